@@ -1,0 +1,46 @@
+# The front door. Every target builds .venv from requirements.lock when it is missing or stale.
+PYTHON ?= python3
+BIN := .venv/bin
+
+# Small matrices gain nothing from a threaded BLAS, and stall now and then.
+export OPENBLAS_NUM_THREADS := 1
+export OMP_NUM_THREADS := 1
+
+.PHONY: demo test test-slow lint bench docs lock clean
+
+demo: .venv/ready
+	$(BIN)/rx90 run nominal
+
+test: .venv/ready
+	$(BIN)/pytest
+
+test-slow: .venv/ready
+	$(BIN)/pytest -m slow
+
+lint: .venv/ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+bench: .venv/ready
+	$(BIN)/python bench/speed.py
+
+docs: .venv/ready
+	$(BIN)/python docs/arm.py
+	$(BIN)/python docs/error_against_step.py
+
+# Names, versions and hashes only: no index address is recorded.
+lock: .venv/ready
+	$(BIN)/pip install --quiet uv
+	$(BIN)/uv pip compile --universal --generate-hashes --no-header --no-emit-index-url --no-annotate \
+	  --group dev --output-file requirements.lock pyproject.toml
+
+.venv/ready: requirements.lock pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; try make PYTHON=python3.11")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	touch .venv/ready
+
+clean:
+	rm -rf .venv out dist

@@ -1,0 +1,129 @@
+"""The kinematics of a fixed-base serial arm, read from MJCF or URDF through Pinocchio.
+
+Identification needs no nominal inertia, only where the joint axes are, so that is all an `Arm` keeps.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel installs beside site-packages)
+
+from ident.arrays import Array, readonly
+from ident.errors import RobotModelError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arm:
+    """A fixed-base serial arm with n one-axis joints.
+
+    Frame j is fixed to link j and has its origin on joint j; the frames are those of the model file.
+
+    Attributes:
+        name: Model name.
+        joint_names: n names, base to flange.
+        rotation: Orientation of frame j in frame j - 1 at zero position, shape (n, 3, 3).
+        translation: Origin of frame j in frame j - 1 at zero position [m], shape (n, 3).
+        axis: Unit joint axis in frame j, shape (n, 3).
+        revolute: True for a revolute joint, False for a prismatic one, shape (n,).
+        gravity: Gravity in the base frame [m/s^2], shape (3,).
+        lower: Lower position limits [rad or m], -inf where the model states none, shape (n,).
+        upper: Upper position limits, likewise, shape (n,).
+    """
+
+    name: str
+    joint_names: tuple[str, ...]
+    rotation: Array
+    translation: Array
+    axis: Array
+    revolute: Array
+    gravity: Array
+    lower: Array
+    upper: Array
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joint_names)
+
+
+def load_arm(path: str | Path) -> Arm:
+    """Read an arm from an MJCF (`.xml`, `.mjcf`) or URDF (`.urdf`) file.
+
+    Args:
+        path: The model file. Meshes are not read.
+
+    Returns:
+        The arm's kinematics.
+
+    Raises:
+        RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
+            and prismatic joints.
+    """
+    return arm_from_pinocchio(load_pinocchio(path))
+
+
+def load_pinocchio(path: str | Path) -> pin.Model:
+    """Read the Pinocchio model of an MJCF or URDF file.
+
+    Raises:
+        RobotModelError: If the file is missing, of an unknown kind or unreadable.
+    """
+    path = Path(path)
+    readers = {".urdf": pin.buildModelFromUrdf, ".xml": pin.buildModelFromMJCF, ".mjcf": pin.buildModelFromMJCF}
+    if path.suffix.lower() not in readers:
+        raise RobotModelError(f"robot model {path}: expected a .urdf, .xml or .mjcf file")
+    if not path.is_file():
+        raise RobotModelError(f"robot model {path}: no such file")
+    try:
+        return readers[path.suffix.lower()](str(path))
+    except (ValueError, RuntimeError) as error:
+        reason = str(error).strip().splitlines() or ["unknown reason"]
+        raise RobotModelError(f"robot model {path}: Pinocchio cannot read it: {reason[-1].strip()}") from error
+
+
+def arm_from_pinocchio(model: pin.Model) -> Arm:
+    """Take the kinematics of a Pinocchio model.
+
+    Raises:
+        RobotModelError: If the model is not a fixed-base serial arm of revolute and prismatic joints.
+    """
+    n = model.njoints - 1
+    if n < 1:
+        raise RobotModelError(f"robot {model.name}: it has no moving joint")
+    axis, revolute = np.zeros((n, 3)), np.zeros(n, dtype=bool)
+    lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
+    for j in range(n):
+        joint, name = model.joints[j + 1], model.names[j + 1]
+        if model.parents[j + 1] != j:
+            raise RobotModelError(f"robot {model.name}: joint {name} branches off; only serial arms are supported")
+        axis[j], revolute[j] = _axis(joint, name)
+        if joint.nq == 1:  # an unbounded revolute joint is stored as cosine and sine, without limits
+            lower[j], upper[j] = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
+    stated = (lower < upper) & (np.abs(lower) < 1e3) & (np.abs(upper) < 1e3)
+    return Arm(
+        name=model.name,
+        joint_names=tuple(model.names[1:]),
+        rotation=readonly([model.jointPlacements[j + 1].rotation for j in range(n)]),
+        translation=readonly([model.jointPlacements[j + 1].translation for j in range(n)]),
+        axis=readonly(axis),
+        revolute=readonly(revolute),
+        gravity=readonly(model.gravity.linear),
+        lower=readonly(np.where(stated, lower, -np.inf)),
+        upper=readonly(np.where(stated, upper, np.inf)),
+    )
+
+
+def _axis(joint: pin.JointModel, name: str) -> tuple[Array, bool]:
+    """Unit axis in the joint's frame and whether the joint is revolute."""
+    kind = joint.shortname()
+    if joint.nv == 1 and kind.startswith(("JointModelR", "JointModelP")):
+        data = joint.createData()
+        joint.calc(data, np.array([1.0, 0.0]) if joint.nq == 2 else np.zeros(1))
+        motion = np.asarray(data.S).ravel()  # (6,): linear, angular
+        linear, angular = motion[:3], motion[3:]
+        if not linear.any():
+            return angular, True
+        if not angular.any():
+            return linear, False
+    raise RobotModelError(f"joint {name}: type {kind} is not supported; use revolute or prismatic joints")

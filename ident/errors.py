@@ -1,0 +1,21 @@
+"""What can go wrong in identification: one base class, one class per cause."""
+
+
+class IdentificationError(ValueError):
+    """Base of every error this package raises on purpose; its message is one line for the user."""
+
+
+class RecordingError(IdentificationError):
+    """A recording that cannot be used as it stands."""
+
+
+class RobotModelError(IdentificationError):
+    """A robot model that is unreadable or is not a fixed-base serial arm."""
+
+
+class PayloadError(IdentificationError):
+    """A payload description that is incomplete, mistyped or physically impossible."""
+
+
+class NotIdentifiable(IdentificationError):
+    """Data that cannot give a single drive gain, whatever the joint."""

@@ -1,0 +1,96 @@
+"""Linear least squares with scaled columns by orthogonal factorisation (paper, eq. 17 to 22)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from ident.arrays import Array, Indices
+from ident.errors import IdentificationError
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LeastSquares:
+    """Solution of `Y = W @ x + rho`.
+
+    Attributes:
+        x: Solution, shape (b,).
+        cofactor: (W^T W)^-1, shape (b, b).
+        sigma: Standard deviation of the residual (eq. 19).
+        residual: rho = Y - W @ x, shape (r,).
+        condition: Condition number of W with unit columns.
+    """
+
+    x: Array
+    cofactor: Array
+    sigma: float
+    residual: Array
+    condition: float
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of x for white residuals (eq. 20), shape (b, b)."""
+        return self.sigma**2 * self.cofactor
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations of x, shape (b,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
+    """Solve `Y = W @ x` in the least squares sense (paper, eq. 17, 19 and 20).
+
+    Columns are scaled to unit norm before the factorisation, so the rank and the condition number do not
+    depend on units.
+
+    Args:
+        W: Observation matrix, shape (r, b), r > b.
+        Y: Measurements, shape (r,).
+        rank_tol: Smallest singular value of the scaled W, relative to the largest, that counts as observed.
+
+    Returns:
+        The solution with its covariance.
+
+    Raises:
+        IdentificationError: If rows are fewer than unknowns plus one, a column is zero, or W is rank deficient.
+    """
+    r, b = W.shape
+    if r <= b:
+        raise IdentificationError(f"{r} rows cannot give {b} unknowns; record a longer motion")
+    scale = np.linalg.norm(W, axis=0)
+    if not scale.all():
+        raise IdentificationError(f"column {int(np.argmin(scale))} of the observation matrix is zero")
+    Q, R = linalg.qr(W / scale, mode="economic")
+    singular = np.linalg.svd(R, compute_uv=False)
+    if singular[-1] < rank_tol * singular[0]:
+        raise IdentificationError(
+            f"the motion does not excite every parameter: relative singular value {singular[-1] / singular[0]:.1e} "
+            f"is below {rank_tol:.0e}"
+        )
+    inverse = linalg.solve_triangular(R, np.eye(b)) / scale[:, None]  # (b, b), inverse @ inverse.T = cofactor
+    x = inverse @ (Q.T @ Y)
+    residual = Y - W @ x
+    sigma = float(np.linalg.norm(residual) / np.sqrt(r - b))  # eq. 19
+    return LeastSquares(x, inverse @ inverse.T, sigma, residual, float(singular[0] / singular[-1]))
+
+
+def weighted_least_squares(W: Array, Y: Array, groups: Indices, *, rank_tol: float) -> LeastSquares:
+    """Solve with every group of rows divided by the standard deviation of its own solution's residual (eq. 22).
+
+    Args:
+        W: Observation matrix, shape (r, b).
+        Y: Measurements, shape (r,).
+        groups: Group number of each row, one group a joint, shape (r,).
+        rank_tol: As for `least_squares`.
+
+    Returns:
+        The solution of the weighted system; sigma and residual are relative to the group's.
+    """
+    weight = np.empty(len(Y))
+    for group in np.unique(groups):
+        rows = groups == group
+        x, _, rank, _ = linalg.lstsq(W[rows], Y[rows])  # a joint alone does not see every column
+        residual = Y[rows] - W[rows] @ x
+        weight[rows] = np.sqrt(rows.sum() - rank) / np.linalg.norm(residual)
+    return least_squares(W * weight[:, None], Y * weight, rank_tol=rank_tol)

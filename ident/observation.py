@@ -1,0 +1,162 @@
+"""The linear system of one motion, joint by joint: filtered, cleared of velocity reversals and decimated.
+
+Near a reversal sign(dq) is wrong: the filtered velocity crosses zero a little early or late, and real friction
+sticks. Those samples of a joint are left out before decimation, by the same mask on its current and on every
+column, so that every row is still a linear combination of exact equations (paper, eq. 15; `docs/derivations.md`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array, Indices, readonly
+from ident.errors import RecordingError
+from ident.recording import JITTER_TOL, Recording, resampled
+from ident.regressor import regressor_blocks
+from ident.signals import Decimator, decimator, edge_samples, smooth_motion
+from ident.structure import Structure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObserveOptions:
+    """How a recording becomes a linear system. The defaults suit motions with harmonics below 1 Hz.
+
+    Attributes:
+        cutoff_hz: Low-pass of the positions before differentiation [Hz].
+        decimation_cutoff_hz: Low-pass of currents and regressor columns [Hz].
+        rows_per_second: Rows kept a second [1/s].
+        reversal_speed: Speed below which a joint's samples are left out, as a share of its rms speed.
+        min_weight: Rows that lose more than the rest of their filter's weight to reversals are left out.
+    """
+
+    cutoff_hz: float = 15.0
+    decimation_cutoff_hz: float = 10.0
+    rows_per_second: float = 20.0
+    reversal_speed: float = 0.1
+    min_weight: float = 0.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointObservation:
+    """Rows of one joint and one motion: `V g = W @ chi + W_L @ chi_L` up to errors.
+
+    Attributes:
+        V: Currents [drive units], shape (r,).
+        W: Base columns of the arm that act on the joint, shape (r, b).
+        columns: Their indices in the structure's base columns, shape (b,).
+        W_L: The payload's ten columns (zero torque if nothing is mounted), shape (r, 10).
+        t: Time at the middle of each row's filter [s], shape (r,).
+    """
+
+    V: Array
+    W: Array
+    columns: Indices
+    W_L: Array
+    t: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """The linear system of one motion.
+
+    Attributes:
+        structure: Identifiable structure of the arm.
+        joints: One `JointObservation` per joint.
+        notes: What was done to the recording that its owner should know.
+    """
+
+    structure: Structure
+    joints: tuple[JointObservation, ...]
+    notes: tuple[str, ...]
+
+
+def observe(recording: Recording, structure: Structure, options: ObserveOptions) -> Observation:
+    """Turn a recording into the linear system of its motion (paper, eq. 14 and 15).
+
+    Args:
+        recording: One motion, n joints; a jittered clock is resampled and noted.
+        structure: Of the same arm.
+        options: Filters and thresholds.
+
+    Returns:
+        One linear system a joint.
+
+    Raises:
+        RecordingError: If the number of joints differs from the arm's, or the recording is too short or too
+            slowly sampled for the filters.
+    """
+    n = structure.arm.n
+    if recording.n != n:
+        raise RecordingError(f"{recording.name}: {recording.n} joints, but robot {structure.arm.name} has {n}")
+    notes = []
+    if recording.jitter > JITTER_TOL:
+        jitter = 100.0 * recording.jitter
+        rate = 1.0 / recording.period
+        notes.append(f"{recording.name}: sampling intervals vary by {jitter:.0f} %; resampled at {rate:.6g} Hz")
+        recording = resampled(recording)
+    period = recording.period
+    _check_rates(recording, options)
+    D = decimator(period, options.decimation_cutoff_hz, max(1, round(1.0 / (period * options.rows_per_second))))
+    edge = edge_samples(period, options.cutoff_hz)
+    inner = slice(edge, len(recording.t) - edge)
+    rows = D.rows(len(recording.t) - 2 * edge)
+    if rows < 10 * n:
+        raise RecordingError(
+            f"{recording.name}: {recording.t[-1] - recording.t[0]:.3g} s give {rows} rows; at least {10 * n} are needed"
+        )
+    motion = smooth_motion(recording.q, period, options.cutoff_hz)
+    q, dq, ddq = (x[inner] for x in motion)
+    t = recording.t[inner][: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
+    joints = _reduce(structure, (q, dq, ddq), recording.v[inner], D, options)
+    return Observation(structure, tuple(_kept(joint, t, options) for joint in joints), tuple(notes))
+
+
+@dataclass(slots=True)
+class _Sums:
+    """Rows of one joint while blocks of samples are added to them."""
+
+    V: Array
+    W: Array
+    weight: Array
+    columns: Indices
+
+
+def _reduce(
+    structure: Structure, motion: tuple[Array, Array, Array], v: Array, D: Decimator, options: ObserveOptions
+) -> list[_Sums]:
+    """Decimate currents and regressor block by block, so that the full-rate regressor is never stored."""
+    rows, b = D.rows(len(v)), structure.base.columns
+    moving = np.abs(motion[1]) > options.reversal_speed * np.sqrt(np.mean(motion[1] ** 2, axis=0))  # (N, n)
+    used = [np.concatenate((b[c], structure.payload_columns)) for c in structure.joint_columns]
+    sums = [
+        _Sums(np.zeros(rows), np.zeros((rows, len(u))), np.zeros(rows), c)
+        for u, c in zip(used, structure.joint_columns, strict=True)
+    ]
+    for block, columns in regressor_blocks(structure.arm, *motion):
+        touched, weights = D.matrix(block.start, block.stop, rows)
+        for j, total in enumerate(sums):
+            masked = weights * moving[block, j]  # (rows touched, samples)
+            total.V[touched] += masked @ v[block, j]
+            total.W[touched] += masked @ columns[j, used[j]].T
+            total.weight[touched] += masked.sum(axis=1)
+    return sums
+
+
+def _kept(total: _Sums, t: Array, options: ObserveOptions) -> JointObservation:
+    """The rows that lost little to reversals."""
+    keep = total.weight >= options.min_weight
+    b = len(total.columns)
+    W = total.W[keep]
+    return JointObservation(
+        readonly(total.V[keep]), readonly(W[:, :b]), total.columns, readonly(W[:, b:]), readonly(t[keep])
+    )
+
+
+def _check_rates(recording: Recording, options: ObserveOptions) -> None:
+    nyquist = 0.5 / recording.period
+    highest = max(options.cutoff_hz, options.decimation_cutoff_hz)
+    if highest >= nyquist:
+        raise RecordingError(
+            f"{recording.name}: sampled at {2.0 * nyquist:.4g} Hz, too slow for a cut-off of {highest:g} Hz; "
+            f"choose one below {nyquist:.4g} Hz"
+        )

@@ -1,0 +1,115 @@
+"""A payload as the user weighed and drew it, in the frame of the last link."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.errors import PayloadError
+from ident.parameters import INERTIAL
+
+INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+Known = Literal["all", "mass"]
+
+
+@dataclass(frozen=True, slots=True)
+class Payload:
+    """What is believed of a payload. Checked when built.
+
+    Attributes:
+        mass: Mass [kg].
+        mass_std: Its standard deviation [kg].
+        com: Centre of mass in the frame of the last link [m], None if unknown.
+        com_std: Its standard deviation, per axis [m].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, axes of the last link [kg m^2], None if unknown.
+        inertia_std: Their standard deviation [kg m^2].
+        known: "all" to use every parameter, "mass" to use the mass alone.
+
+    Raises:
+        PayloadError: If a value is missing for `known`, not finite, or no rigid body can have it.
+    """
+
+    mass: float
+    mass_std: float = 0.0
+    com: tuple[float, float, float] | None = None
+    com_std: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: tuple[float, float, float, float, float, float] | None = None
+    inertia_std: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    known: Known = "all"
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not (np.isfinite(self.mass) and self.mass > 0.0):
+            raise PayloadError(f"payload: mass = {self.mass} kg; expected a positive number")
+        if min(self.mass_std, *self.com_std, *self.inertia_std) < 0.0:
+            raise PayloadError("payload: a standard deviation is negative")
+        if self.known == "all":
+            if self.com is None or self.inertia is None:
+                missing = "com" if self.com is None else "inertia"
+                raise PayloadError(f"payload: known = 'all' but {missing} is missing; add it, or set known = 'mass'")
+            check_inertia(self.inertia)
+
+    @property
+    def known_parameters(self) -> tuple[str, ...]:
+        """Names of the standard parameters taken as known."""
+        return INERTIAL if self.known == "all" else ("M",)
+
+    def standard(self) -> Array:
+        """Standard parameters at the origin of the last frame, order `INERTIAL`, unknown ones 0, shape (10,)."""
+        return standard_parameters(self.mass, self.com or (0.0,) * 3, self.inertia or (0.0,) * 6)
+
+    def known_spread(self) -> Array:
+        """Factor F with covariance F F^T of the known standard parameters, as the stated deviations imply, (10, 10)."""
+        if self.known == "mass":
+            return np.diag([0.0] * 9 + [self.mass_std])
+        values = np.array([self.mass, *(self.com or ()), *(self.inertia or ())])
+        std = np.array([self.mass_std, *self.com_std, *self.inertia_std])
+        J = np.empty((10, 10))
+        for k in range(10):  # the parameters are polynomials of low degree: central differences are exact to rounding
+            step = np.zeros(10)
+            step[k] = 1e-4
+            above, below = values + step, values - step
+            change = standard_parameters(above[0], above[1:4], above[4:]) - standard_parameters(
+                below[0], below[1:4], below[4:]
+            )
+            J[:, k] = change / 2e-4
+        return J * std
+
+
+def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequence[float] | Array) -> Array:
+    """Standard parameters of a rigid body at the origin of its frame (Huygens-Steiner).
+
+    Args:
+        mass: Mass [kg].
+        com: Centre of mass [m].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass [kg m^2].
+
+    Returns:
+        XX, XY, XZ, YY, YZ, ZZ [kg m^2], MX, MY, MZ [kg m], M [kg], shape (10,).
+    """
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    c = np.asarray(com, dtype=np.float64)
+    J = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]) + mass * (c @ c * np.eye(3) - np.outer(c, c))
+    return np.array([*J[np.triu_indices(3)], *(mass * c), mass])
+
+
+def check_inertia(inertia: tuple[float, ...]) -> None:
+    """Refuse an inertia about the centre of mass that no rigid body can have.
+
+    Raises:
+        PayloadError: Naming the condition that is violated.
+    """
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    moments = np.linalg.eigvalsh(np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]))
+    slack = 1e-9 * max(abs(moments).max(), 1e-12)
+    if moments[0] < -slack:
+        raise PayloadError(
+            f"payload: inertia is not positive: its smallest principal moment is {moments[0]:.3g} kg m^2"
+        )
+    if moments[2] > moments[0] + moments[1] + slack:
+        raise PayloadError(
+            "payload: inertia violates the triangle inequality: principal moments "
+            f"{moments[0]:.3g} + {moments[1]:.3g} < {moments[2]:.3g} kg m^2"
+        )

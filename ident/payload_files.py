@@ -1,0 +1,102 @@
+"""Payload descriptions in TOML: the keys are the fields of `Payload`, inertia is a table."""
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+
+from ident.errors import PayloadError
+from ident.payload import INERTIA_KEYS, Known, Payload
+
+KEYS = ("mass", "mass_std", "com", "com_std", "inertia", "inertia_std", "known")
+
+
+def read_payload(path: str | Path) -> Payload:
+    """Read a payload from a TOML file.
+
+    Raises:
+        PayloadError: If the file is missing or no TOML, has an unknown key or a wrong type, or fails the checks
+            of `Payload`.
+    """
+    path = Path(path)
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise PayloadError(f"{path}: {error.strerror or 'not readable'}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise PayloadError(f"{path}: not TOML: {error}") from error
+    try:
+        return payload_from_table(table)
+    except PayloadError as error:
+        raise PayloadError(f"{path}: {error}") from error
+
+
+def payload_from_table(table: Mapping[str, object]) -> Payload:
+    """Build a payload from a parsed TOML table.
+
+    Raises:
+        PayloadError: As `read_payload`.
+    """
+    for key in table:
+        if key not in KEYS:
+            raise PayloadError(f"payload: unknown key {key!r}; expected {', '.join(KEYS)}")
+    if "mass" not in table:
+        raise PayloadError("payload: mass is missing")
+    com, com_std = _vector(table, "com"), _vector(table, "com_std")
+    inertia, inertia_std = _inertia(table, "inertia"), _inertia(table, "inertia_std")
+    return Payload(
+        mass=_number(table["mass"], "mass"),
+        mass_std=_number(table.get("mass_std", 0.0), "mass_std"),
+        com=com,
+        com_std=com_std or (0.0, 0.0, 0.0),
+        inertia=inertia,
+        inertia_std=inertia_std or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        known=_known(table.get("known", "all")),
+    )
+
+
+def write_payload(payload: Payload, path: str | Path) -> None:
+    """Write a payload as TOML, every digit kept."""
+    lines = [f"mass = {payload.mass!r}", f"mass_std = {payload.mass_std!r}"]
+    for key, vector in (("com", payload.com), ("com_std", payload.com_std)):
+        if vector is not None:
+            lines.append(f"{key} = {list(vector)!r}")
+    for key, inertia in (("inertia", payload.inertia), ("inertia_std", payload.inertia_std)):
+        if inertia is not None:
+            entries = ", ".join(f"{name} = {value!r}" for name, value in zip(INERTIA_KEYS, inertia, strict=True))
+            lines.append(f"{key} = {{ {entries} }}")
+    lines.append(f'known = "{payload.known}"')
+    Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _known(value: object) -> Known:
+    if value == "all":
+        return "all"
+    if value == "mass":
+        return "mass"
+    raise PayloadError(f"payload: known = {value!r}; expected 'all' or 'mass'")
+
+
+def _number(value: object, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise PayloadError(f"payload: {name} = {value!r} is not a number")
+    return float(value)
+
+
+def _vector(table: Mapping[str, object], key: str) -> tuple[float, float, float] | None:
+    value = table.get(key)
+    if value is None:
+        return None
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        raise PayloadError(f"payload: {key} = {value!r}; expected three numbers [m]")
+    x, y, z = (_number(item, key) for item in value)
+    return x, y, z
+
+
+def _inertia(table: Mapping[str, object], key: str) -> tuple[float, float, float, float, float, float] | None:
+    value = table.get(key)
+    if value is None:
+        return None
+    if not isinstance(value, Mapping) or set(value) != set(INERTIA_KEYS):
+        raise PayloadError(f"payload: {key} = {value!r}; expected the keys {', '.join(INERTIA_KEYS)} [kg m^2]")
+    ixx, iyy, izz, ixy, ixz, iyz = (_number(value[name], f"{key}.{name}") for name in INERTIA_KEYS)
+    return ixx, iyy, izz, ixy, ixz, iyz

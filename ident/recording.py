@@ -1,0 +1,96 @@
+"""A recording: what a robot's controller logs of one motion, and nothing else."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from ident.arrays import Array, readonly
+from ident.errors import RecordingError
+
+JITTER_TOL = 1e-3
+"""Deviation of a sampling interval from their mean, as a share of it, above which a clock counts as jittered."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """One motion as the robot's controller logs it. Checked when built; the arrays are read-only.
+
+    Attributes:
+        t: Sample times [s], shape (N,), strictly increasing.
+        q: Joint positions [rad or m], shape (N, n).
+        v: Current references [drive units], shape (N, n).
+        name: Where it came from, for messages.
+
+    Raises:
+        RecordingError: If shapes disagree, a value is not finite, time does not increase, or it is too short.
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    name: str = "recording"
+
+    def __post_init__(self) -> None:
+        """Check and freeze the arrays."""
+        for field in ("t", "q", "v"):
+            object.__setattr__(self, field, readonly(getattr(self, field)))
+        _check(self)
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.q.shape[1]
+
+    @property
+    def period(self) -> float:
+        """Mean sampling interval [s]."""
+        return float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
+
+    @property
+    def jitter(self) -> float:
+        """Largest deviation of a sampling interval from their mean, as a share of it."""
+        return float(np.abs(np.diff(self.t) / self.period - 1.0).max())
+
+
+def resampled(recording: Recording) -> Recording:
+    """The recording on a uniform clock of the same mean rate: q by cubic spline, v by straight lines.
+
+    A recording whose clock is uniform within `JITTER_TOL` comes back unchanged.
+    """
+    if recording.jitter <= JITTER_TOL:
+        return recording
+    t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
+    q = make_interp_spline(recording.t, recording.q, k=3)(t)
+    v = make_interp_spline(recording.t, recording.v, k=1)(t)
+    return Recording(t, q, v, recording.name)
+
+
+def _check(recording: Recording) -> None:
+    t, q, v, name = recording.t, recording.q, recording.v, recording.name
+    if t.ndim != 1 or q.ndim != 2 or v.shape != q.shape or len(t) != len(q):
+        raise RecordingError(
+            f"{name}: t {t.shape}, q {q.shape} and v {v.shape} do not fit; expected (N,), (N, n), (N, n)"
+        )
+    if q.shape[1] == 0:
+        raise RecordingError(f"{name}: it has no joint")
+    for label, values in (("t", t[:, None]), ("q", q), ("v", v)):
+        bad = np.argwhere(~np.isfinite(values))
+        if len(bad):
+            column = label if label == "t" else f"{label}{bad[0, 1] + 1}"
+            raise RecordingError(
+                f"{name}: {column} is not a finite number at row {bad[0, 0] + 1} ({len(bad)} such values); "
+                "remove or repair those rows"
+            )
+    if len(t) < 2:
+        raise RecordingError(f"{name}: {len(t)} samples are too few")
+    back = np.flatnonzero(np.diff(t) <= 0.0)
+    if len(back):
+        k = int(back[0])
+        raise RecordingError(f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s")
+    for label, values in (("q", q), ("v", v)):
+        flat = np.flatnonzero(np.ptp(values, axis=0) == 0.0)
+        if len(flat):
+            raise RecordingError(
+                f"{name}: {label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"
+            )

@@ -1,0 +1,204 @@
+"""The vectorised inverse dynamic regressor: joint torque is linear in the standard parameters (paper, eq. 9).
+
+A Newton-Euler recursion from base to flange runs on all samples at once, so every operation is a NumPy
+expression over the sample axis. In the frame of link i, with w and dw its angular velocity and acceleration,
+a the acceleration of its origin less gravity, and u, p the angular velocity of link i and the velocity of its
+origin for unit speed of joint j, the torque of joint j is (d'Alembert's principle)
+
+    tau_j = p . (M a + dw x MS + w x (w x MS)) + u . (J dw + w x J w + MS x a)
+
+The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_columns` holds them as matrices.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arm import Arm
+from ident.arrays import Array
+from ident.parameters import INERTIAL, STANDARD
+
+BLOCK = 1024
+"""Samples handled at once: the working set of a block stays in the processor's cache."""
+
+
+def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
+    """Regressor of the inverse dynamic identification model (paper, eq. 9 and 10).
+
+    Args:
+        arm: The arm, n joints.
+        q: Joint positions [rad or m], shape (N, n).
+        dq: Joint velocities, shape (N, n).
+        ddq: Joint accelerations, shape (N, n).
+
+    Returns:
+        W_st, shape (N, n, 14 n), with `tau = W_st @ chi_st`; columns as in `parameters.labels`.
+
+    Example:
+        A pendulum that holds still at q = 0 with gravity along -x of its frame feels a first moment MY as torque:
+
+        >>> from ident.arm import Arm
+        >>> import numpy as np
+        >>> arm = Arm("pendulum", ("hinge",), np.eye(3)[None], np.zeros((1, 3)), np.eye(3)[2:],
+        ...           np.array([True]), np.array([-9.81, 0, 0]), np.full(1, -np.inf), np.full(1, np.inf))
+        >>> W = regressor(arm, np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)))
+        >>> float(W[0, 0, STANDARD.index("MY")])
+        -9.81
+    """
+    samples, n = q.shape
+    W = np.empty((samples, n, len(STANDARD) * n))
+    for block, columns in regressor_blocks(arm, q, dq, ddq):
+        W[block] = np.moveaxis(columns, 2, 0)
+    return W
+
+
+def regressor_blocks(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[tuple[slice, Array]]:
+    """Yield the regressor block by block, samples last, for whoever reduces it without storing it.
+
+    Yields:
+        The slice of samples, and their columns, shape (n, 14 n, samples of the block). The array is
+        overwritten by the next block.
+    """
+    n, p = arm.n, len(STANDARD)
+    buffer = np.zeros((n, p * n, BLOCK))
+    rows = np.arange(n)
+    for start in range(0, len(q), BLOCK):
+        block = slice(start, min(start + BLOCK, len(q)))
+        columns = buffer[..., : block.stop - start]
+        dq_block, ddq_block = dq[block].T, ddq[block].T  # (n, samples)
+        for i, state in enumerate(_link_states(arm, q[block].T, dq_block, ddq_block)):
+            _link_columns(state, columns[: i + 1, p * i : p * i + len(INERTIAL)])
+        columns[rows, p * rows + STANDARD.index("Ia")] = ddq_block
+        columns[rows, p * rows + STANDARD.index("Fv")] = dq_block
+        columns[rows, p * rows + STANDARD.index("Fc")] = np.sign(dq_block)
+        columns[rows, p * rows + STANDARD.index("off")] = 1.0
+        yield block, columns
+
+
+@dataclass(slots=True)
+class _LinkState:
+    """Motion of link i in its own frame; samples last.
+
+    Attributes:
+        w, dw, a: Angular velocity, angular acceleration, acceleration of the origin less gravity, (3, samples).
+        L: Matrix of x -> dw x x + w x (w x x), (3, 3, samples).
+        u, p: Angular velocity, velocity of the origin for unit speed of each joint up to i, (3, i + 1, samples).
+    """
+
+    w: Array
+    dw: Array
+    a: Array
+    L: Array
+    u: Array
+    p: Array
+
+
+def _link_states(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[_LinkState]:
+    """Outward recursion of Newton-Euler over links; arguments are (n, samples)."""
+    n, samples = q.shape
+    vectors = np.zeros((3, 3 + 2 * n, samples))  # w, dw, a, then u_1, p_1, u_2, p_2, ...
+    spare = np.zeros_like(vectors)
+    vectors[:, 2] = -arm.gravity[:, None]
+    L = np.zeros((3, 3, samples))
+    for j in range(n):
+        known, reached = slice(0, 3 + 2 * j), slice(3, 5 + 2 * j)
+        lever = _along(arm.translation[j], 1.0)
+        if not arm.revolute[j]:
+            lever = [x + y for x, y in zip(lever, _along(arm.rotation[j] @ arm.axis[j], q[j]), strict=True)]
+        _add_lever(vectors[:, known], L, lever)
+        E = _rotation(arm, j, q[j] if arm.revolute[j] else np.zeros(samples))
+        np.einsum("abs,bks->aks", E, vectors[:, known], out=spare[:, known])
+        vectors, spare = spare, vectors
+        vectors[:, 3 + 2 * j : 5 + 2 * j] = 0.0
+        vectors[:, 3 + 2 * j if arm.revolute[j] else 4 + 2 * j] = arm.axis[j][:, None]
+        _add_joint_motion(vectors, arm, j, dq[j], ddq[j])
+        w, dw, a = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+        L = _motion_matrix(w, dw)
+        yield _LinkState(w, dw, a, L, vectors[:, reached][:, 0::2], vectors[:, reached][:, 1::2])
+
+
+def _along(direction: Array, amount: Array | float) -> list[Array | float]:
+    """Components of `amount` along a constant direction; 0.0 where the direction has none, to be skipped."""
+    return [float(x) * amount if x else 0.0 for x in direction]
+
+
+def _add_cross(out: Array, x: Array, y: list[Array | float]) -> None:
+    """Add x cross y to `out`, shape (3, ..., samples), skipping the components of y that are 0.0."""
+    for k in range(3):
+        if not isinstance(y[k], float) or y[k]:
+            out[(k + 1) % 3] += x[(k + 2) % 3] * y[k]
+            out[(k + 2) % 3] -= x[(k + 1) % 3] * y[k]
+
+
+def _add_lever(vectors: Array, L: Array, lever: list[Array | float]) -> None:
+    """Move a and every p from the origin of frame j - 1 to that of frame j."""
+    for k in range(3):
+        if not isinstance(lever[k], float) or lever[k]:
+            vectors[:, 2] += L[:, k] * lever[k]
+    _add_cross(vectors[:, 4::2], vectors[:, 3::2], lever)
+
+
+def _add_joint_motion(vectors: Array, arm: Arm, j: int, dq: Array, ddq: Array) -> None:
+    """Add the motion of joint j to w, dw and a."""
+    w, dw, a = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    if arm.revolute[j]:
+        _add_cross(dw, w, _along(arm.axis[j], dq))
+        turned, accelerated = w, dw
+    else:
+        _add_cross(a, w, _along(arm.axis[j], 2.0 * dq))
+        turned, accelerated = None, a
+    for k in np.flatnonzero(arm.axis[j]):
+        accelerated[k] += arm.axis[j, k] * ddq
+        if turned is not None:
+            turned[k] += arm.axis[j, k] * dq
+
+
+def _rotation(arm: Arm, j: int, angle: Array) -> Array:
+    """Rotation from frame j - 1 to frame j turned by `angle` (Rodrigues' formula), shape (3, 3, samples)."""
+    x, y, z = arm.axis[j]
+    back, along = arm.rotation[j].T, np.outer(arm.axis[j], arm.axis[j])
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    constant, cosine, sine = along @ back, (np.eye(3) - along) @ back, -skew @ back
+    c, s = np.cos(angle), np.sin(angle)
+    E = np.zeros((3, 3, len(angle)))
+    for row, column in np.ndindex(3, 3):
+        terms = ((constant[row, column], 1.0), (cosine[row, column], c), (sine[row, column], s))
+        for weight, term in terms:
+            if weight:  # frames along each other's axes, the usual case, leave most terms empty
+                E[row, column] += weight * term
+    return E
+
+
+def _motion_matrix(w: Array, dw: Array) -> Array:
+    """Matrix of x -> dw x x + w x (w x x), shape (3, 3, samples)."""
+    L = w[:, None] * w
+    xx, yy, zz = L[0, 0].copy(), L[1, 1].copy(), L[2, 2].copy()
+    L[0, 0], L[1, 1], L[2, 2] = -yy - zz, -xx - zz, -xx - yy
+    for k in range(3):
+        L[(k + 2) % 3, (k + 1) % 3] += dw[k]
+        L[(k + 1) % 3, (k + 2) % 3] -= dw[k]
+    return L
+
+
+def _link_columns(state: _LinkState, out: Array) -> None:
+    """Write the ten inertial columns of one link into `out`, shape (joints up to it, 10, samples)."""
+    np.einsum("ajs,abs->jbs", state.u, _inertia_matrix(state.w, state.dw, state.L), out=out[:, :6])
+    np.einsum("ajs,abs->jbs", state.p, state.L, out=out[:, 6:9])
+    for k in range(3):
+        b, c = (k + 1) % 3, (k + 2) % 3
+        out[:, 6 + k] += state.a[b] * state.u[c] - state.a[c] * state.u[b]  # u . (MS x a) = MS . (a x u)
+    np.einsum("ajs,as->js", state.p, state.a, out=out[:, 9])
+
+
+def _inertia_matrix(w: Array, dw: Array, L: Array) -> Array:
+    """Matrix of (XX, XY, XZ, YY, YZ, ZZ) -> J dw + w x J w, shape (3, 6, samples)."""
+    xy, xz, yz = w[0] * w[1], w[0] * w[2], w[1] * w[2]
+    K = np.empty((3, 6, w.shape[1]))
+    K[0, 0], K[0, 1], K[0, 2] = dw[0], -L[2, 0], L[1, 0]
+    K[0, 3], K[0, 4], K[0, 5] = -yz, L[1, 1] - L[2, 2], yz
+    K[1, 0], K[1, 1], K[1, 2] = xz, L[2, 1], L[2, 2] - L[0, 0]
+    K[1, 3], K[1, 4], K[1, 5] = dw[1], -L[0, 1], -xz
+    K[2, 0], K[2, 1], K[2, 2] = -xy, L[0, 0] - L[1, 1], -L[1, 2]
+    K[2, 3], K[2, 4], K[2, 5] = xy, L[0, 2], dw[2]
+    return K

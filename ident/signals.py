@@ -1,0 +1,88 @@
+"""Zero-phase filtering: positions to velocities and accelerations, and parallel decimation (paper, II.C).
+
+Both filters are linear and symmetric in time. Decimation is a banded matrix D applied alike to the currents
+and to every column of the regressor, so whatever it does to a signal it does to both sides of the equation.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import signal
+
+from ident.arrays import Array
+
+FILTER_ORDER = 4
+SETTLING = 2.0
+"""Edge of a filtered recording that still feels the missing past or future, in periods of the cut-off."""
+
+
+def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Array, Array]:
+    """Low-pass positions without phase and differentiate them (paper, II.C).
+
+    A Butterworth filter of order four runs forward and backward, then five-point central differences take
+    the derivatives, exact for polynomials of degree four (velocity) and five (acceleration).
+
+    Args:
+        q: Positions [rad], shape (N, n), on a uniform clock.
+        period: Sampling interval [s].
+        cutoff_hz: Cut-off frequency [Hz], below the Nyquist frequency.
+
+    Returns:
+        q, dq, ddq [rad, rad/s, rad/s^2], shape (N, n). The outer `edge_samples` are to be discarded.
+    """
+    sos = signal.butter(FILTER_ORDER, cutoff_hz, fs=1.0 / period, output="sos")
+    padding = min(len(q) - 1, 2 * edge_samples(period, cutoff_hz))
+    smooth = signal.sosfiltfilt(sos, q, axis=0, padlen=padding)
+    dq, ddq = np.zeros_like(smooth), np.zeros_like(smooth)
+    m2, m1, c, p1, p2 = smooth[:-4], smooth[1:-3], smooth[2:-2], smooth[3:-1], smooth[4:]
+    dq[2:-2] = (8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * period)
+    ddq[2:-2] = (16.0 * (p1 + m1) - (p2 + m2) - 30.0 * c) / (12.0 * period**2)
+    return smooth, dq, ddq
+
+
+def edge_samples(period: float, cutoff_hz: float) -> int:
+    """Samples at either end that `smooth_motion` cannot be trusted on."""
+    return 2 + int(np.ceil(SETTLING / (cutoff_hz * period)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decimator:
+    """Zero-phase low-pass and one sample kept in `factor`: the rows of a banded Toeplitz matrix (paper, eq. 15).
+
+    Attributes:
+        kernel: Symmetric impulse response that sums to one, shape (2 h + 1,).
+        factor: n_d of the paper.
+    """
+
+    kernel: Array
+    factor: int
+
+    def rows(self, samples: int) -> int:
+        """Number of rows that `samples` samples give; the filter never reaches beyond the data."""
+        return max(0, (samples - len(self.kernel)) // self.factor + 1)
+
+    def matrix(self, start: int, stop: int, rows: int) -> tuple[slice, Array]:
+        """Part of the first `rows` rows of D that acts on the samples start to stop.
+
+        Returns:
+            The rows it contributes to, and their weights on those samples, shape (rows touched, stop - start).
+        """
+        size = len(self.kernel)
+        first = max(0, -(-(start - size + 1) // self.factor))
+        last = min(rows, (stop - 1) // self.factor + 1)
+        lag = np.arange(start, stop) - self.factor * np.arange(first, last)[:, None]
+        inside = (lag >= 0) & (lag < size)
+        return slice(first, last), np.where(inside, self.kernel[np.clip(lag, 0, size - 1)], 0.0)
+
+
+def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
+    """Decimator with a Hamming-windowed sinc of the given cut-off.
+
+    Args:
+        period: Sampling interval [s].
+        cutoff_hz: Half-amplitude frequency [Hz]; the transition is as wide.
+        factor: Samples per row.
+    """
+    half = int(np.ceil(1.65 / (cutoff_hz * period)))  # Hamming: transition 3.3 / length, here equal to the cut-off
+    kernel = signal.firwin(2 * half + 1, cutoff_hz, fs=1.0 / period)
+    return Decimator(kernel / kernel.sum(), factor)

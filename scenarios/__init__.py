@@ -1,0 +1,1 @@
+"""Declarative experiments: scenario files, the verdict on them, reports, and the command line `rx90`."""

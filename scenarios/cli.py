@@ -1,0 +1,200 @@
+"""The command line `rx90`: 0 passed, 1 a tolerance was missed, 2 bad input (one line on stderr)."""
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from threadpoolctl import threadpool_limits
+
+from ident.arm import load_arm
+from ident.errors import IdentificationError
+from ident.gains import GainOptions
+from ident.identify import METHODS, identify
+from ident.observation import ObserveOptions
+from ident.payload_files import read_payload
+from ident.recording_files import read_recording
+from ident.structure import structure_of
+from scenarios.build import bench
+from scenarios.errors import ScenarioError
+from scenarios.motions import write_motion
+from scenarios.report import print_estimate, print_list, print_run
+from scenarios.results import estimate_document, run_document, save_run, to_json
+from scenarios.run import run
+from scenarios.schema import load_scenario
+from scenarios.tables import builtin_names
+from sim.errors import SimulationError
+
+PASSED, MISSED, BAD_INPUT = 0, 1, 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: Without the program's name; those of the process if None.
+
+    Returns:
+        The exit status.
+    """
+    options = _parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace, Console], int] = options.command
+    try:
+        with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+            return command(options, Console(highlight=False, soft_wrap=True))
+    except (IdentificationError, SimulationError, ScenarioError) as error:
+        print(f"rx90: {error}", file=sys.stderr)  # noqa: T201
+    except OSError as error:
+        print(f"rx90: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)  # noqa: T201
+    return BAD_INPUT
+
+
+def _list(options: argparse.Namespace, console: Console) -> int:
+    print_list([(name, load_scenario(name).table.description) for name in builtin_names()], console)
+    return PASSED
+
+
+def _run(options: argparse.Namespace, console: Console) -> int:
+    result = run(bench(load_scenario(options.scenario)), options.seed)
+    if options.save is not None:
+        save_run(result, options.save)
+    if options.json:
+        console.out(to_json(run_document(result)), highlight=False)
+    else:
+        print_run(result, console)
+    return PASSED if result.verdict.passed else MISSED
+
+
+def _identify(options: argparse.Namespace, console: Console) -> int:
+    structure = structure_of(load_arm(options.model))
+    unloaded, loaded = read_recording(options.unloaded), read_recording(options.loaded)
+    payload = read_payload(options.payload)
+    started = time.perf_counter()
+    estimate, notes = identify(
+        unloaded,
+        loaded,
+        structure,
+        payload,
+        method=options.method,
+        observing=ObserveOptions(**{field.name: getattr(options, field.name) for field in fields(ObserveOptions)}),
+        gains=GainOptions(**{field.name: getattr(options, field.name) for field in fields(GainOptions)}),
+    )
+    if options.json:
+        for note in notes:
+            print(f"rx90: {note}", file=sys.stderr)  # noqa: T201
+        console.out(to_json(estimate_document(estimate, time.perf_counter() - started)), highlight=False)
+    else:
+        print_estimate(estimate, notes, console)
+    return PASSED
+
+
+def _excite(options: argparse.Namespace, console: Console) -> int:
+    from scenarios.excitation import Design, robot_limits, search  # CMA-ES is needed here alone
+
+    prepared = bench(load_scenario(options.scenario))
+    plant = prepared.experiments[0].plant
+    wanted = np.flatnonzero(prepared.scenario.table.tolerance.identifiable)
+    design = Design(plant, prepared.structure, robot_limits(plant), wanted)
+    motion = search(
+        design,
+        prepared.experiments[0].trajectory.center,
+        options.seed,
+        harmonics=options.harmonics,
+        duration=options.duration,
+        evaluations=options.evaluations,
+        progress=lambda text: print(f"rx90: {text}", file=sys.stderr),  # noqa: T201
+    )
+    found = 100.0 * design.predicted_std(motion)[0]
+    command = (
+        f"rx90 excite {options.scenario} --seed {options.seed} --harmonics {options.harmonics} "
+        f"--duration {options.duration:g} --evaluations {options.evaluations} --out FILE"
+    )
+    predicted = ", ".join(f"{std:.2g}" for std in found)
+    comments = [
+        f"Found by: {command}",
+        f"Predicted standard deviation of the gains [%], joints 1 to {len(found)}: {predicted}",
+        "(for a residual of 2 % of each joint's rms torque at 20 rows a second)",
+    ]
+    write_motion(motion, options.out, comments)
+    console.print(f"{options.out}: predicted standard deviation of the gains [%]: {predicted}")
+    return PASSED
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="rx90", description="Testbench and identification of robot drive gains.")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    listing = commands.add_parser("list", help="built-in scenarios, a line each")
+    listing.set_defaults(command=_list)
+
+    running = commands.add_parser("run", help="simulate a scenario, identify its gains, judge them")
+    running.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
+    running.add_argument("--seed", type=_seed, default=0, help="seed of every random number (default 0)")
+    running.add_argument("--save", type=Path, metavar="DIR", help="write recordings, payload, truth and result there")
+    running.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
+    running.set_defaults(command=_run)
+
+    exciting = commands.add_parser("excite", help="search for a motion that shows a scenario's gains best")
+    exciting.add_argument("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")
+    exciting.add_argument("--out", type=Path, required=True, metavar="FILE", help="motion file to write, TOML")
+    exciting.add_argument("--seed", type=_seed, default=0, help="seed of the search (default 0)")
+    exciting.add_argument("--harmonics", type=_count, default=20, help="harmonics of the series (default 20)")
+    exciting.add_argument("--duration", type=_positive, default=20.0, help="period [s] (default 20)")
+    exciting.add_argument("--evaluations", type=_count, default=40000, help="motions to try (default 40000)")
+    exciting.set_defaults(command=_excite)
+
+    identifying = commands.add_parser("identify", help="identify the gains of a robot from two recordings")
+    identifying.add_argument("--model", type=Path, required=True, metavar="ROBOT", help="MJCF or URDF file")
+    identifying.add_argument("--unloaded", type=Path, required=True, metavar="A", help="recording with a bare flange")
+    identifying.add_argument("--loaded", type=Path, required=True, metavar="B", help="recording with the payload")
+    identifying.add_argument("--payload", type=Path, required=True, metavar="P", help="payload description, TOML")
+    identifying.add_argument("--method", choices=METHODS, default="ls-2011", help="estimator (default %(default)s)")
+    identifying.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
+    for defaults in (ObserveOptions(), GainOptions()):
+        for field in fields(defaults):
+            identifying.add_argument(
+                f"--{field.name.replace('_', '-')}",
+                type=_positive,
+                default=getattr(defaults, field.name),
+                metavar="X",
+                help=f"{OPTION_HELP[field.name]} (default %(default)s)",
+            )
+    identifying.set_defaults(command=_identify)
+    return parser
+
+
+OPTION_HELP = {
+    "cutoff_hz": "low-pass of the positions [Hz]",
+    "decimation_cutoff_hz": "low-pass of currents and regressor [Hz]",
+    "rows_per_second": "rows kept a second",
+    "reversal_speed": "leave out samples slower than this share of a joint's rms speed",
+    "min_weight": "leave out rows that keep less than this share of their samples",
+    "max_rel_std": "refuse a gain whose predicted relative standard deviation exceeds this",
+    "noise_floor": "residual that a prediction assumes at least, as a share of the joint's rms current",
+    "rank_tol": "smallest relative singular value that counts as observed",
+}
+
+
+def _seed(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError("expected 0 or more")
+    return value
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError("expected 1 or more")
+    return value
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError("expected a positive number")
+    return value

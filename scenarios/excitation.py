@@ -1,0 +1,233 @@
+"""Search for a motion that shows the drive gains: the largest predicted standard deviation is made small.
+
+With the same motion q for both recordings, the loaded rows carry y, the payload's torque on joint j, over the
+arm's columns W. Information on 1/g_j is what the columns cannot imitate in both motions at once
+(`docs/derivations.md`):
+
+    std(g_j) / g_j = sigma_j / sqrt(|y|^2 - |P y|^2 / 2),    P the projection onto the columns of W
+
+with sigma_j in proportion to the joint's rms torque, as a real drive's residual is.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cma
+import numpy as np
+from scipy import linalg, special
+
+import rx90_mjcf
+from ident.arm import load_arm, load_pinocchio
+from ident.arrays import Array, Indices
+from ident.payload import standard_parameters
+from ident.regressor import regressor
+from ident.structure import Structure
+from sim.clearance import Clearance
+from sim.errors import TrajectoryError
+from sim.plant import Plant
+from sim.trajectory import FourierTrajectory, at_rest
+
+RESIDUAL = 0.02
+"""Residual of a decimated row, as a share of the joint's rms torque; a common factor of all predictions."""
+ROWS_PER_SECOND = 20.0
+SHARE = 0.95
+"""Share of a velocity, acceleration or current limit that a motion may use; 0.9 of the position range."""
+CLEARANCE = 0.03
+"""Smallest distance to the floor and to the arm itself [m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Limits:
+    """Bounds on a motion; arrays are (n,).
+
+    Attributes:
+        lower: Positions [rad].
+        upper: Positions [rad].
+        velocity: [rad/s].
+        acceleration: [rad/s^2].
+        torque: Joint torque at the current limit [N m].
+    """
+
+    lower: Array
+    upper: Array
+    velocity: Array
+    acceleration: Array
+    torque: Array
+
+
+def robot_limits(plant: Plant) -> Limits:
+    """Limits of an RX-90 with a plant's drives."""
+    nominal, ranges = rx90_mjcf.nominal_drives(), load_arm(plant.mjcf)
+    return Limits(
+        lower=ranges.lower,
+        upper=ranges.upper,
+        velocity=nominal.max_velocity,
+        acceleration=nominal.max_acceleration,
+        torque=plant.drives.current_limit * np.abs(plant.drives.gain),
+    )
+
+
+class Design:
+    """A design problem: plant, limits and which joints' gains are wanted."""
+
+    def __init__(self, plant: Plant, structure: Structure, limits: Limits, joints: Indices) -> None:
+        """Prepare the problem.
+
+        Args:
+            plant: The robot as believed when the motion is designed.
+            structure: Its identifiable structure.
+            limits: What the motion must respect.
+            joints: Joints whose gains are wanted, from 0.
+        """
+        self._structure, self._limits, self._joints = structure, limits, joints
+        self._clearance = Clearance(plant, margin=2.0 * CLEARANCE)
+        body, drives = plant.payload, plant.drives
+        self._chi_payload = standard_parameters(body.mass, body.com, body.inertia)
+        self._chi_arm = arm_parameters(plant, structure)
+        self._bias = drives.gain * drives.amplifier_offset + drives.coulomb_asymmetry
+
+    def sampled(self, trajectory: FourierTrajectory, rate_hz: float) -> tuple[Array, Array, Array]:
+        """q, dq, ddq of the motion at a rate, each (N, n)."""
+        return trajectory(np.arange(0.0, trajectory.duration, 1.0 / rate_hz))
+
+    def predicted_std(self, trajectory: FourierTrajectory, rate_hz: float = ROWS_PER_SECOND) -> tuple[Array, Array]:
+        """Predicted relative standard deviation of every gain, and joint torques of both motions.
+
+        Returns:
+            Relative standard deviations, shape (n,); torques without and with payload [N m], shape (2, N, n).
+        """
+        q, dq, ddq = self.sampled(trajectory, rate_hz)
+        W = regressor(self._structure.arm, q, dq, ddq)  # (N, n, 14 n)
+        y = W[:, :, self._structure.payload_columns] @ self._chi_payload
+        torque = W @ self._chi_arm + self._bias
+        both = np.stack((torque, torque + y))
+        rel = np.empty(q.shape[1])
+        for j, columns in enumerate(self._structure.joint_independent):
+            basis = linalg.qr(W[:, j, self._structure.base.columns[columns]], mode="economic")[0]
+            information = y[:, j] @ y[:, j] - 0.5 * np.sum((basis.T @ y[:, j]) ** 2)
+            sigma = RESIDUAL * np.sqrt(np.mean(both[:, :, j] ** 2))
+            rel[j] = sigma / np.sqrt(information * ROWS_PER_SECOND / rate_hz)
+        return rel, both
+
+    def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
+        """How far a motion breaks its limits, relative to them; all entries zero if it keeps them."""
+        (q, dq, ddq), limits = motion, self._limits
+        center, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
+        over = [
+            np.abs(q - center) / half - 0.9,
+            np.abs(dq) / limits.velocity - SHARE,
+            np.abs(ddq) / limits.acceleration - SHARE,
+            np.abs(torques).max(axis=0) / limits.torque - 0.8,
+        ]
+        apart = (CLEARANCE - self._clearance(q)) / CLEARANCE
+        return np.concatenate([np.maximum(o, 0.0).ravel() for o in over] + [np.maximum(apart, 0.0)])
+
+    def largest_scale(self, trajectory: FourierTrajectory) -> Array:
+        """Factor on each joint's motion about its centre that just keeps range, velocity and acceleration, (n,)."""
+        q, dq, ddq = self.sampled(trajectory, 50.0)
+        limits, center = self._limits, trajectory.center
+        room = 0.9 * np.minimum(limits.upper - center, center - limits.lower)
+        return np.minimum.reduce(
+            [
+                room / np.abs(q - center).max(axis=0),
+                SHARE * limits.velocity / np.abs(dq).max(axis=0),
+                SHARE * limits.acceleration / np.abs(ddq).max(axis=0),
+            ]
+        )
+
+    def cost(self, trajectory: FourierTrajectory) -> float:
+        """Logarithm of the wanted joints' standard deviations, mostly of the worst, plus a penalty on excess."""
+        rate_hz = 10.0
+        rel, torques = self.predicted_std(trajectory, rate_hz)
+        worst = float(np.log(np.linalg.norm(rel[self._joints], ord=8)))
+        mean = float(np.mean(np.log(rel[self._joints])))
+        over = self.excess(self.sampled(trajectory, rate_hz), torques)
+        return worst + 0.2 * mean + 30.0 * float(over @ over) / rate_hz
+
+    def check(self, trajectory: FourierTrajectory) -> None:
+        """Refuse a motion that breaks a limit anywhere on a fine grid.
+
+        Raises:
+            TrajectoryError: Saying by how much.
+        """
+        motion = self.sampled(trajectory, 200.0)
+        over = self.excess(motion, self.predicted_std(trajectory, 200.0)[1])
+        if over.max() > 0.05:
+            raise TrajectoryError(f"the motion exceeds a limit or comes too near by {100 * over.max():.0f} %")
+
+
+def arm_parameters(plant: Plant, structure: Structure) -> Array:
+    """Standard parameters of the bare arm and its drives, shape (14 n,); offsets are left to the bias."""
+    model = load_pinocchio(plant.mjcf)
+    n = structure.arm.n
+    chi = np.zeros((n, 14))
+    for j in range(n):
+        body = model.inertias[j + 1]
+        J = body.inertia
+        chi[j, :10] = standard_parameters(body.mass, body.lever, (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))
+    drives = plant.drives
+    chi[:, 10], chi[:, 11], chi[:, 12] = drives.rotor_inertia, drives.viscous_friction, drives.coulomb_friction
+    return chi.ravel()
+
+
+def search(
+    design: Design,
+    start: Array,
+    seed: int,
+    *,
+    harmonics: int,
+    duration: float,
+    evaluations: int,
+    progress: Callable[[str], None],
+) -> FourierTrajectory:
+    """Best of 300 random motions, then CMA-ES from there.
+
+    The cost has kinks wherever another sample becomes the one that meets a limit; gradient descent stops at them
+    with deviations half as large again.
+
+    Args:
+        design: The problem.
+        start: Positions the motions move about at first [rad], shape (n,).
+        seed: Of the random numbers; the same seed finds the same motion.
+        harmonics: Harmonics of the series.
+        duration: Period [s].
+        evaluations: Motions to try.
+        progress: Told of the best so far, now and then.
+
+    Returns:
+        The best motion found; `Design.check` has passed.
+
+    Raises:
+        TrajectoryError: If it breaks a limit between the samples of the search.
+    """
+    n, shape = len(start), (2, len(start), harmonics)
+
+    def trajectory(x: Array) -> FourierTrajectory:
+        """Centres, shares of the largest admissible motion, coefficients up to scale."""
+        sine, cosine = x[2 * n :].reshape(shape)
+        drawn = at_rest(x[:n], sine, cosine, duration)
+        scale = (special.expit(x[n : 2 * n]) * design.largest_scale(drawn))[:, None]
+        return FourierTrajectory(drawn.center, scale * drawn.sine, scale * drawn.cosine, duration)
+
+    def cost(x: Array) -> float:
+        return design.cost(trajectory(x))
+
+    rng = np.random.default_rng(seed)
+    fade = 1.0 / np.sqrt(np.arange(1, harmonics + 1))
+    first = min(
+        (
+            np.concatenate((start, rng.uniform(-1.0, 2.0, n), (fade * rng.standard_normal(shape)).ravel()))
+            for _ in range(300)
+        ),
+        key=cost,
+    )
+    options = {"seed": seed + 1, "maxfevals": evaluations, "verbose": -9}
+    strategy = cma.CMAEvolutionStrategy(first, 0.2, options)
+    while not strategy.stop():
+        tried = strategy.ask()
+        strategy.tell(tried, [cost(np.asarray(x)) for x in tried])
+        if strategy.countiter % 100 == 0:
+            progress(f"{strategy.countevals} motions tried, cost {strategy.best.f:.4f}")
+    found = trajectory(np.asarray(strategy.best.x))
+    design.check(found)
+    return found

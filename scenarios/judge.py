@@ -1,0 +1,102 @@
+"""`judge`: hold an estimate against the truth. The only place that sees both."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.gains import GainEstimate, JointGain
+from scenarios.schema import ToleranceTable
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainVerdict:
+    """One joint's gain against the truth.
+
+    Attributes:
+        joint: Joint number, from 1.
+        true: Injected gain [N m / drive unit].
+        estimate: Identified gain, None if refused.
+        std: Its standard deviation, None if refused.
+        rel_error: (estimate - true) / true, None if refused.
+        z: (estimate - true) / std, None if refused.
+        tolerance: Largest relative error that passes.
+        identifiable: Whether identification gave a gain.
+        passed: Within tolerance where the data should give a gain, refused where they should not.
+        reason: Why it was refused, or why it did not pass; None otherwise.
+    """
+
+    joint: int
+    true: float
+    estimate: float | None
+    std: float | None
+    rel_error: float | None
+    z: float | None
+    tolerance: float
+    identifiable: bool
+    passed: bool
+    reason: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Every joint's verdict; `passed` if all passed."""
+
+    gains: tuple[GainVerdict, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every joint passed."""
+        return all(gain.passed for gain in self.gains)
+
+
+def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable) -> Verdict:
+    """Hold identified gains against injected ones.
+
+    Args:
+        estimate: From identification.
+        true_gain: Injected gains [N m / drive unit], shape (n,).
+        tolerance: What counts as passed.
+    """
+    rows = zip(estimate.joints, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
+    return Verdict(
+        tuple(
+            _judge_joint(j + 1, joint, float(true), allowed, expected)
+            for j, (joint, true, allowed, expected) in enumerate(rows)
+        )
+    )
+
+
+def _judge_joint(number: int, joint: JointGain, true: float, tolerance: float, expected: bool) -> GainVerdict:
+    if joint.value is None or joint.std is None:
+        return GainVerdict(
+            joint=number,
+            true=true,
+            estimate=None,
+            std=None,
+            rel_error=None,
+            z=None,
+            tolerance=tolerance,
+            identifiable=False,
+            passed=not expected,
+            reason=joint.reason,
+        )
+    error = joint.value - true
+    within = bool(np.abs(error / true) <= tolerance)
+    reason = None
+    if not expected:
+        reason = "claimed, although these data cannot give it"
+    elif not within:
+        reason = f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
+    return GainVerdict(
+        joint=number,
+        true=true,
+        estimate=joint.value,
+        std=joint.std,
+        rel_error=error / true,
+        z=error / joint.std if joint.std > 0.0 else None,
+        tolerance=tolerance,
+        identifiable=True,
+        passed=within and expected,
+        reason=reason,
+    )

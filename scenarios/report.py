@@ -1,0 +1,101 @@
+"""Results for people: aligned tables and one verdict line; colour only on a terminal."""
+
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ident.gains import GainEstimate
+from scenarios.judge import GainVerdict
+from scenarios.run import Run
+
+
+def print_run(run: Run, console: Console) -> None:
+    """The table of injected against identified gains, the reasons, and the verdict."""
+    scenario = run.bench.scenario
+    console.print(f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}")
+    table = _table("Joint", "Injected", "Identified", "2 sigma", "Error", "Tolerance", "Verdict")
+    for gain in run.verdict.gains:
+        table.add_row(
+            str(gain.joint),
+            f"{gain.true:.4f}",
+            _number(gain.estimate, ".4f"),
+            _number(None if gain.std is None else 2.0 * gain.std, ".4f"),
+            _number(None if gain.rel_error is None else 100.0 * gain.rel_error, "+.3f", " %"),
+            f"{100.0 * gain.tolerance:.3g} %",
+            _verdict(gain),
+        )
+    console.print(table)
+    _print_notes(console, run.notes)
+    for gain in run.verdict.gains:
+        if gain.reason is not None:
+            console.print(f"Joint {gain.joint}: {gain.reason}.")
+    console.print(
+        f"{run.estimate.rows} rows, relative residual {100.0 * run.estimate.rel_error_norm:.2f} %; "
+        f"simulated in {run.simulate_s:.2f} s, identified in {run.identify_s:.2f} s."
+    )
+    found = sum(gain.identifiable for gain in run.verdict.gains)
+    missed = [str(gain.joint) for gain in run.verdict.gains if not gain.passed]
+    if missed:
+        console.print(Text(f"MISSED on joint {', '.join(missed)}.", style="bold red"))
+    else:
+        refused = [str(gain.joint) for gain in run.verdict.gains if not gain.identifiable]
+        rest = f"; joint {', '.join(refused)} rightly refused" if refused else ""
+        console.print(Text(f"PASSED: {found} gains within tolerance{rest}.", style="bold green"))
+
+
+def print_estimate(estimate: GainEstimate, notes: Sequence[str], console: Console) -> None:
+    """The table of identified gains, the reasons for refusals, and how good the fit is."""
+    table = _table("Joint", "Name", "Gain", "2 sigma", "2 sigma payload", "Residual", "Verdict")
+    for number, joint in enumerate(estimate.joints, 1):
+        given = joint.value is not None and joint.std is not None
+        payload = 2.0 * joint.payload_rel_std * abs(joint.value) if joint.value is not None else None
+        table.add_row(
+            str(number),
+            joint.joint,
+            _number(joint.value, ".4f"),
+            _number(2.0 * joint.std if joint.std is not None else None, ".4f"),
+            _number(payload, ".4f"),
+            f"{100.0 * joint.error_norm / joint.current_norm:.1f} %" if joint.rows else "-",
+            Text("identified", style="green") if given else Text("refused", style="yellow"),
+        )
+    console.print(table)
+    _print_notes(console, notes)
+    for number, joint in enumerate(estimate.joints, 1):
+        if joint.reason is not None:
+            console.print(f"Joint {number}: {joint.reason}.")
+    found = int(estimate.identifiable.sum())
+    console.print(
+        f"{found} of {len(estimate.joints)} gains identified from {estimate.rows} rows, "
+        f"relative residual {100.0 * estimate.rel_error_norm:.2f} %."
+    )
+
+
+def print_list(rows: Sequence[tuple[str, str]], console: Console) -> None:
+    """Names and descriptions, a line each."""
+    width = max(len(name) for name, _ in rows)
+    for name, description in rows:
+        console.print(f"{name:<{width}}  {description}", no_wrap=True, overflow="ellipsis")
+
+
+def _table(*columns: str) -> Table:
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in columns:
+        table.add_column(column, justify="left" if column in ("Name", "Verdict") else "right", no_wrap=True)
+    return table
+
+
+def _verdict(gain: GainVerdict) -> Text:
+    if not gain.passed:
+        return Text("MISSED", style="red")
+    return Text("passed", style="green") if gain.identifiable else Text("refused, as it should be", style="green")
+
+
+def _print_notes(console: Console, notes: Sequence[str]) -> None:
+    for note in notes:
+        console.print(f"Note: {note}.")
+
+
+def _number(value: float | None, form: str, unit: str = "") -> str:
+    return "-" if value is None else f"{value:{form}}{unit}"

@@ -1,0 +1,181 @@
+"""A scenario as one validated value: what is true, what is done, what is believed, what is tolerated."""
+
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ident.gains import GainOptions
+from ident.observation import ObserveOptions
+from scenarios.errors import ScenarioError
+from scenarios.tables import nearest, scenario_table
+from sim.controller import ControllerOptions
+from sim.sensors import SensorOptions
+
+Vector = tuple[float, ...]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Triple = tuple[float, float, float]
+
+
+class _Table(BaseModel):
+    """A TOML table: unknown keys are errors, values are frozen and strictly typed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class InertiaTable(_Table):
+    """Inertia about the centre of mass, axes of the last link [kg m^2]."""
+
+    ixx: float
+    iyy: float
+    izz: float
+    ixy: float = 0.0
+    ixz: float = 0.0
+    iyz: float = 0.0
+
+
+class BodyTable(_Table):
+    """The payload that is really mounted, in the frame of the last link."""
+
+    mass: Positive
+    com: Triple
+    inertia: InertiaTable
+
+
+class PlantTable(_Table):
+    """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's.
+
+    The payload is a name of `rx90_mjcf.PAYLOADS` or a table.
+    """
+
+    payload: str | BodyTable
+    gain: Vector | None = None
+    amplifier_offset: Vector | None = None
+    rotor_inertia: Vector | None = None
+    viscous_friction: Vector | None = None
+    coulomb_friction: Vector | None = None
+    coulomb_asymmetry: Vector | None = None
+    current_limit: Vector | None = None
+
+
+class ExperimentTable(_Table):
+    """What is done with the plant."""
+
+    motion: str
+    step: Positive
+    controller: ControllerOptions = ControllerOptions()
+    sensors: SensorOptions = SensorOptions()
+
+
+class BeliefTable(_Table):
+    """What the controller and the identification believe.
+
+    The payload is a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files; `known` overrides its own.
+    """
+
+    controller_gain: Vector
+    payload: str | dict[str, object]
+    known: Literal["all", "mass"] | None = None
+
+
+class IdentificationTable(_Table):
+    """How gains are identified."""
+
+    method: str = "ls-2011"
+    observe: ObserveOptions = ObserveOptions()
+    gains: GainOptions = GainOptions()
+
+
+class ToleranceTable(_Table):
+    """What counts as passed: relative error of each gain, and which joints the data should give."""
+
+    gain: tuple[Positive, ...]
+    identifiable: tuple[bool, ...]
+
+
+class ScenarioTable(_Table):
+    """A scenario file after `extends` is resolved."""
+
+    description: str
+    plant: PlantTable
+    experiment: ExperimentTable
+    belief: BeliefTable
+    identification: IdentificationTable = IdentificationTable()
+    tolerance: ToleranceTable
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A named scenario.
+
+    Attributes:
+        name: Name of the built-in scenario, or the file's.
+        folder: Where its file lies; motions are looked up there too.
+        table: Its content.
+    """
+
+    name: str
+    folder: Path
+    table: ScenarioTable
+
+
+def load_scenario(name: str) -> Scenario:
+    """Read and validate a built-in scenario or a user's file.
+
+    Raises:
+        ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
+    """
+    table, path = scenario_table(name)
+    _refuse_unknown(table, ScenarioTable, str(path), "")
+    try:
+        parsed = ScenarioTable.model_validate(table)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]")))
+        what = first["msg"][0].lower() + first["msg"][1:]
+        got = "" if first["type"] == "missing" else f", got {first['input']!r}"
+        raise ScenarioError(f"{path}: {where}: {what}{got}") from error
+    _check_lengths(parsed, path)
+    return Scenario(path.stem, path.parent, parsed)
+
+
+def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
+    """Walk tables and schema together; pydantic would not say which key was meant."""
+    if not isinstance(table, dict):
+        return
+    known = _subtables(kind)
+    for key, value in table.items():
+        if key not in known:
+            raise ScenarioError(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
+        inner = known[key]
+        if inner is not None:
+            _refuse_unknown(value, inner, path, f"{where}{key}.")
+
+
+def _subtables(kind: type) -> dict[str, type | None]:
+    """Keys of a table, with the class of those that are tables."""
+    if is_dataclass(kind):
+        return {field.name: None for field in fields(kind)}
+    if issubclass(kind, BaseModel):
+        hints = {name: field.annotation for name, field in kind.model_fields.items()}
+        return {
+            name: hint if isinstance(hint, type) and (is_dataclass(hint) or issubclass(hint, BaseModel)) else None
+            for name, hint in hints.items()
+        }
+    return {}
+
+
+def _check_lengths(table: ScenarioTable, path: Path) -> None:
+    """Every array has one entry a joint."""
+    n = len(table.tolerance.gain)
+    arrays = {
+        "tolerance.identifiable": table.tolerance.identifiable,
+        "belief.controller_gain": table.belief.controller_gain,
+        **{f"plant.{name}": value for name, value in table.plant if isinstance(value, tuple)},
+    }
+    for where, values in arrays.items():
+        if len(values) != n:
+            raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
+    if not all(table.belief.controller_gain):
+        raise ScenarioError(f"{path}: belief.controller_gain: a gain of zero commands nothing")

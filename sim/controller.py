@@ -1,0 +1,111 @@
+"""A digital joint controller as in a robot cell: it sees encoder readings and commands currents.
+
+    v = (Kp (q_ref - q) + Kd (dq_ref - dq) + Ki integral(q_ref - q) + tau_ff) / g_believed,   |v| <= v_max
+
+with dq the low-passed difference of the measured positions. Encoder noise therefore travels round the loop into v.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from ident.arrays import Array
+from sim.trajectory import FourierTrajectory
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControllerOptions:
+    """How the controller is tuned, and what it believes.
+
+    Attributes:
+        rate_hz: Control and logging rate [Hz].
+        bandwidth_hz: Natural frequency of each joint's position loop [Hz].
+        damping: Damping ratio of the loop.
+        integral_hz: Corner of the integral action [Hz], 0 for none.
+        velocity_cutoff_hz: First-order low-pass of the velocity estimate [Hz].
+        feedforward: Share of the bare arm's inverse dynamics that is fed forward, 0 to 1.
+    """
+
+    rate_hz: float = 1000.0
+    bandwidth_hz: float = 8.0
+    damping: float = 0.8
+    integral_hz: float = 0.0
+    velocity_cutoff_hz: float = 150.0
+    feedforward: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Controller:
+    """A tuned controller with its reference motion tabulated; arrays per joint are (n,).
+
+    Attributes:
+        reference: `Kp q_ref + Kd dq_ref + tau_ff` over believed gain, at every period, shape (N, n) [drive units].
+        q_ref: Reference positions [rad], shape (N, n).
+        kp: Position gain over believed drive gain [drive units / rad].
+        kd: Velocity gain over believed drive gain [drive units s / rad].
+        ki: Integral gain over believed drive gain, times the period [drive units / rad].
+        blend: Weight of the newest difference in the velocity estimate.
+        period: Control period [s].
+    """
+
+    reference: Array
+    q_ref: Array
+    kp: Array
+    kd: Array
+    ki: Array
+    blend: float
+    period: float
+
+
+def tuned(
+    model: mujoco.MjModel, trajectory: FourierTrajectory, believed_gain: Array, options: ControllerOptions
+) -> Controller:
+    """Tune a controller on the bare arm's inertia along a reference motion.
+
+    Args:
+        model: The bare arm.
+        trajectory: Reference motion.
+        believed_gain: Drive gains the controller divides by [N m / drive unit], shape (n,).
+        options: Tuning.
+    """
+    period = 1.0 / options.rate_hz
+    samples = round(trajectory.duration * options.rate_hz) + 1
+    q, dq, ddq = trajectory(period * np.arange(samples, dtype=np.float64))
+    rate = 2.0 * np.pi * options.bandwidth_hz
+    inertia = _mean_inertia(model, q[:: max(1, samples // 50)])
+    kp, kd = inertia * rate**2, 2.0 * options.damping * rate * inertia
+    torque = options.feedforward * inverse_dynamics(model, q, dq, ddq) if options.feedforward else 0.0
+    return Controller(
+        reference=(q * kp + dq * kd + torque) / believed_gain,
+        q_ref=q,
+        kp=kp / believed_gain,
+        kd=kd / believed_gain,
+        ki=kp / believed_gain * 2.0 * np.pi * options.integral_hz * period,
+        blend=1.0 - float(np.exp(-2.0 * np.pi * options.velocity_cutoff_hz * period)),
+        period=period,
+    )
+
+
+def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> Array:
+    """Joint torques of the arm and its rotors without friction [N m], shape (N, n)."""
+    frictionless = mujoco.MjModel.__copy__(model)
+    frictionless.dof_damping[:] = 0.0
+    frictionless.dof_frictionloss[:] = 0.0
+    data, torque = mujoco.MjData(frictionless), np.empty_like(q)
+    for k in range(len(q)):
+        data.qpos[:], data.qvel[:], data.qacc[:] = q[k], dq[k], ddq[k]
+        mujoco.mj_inverse(frictionless, data)
+        torque[k] = data.qfrc_inverse
+    return torque
+
+
+def _mean_inertia(model: mujoco.MjModel, q: Array) -> Array:
+    """Mean diagonal of the inertia matrix over some positions [kg m^2], shape (n,)."""
+    data, M, total = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.zeros(model.nv)
+    for position in q:
+        data.qpos[:] = position
+        mujoco.mj_forward(model, data)
+        mujoco.mj_fullM(model, data, M)
+        total += np.diag(M)
+    return total / len(q)

@@ -1,0 +1,60 @@
+"""Exciting motions as finite Fourier series that start and end at rest, in closed form."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FourierTrajectory:
+    """Reference motion of n joints with H harmonics.
+
+    `q_j(t) = center_j + sum_k sine_jk sin(k w t) + cosine_jk cos(k w t)`, w = 2 pi / duration. The coefficients
+    satisfy `sum_k k sine_jk = 0` and `sum_k k^2 cosine_jk = 0`, so velocity and acceleration vanish at both ends.
+
+    Attributes:
+        center: Mean positions [rad], shape (n,).
+        sine: Sine coefficients [rad], shape (n, H).
+        cosine: Cosine coefficients [rad], shape (n, H).
+        duration: One period [s].
+    """
+
+    center: Array
+    sine: Array
+    cosine: Array
+    duration: float
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.center)
+
+    def __call__(self, t: Array) -> tuple[Array, Array, Array]:
+        """Evaluate the motion.
+
+        Args:
+            t: Times [s], shape (N,).
+
+        Returns:
+            q, dq, ddq [rad, rad/s, rad/s^2], each (N, n).
+        """
+        rate = 2.0 * np.pi / self.duration * np.arange(1, self.sine.shape[1] + 1)  # (H,) rad/s
+        s, c = np.sin(np.outer(t, rate)), np.cos(np.outer(t, rate))  # (N, H)
+        q = self.center + s @ self.sine.T + c @ self.cosine.T
+        dq = c @ (rate * self.sine).T - s @ (rate * self.cosine).T
+        ddq = -s @ (rate**2 * self.sine).T - c @ (rate**2 * self.cosine).T
+        return q, dq, ddq
+
+
+def at_rest(center: Array, sine: Array, cosine: Array, duration: float) -> FourierTrajectory:
+    """The trajectory nearest to the given coefficients that starts and ends at rest."""
+    k = np.arange(1, sine.shape[1] + 1, dtype=np.float64)
+    return FourierTrajectory(center, _without(sine, k), _without(cosine, k**2), duration)
+
+
+def _without(rows: Array, direction: Array) -> Array:
+    """Rows less their component along `direction`."""
+    unit = direction / np.linalg.norm(direction)
+    return rows - np.outer(rows @ unit, unit)

@@ -1,0 +1,50 @@
+"""Shared values: the arm, its structure, where the real recordings are."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from threadpoolctl import threadpool_limits
+
+import rx90_mjcf
+from ident.arm import Arm, load_arm
+from ident.payload import Payload
+from ident.payload_files import read_payload
+from ident.structure import Structure, structure_of
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _one_blas_thread():
+    with threadpool_limits(1):
+        yield
+
+
+@pytest.fixture(scope="session")
+def arm() -> Arm:
+    return load_arm(rx90_mjcf.MJCF)
+
+
+@pytest.fixture(scope="session")
+def structure(arm: Arm) -> Structure:
+    return structure_of(arm)
+
+
+@pytest.fixture(scope="session")
+def payload() -> Payload:
+    return read_payload(rx90_mjcf.PAYLOADS["7.025 kg"])
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(7)
+
+
+@pytest.fixture(scope="session")
+def real() -> Path:
+    folder = Path(os.environ.get("REAL_RECORDINGS", ROOT.parent / "shared" / "real"))
+    if not folder.is_dir():
+        pytest.skip(f"no real recordings in {folder}; name their folder in REAL_RECORDINGS")
+    return folder

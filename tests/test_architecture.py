@@ -1,0 +1,63 @@
+import ast
+import subprocess
+import sys
+
+import pytest
+from conftest import ROOT
+
+ALLOWED = {
+    "rx90_mjcf": {"rx90_mjcf"},
+    "ident": {"ident"},
+    "sim": {"sim", "rx90_mjcf", "ident.recording", "ident.arrays"},
+    "scenarios": {"scenarios", "sim", "ident", "rx90_mjcf"},
+}
+OURS = set(ALLOWED)
+FILES = [path for package in ALLOWED for path in sorted((ROOT / package).rglob("*.py"))]
+
+
+def imported(path) -> set[str]:
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path} imports relatively"
+            names |= {node.module}
+    return names
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_imports_go_one_way(path):
+    package = path.relative_to(ROOT).parts[0]
+    for name in imported(path):
+        if name.split(".")[0] in OURS:
+            allowed = any(name == a or name.startswith(f"{a}.") for a in ALLOWED[package])
+            assert allowed, f"{path.relative_to(ROOT)} may not import {name}"
+        if package == "ident":
+            assert name.split(".")[0] not in ("mujoco", "pandas"), f"{path.relative_to(ROOT)} may not import {name}"
+
+
+def test_only_the_engine_touches_mujoco_batch():
+    assert [p.relative_to(ROOT).as_posix() for p in FILES if "mujoco.batch" in imported(p)] == ["sim/engine.py"]
+
+
+def test_no_circle_of_imports():
+    modules = {
+        p.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__"): p for p in FILES
+    }
+    edges = {name: {m for m in imported(path) if m in modules and m != name} for name, path in modules.items()}
+    while edges:
+        free = [name for name, targets in edges.items() if not targets & edges.keys()]
+        assert free, f"these import each other in a circle: {sorted(edges)}"
+        for name in free:
+            del edges[name]
+
+
+def test_ident_works_without_mujoco_pandas_and_the_rest_of_the_project():
+    code = (
+        "import sys, pkgutil, importlib\n"
+        "for name in ('mujoco', 'pandas', 'sim', 'scenarios', 'rx90_mjcf'): sys.modules[name] = None\n"
+        "import ident\n"
+        "for module in pkgutil.walk_packages(ident.__path__, 'ident.'): importlib.import_module(module.name)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)

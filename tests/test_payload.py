@@ -1,0 +1,65 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio_arms import INERTIAL_ORDER
+
+from ident.errors import PayloadError
+from ident.payload import Payload, standard_parameters
+from ident.payload_files import read_payload, write_payload
+
+
+def test_standard_parameters_are_pinocchio_s(rng):
+    body = pin.Inertia.Random()
+    J = body.inertia
+    ours = standard_parameters(body.mass, body.lever, (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))
+    np.testing.assert_allclose(ours, body.toDynamicParameters()[INERTIAL_ORDER], rtol=1e-13, atol=1e-14)
+
+
+def test_files_keep_every_digit(tmp_path):
+    payload = Payload(
+        mass=1 / 3,
+        mass_std=0.01,
+        com=(0.1, -0.2 / 3, 0.3),
+        com_std=(1e-3, 2e-3, 3e-3),
+        inertia=(0.02, 0.03, 0.04, 1e-3 / 3, 2e-3, -1e-3),
+        known="mass",
+    )
+    write_payload(payload, tmp_path / "p.toml")
+    assert read_payload(tmp_path / "p.toml") == payload
+    write_payload(Payload(mass=2.0, known="mass"), tmp_path / "m.toml")
+    assert read_payload(tmp_path / "m.toml") == Payload(mass=2.0, known="mass")
+
+
+INERTIA = "inertia = { ixx = 1, iyy = 1, izz = 1, ixy = 0, ixz = 0, iyz = 0 }"
+FAULTS = {
+    "": "mass is missing",
+    "mass = 'heavy'": "mass = 'heavy' is not a number",
+    "mass = true": "mass = True is not a number",
+    "mass = -1\nknown = 'mass'": "mass = -1.0 kg; expected a positive number",
+    "mass = nan\nknown = 'mass'": "expected a positive number",
+    "mass = 1\nknown = 'some'": "known = 'some'; expected 'all' or 'mass'",
+    "mass = 1\nweight = 2": "unknown key 'weight'; expected mass",
+    "mass = 1": "known = 'all' but com is missing; add it, or set known = 'mass'",
+    "mass = 1\ncom = [0, 0, 0]": "known = 'all' but inertia is missing",
+    "mass = 1\ncom = [0, 0]": r"com = \[0, 0\]; expected three numbers",
+    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz = 1', 'izz = 3')}": r"triangle inequality: .* 1 \+ 1 < 3",
+    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('ixx = 1', 'ixx = -1')}": "smallest principal moment is -1",
+    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz', 'zz')}": "expected the keys ixx, iyy, izz, ixy, ixz, iyz",
+    "mass = 1\nmass_std = -0.1\nknown = 'mass'": "a standard deviation is negative",
+    "mass = = 1": "not TOML",
+}
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_a_faulty_payload_is_one_line_that_names_file_and_fault(tmp_path, text):
+    path = tmp_path / "payload.toml"
+    path.write_text(text)
+    with pytest.raises(PayloadError, match=FAULTS[text]) as caught:
+        read_payload(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_payload_file_is_named(tmp_path):
+    with pytest.raises(PayloadError, match=r"absent\.toml: No such file"):
+        read_payload(tmp_path / "absent.toml")

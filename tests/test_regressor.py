@@ -1,0 +1,60 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio_arms import random_arm, reference_regressor, standard_parameters_of
+
+from ident.arm import arm_from_pinocchio
+from ident.parameters import STANDARD
+from ident.regressor import BLOCK, regressor, regressor_blocks
+
+STATES = 200
+
+
+def inertial_columns(W: np.ndarray, n: int) -> np.ndarray:
+    return W.reshape(len(W), n, n, len(STANDARD))[..., :10].reshape(len(W), n, 10 * n)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_inertial_columns_are_pinocchio_s_on_random_arms(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 8))
+    model = random_arm(rng, n)
+    q, dq, ddq = rng.uniform(-2, 2, (3, STATES, n))
+    W = inertial_columns(regressor(arm_from_pinocchio(model), q, dq, ddq), n)
+    reference = reference_regressor(model, q, dq, ddq)
+    np.testing.assert_allclose(W, reference, rtol=0, atol=1e-12 * np.abs(reference).max())
+
+
+def test_torque_is_linear_in_the_standard_parameters(arm, rng):
+    model = random_arm(rng)
+    model.armature = rng.uniform(0, 2, 6)
+    q, dq, ddq = rng.uniform(-2, 2, (3, STATES, 6))
+    Fv, Fc, off = rng.uniform(0, 5, (3, 6))
+    chi = np.column_stack((standard_parameters_of(model), model.armature, Fv, Fc, off)).ravel()
+    torque = regressor(arm_from_pinocchio(model), q, dq, ddq) @ chi
+    data = model.createData()
+    expected = [pin.rnea(model, data, *state) for state in zip(q, dq, ddq, strict=True)]
+    expected += Fv * dq + Fc * np.sign(dq) + off
+    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_unbounded_revolute_joints_take_an_angle(rng):
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelRUBZ(), pin.SE3.Identity(), "spin")
+    model.appendBodyToJoint(1, pin.Inertia.Random(), pin.SE3.Identity())
+    q, dq, ddq = rng.uniform(-9, 9, (3, 5, 1))
+    reference = reference_regressor(model, np.column_stack((np.cos(q), np.sin(q))), dq, ddq)
+    W = regressor(arm_from_pinocchio(model), q, dq, ddq)
+    np.testing.assert_allclose(W[..., :10], reference, rtol=0, atol=1e-12 * np.abs(reference).max())
+
+
+def test_blocks_cover_every_sample_once_and_leave_nothing_behind(arm, rng):
+    q, dq, ddq = rng.uniform(-2, 2, (3, 2 * BLOCK + 17, 6))
+    whole = regressor(arm, q, dq, ddq)
+    covered = np.zeros(len(q), dtype=int)
+    for block, columns in regressor_blocks(arm, q, dq, ddq):
+        covered[block] += 1
+        np.testing.assert_array_equal(np.moveaxis(columns, 2, 0), whole[block])
+    assert (covered == 1).all()
+    # One sample alone is the same sample in a block: no state leaks from block to block.
+    np.testing.assert_allclose(regressor(arm, q[-1:], dq[-1:], ddq[-1:])[0], whole[-1], rtol=0, atol=1e-13)

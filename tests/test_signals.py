@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+
+from ident.signals import Decimator, decimator, edge_samples, smooth_motion
+
+PERIOD, CUTOFF = 1e-3, 15.0
+
+
+def test_derivatives_of_a_slow_sine_are_its_derivatives():
+    t = PERIOD * np.arange(5000)
+    rate = 2 * np.pi * 1.0
+    q, dq, ddq = smooth_motion(np.sin(rate * t)[:, None], PERIOD, CUTOFF)
+    inner = slice(edge_samples(PERIOD, CUTOFF), -edge_samples(PERIOD, CUTOFF))
+    # Two passes of a fourth-order Butterworth lose (1 / 15)^8 = 4e-10 at 1 Hz; the rest is the transient at the
+    # edge, 1e-4 of the filter's response after two periods of its cut-off.
+    for value, exact, scale in ((q, np.sin(rate * t), 1), (dq, rate * np.cos(rate * t), rate)):
+        np.testing.assert_allclose(value[inner, 0], exact[inner], rtol=0, atol=1e-4 * scale)
+    np.testing.assert_allclose(ddq[inner, 0], -(rate**2) * np.sin(rate * t)[inner], rtol=0, atol=1e-3 * rate**2)
+
+
+def test_error_of_the_derivatives_falls_with_the_fourth_power_of_the_period():
+    errors = []
+    for period in (4e-3, 2e-3):
+        t = period * np.arange(int(20 / period))
+        _, dq, ddq = smooth_motion(np.sin(2 * np.pi * 5 * t)[:, None], period, 60.0)
+        inner = slice(len(t) // 4, -len(t) // 4)
+        rate = 2 * np.pi * 5  # the inner half holds 50 whole periods: amplitudes are projections
+        amplitude = np.array(
+            [
+                2 * np.mean(dq[inner, 0] * np.cos(rate * t[inner])) / rate,
+                -2 * np.mean(ddq[inner, 0] * np.sin(rate * t[inner])) / rate**2,
+            ]
+        )
+        errors.append(1 - amplitude)
+    order = np.log2(errors[0] / errors[1])
+    np.testing.assert_allclose(order, 4, atol=0.2)  # next order and the filter's own droop
+
+
+def test_filtering_has_no_phase():
+    rng = np.random.default_rng(0)
+    q = rng.normal(size=(4000, 2)).cumsum(axis=0)
+    forward, *_ = smooth_motion(q, PERIOD, CUTOFF)
+    backward, *_ = smooth_motion(q[::-1], PERIOD, CUTOFF)
+    # The two passes commute but for the initial state of each at the edges.
+    inner = slice(1000, -1000)
+    np.testing.assert_allclose(backward[::-1][inner], forward[inner], rtol=0, atol=1e-6 * np.ptp(q))
+
+
+@pytest.fixture
+def D() -> Decimator:
+    return decimator(PERIOD, 10.0, 50)
+
+
+def test_a_constant_passes_the_decimator_unchanged(D):
+    _, weights = D.matrix(0, 3000, D.rows(3000))
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-14)
+
+
+def test_the_decimator_has_no_phase_and_stops_what_would_fold(D):
+    np.testing.assert_allclose(D.kernel, D.kernel[::-1], rtol=0, atol=1e-16)  # of 0.02 at most
+    t = PERIOD * (np.arange(len(D.kernel)) - len(D.kernel) // 2)
+    gain = [abs(D.kernel @ np.exp(2j * np.pi * f * t)) for f in (1.0, 10.0, 20.0, 100.0)]
+    assert abs(gain[0] - 1) < 2e-3  # Hamming ripple
+    np.testing.assert_allclose(gain[1], 0.5, atol=0.01)  # cut-off is at half amplitude
+    assert max(gain[2:]) < 4e-3
+
+
+def test_blocks_add_up_to_the_whole_matrix(D):
+    samples = 2345
+    rows = D.rows(samples)
+    _, whole = D.matrix(0, samples, rows)
+    assert whole.shape == (rows, samples)
+    pieces = np.zeros_like(whole)
+    for start in range(0, samples, 400):
+        stop = min(start + 400, samples)
+        touched, weights = D.matrix(start, stop, rows)
+        pieces[touched, start:stop] += weights
+    np.testing.assert_array_equal(pieces, whole)

@@ -3,7 +3,7 @@
 Identification needs no nominal inertia, only where the joint axes are, so that is all an `Arm` keeps.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,8 @@ class Arm:
         gravity: Gravity in the base frame [m/s^2], shape (3,).
         lower: Lower position limits [rad or m], -inf where the model states none, shape (n,).
         upper: Upper position limits, likewise, shape (n,).
+        couplings: Pairs of joints (from 0) whose second motor turns with the sum of both speeds, as axes 5 and 6 of
+            Staubli's wrists do.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Arm:
     gravity: Array
     lower: Array
     upper: Array
+    couplings: tuple[tuple[int, int], ...] = ()
 
     @property
     def n(self) -> int:
@@ -47,20 +50,25 @@ class Arm:
         return len(self.joint_names)
 
 
-def load_arm(path: str | Path) -> Arm:
+def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = ()) -> Arm:
     """Read an arm from an MJCF (`.xml`, `.mjcf`) or URDF (`.urdf`) file.
 
     Args:
         path: The model file. Meshes are not read.
+        couplings: Pairs of coupled joints, from 0; no model file tells them.
 
     Returns:
         The arm's kinematics.
 
     Raises:
         RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
-            and prismatic joints.
+            and prismatic joints, or a coupling names a joint that is not there.
     """
-    return arm_from_pinocchio(load_pinocchio(path))
+    arm = arm_from_pinocchio(load_pinocchio(path))
+    for first, second in couplings:
+        if not 0 <= first < second < arm.n:
+            raise RobotModelError(f"robot {arm.name}: cannot couple joints {first + 1} and {second + 1} of {arm.n}")
+    return replace(arm, couplings=couplings)
 
 
 def load_pinocchio(path: str | Path) -> pin.Model:

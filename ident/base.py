@@ -14,10 +14,10 @@ from scipy import linalg
 
 from ident.arm import Arm
 from ident.arrays import Array, Indices, readonly
-from ident.parameters import STANDARD, labels
+from ident.parameters import COUPLING, labels
 from ident.regressor import regressor
 
-TIERS = (("XX", "XY", "XZ", "YZ", "ZZ", "MX", "MY"), ("Ia",), ("YY", "MZ", "M"), ("Fv", "Fc", "off"))
+TIERS = (("XX", "XY", "XZ", "YZ", "ZZ", "MX", "MY"), ("Ia",), ("YY", "MZ", "M"), ("Fv", "Fc", "off", *COUPLING))
 RANK_TOL = 1e-8
 """Share of a unit column that must be new: exact dependence leaves 1e-15, the weakest base column 1e-3."""
 
@@ -30,18 +30,22 @@ class BaseParameters:
         columns: Indices of the chosen columns, shape (b,).
         regrouping: Matrix K with `chi_base = K @ chi_st` and `W_st @ chi_st == W_st[:, columns] @ chi_base`,
             shape (b, p).
-        names: Names of the chosen columns, b strings.
+        labels: Names of all p standard parameters.
     """
 
     columns: Indices
     regrouping: Array
-    names: tuple[str, ...]
+    labels: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the chosen columns, b strings."""
+        return tuple(self.labels[c] for c in self.columns)
 
     def groups(self, tol: float = 1e-9) -> dict[str, dict[str, float]]:
         """Each base parameter as a combination of standard parameters, `{"MX2": {"MX2": 1, "M3": 0.45}}`."""
-        names = labels(self.regrouping.shape[1] // len(STANDARD))
         return {
-            base: {name: float(k) for name, k in zip(names, row, strict=True) if abs(k) > tol}
+            base: {name: float(k) for name, k in zip(self.labels, row, strict=True) if abs(k) > tol}
             for base, row in zip(self.names, self.regrouping, strict=True)
         }
 
@@ -57,13 +61,13 @@ def base_parameters(arm: Arm, rng: np.random.Generator) -> BaseParameters:
         The base columns among the 14 n of `regressor`.
     """
     W = random_regressor(arm, rng)
-    names = labels(arm.n)
+    names = labels(arm.n, arm.couplings)
     stacked = W.reshape(-1, W.shape[2])
     tiers = [np.flatnonzero([name.rstrip("0123456789") in tier for name in names]) for tier in TIERS]
     columns = np.sort(independent_columns(stacked, tiers))
     K = linalg.lstsq(stacked[:, columns], stacked)[0]
     K[np.abs(K) < 1e-10] = 0.0
-    return BaseParameters(columns, readonly(K), tuple(names[c] for c in columns))
+    return BaseParameters(columns, readonly(K), names)
 
 
 def random_regressor(arm: Arm, rng: np.random.Generator) -> Array:

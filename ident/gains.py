@@ -32,11 +32,13 @@ class GainOptions:
         max_rel_std: Largest predicted relative standard deviation of a gain.
         noise_floor: Residual that any real drive has, as a share of the joint's rms current. A prediction never
             assumes less, so that a simulation without noise does not make a joint look identifiable.
+        serial_rows: Rows after which residuals are taken as unrelated; one second at the default row rate.
         rank_tol: Smallest relative singular value of the scaled observation matrix.
     """
 
-    max_rel_std: float = 0.05
-    noise_floor: float = 0.02
+    max_rel_std: float = 0.1
+    noise_floor: float = 0.05
+    serial_rows: int = 20
     rank_tol: float = 1e-7
 
 
@@ -47,7 +49,8 @@ class JointGain:
     Attributes:
         joint: Name of the joint.
         value: Joint torque per unit of current reference [N m / drive unit]; None if refused.
-        std: Its standard deviation from the residual (eq. 20); None if refused.
+        std: Its standard deviation from the residual: that of eq. 20, or the one that allows for residuals
+            correlated in time if it is larger; None if refused.
         payload_rel_std: Relative standard deviation from the payload's own uncertainty, not contained in `std`.
         predicted_rel_std: Relative standard deviation to expect, inf where nothing can be known.
         reason: Why the joint was refused, None if it was not.
@@ -175,9 +178,10 @@ def _joint_gain(
     except IdentificationError as error:
         return _refused(name, V, str(error), np.inf)
     inverse = float(fit.x[-1])  # 1/g, the only coefficient whose column is in newton metres
-    rel = float(np.sqrt(fit.cofactor[-1, -1])) / abs(inverse)
-    floor = options.noise_floor * float(np.sqrt(np.mean(V**2)))
-    predicted = max(fit.sigma, floor) * rel
+    positions = (unloaded.position, loaded.position)
+    std = max(float(fit.std[-1]), fit.serial_std(-1, positions, options.serial_rows, W))
+    floor = options.noise_floor * float(np.sqrt(np.mean(V**2) * fit.cofactor[-1, -1]))
+    predicted = max(std, floor) / abs(inverse)
     sensitivity = fit.cofactor[-1] @ W.T @ W_L  # relative change of g per unit of each payload parameter, (10,)
     reason = None
     if not predicted <= options.max_rel_std:
@@ -188,7 +192,7 @@ def _joint_gain(
     return JointGain(
         joint=name,
         value=None if reason else 1.0 / inverse,
-        std=None if reason else fit.sigma * rel / abs(inverse),  # std(g) = std(1/g) g^2
+        std=None if reason else std / inverse**2,  # g = 1/x: std(g) = g^2 std(x)
         payload_rel_std=float(np.linalg.norm(sensitivity @ payload.known_spread())),
         predicted_rel_std=predicted,
         reason=reason,
@@ -196,7 +200,7 @@ def _joint_gain(
         unknowns=W.shape[1],
         error_norm=float(np.linalg.norm(fit.residual)),
         current_norm=float(np.linalg.norm(V)),
-        load_z=inverse / float(fit.std[-1]),
+        load_z=inverse / std,
         friction_z=_friction_z(fit, unloaded, structure, j),
     )
 

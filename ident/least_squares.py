@@ -1,5 +1,6 @@
 """Linear least squares with scaled columns by orthogonal factorisation (paper, eq. 17 to 22)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,26 @@ class LeastSquares:
     def covariance(self) -> Array:
         """Covariance of x for white residuals (eq. 20), shape (b, b)."""
         return self.sigma**2 * self.cofactor
+
+    def serial_std(self, k: int, rows: Sequence[Indices], lags: int, W: Array) -> float:
+        """Standard deviation of x[k] that allows for residuals correlated in time (Newey and West 1987).
+
+        Args:
+            k: Which unknown.
+            rows: Position in time of each row, in row periods, one array a motion, in the order of the rows of W.
+            lags: Row periods after which residuals are unrelated; weights fall linearly to it (Bartlett).
+            W: The observation matrix, shape (r, b).
+        """
+        influence = (W @ self.cofactor[k]) * self.residual  # each row's share of the error of x[k]
+        variance, start = 0.0, 0
+        for at in rows:
+            series = np.zeros(int(at.max()) + 1 + lags)  # rows that were left out count as zero
+            series[at] = influence[start : start + len(at)]
+            start += len(at)
+            variance += series @ series
+            for lag in range(1, lags):
+                variance += 2.0 * (1.0 - lag / lags) * (series[:-lag] @ series[lag:])
+        return float(np.sqrt(max(variance, 0.0)))
 
     @property
     def std(self) -> Array:

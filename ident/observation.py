@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array, Indices, readonly
+from ident.arrays import Array, Indices, Mask, readonly
 from ident.errors import RecordingError
 from ident.recording import JITTER_TOL, Recording, resampled
 from ident.regressor import regressor_blocks
@@ -46,6 +46,7 @@ class JointObservation:
         columns: Their indices in the structure's base columns, shape (b,).
         W_L: The payload's ten columns (zero torque if nothing is mounted), shape (r, 10).
         t: Time at the middle of each row's filter [s], shape (r,).
+        position: Number of each row, those left out counted, shape (r,).
     """
 
     V: Array
@@ -53,6 +54,7 @@ class JointObservation:
     columns: Indices
     W_L: Array
     t: Array
+    position: Indices
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +94,7 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     if recording.jitter > JITTER_TOL:
         jitter = 100.0 * recording.jitter
         rate = 1.0 / recording.period
-        notes.append(f"{recording.name}: sampling intervals vary by {jitter:.0f} %; resampled at {rate:.6g} Hz")
+        notes.append(f"{recording.name}: sampling intervals vary by {jitter:.0f} %; resampled at {rate:.4g} Hz")
         recording = resampled(recording)
     period = recording.period
     _check_rates(recording, options)
@@ -126,7 +128,7 @@ def _reduce(
 ) -> list[_Sums]:
     """Decimate currents and regressor block by block, so that the full-rate regressor is never stored."""
     rows, b = D.rows(len(v)), structure.base.columns
-    moving = np.abs(motion[1]) > options.reversal_speed * np.sqrt(np.mean(motion[1] ** 2, axis=0))  # (N, n)
+    moving = _moving(structure, motion[1], options.reversal_speed)
     used = [np.concatenate((b[c], structure.payload_columns)) for c in structure.joint_columns]
     sums = [
         _Sums(np.zeros(rows), np.zeros((rows, len(u))), np.zeros(rows), c)
@@ -142,13 +144,27 @@ def _reduce(
     return sums
 
 
+def _moving(structure: Structure, dq: Array, share: float) -> Mask:
+    """Samples at which each joint, and each sum of coupled joints that acts on it, is away from reversal, (N, n)."""
+    moving = np.abs(dq) > share * np.sqrt(np.mean(dq**2, axis=0))
+    for first, second in structure.arm.couplings:
+        total = dq[:, first] + dq[:, second]
+        moving[:, [first, second]] &= (np.abs(total) > share * np.sqrt(np.mean(total**2)))[:, None]
+    return moving
+
+
 def _kept(total: _Sums, t: Array, options: ObserveOptions) -> JointObservation:
     """The rows that lost little to reversals."""
     keep = total.weight >= options.min_weight
     b = len(total.columns)
     W = total.W[keep]
     return JointObservation(
-        readonly(total.V[keep]), readonly(W[:, :b]), total.columns, readonly(W[:, b:]), readonly(t[keep])
+        V=readonly(total.V[keep]),
+        W=readonly(W[:, :b]),
+        columns=total.columns,
+        W_L=readonly(W[:, b:]),
+        t=readonly(t[keep]),
+        position=np.flatnonzero(keep),
     )
 
 

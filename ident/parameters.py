@@ -5,24 +5,30 @@ mass, the rotor inertia, and the friction and offset of the drive. Every regress
 and label in this package follows this order.
 """
 
+from collections.abc import Sequence
+
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 DRIVE = ("Ia", "Fv", "Fc", "off")
 STANDARD = INERTIAL + DRIVE
+COUPLING = ("Iam", "Fvm", "Fcm")
+"""Of a motor that turns with the sum of two joints: inertia, viscous and Coulomb friction between them."""
 UNITS = {
-    **dict.fromkeys(("XX", "XY", "XZ", "YY", "YZ", "ZZ", "Ia"), "kg m^2"),
+    **dict.fromkeys(("XX", "XY", "XZ", "YY", "YZ", "ZZ", "Ia", "Iam"), "kg m^2"),
     **dict.fromkeys(("MX", "MY", "MZ"), "kg m"),
     "M": "kg",
-    "Fv": "N m s/rad",
-    "Fc": "N m",
-    "off": "N m",
+    **dict.fromkeys(("Fv", "Fvm"), "N m s/rad"),
+    **dict.fromkeys(("Fc", "Fcm", "off"), "N m"),
 }
 
 
-def labels(n_joints: int) -> tuple[str, ...]:
-    """Column labels of the standard regressor, `XX1` to `offn`, shape (14 n,).
+def labels(n_joints: int, couplings: Sequence[tuple[int, int]] = ()) -> tuple[str, ...]:
+    """Column labels of the standard regressor: `XX1` to `offn`, then three a coupling; 14 n + 3 c strings.
 
     Example:
         >>> labels(1)[:3], len(labels(6))
         (('XX1', 'XY1', 'XZ1'), 84)
+        >>> labels(6, [(4, 5)])[-3:]
+        ('Iam6', 'Fvm6', 'Fcm6')
     """
-    return tuple(f"{name}{j + 1}" for j in range(n_joints) for name in STANDARD)
+    joints = tuple(f"{name}{j + 1}" for j in range(n_joints) for name in STANDARD)
+    return joints + tuple(f"{name}{second + 1}" for _, second in couplings for name in COUPLING)

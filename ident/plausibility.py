@@ -34,7 +34,8 @@ def check_positions(arm: Arm, recording: Recording) -> None:
         lower, upper = max(arm.lower[j], -4.0 * np.pi), min(arm.upper[j], 4.0 * np.pi)
         low, high = float(recording.q[:, j].min()), float(recording.q[:, j].max())
         if low < lower - slack or high > upper + slack:
-            degrees = np.deg2rad(low) >= lower - slack and np.deg2rad(high) <= upper + slack and max(-low, high) > np.pi
+            reachable = np.deg2rad(low) >= lower - slack and np.deg2rad(high) <= upper + slack
+            degrees = reachable and max(-low, high) > 2.0 * np.pi
             advice = "the log looks like degrees; convert q to radians" if degrees else "check the model and the units"
             raise RecordingError(
                 f"{recording.name}: q{j + 1} runs from {low:.4g} to {high:.4g}, outside the range {lower:.4g} to "

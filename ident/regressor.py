@@ -17,7 +17,7 @@ import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Array
-from ident.parameters import INERTIAL, STANDARD
+from ident.parameters import INERTIAL, STANDARD, labels
 
 BLOCK = 1024
 """Samples handled at once: the working set of a block stays in the processor's cache."""
@@ -33,7 +33,7 @@ def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
         ddq: Joint accelerations, shape (N, n).
 
     Returns:
-        W_st, shape (N, n, 14 n), with `tau = W_st @ chi_st`; columns as in `parameters.labels`.
+        W_st, shape (N, n, 14 n + 3 c) for c couplings, with `tau = W_st @ chi_st`; columns as in `parameters.labels`.
 
     Example:
         A pendulum that holds still at q = 0 with gravity along -x of its frame feels a first moment MY as torque:
@@ -47,7 +47,7 @@ def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
         -9.81
     """
     samples, n = q.shape
-    W = np.empty((samples, n, len(STANDARD) * n))
+    W = np.empty((samples, n, len(labels(n, arm.couplings))))
     for block, columns in regressor_blocks(arm, q, dq, ddq):
         W[block] = np.moveaxis(columns, 2, 0)
     return W
@@ -57,11 +57,11 @@ def regressor_blocks(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[tupl
     """Yield the regressor block by block, samples last, for whoever reduces it without storing it.
 
     Yields:
-        The slice of samples, and their columns, shape (n, 14 n, samples of the block). The array is
+        The slice of samples, and their columns, shape (n, 14 n + 3 c, samples of the block). The array is
         overwritten by the next block.
     """
     n, p = arm.n, len(STANDARD)
-    buffer = np.zeros((n, p * n, BLOCK))
+    buffer = np.zeros((n, len(labels(n, arm.couplings)), BLOCK))
     rows = np.arange(n)
     for start in range(0, len(q), BLOCK):
         block = slice(start, min(start + BLOCK, len(q)))
@@ -73,6 +73,11 @@ def regressor_blocks(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[tupl
         columns[rows, p * rows + STANDARD.index("Fv")] = dq_block
         columns[rows, p * rows + STANDARD.index("Fc")] = np.sign(dq_block)
         columns[rows, p * rows + STANDARD.index("off")] = 1.0
+        for c, (first, second) in enumerate(arm.couplings):
+            Iam, Fvm, Fcm = range(p * n + 3 * c, p * n + 3 * c + 3)
+            columns[first, Iam], columns[second, Iam] = ddq_block[second], ddq_block[first]
+            columns[first, Fvm], columns[second, Fvm] = dq_block[second], dq_block[first]
+            columns[[first, second], Fcm] = np.sign(dq_block[first] + dq_block[second])
         yield block, columns
 
 

@@ -48,5 +48,6 @@ def structure_of(arm: Arm) -> Structure:
         row = W[:, j, base.columns]
         seen.append(np.flatnonzero(np.abs(row).max(axis=0) > 1e-9))
         independent.append(np.sort(independent_columns(row, [np.arange(len(base.columns))])))
-    probes = np.moveaxis(W[..., len(STANDARD) * (arm.n - 1) :][..., : len(INERTIAL)], 0, 1)
+    first = len(STANDARD) * (arm.n - 1)
+    probes = np.moveaxis(W[..., first : first + len(INERTIAL)], 0, 1)
     return Structure(arm, base, tuple(seen), tuple(independent), probes)

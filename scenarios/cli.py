@@ -45,7 +45,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command: Callable[[argparse.Namespace, Console], int] = options.command
     try:
         with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
-            return command(options, Console(highlight=False, soft_wrap=True))
+            return command(
+                options, Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 120)
+            )
     except (IdentificationError, SimulationError, ScenarioError) as error:
         print(f"rx90: {error}", file=sys.stderr)  # noqa: T201
     except OSError as error:
@@ -70,7 +72,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
 
 
 def _identify(options: argparse.Namespace, console: Console) -> int:
-    structure = structure_of(load_arm(options.model))
+    structure = structure_of(load_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
     unloaded, loaded = read_recording(options.unloaded), read_recording(options.loaded)
     payload = read_payload(options.payload)
     started = time.perf_counter()
@@ -152,13 +154,22 @@ def _parser() -> argparse.ArgumentParser:
     identifying.add_argument("--unloaded", type=Path, required=True, metavar="A", help="recording with a bare flange")
     identifying.add_argument("--loaded", type=Path, required=True, metavar="B", help="recording with the payload")
     identifying.add_argument("--payload", type=Path, required=True, metavar="P", help="payload description, TOML")
+    identifying.add_argument(
+        "--coupling",
+        type=_count,
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("I", "J"),
+        help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
+    )
     identifying.add_argument("--method", choices=METHODS, default="ls-2011", help="estimator (default %(default)s)")
     identifying.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
     for defaults in (ObserveOptions(), GainOptions()):
         for field in fields(defaults):
             identifying.add_argument(
                 f"--{field.name.replace('_', '-')}",
-                type=_positive,
+                type=_count if isinstance(getattr(defaults, field.name), int) else _positive,
                 default=getattr(defaults, field.name),
                 metavar="X",
                 help=f"{OPTION_HELP[field.name]} (default %(default)s)",
@@ -175,6 +186,7 @@ OPTION_HELP = {
     "min_weight": "leave out rows that keep less than this share of their samples",
     "max_rel_std": "refuse a gain whose predicted relative standard deviation exceeds this",
     "noise_floor": "residual that a prediction assumes at least, as a share of the joint's rms current",
+    "serial_rows": "rows after which residuals are taken as unrelated",
     "rank_tol": "smallest relative singular value that counts as observed",
 }
 

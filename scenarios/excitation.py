@@ -32,6 +32,10 @@ RESIDUAL = 0.02
 ROWS_PER_SECOND = 20.0
 SHARE = 0.95
 """Share of a velocity, acceleration or current limit that a motion may use; 0.9 of the position range."""
+LEAST_SHARE = 0.25
+"""Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
+EXCESS = 0.03
+"""Excess over these shares and over the clearance that a found motion may have between the samples of the search."""
 CLEARANCE = 0.03
 """Smallest distance to the floor and to the arm itself [m]."""
 
@@ -144,16 +148,20 @@ class Design:
         over = self.excess(self.sampled(trajectory, rate_hz), torques)
         return worst + 0.2 * mean + 30.0 * float(over @ over) / rate_hz
 
-    def check(self, trajectory: FourierTrajectory) -> None:
-        """Refuse a motion that breaks a limit anywhere on a fine grid.
+    def fitted(self, trajectory: FourierTrajectory) -> FourierTrajectory:
+        """The motion, shrunk about its centre until it keeps every limit on a fine grid.
 
         Raises:
-            TrajectoryError: Saying by how much.
+            TrajectoryError: If a tenth less is not enough.
         """
-        motion = self.sampled(trajectory, 200.0)
-        over = self.excess(motion, self.predicted_std(trajectory, 200.0)[1])
-        if over.max() > 0.05:
-            raise TrajectoryError(f"the motion exceeds a limit or comes too near by {100 * over.max():.0f} %")
+        worst = np.inf
+        for scale in np.arange(1.0, 0.9, -0.01):
+            sine, cosine = scale * trajectory.sine, scale * trajectory.cosine
+            smaller = FourierTrajectory(trajectory.center, sine, cosine, trajectory.duration)
+            worst = self.excess(self.sampled(smaller, 200.0), self.predicted_std(smaller, 200.0)[1]).max()
+            if worst <= EXCESS:
+                return smaller
+        raise TrajectoryError(f"the motion exceeds a limit or comes too near by {100 * worst:.0f} %")
 
 
 def arm_parameters(plant: Plant, structure: Structure) -> Array:
@@ -195,10 +203,10 @@ def search(
         progress: Told of the best so far, now and then.
 
     Returns:
-        The best motion found; `Design.check` has passed.
+        The best motion found, fitted to its limits.
 
     Raises:
-        TrajectoryError: If it breaks a limit between the samples of the search.
+        TrajectoryError: If it cannot be fitted.
     """
     n, shape = len(start), (2, len(start), harmonics)
 
@@ -206,7 +214,8 @@ def search(
         """Centres, shares of the largest admissible motion, coefficients up to scale."""
         sine, cosine = x[2 * n :].reshape(shape)
         drawn = at_rest(x[:n], sine, cosine, duration)
-        scale = (special.expit(x[n : 2 * n]) * design.largest_scale(drawn))[:, None]
+        share = LEAST_SHARE + (1.0 - LEAST_SHARE) * special.expit(x[n : 2 * n])
+        scale = (share * design.largest_scale(drawn))[:, None]
         return FourierTrajectory(drawn.center, scale * drawn.sine, scale * drawn.cosine, duration)
 
     def cost(x: Array) -> float:
@@ -228,6 +237,4 @@ def search(
         strategy.tell(tried, [cost(np.asarray(x)) for x in tried])
         if strategy.countiter % 100 == 0:
             progress(f"{strategy.countevals} motions tried, cost {strategy.best.f:.4f}")
-    found = trajectory(np.asarray(strategy.best.x))
-    design.check(found)
-    return found
+    return design.fitted(trajectory(np.asarray(strategy.best.x)))

@@ -46,8 +46,11 @@ def print_run(run: Run, console: Console) -> None:
 
 
 def print_estimate(estimate: GainEstimate, notes: Sequence[str], console: Console) -> None:
-    """The table of identified gains, the reasons for refusals, and how good the fit is."""
-    table = _table("Joint", "Name", "Gain", "2 sigma", "2 sigma payload", "Residual", "Verdict")
+    """The table of identified gains, the reasons for refusals, and how good the fit is.
+
+    The column `payload` is two standard deviations that the payload's stated uncertainty adds.
+    """
+    table = _table("Joint", "Name", "Gain", "2 sigma", "payload", "Residual", "Verdict")
     for number, joint in enumerate(estimate.joints, 1):
         given = joint.value is not None and joint.std is not None
         payload = 2.0 * joint.payload_rel_std * abs(joint.value) if joint.value is not None else None
@@ -89,7 +92,7 @@ def _table(*columns: str) -> Table:
 def _verdict(gain: GainVerdict) -> Text:
     if not gain.passed:
         return Text("MISSED", style="red")
-    return Text("passed", style="green") if gain.identifiable else Text("refused, as it should be", style="green")
+    return Text("passed", style="green") if gain.identifiable else Text("rightly refused", style="green")
 
 
 def _print_notes(console: Console, notes: Sequence[str]) -> None:

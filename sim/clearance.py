@@ -5,7 +5,7 @@ import numpy as np
 
 from ident.arrays import Array
 from sim.model import mount_payload
-from sim.plant import Plant
+from sim.plant import PayloadBody, Plant
 
 
 class Clearance:
@@ -24,8 +24,7 @@ class Clearance:
         spec = mujoco.MjSpec.from_file(str(plant.mjcf))
         spec.option.disableflags = 0
         body = mount_payload(spec, plant.payload)
-        radius, half_length = _cylinder(plant)
-        body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, half_length, 0], pos=plant.payload.com)
+        add_payload_shape(body, plant.payload)
         for geom in spec.geoms:
             geom.contype = geom.conaffinity = 1
             geom.margin = margin
@@ -57,9 +56,9 @@ class Clearance:
         return out
 
 
-def _cylinder(plant: Plant) -> tuple[float, float]:
-    """Radius and half length [m] of the solid cylinder with the payload's mass and moments, axis z."""
-    ixx, iyy, izz, *_ = plant.payload.inertia
-    mass = plant.payload.mass
-    radius = np.sqrt(2.0 * izz / mass)
-    return radius, 0.5 * np.sqrt(max(12.0 * (0.5 * (ixx + iyy) / mass - 0.25 * radius**2), 1e-6))
+def add_payload_shape(body: mujoco.MjsBody, payload: PayloadBody) -> None:
+    """Give a mounted payload the shape of the solid cylinder, axis z, that has its mass and moments."""
+    ixx, iyy, izz, *_ = payload.inertia
+    radius = np.sqrt(2.0 * izz / payload.mass)
+    length = np.sqrt(max(6.0 * (ixx + iyy) / payload.mass - 3.0 * radius**2, 1e-4))
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * length, 0], pos=payload.com)

@@ -44,5 +44,9 @@ def exact_observation(
         W_L = W_st[:, j, structure.payload_columns]
         V = (W_st[:, j] @ chi + W_L @ chi_payload) / gain[j]
         V = V + noise * np.sqrt(np.mean(V**2)) * rng.standard_normal(rows)
-        joints.append(JointObservation(V, W_st[:, j, structure.base.columns[columns]], columns, W_L, np.arange(rows)))
+        joints.append(
+            JointObservation(
+                V, W_st[:, j, structure.base.columns[columns]], columns, W_L, np.arange(rows), np.arange(rows)
+            )
+        )
     return Observation(structure, tuple(joints), ())

@@ -1,0 +1,135 @@
+"""Time and memory, printed as figures and ratios; run by `make bench`. Machines differ: quote the ratios.
+
+Every figure is the median of several runs; ratios are taken run by run, the two sides in turn.
+"""
+
+import resource
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+from threadpoolctl import threadpool_limits
+
+import rx90_mjcf
+from ident.arm import load_pinocchio
+from ident.identify import identify
+from ident.regressor import regressor_blocks
+from scenarios.build import bench
+from scenarios.run import run
+from scenarios.schema import load_scenario
+from sim.engine import Engine
+from sim.model import plant_model
+from sim.record import record
+
+RUNS = 7
+
+
+def seconds(action: Callable[[], object]) -> float:
+    """Wall time of one call [s]."""
+    started = time.perf_counter()
+    action()
+    return time.perf_counter() - started
+
+
+def medians(*actions: Callable[[], object]) -> list[list[float]]:
+    """Times of each action, taken in turn after one warm-up."""
+    for action in actions:
+        action()
+    return [list(times) for times in zip(*[[seconds(action) for action in actions] for _ in range(RUNS)], strict=True)]
+
+
+def regressor_speed() -> None:
+    """Vectorised regressor against Pinocchio called sample by sample."""
+    prepared = bench(load_scenario("nominal"))
+    arm, rng = prepared.structure.arm, np.random.default_rng(0)
+    q, dq, ddq = rng.uniform(-2, 2, (3, 20_000, arm.n))
+    model = load_pinocchio(rx90_mjcf.MJCF)
+    data = model.createData()
+
+    def ours() -> None:
+        for _ in regressor_blocks(arm, q, dq, ddq):
+            pass
+
+    def theirs() -> None:
+        for k in range(2000):
+            pin.computeJointTorqueRegressor(model, data, q[k], dq[k], ddq[k])
+
+    a, b = medians(ours, theirs)
+    per_sample = [1e6 * t / len(q) for t in a], [1e6 * t / 2000 for t in b]
+    print(
+        f"regressor, 6 joints: {statistics.median(per_sample[0]):.2f} us a sample (best {min(per_sample[0]):.2f}); ",
+        end="",
+    )
+    ratio = statistics.median(y / x for x, y in zip(*per_sample, strict=True))
+    print(f"Pinocchio in a Python loop takes {ratio:.1f} times as long")
+
+
+def identification_speed() -> None:
+    """Identification of the nominal pair, recordings in memory."""
+    prepared = bench(load_scenario("nominal"))
+    unloaded, loaded = run(prepared, 0).recordings
+    chosen = prepared.scenario.table.identification
+
+    def action() -> None:
+        identify(
+            unloaded,
+            loaded,
+            prepared.structure,
+            prepared.payload,
+            method=chosen.method,
+            observing=chosen.observe,
+            gains=chosen.gains,
+        )
+
+    (times,) = medians(action)
+    samples = len(unloaded.t) + len(loaded.t)
+    print(f"identification of the pair ({samples} samples): {statistics.median(times):.3f} s (best {min(times):.3f})")
+
+
+def closed_loop_ratio(simulations: int) -> None:
+    """Closed loop with controller, sensors and logging over bare stepping of as many steps, two threads each."""
+    prepared = bench(load_scenario("nominal"))
+    motion = replace(prepared.experiments[0].trajectory, duration=2.0)
+    slow = replace(motion, sine=0.05 * motion.sine, cosine=0.05 * motion.cosine)
+    experiments = [replace(prepared.experiments[i % 2], trajectory=slow) for i in range(simulations)]
+    step = experiments[0].step
+    bare, loaded = (plant_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
+    periods, substeps = 2001, round(1e-3 / step)
+
+    def closed() -> None:
+        record(experiments, [np.random.default_rng(i) for i in range(simulations)], threads=2)
+
+    def stepping() -> None:
+        models = [loaded if i % 2 else bare for i in range(simulations)]
+        engine = Engine(models, np.tile(slow.center, (simulations, 1)), substeps=substeps, threads=2)
+        for _ in range(periods):
+            engine.advance()
+
+    a, b = medians(closed, stepping)
+    ratio = statistics.median(x / y for x, y in zip(a, b, strict=True))
+    each = 1e6 * statistics.median(b) / (periods * substeps * simulations)
+    print(f"closed loop over bare stepping, {simulations:3d} simulations: {ratio:.2f} (bare: {each:.2f} us a step)")
+
+
+def nominal_run() -> None:
+    """One nominal run as a user starts it: wall time and peak memory, imports included."""
+    times = [seconds(lambda: subprocess.run(COMMAND, check=True, stdout=subprocess.DEVNULL)) for _ in range(5)]
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    print(f"`rx90 run nominal`: {statistics.median(times):.2f} s (best {min(times):.2f}), peak memory {peak:.0f} MB")
+
+
+COMMAND = [sys.executable, "-m", "scenarios", "run", "nominal"]
+
+
+if __name__ == "__main__":
+    nominal_run()
+    with threadpool_limits(1):
+        regressor_speed()
+        identification_speed()
+        for count in (1, 32, 128):
+            closed_loop_ratio(count)

@@ -1,0 +1,57 @@
+"""Prints the tables of accuracy.md: error against physics step, and what leaving out velocity reversals gains."""
+
+from dataclasses import replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ident.gains import GainEstimate
+from ident.identify import identify
+from ident.observation import ObserveOptions
+from ident.recording import Recording
+from scenarios.build import Bench, bench
+from scenarios.schema import load_scenario
+from sim.record import record
+from sim.sensors import SensorOptions
+
+STEPS_MS = (1.0, 0.5, 0.25, 0.125)
+SHARES = (0.0, 0.05, 0.1, 0.2, 0.3)
+
+
+def recordings(prepared: Bench, step: float, sensors: SensorOptions) -> tuple[Recording, Recording]:
+    experiments = [replace(e, step=step, sensors=sensors) for e in prepared.experiments]
+    unloaded, loaded = record(experiments, [np.random.default_rng(i) for i in range(2)], threads=2)
+    return unloaded, loaded
+
+
+def estimate(prepared: Bench, pair: tuple[Recording, Recording], observing: ObserveOptions) -> GainEstimate:
+    chosen = prepared.scenario.table.identification
+    return identify(
+        *pair, prepared.structure, prepared.payload, method=chosen.method, observing=observing, gains=chosen.gains
+    )[0]
+
+
+def row(label: str, prepared: Bench, found: GainEstimate) -> str:
+    errors = [
+        "refused" if joint.value is None else f"{joint.value / true - 1:+.1e}"
+        for joint, true in zip(found.joints, prepared.true_gain, strict=True)
+    ]
+    return f"| {label} | {' | '.join(errors)} | {found.rel_error_norm:.1e} | {found.rows} |"
+
+
+def main() -> None:
+    ideal, nominal = bench(load_scenario("ideal")), bench(load_scenario("nominal"))
+    header = "| joint 1 | joint 2 | joint 3 | joint 4 | joint 5 | joint 6 | residual | rows |\n" + "|---" * 9 + "|"
+    print("| ideal, step [ms] " + header)
+    for step in STEPS_MS:
+        pair = recordings(ideal, 1e-3 * step, SensorOptions())
+        print(row(f"{step:g}", ideal, estimate(ideal, pair, ObserveOptions())))
+    print("\n| nominal without noise, share " + header)
+    pair = recordings(nominal, 1e-3, SensorOptions())
+    for share in SHARES:
+        print(row(f"{share:g}", nominal, estimate(nominal, pair, ObserveOptions(reversal_speed=share))))
+
+
+if __name__ == "__main__":
+    with threadpool_limits(1):
+        main()

@@ -1,0 +1,49 @@
+"""Plants and experiments for tests."""
+
+from dataclasses import replace
+
+import numpy as np
+
+import rx90_mjcf
+from sim.controller import ControllerOptions
+from sim.plant import DriveTruth, PayloadBody, Plant
+from sim.record import Experiment
+from sim.sensors import SensorOptions
+from sim.trajectory import FourierTrajectory, at_rest
+
+CYLINDER = PayloadBody(mass=7.025, com=(0.0, 0.0, 0.142776), inertia=(0.012146, 0.012146, 0.008659, 0.0, 0.0, 0.0))
+NOISY = SensorOptions(encoder_quantum=2e-6, encoder_noise=2e-6, current_white=0.05, current_coloured=0.02)
+
+
+def nominal_plant(payload: PayloadBody = CYLINDER, **drives: np.ndarray) -> Plant:
+    nominal = rx90_mjcf.nominal_drives()
+    truth = DriveTruth(
+        gain=nominal.gain,
+        amplifier_offset=nominal.amplifier_offset,
+        rotor_inertia=nominal.rotor_inertia,
+        viscous_friction=nominal.viscous_friction,
+        coulomb_friction=nominal.coulomb_friction,
+        coulomb_asymmetry=nominal.coulomb_asymmetry,
+        current_limit=nominal.current_limit,
+    )
+    return Plant(mjcf=rx90_mjcf.MJCF, drives=replace(truth, **drives), payload=payload)
+
+
+def short_motion(duration: float = 2.0, amplitude: float = 0.08) -> FourierTrajectory:
+    rng = np.random.default_rng(5)
+    sine, cosine = amplitude * rng.normal(size=(2, 6, 3))
+    return at_rest(np.array([0.2, 0.3, 1.0, 0.1, 0.4, -0.2]), sine, cosine, duration)
+
+
+def experiment(**changes) -> Experiment:
+    plain = Experiment(
+        name="motion",
+        plant=nominal_plant(),
+        loaded=False,
+        trajectory=short_motion(),
+        believed_gain=np.ones(6),
+        controller=ControllerOptions(),
+        sensors=NOISY,
+        step=1e-3,
+    )
+    return replace(plain, **changes)

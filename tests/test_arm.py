@@ -1,0 +1,46 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio_arms import random_arm
+
+import rx90_mjcf
+from ident.arm import arm_from_pinocchio, load_arm
+from ident.errors import RobotModelError
+
+
+def test_an_arm_has_the_limits_and_gravity_of_its_file(arm):
+    assert arm.n == 6
+    np.testing.assert_allclose(np.rad2deg(arm.upper), [160, 137.5, 142.5, 270, 120, 270])
+    np.testing.assert_array_equal(arm.gravity, [0, 0, -9.81])
+
+
+def test_files_that_are_no_model_are_named(tmp_path):
+    for name, text, message in (
+        ("arm.txt", "", r"expected a \.urdf, \.xml or \.mjcf file"),
+        ("arm.urdf", "<robot", "Pinocchio cannot read it"),
+        ("arm.xml", "<robot/>", "Pinocchio cannot read it"),
+    ):
+        path = tmp_path / name
+        path.write_text(text)
+        with pytest.raises(RobotModelError, match=message) as caught:
+            load_arm(path)
+        assert "\n" not in str(caught.value)
+    with pytest.raises(RobotModelError, match=r"absent\.urdf: no such file"):
+        load_arm(tmp_path / "absent.urdf")
+
+
+def test_only_serial_arms_of_one_axis_joints_are_taken(rng):
+    model = random_arm(rng, 3)
+    model.addJoint(1, pin.JointModelRX(), pin.SE3.Identity(), "branch")
+    with pytest.raises(RobotModelError, match="joint branch branches off"):
+        arm_from_pinocchio(model)
+    floating = pin.Model()
+    floating.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
+    with pytest.raises(RobotModelError, match="joint root: type JointModelFreeFlyer is not supported"):
+        arm_from_pinocchio(floating)
+    with pytest.raises(RobotModelError, match="no moving joint"):
+        arm_from_pinocchio(pin.Model())
+
+
+def test_mjcf_is_found_next_to_its_package():
+    assert rx90_mjcf.MJCF.is_file()

@@ -1,0 +1,39 @@
+import mujoco
+import numpy as np
+import pytest
+from plants import nominal_plant
+
+from sim.engine import Engine
+from sim.model import plant_model
+
+PERIODS, SUBSTEPS = 200, 2
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(threads, rng):
+    plants = [nominal_plant(gain=rng.uniform(0.5, 1.5, 6)) for _ in range(3)]
+    models = [plant_model(plant, loaded=loaded, step=5e-4) for plant in plants for loaded in (False, True)]
+    start = rng.uniform(-0.5, 0.5, (6, 6))
+    currents = rng.uniform(-80, 80, (PERIODS, 6, 6))
+    engine = Engine(models, start, substeps=SUBSTEPS, threads=threads)
+    batched = np.empty_like(currents)
+    for k in range(PERIODS):
+        engine.current[:] = currents[k]
+        engine.advance()
+        batched[k] = engine.q
+    for i, model in enumerate(models):
+        data = mujoco.MjData(model)
+        data.qpos[:] = start[i]
+        for k in range(PERIODS):
+            data.ctrl[:] = currents[k, i]
+            for _ in range(SUBSTEPS):
+                mujoco.mj_step(model, data)
+            np.testing.assert_array_equal(batched[k, i], data.qpos)
+
+
+def test_a_simulation_that_blows_up_is_reported_and_the_others_are_not():
+    model = plant_model(nominal_plant(), loaded=False, step=1e-3)
+    engine = Engine([model, model], np.zeros((2, 6)), substeps=1, threads=1)
+    engine.q[1, 2] = np.nan
+    engine.advance()
+    np.testing.assert_array_equal(engine.unstable(), [False, True])

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from ident.errors import RecordingError
+from ident.observation import ObserveOptions, observe
+from ident.recording import Recording
+from ident.regressor import regressor
+
+OPTIONS = ObserveOptions()
+
+
+@pytest.fixture(scope="module")
+def chi() -> np.ndarray:
+    return np.random.default_rng(1).uniform(0.5, 2.0, 84)
+
+
+def smooth_recording(arm, chi: np.ndarray, period: float = 1e-3, seed: int = 2) -> Recording:
+    """A motion of three slow sines a joint, and the torques of parameters chi, exactly."""
+    t = period * np.arange(round(12.0 / period))
+    rng = np.random.default_rng(seed)
+    rate = 2 * np.pi * np.array([0.21, 0.43, 0.77])
+    A, phase = rng.uniform(0.2, 0.5, (6, 3)), rng.uniform(0, 2 * np.pi, (6, 3))
+    angle = t[:, None, None] * rate + phase  # (N, n, 3)
+    q, dq, ddq = (A * np.sin(angle)).sum(2), (A * rate * np.cos(angle)).sum(2), -(A * rate**2 * np.sin(angle)).sum(2)
+    return Recording(t, q, regressor(arm, q, dq, ddq) @ chi, "synthetic")
+
+
+def residuals(observation, chi: np.ndarray) -> list[float]:
+    base = observation.structure.base.regrouping @ chi
+    return [np.linalg.norm(j.V - j.W @ base[j.columns]) / np.linalg.norm(j.V) for j in observation.joints]
+
+
+def test_rows_satisfy_the_model_that_made_the_recording(arm, structure, chi):
+    # What is left is the derivative filter's edge transient and, on Coulomb friction, the reversals it displaces.
+    assert max(residuals(observe(smooth_recording(arm, chi), structure, OPTIONS), chi)) < 2e-4
+
+
+def test_leaving_out_reversals_removes_most_of_the_misfit_of_friction_that_is_no_sign_function(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    dq = np.gradient(recording.q, recording.period, axis=0)
+    Fc = chi.reshape(6, 14)[:, 12]
+    soft = Recording(recording.t, recording.q, recording.v + Fc * (np.tanh(dq / 0.03) - np.sign(dq)))
+    everything = ObserveOptions(reversal_speed=0.0, min_weight=-1.0)
+    kept, left_out = (np.array(residuals(observe(soft, structure, o), chi)) for o in (everything, OPTIONS))
+    assert (left_out < 0.3 * kept).all()
+
+
+def test_rows_are_linear_in_the_currents(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    double = Recording(recording.t, recording.q, 2.0 * recording.v)
+    for a, b in zip(
+        observe(recording, structure, OPTIONS).joints, observe(double, structure, OPTIONS).joints, strict=True
+    ):
+        np.testing.assert_array_equal(b.V, 2.0 * a.V)
+        np.testing.assert_array_equal(b.W, a.W)
+
+
+def test_row_rate_and_times_are_as_asked(arm, structure, chi):
+    joint = observe(smooth_recording(arm, chi), structure, ObserveOptions(rows_per_second=25.0)).joints[0]
+    np.testing.assert_allclose(np.diff(joint.t).min(), 0.04, rtol=1e-9)
+    assert len(joint.V) == len(joint.W) == len(joint.W_L) == len(joint.t)
+
+
+def test_a_jittered_clock_is_resampled_and_said_so(arm, structure, chi):
+    recording = smooth_recording(arm, chi, period=2e-3)
+    rng = np.random.default_rng(3)
+    uneven = np.sort(recording.t + rng.uniform(-6e-4, 6e-4, len(recording.t)))
+    q, v = (
+        np.column_stack([np.interp(uneven, recording.t, column) for column in x.T]) for x in (recording.q, recording.v)
+    )
+    observation = observe(Recording(uneven, q, v, "log"), structure, OPTIONS)
+    assert len(observation.notes) == 1
+    assert observation.notes[0].startswith("log: sampling intervals vary by")
+    assert "resampled at 500" in observation.notes[0]
+
+
+def test_what_cannot_be_observed_is_refused(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    short = Recording(recording.t[:1500], recording.q[:1500], recording.v[:1500], "log")
+    with pytest.raises(RecordingError, match=r"log: 1\.5 s give \d+ rows; at least 60 are needed"):
+        observe(short, structure, OPTIONS)
+    slow = Recording(recording.t[::50], recording.q[::50], recording.v[::50], "log")
+    with pytest.raises(RecordingError, match=r"log: sampled at 20 Hz, too slow for a cut-off of 15 Hz"):
+        observe(slow, structure, OPTIONS)
+    five = Recording(recording.t, recording.q[:, :5], recording.v[:, :5], "log")
+    with pytest.raises(RecordingError, match="log: 5 joints, but robot rx90 has 6"):
+        observe(five, structure, OPTIONS)

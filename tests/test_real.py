@@ -1,0 +1,51 @@
+"""Real recordings: a UR10e with motor currents and a weighed payload, a TX-40 without payload."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident.arm import load_arm
+from ident.gains import GainOptions
+from ident.identify import identify
+from ident.least_squares import least_squares
+from ident.observation import ObserveOptions, observe
+from ident.payload_files import read_payload
+from ident.recording_files import read_recording
+from ident.stacked import stacked_system
+from ident.structure import structure_of
+
+pytestmark = pytest.mark.real
+
+
+def test_ur10e_gives_the_joints_that_the_mass_loads_and_refuses_the_others(real: Path):
+    folder = real / "ur10e"
+    estimate, notes = identify(
+        read_recording(folder / "unloaded.parquet"),
+        read_recording(folder / "loaded.parquet"),
+        structure_of(load_arm(folder / "ur10e.urdf")),
+        read_payload(folder / "payload.toml"),
+        method="ls-2011",
+        observing=ObserveOptions(),
+        gains=GainOptions(),
+    )
+    assert list(estimate.identifiable) == [False, True, True, True, False, False]
+    assert "predicted standard deviation" in str(estimate.joints[0].reason)
+    assert all("mass alone" in str(joint.reason) for joint in estimate.joints[4:])
+    assert len(notes) == 2  # both clocks jitter
+    # The only check from outside: a torque constant near 0.1 N m/A and a gear of 101 (size 4) give some 10 N m/A.
+    assert all(8.0 < joint.value < 16.0 for joint in estimate.joints[1:4])
+
+
+def test_tx40_fits_its_own_model_to_about_5_percent(real: Path):
+    folder = real / "tx40"
+    structure = structure_of(load_arm(folder / "tx40.urdf", couplings=((4, 5),)))
+    observation = observe(read_recording(folder / "recording.parquet"), structure, ObserveOptions())
+    system = stacked_system([observation], np.ones(6))  # logged in N m
+    assert system.W.shape[1] == 58 + 3
+    fit = least_squares(system.W, system.Y, rank_tol=1e-7)
+    assert np.linalg.norm(fit.residual) / np.linalg.norm(system.Y) < 0.06
+    # Published identification of this robot (figaroh-examples, TX40_config.yaml), itself some percent uncertain.
+    found = dict(zip(structure.base.names, fit.x, strict=True))
+    for name, published in {"Fv1": 8.05, "Fv2": 5.53, "Fc1": 7.14, "Fc2": 8.26, "Fv3": 1.97, "Fc3": 6.34}.items():
+        np.testing.assert_allclose(found[name], published, rtol=0.15)

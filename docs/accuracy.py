@@ -42,10 +42,11 @@ def row(label: str, prepared: Bench, found: GainEstimate) -> str:
 def main() -> None:
     ideal, nominal = bench(load_scenario("ideal")), bench(load_scenario("nominal"))
     header = "| joint 1 | joint 2 | joint 3 | joint 4 | joint 5 | joint 6 | residual | rows |\n" + "|---" * 9 + "|"
-    print("| ideal, step [ms] " + header)
-    for step in STEPS_MS:
-        pair = recordings(ideal, 1e-3 * step, SensorOptions())
-        print(row(f"{step:g}", ideal, estimate(ideal, pair, ObserveOptions())))
+    pairs = {step: recordings(ideal, 1e-3 * step, SensorOptions()) for step in STEPS_MS}
+    for delay_ms in (0.0, 0.5):
+        print(f"\n| ideal, currents taken {delay_ms:g} ms late, step [ms] " + header)
+        for step, pair in pairs.items():
+            print(row(f"{step:g}", ideal, estimate(ideal, pair, ObserveOptions(current_delay=1e-3 * delay_ms))))
     print("\n| nominal without noise, share " + header)
     pair = recordings(nominal, 1e-3, SensorOptions())
     for share in SHARES:

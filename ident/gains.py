@@ -19,8 +19,7 @@ from ident.base import RANK_TOL, independent_columns
 from ident.errors import IdentificationError
 from ident.least_squares import LeastSquares, least_squares
 from ident.observation import JointObservation, Observation
-from ident.parameters import INERTIAL
-from ident.payload import Payload
+from ident.payload import KnownPayload, Payload
 from ident.structure import Structure
 
 
@@ -126,15 +125,16 @@ def drive_gains(unloaded: Observation, loaded: Observation, payload: Payload, op
     Returns:
         A gain or a reason for each joint.
     """
+    known = payload.known_part()
     joints = tuple(
-        _joint_gain(j, a, b, loaded.structure, payload, options)
+        joint_gain(j, a, b, loaded.structure, known, options)
         for j, (a, b) in enumerate(zip(unloaded.joints, loaded.joints, strict=True))
     )
     return GainEstimate("ls-2011", joints)
 
 
 def gain_system(
-    j: int, unloaded: JointObservation, loaded: JointObservation, structure: Structure, payload: Payload
+    j: int, unloaded: JointObservation, loaded: JointObservation, structure: Structure, payload: KnownPayload
 ) -> tuple[Array, Array, Array] | None:
     """Build the linear system of joint j (paper, eq. 27).
 
@@ -142,8 +142,7 @@ def gain_system(
         W (r, b), its last column the torque of the known payload; V (r,); the payload's columns (r, 10), zero in
         unloaded rows. None if the kinematics let no known parameter put a torque of its own on the joint.
     """
-    known = np.array([name in payload.known_parameters for name in INERTIAL])
-    chi = payload.standard()
+    known, chi = payload.mask, payload.chi
     probes = structure.payload_probes[j]
     unknown = independent_columns(probes, [np.flatnonzero(~known)])
     torque = probes[:, known] @ chi[known]
@@ -158,19 +157,20 @@ def gain_system(
     return W, np.concatenate((unloaded.V, loaded.V)), W_L
 
 
-def _joint_gain(
+def joint_gain(
     j: int,
     unloaded: JointObservation,
     loaded: JointObservation,
     structure: Structure,
-    payload: Payload,
+    payload: KnownPayload,
     options: GainOptions,
 ) -> JointGain:
+    """Estimate the drive gain of joint j, from 0, or say why there is none (paper, eq. 27)."""
     name = structure.arm.joint_names[j]
     V = np.concatenate((unloaded.V, loaded.V))
     system = gain_system(j, unloaded, loaded, structure, payload)
     if system is None:
-        what = "the payload" if payload.known == "all" else "the payload's mass alone"
+        what = "the payload's mass alone" if payload.names == ("M",) else "the payload"
         return _refused(name, V, f"{what} puts no torque of its own on this joint", np.inf)
     W, V, W_L = system
     try:
@@ -193,7 +193,7 @@ def _joint_gain(
         joint=name,
         value=None if reason else 1.0 / inverse,
         std=None if reason else std / inverse**2,  # g = 1/x: std(g) = g^2 std(x)
-        payload_rel_std=float(np.linalg.norm(sensitivity @ payload.known_spread())),
+        payload_rel_std=float(np.linalg.norm(sensitivity @ payload.spread)),
         predicted_rel_std=predicted,
         reason=reason,
         rows=len(V),

@@ -96,17 +96,16 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
     return LeastSquares(x, inverse @ inverse.T, sigma, residual, float(singular[0] / singular[-1]))
 
 
-def weighted_least_squares(W: Array, Y: Array, groups: Indices, *, rank_tol: float) -> LeastSquares:
-    """Solve with every group of rows divided by the standard deviation of its own solution's residual (eq. 22).
+def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
+    """One over the standard deviation of the residual that each group of rows has alone (paper, eq. 22).
 
     Args:
         W: Observation matrix, shape (r, b).
         Y: Measurements, shape (r,).
         groups: Group number of each row, one group a joint, shape (r,).
-        rank_tol: As for `least_squares`.
 
     Returns:
-        The solution of the weighted system; sigma and residual are relative to the group's.
+        Weights of the rows, shape (r,).
     """
     weight = np.empty(len(Y))
     for group in np.unique(groups):
@@ -114,4 +113,10 @@ def weighted_least_squares(W: Array, Y: Array, groups: Indices, *, rank_tol: flo
         x, _, rank, _ = linalg.lstsq(W[rows], Y[rows])  # a joint alone does not see every column
         residual = Y[rows] - W[rows] @ x
         weight[rows] = np.sqrt(rows.sum() - rank) / np.linalg.norm(residual)
+    return weight
+
+
+def weighted_least_squares(W: Array, Y: Array, groups: Indices, *, rank_tol: float) -> LeastSquares:
+    """Solve with the weights of `row_weights`; sigma and residual are relative to them."""
+    weight = row_weights(W, Y, groups)
     return least_squares(W * weight[:, None], Y * weight, rank_tol=rank_tol)

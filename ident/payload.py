@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.arrays import Array, Mask
 from ident.errors import PayloadError
 from ident.parameters import INERTIAL
 
@@ -51,16 +51,13 @@ class Payload:
                 raise PayloadError(f"payload: known = 'all' but {missing} is missing; add it, or set known = 'mass'")
             check_inertia(self.inertia)
 
-    @property
-    def known_parameters(self) -> tuple[str, ...]:
-        """Names of the standard parameters taken as known."""
-        return INERTIAL if self.known == "all" else ("M",)
+    def known_part(self) -> "KnownPayload":
+        """What an estimator may use of it."""
+        names = INERTIAL if self.known == "all" else ("M",)
+        chi = standard_parameters(self.mass, self.com or (0.0,) * 3, self.inertia or (0.0,) * 6)
+        return KnownPayload(names=names, chi=chi, spread=self._spread())
 
-    def standard(self) -> Array:
-        """Standard parameters at the origin of the last frame, order `INERTIAL`, unknown ones 0, shape (10,)."""
-        return standard_parameters(self.mass, self.com or (0.0,) * 3, self.inertia or (0.0,) * 6)
-
-    def known_spread(self) -> Array:
+    def _spread(self) -> Array:
         """Factor F with covariance F F^T of the known standard parameters, as the stated deviations imply, (10, 10)."""
         if self.known == "mass":
             return np.diag([0.0] * 9 + [self.mass_std])
@@ -70,12 +67,29 @@ class Payload:
         for k in range(10):  # the parameters are polynomials of low degree: central differences are exact to rounding
             step = np.zeros(10)
             step[k] = 1e-4
-            above, below = values + step, values - step
-            change = standard_parameters(above[0], above[1:4], above[4:]) - standard_parameters(
-                below[0], below[1:4], below[4:]
-            )
-            J[:, k] = change / 2e-4
+            above, below = (standard_parameters(x[0], x[1:4], x[4:]) for x in (values + step, values - step))
+            J[:, k] = (above - below) / 2e-4
         return J * std
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KnownPayload:
+    """Those of a payload's ten standard parameters that are known, in the frame of the last link.
+
+    Attributes:
+        names: Names of the known ones, among `INERTIAL`.
+        chi: Values in the order of `INERTIAL`; only those of `names` count, shape (10,).
+        spread: Factor F of their covariance F F^T, shape (10, k).
+    """
+
+    names: tuple[str, ...]
+    chi: Array
+    spread: Array
+
+    @property
+    def mask(self) -> Mask:
+        """Which of `INERTIAL` are known, shape (10,)."""
+        return np.array([name in self.names for name in INERTIAL])
 
 
 def standard_parameters(mass: float, com: Sequence[float] | Array, inertia: Sequence[float] | Array) -> Array:

@@ -45,6 +45,25 @@ def edge_samples(period: float, cutoff_hz: float) -> int:
     return 2 + int(np.ceil(SETTLING / (cutoff_hz * period)))
 
 
+def delayed(x: Array, periods: float) -> Array:
+    """A signal some sampling periods later, by straight lines between samples; the first value stands in before it.
+
+    Args:
+        x: Signal, shape (N, n).
+        periods: Delay in sampling periods, 0 or more.
+    """
+    whole = int(periods)
+    share = periods - whole
+    later = np.concatenate((np.repeat(x[:1], whole + 1, axis=0), x))[: len(x) + 1]
+    return (1.0 - share) * later[1:] + share * later[:-1]
+
+
+def group_means(x: Array, group: int) -> Array:
+    """Means of consecutive groups of samples, a last incomplete group left out, shape (N // group, ...)."""
+    whole = len(x) // group
+    return x[: whole * group].reshape(whole, group, *x.shape[1:]).mean(axis=1)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Decimator:
     """Zero-phase low-pass and one sample kept in `factor`: the rows of a banded Toeplitz matrix (paper, eq. 15).

@@ -169,7 +169,7 @@ def _parser() -> argparse.ArgumentParser:
         for field in fields(defaults):
             identifying.add_argument(
                 f"--{field.name.replace('_', '-')}",
-                type=_count if isinstance(getattr(defaults, field.name), int) else _positive,
+                type=_count if isinstance(getattr(defaults, field.name), int) else _not_negative,
                 default=getattr(defaults, field.name),
                 metavar="X",
                 help=f"{OPTION_HELP[field.name]} (default %(default)s)",
@@ -183,6 +183,7 @@ OPTION_HELP = {
     "decimation_cutoff_hz": "low-pass of currents and regressor [Hz]",
     "rows_per_second": "rows kept a second",
     "reversal_speed": "leave out samples slower than this share of a joint's rms speed",
+    "current_delay": "time from the stamp of a current to the middle of its action [s]",
     "min_weight": "leave out rows that keep less than this share of their samples",
     "max_rel_std": "refuse a gain whose predicted relative standard deviation exceeds this",
     "noise_floor": "residual that a prediction assumes at least, as a share of the joint's rms current",
@@ -195,6 +196,13 @@ def _seed(text: str) -> int:
     value = int(text)
     if value < 0:
         raise argparse.ArgumentTypeError("expected 0 or more")
+    return value
+
+
+def _not_negative(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError("expected a number that is not negative")
     return value
 
 

@@ -22,7 +22,7 @@ def exact_pair(
     chi = rng.uniform(0.5, 2.0, 14 * n)
     return (
         exact_observation(structure, chi, np.zeros(10), gain, rng, noise=noise, rows=rows),
-        exact_observation(structure, chi, payload.standard(), gain, rng, noise=noise, rows=rows),
+        exact_observation(structure, chi, payload.known_part().chi, gain, rng, noise=noise, rows=rows),
     )
 
 

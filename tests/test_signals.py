@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ident.signals import Decimator, decimator, edge_samples, smooth_motion
+from ident.signals import Decimator, decimator, delayed, edge_samples, group_means, smooth_motion
 
 PERIOD, CUTOFF = 1e-3, 15.0
 
@@ -76,3 +76,17 @@ def test_blocks_add_up_to_the_whole_matrix(D):
         touched, weights = D.matrix(start, stop, rows)
         pieces[touched, start:stop] += weights
     np.testing.assert_array_equal(pieces, whole)
+
+
+def test_a_delay_shifts_a_ramp_and_keeps_the_start():
+    ramp = np.arange(10.0)[:, None]
+    np.testing.assert_array_equal(delayed(ramp, 0.0), ramp)
+    np.testing.assert_allclose(delayed(ramp, 2.25)[3:, 0], ramp[3:, 0] - 2.25, rtol=1e-15)
+    np.testing.assert_array_equal(delayed(ramp, 2.25)[:2], 0.0)
+    assert delayed(ramp, 30.0).shape == ramp.shape
+
+
+def test_group_means_leave_out_an_incomplete_group():
+    np.testing.assert_array_equal(group_means(np.arange(7.0), 3), [1.0, 4.0])
+    x = np.arange(12.0).reshape(6, 2)
+    np.testing.assert_array_equal(group_means(x, 1), x)

@@ -25,9 +25,9 @@ lint: .venv/ready
 bench: .venv/ready
 	$(BIN)/python bench/speed.py
 
-docs: .venv/ready
+docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py
-	$(BIN)/python docs/error_against_step.py
+	$(BIN)/python docs/accuracy.py
 
 # Names, versions and hashes only: no index address is recorded.
 lock: .venv/ready

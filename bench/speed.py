@@ -26,7 +26,7 @@ from sim.engine import Engine
 from sim.model import plant_model
 from sim.record import record
 
-RUNS = 7
+RUNS = 5
 
 
 def seconds(action: Callable[[], object]) -> float:
@@ -94,12 +94,12 @@ def identification_speed() -> None:
 def closed_loop_ratio(simulations: int) -> None:
     """Closed loop with controller, sensors and logging over bare stepping of as many steps, two threads each."""
     prepared = bench(load_scenario("nominal"))
-    motion = replace(prepared.experiments[0].trajectory, duration=2.0)
+    motion = replace(prepared.experiments[0].trajectory, duration=4.0)
     slow = replace(motion, sine=0.05 * motion.sine, cosine=0.05 * motion.cosine)
     experiments = [replace(prepared.experiments[i % 2], trajectory=slow) for i in range(simulations)]
     step = experiments[0].step
     bare, loaded = (plant_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
-    periods, substeps = 2001, round(1e-3 / step)
+    periods, substeps = 4001, round(1e-3 / step)
 
     def closed() -> None:
         record(experiments, [np.random.default_rng(i) for i in range(simulations)], threads=2)

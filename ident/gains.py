@@ -31,14 +31,28 @@ class GainOptions:
         max_rel_std: Largest predicted relative standard deviation of a gain.
         noise_floor: Residual that any real drive has, as a share of the joint's rms current. A prediction never
             assumes less, so that a simulation without noise does not make a joint look identifiable.
-        serial_rows: Rows after which residuals are taken as unrelated; one second at the default row rate.
+        serial_s: Time after which residuals are taken as unrelated [s].
         rank_tol: Smallest relative singular value of the scaled observation matrix.
     """
 
     max_rel_std: float = 0.1
     noise_floor: float = 0.05
-    serial_rows: int = 20
+    serial_s: float = 1.0
     rank_tol: float = 1e-7
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            IdentificationError: If one makes no sense.
+        """
+        if not (
+            self.max_rel_std > 0.0 and self.noise_floor >= 0.0 and self.serial_s >= 0.0 and 0.0 < self.rank_tol < 1.0
+        ):
+            raise IdentificationError(
+                f"max_rel_std = {self.max_rel_std:g} must be positive, noise_floor = {self.noise_floor:g} and "
+                f"serial_s = {self.serial_s:g} not negative, rank_tol = {self.rank_tol:g} between 0 and 1"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,7 +119,7 @@ class GainEstimate:
     @property
     def rel_error_norm(self) -> float:
         """Norm of the residuals over the norm of the currents, all joints together."""
-        return self.error_norm / float(np.linalg.norm([joint.current_norm for joint in self.joints]))
+        return self.error_norm / float(np.linalg.norm([joint.current_norm for joint in self.joints if joint.rows]))
 
     @property
     def sigma(self) -> float:
@@ -179,7 +193,7 @@ def joint_gain(
         return _refused(name, V, str(error), np.inf)
     inverse = float(fit.x[-1])  # 1/g, the only coefficient whose column is in newton metres
     positions = (unloaded.position, loaded.position)
-    std = max(float(fit.std[-1]), fit.serial_std(-1, positions, options.serial_rows, W))
+    std = max(float(fit.std[-1]), fit.serial_std(-1, positions, max(1, round(options.serial_s / loaded.row_period)), W))
     floor = options.noise_floor * float(np.sqrt(np.mean(V**2) * fit.cofactor[-1, -1]))
     predicted = max(std, floor) / abs(inverse)
     sensitivity = fit.cofactor[-1] @ W.T @ W_L  # relative change of g per unit of each payload parameter, (10,)

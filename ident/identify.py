@@ -6,7 +6,7 @@ from ident.errors import IdentificationError
 from ident.gains import GainEstimate, GainOptions, drive_gains
 from ident.observation import Observation, ObserveOptions, observe
 from ident.payload import Payload
-from ident.plausibility import check_load, check_pair, check_positions
+from ident.plausibility import check_load, check_pair, check_positions, residual_notes
 from ident.recording import Recording
 from ident.structure import Structure
 
@@ -51,4 +51,4 @@ def identify(
     a, b = observe(unloaded, structure, observing), observe(loaded, structure, observing)
     estimate = METHODS[method](a, b, payload, gains)
     check_load(estimate)
-    return estimate, a.notes + b.notes
+    return estimate, a.notes + b.notes + residual_notes(estimate)

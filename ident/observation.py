@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Array, Indices, Mask, readonly
-from ident.errors import RecordingError
+from ident.errors import IdentificationError, RecordingError
 from ident.recording import JITTER_TOL, Recording, resampled
 from ident.regressor import regressor_blocks
 from ident.signals import Decimator, decimator, delayed, edge_samples, group_means, smooth_motion
@@ -45,6 +45,23 @@ class ObserveOptions:
     current_delay: float = 0.0
     min_weight: float = 0.5
 
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            IdentificationError: If one makes no sense.
+        """
+        for name in ("cutoff_hz", "decimation_cutoff_hz", "rows_per_second"):
+            if not getattr(self, name) > 0.0:
+                raise IdentificationError(f"{name} = {getattr(self, name)}: expected a positive number")
+        if min(self.reversal_speed, self.current_delay) < 0.0:
+            raise IdentificationError("reversal_speed and current_delay must not be negative")
+        if self.rows_per_second > 3.0 * self.decimation_cutoff_hz:
+            raise IdentificationError(
+                f"rows_per_second = {self.rows_per_second:g}: rows closer than a third of the period of "
+                f"decimation_cutoff_hz = {self.decimation_cutoff_hz:g} repeat each other; ask for fewer"
+            )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointObservation:
@@ -57,6 +74,7 @@ class JointObservation:
         W_L: The payload's ten columns (zero torque if nothing is mounted), shape (r, 10).
         t: Time at the middle of each row's filter [s], shape (r,).
         position: Number of each row, those left out counted, shape (r,).
+        row_period: Time from one row to the next [s].
     """
 
     V: Array
@@ -65,6 +83,7 @@ class JointObservation:
     W_L: Array
     t: Array
     position: Indices
+    row_period: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,7 +142,9 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     q, dq, ddq = (group_means(x[inner], group) for x in smooth)
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
     joints = _reduce(structure, (q, dq, ddq), v, D, options)
-    return Observation(structure, tuple(_kept(joint, middle, options) for joint in joints), tuple(notes))
+    return Observation(
+        structure, tuple(_kept(joint, middle, period * D.factor, options) for joint in joints), tuple(notes)
+    )
 
 
 @dataclass(slots=True)
@@ -166,7 +187,7 @@ def _moving(structure: Structure, dq: Array, share: float) -> Mask:
     return moving
 
 
-def _kept(total: _Sums, t: Array, options: ObserveOptions) -> JointObservation:
+def _kept(total: _Sums, t: Array, row_period: float, options: ObserveOptions) -> JointObservation:
     """The rows that lost little to reversals."""
     keep = total.weight >= options.min_weight
     b = len(total.columns)
@@ -178,6 +199,7 @@ def _kept(total: _Sums, t: Array, options: ObserveOptions) -> JointObservation:
         W_L=readonly(W[:, b:]),
         t=readonly(t[keep]),
         position=np.flatnonzero(keep),
+        row_period=row_period,
     )
 
 

@@ -13,6 +13,8 @@ from ident.recording import Recording
 
 LOAD_Z = 4.0
 """Standard deviations that 1/g must differ from zero by on some joint for a load to be there."""
+LARGE_RESIDUAL = 0.15
+"""Share of a joint's current above which its residual is worth a note."""
 FRICTION_Z = 10.0
 """Standard deviations above which the sign of the friction is trusted."""
 
@@ -65,12 +67,23 @@ def check_load(estimate: GainEstimate) -> None:
         NotIdentifiable: Saying which.
     """
     seen = [joint for joint in estimate.joints if abs(joint.load_z) > LOAD_Z]
-    if not seen:
-        if any(joint.rows for joint in estimate.joints):
-            raise NotIdentifiable("the loaded motion shows no load on any joint; was the payload mounted?")
-        return
+    if not seen and any(joint.rows for joint in estimate.joints):
+        raise NotIdentifiable("the loaded motion shows no load on any joint; was the payload mounted?")
+    if not estimate.identifiable.any():
+        reason = f"joint 1: {estimate.joints[0].reason}"
+        raise NotIdentifiable(f"no drive gain can be identified; {reason}")
     agree = [joint.load_z * (joint.friction_z if abs(joint.friction_z) > FRICTION_Z else 1.0) > 0.0 for joint in seen]
     if not any(agree):
         raise NotIdentifiable(
             "every joint shows a payload of negative mass; the unloaded and loaded files are probably swapped"
         )
+
+
+def residual_notes(estimate: GainEstimate) -> tuple[str, ...]:
+    """A note on every joint whose current the model explains badly."""
+    return tuple(
+        f"joint {number}: the model leaves {100.0 * joint.error_norm / joint.current_norm:.0f} % of the current "
+        "unexplained; is it the model of this robot, with this friction and base?"
+        for number, joint in enumerate(estimate.joints, 1)
+        if joint.rows and joint.error_norm > LARGE_RESIDUAL * joint.current_norm
+    )

@@ -12,6 +12,7 @@ The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_colum
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from ident.arm import Arm
 from ident.arrays import Array
 from ident.parameters import INERTIAL, STANDARD, labels
 
+ROUNDING = 1e-15
+"""Size below which an entry of a rotation matrix is a rounding error of the model file's quaternion."""
 BLOCK = 1024
 """Samples handled at once: the working set of a block stays in the processor's cache."""
 
@@ -63,11 +66,12 @@ def regressor_blocks(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[tupl
     n, p = arm.n, len(STANDARD)
     buffer = np.zeros((n, len(labels(n, arm.couplings)), BLOCK))
     rows = np.arange(n)
+    turns = [_rotation_terms(arm, j) for j in range(n)]
     for start in range(0, len(q), BLOCK):
         block = slice(start, min(start + BLOCK, len(q)))
         columns = buffer[..., : block.stop - start]
         dq_block, ddq_block = dq[block].T, ddq[block].T  # (n, samples)
-        for i, state in enumerate(_link_states(arm, q[block].T, dq_block, ddq_block)):
+        for i, state in enumerate(_link_states(arm, turns, q[block].T, dq_block, ddq_block)):
             _link_columns(state, columns[: i + 1, p * i : p * i + len(INERTIAL)])
         columns[rows, p * rows + STANDARD.index("Ia")] = ddq_block
         columns[rows, p * rows + STANDARD.index("Fv")] = dq_block
@@ -79,6 +83,10 @@ def regressor_blocks(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[tupl
             columns[first, Fvm], columns[second, Fvm] = dq_block[second], dq_block[first]
             columns[[first, second], Fcm] = np.sign(dq_block[first] + dq_block[second])
         yield block, columns
+
+
+_Term: TypeAlias = tuple[int, int, float, float, float]
+"""Row and column of an entry of a rotation, then its constant, cosine and sine part."""
 
 
 @dataclass(slots=True)
@@ -99,7 +107,7 @@ class _LinkState:
     p: Array
 
 
-def _link_states(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[_LinkState]:
+def _link_states(arm: Arm, turns: list[list[_Term]], q: Array, dq: Array, ddq: Array) -> Iterator[_LinkState]:
     """Outward recursion of Newton-Euler over links; arguments are (n, samples)."""
     n, samples = q.shape
     vectors = np.zeros((3, 3 + 2 * n, samples))  # w, dw, a, then u_1, p_1, u_2, p_2, ...
@@ -112,7 +120,7 @@ def _link_states(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[_LinkSta
         if not arm.revolute[j]:
             lever = [x + y for x, y in zip(lever, _along(arm.rotation[j] @ arm.axis[j], q[j]), strict=True)]
         _add_lever(vectors[:, known], L, lever)
-        E = _rotation(arm, j, q[j] if arm.revolute[j] else np.zeros(samples))
+        E = _rotation(turns[j], q[j] if arm.revolute[j] else np.zeros(samples))
         np.einsum("abs,bks->aks", E, vectors[:, known], out=spare[:, known])
         vectors, spare = spare, vectors
         vectors[:, 3 + 2 * j : 5 + 2 * j] = 0.0
@@ -159,19 +167,33 @@ def _add_joint_motion(vectors: Array, arm: Arm, j: int, dq: Array, ddq: Array) -
             turned[k] += arm.axis[j, k] * dq
 
 
-def _rotation(arm: Arm, j: int, angle: Array) -> Array:
-    """Rotation from frame j - 1 to frame j turned by `angle` (Rodrigues' formula), shape (3, 3, samples)."""
+def _rotation_terms(arm: Arm, j: int) -> list[_Term]:
+    """Entries of the rotation from frame j - 1 to frame j as constant + cosine cos(q) + sine sin(q) (Rodrigues).
+
+    Frames along each other's axes, the usual case, leave most entries and terms empty; what is below rounding is
+    taken as empty too.
+    """
     x, y, z = arm.axis[j]
     back, along = arm.rotation[j].T, np.outer(arm.axis[j], arm.axis[j])
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    constant, cosine, sine = along @ back, (np.eye(3) - along) @ back, -skew @ back
+    terms = np.stack((along @ back, (np.eye(3) - along) @ back, -skew @ back))  # (3 terms, 3, 3)
+    terms[np.abs(terms) < ROUNDING] = 0.0
+    constant, cosine, sine = terms.tolist()
+    entries = ((r, c, constant[r][c], cosine[r][c], sine[r][c]) for r in range(3) for c in range(3))
+    return [entry for entry in entries if any(entry[2:])]
+
+
+def _rotation(terms: list[_Term], angle: Array) -> Array:
+    """The rotation of `_rotation_terms` at `angle`, shape (3, 3, samples)."""
     c, s = np.cos(angle), np.sin(angle)
     E = np.zeros((3, 3, len(angle)))
-    for row, column in np.ndindex(3, 3):
-        terms = ((constant[row, column], 1.0), (cosine[row, column], c), (sine[row, column], s))
-        for weight, term in terms:
-            if weight:  # frames along each other's axes, the usual case, leave most terms empty
-                E[row, column] += weight * term
+    for row, column, constant, cosine, sine in terms:
+        if constant:
+            E[row, column] += constant
+        if cosine:
+            E[row, column] += cosine * c
+        if sine:
+            E[row, column] += sine * s
     return E
 
 

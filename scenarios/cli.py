@@ -169,7 +169,7 @@ def _parser() -> argparse.ArgumentParser:
         for field in fields(defaults):
             identifying.add_argument(
                 f"--{field.name.replace('_', '-')}",
-                type=_count if isinstance(getattr(defaults, field.name), int) else _not_negative,
+                type=_not_negative,
                 default=getattr(defaults, field.name),
                 metavar="X",
                 help=f"{OPTION_HELP[field.name]} (default %(default)s)",
@@ -187,7 +187,7 @@ OPTION_HELP = {
     "min_weight": "leave out rows that keep less than this share of their samples",
     "max_rel_std": "refuse a gain whose predicted relative standard deviation exceeds this",
     "noise_floor": "residual that a prediction assumes at least, as a share of the joint's rms current",
-    "serial_rows": "rows after which residuals are taken as unrelated",
+    "serial_s": "time after which residuals are taken as unrelated [s]",
     "rank_tol": "smallest relative singular value that counts as observed",
 }
 

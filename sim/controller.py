@@ -11,6 +11,7 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
+from sim.errors import PlantError
 from sim.trajectory import FourierTrajectory
 
 
@@ -33,6 +34,18 @@ class ControllerOptions:
     integral_hz: float = 0.0
     velocity_cutoff_hz: float = 150.0
     feedforward: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            PlantError: If one makes no sense.
+        """
+        for name in ("rate_hz", "bandwidth_hz", "velocity_cutoff_hz"):
+            if not getattr(self, name) > 0.0:
+                raise PlantError(f"controller: {name} = {getattr(self, name)}: expected a positive number")
+        if min(self.damping, self.integral_hz, self.feedforward) < 0.0:
+            raise PlantError("controller: damping, integral_hz and feedforward must not be negative")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

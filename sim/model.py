@@ -39,7 +39,8 @@ def plant_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         model = spec.compile()
     except ValueError as error:
-        raise PlantError(f"robot model {plant.mjcf}: {str(error).splitlines()[0]}") from error
+        mounted = f" with a payload of {plant.payload.mass:g} kg" if loaded else ""
+        raise PlantError(f"robot model {plant.mjcf}{mounted}: {str(error).splitlines()[0]}") from error
     n = len(plant.drives.gain)
     if model.nv != n or model.nu != n:
         raise PlantError(f"robot model {plant.mjcf}: {model.nv} joints and {model.nu} drives, but the plant has {n}")

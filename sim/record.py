@@ -74,8 +74,9 @@ def try_record(
 ) -> list[Recording | SimulationError]:
     """As `record`, but a run that fails is returned as its error and the others are kept."""
     bare = _compiled(experiments, loaded=False)
-    models = [_compiled([e], loaded=True)[0] if e.loaded else m for e, m in zip(experiments, bare, strict=True)]
-    controllers = _controllers(experiments, bare)
+    heavy = _compiled([e for e in experiments if e.loaded], loaded=True)
+    models = [(heavy if e.loaded else bare)[_model_key(e)] for e in experiments]
+    controllers = _controllers(experiments, [bare[_model_key(e)] for e in experiments])
     streams = [rng.spawn(2) for rng in rngs]  # encoder, current
     engine = Engine(
         models,
@@ -93,14 +94,15 @@ def try_record(
     return outcomes
 
 
-def _compiled(experiments: Sequence[Experiment], *, loaded: bool) -> list[mujoco.MjModel]:
-    """One model an experiment; experiments on the same plant and step share theirs."""
-    models: dict[tuple[int, float], mujoco.MjModel] = {}
-    for e in experiments:
-        key = (id(e.plant), e.step)
-        if key not in models:
-            models[key] = plant_model(e.plant, loaded=loaded, step=e.step)
-    return [models[id(e.plant), e.step] for e in experiments]
+def _model_key(experiment: Experiment) -> tuple[int, float]:
+    """Experiments on the same plant and step share their compiled models."""
+    return id(experiment.plant), experiment.step
+
+
+def _compiled(experiments: Sequence[Experiment], *, loaded: bool) -> dict[tuple[int, float], mujoco.MjModel]:
+    """One model a plant and step."""
+    distinct = {_model_key(e): e for e in experiments}
+    return {key: plant_model(e.plant, loaded=loaded, step=e.step) for key, e in distinct.items()}
 
 
 def _controllers(experiments: Sequence[Experiment], bare: Sequence[mujoco.MjModel]) -> list[Controller]:
@@ -148,18 +150,20 @@ def _closed_loop(
     q_log, v_log = np.empty((samples, B, n)), np.empty((samples, B, n))
     reading, v, dq, total, previous = engine.q.copy(), *(np.zeros((B, n)) for _ in range(3)), engine.q.copy()
     change = np.empty((B, n))
-    resolution = np.where(quantum > 0.0, quantum, 1.0)
+    quantised, below = quantum > 0.0, -limits
+    rounding = bool(quantised.any())
+    resolution = np.where(quantised, quantum, 1.0)
     for start in range(0, samples, CHUNK):
         stop = min(start + CHUNK, samples)
         reference = np.stack([table[start:stop] for table in references], axis=1)
         noise = np.stack([rng.standard_normal((stop - start, n)) for rng in encoders], axis=1) * noise_std[:, None]
         for k in range(start, stop):
             np.add(engine.q, noise[k - start], out=reading)
-            if quantum.any():
+            if rounding:
                 np.divide(reading, resolution, out=change)
                 np.rint(change, out=change)
                 change *= resolution
-                np.copyto(reading, change, where=quantum > 0.0)
+                np.copyto(reading, change, where=quantised)
             if k == 0:
                 previous[:] = reading
             np.subtract(reading, previous, out=change)
@@ -174,7 +178,8 @@ def _closed_loop(
             if integral:
                 total += ki * (np.stack([c.q_ref[k] for c in controllers]) - reading)
                 v += total
-            np.clip(v, -limits, limits, out=v)
+            np.minimum(v, limits, out=v)
+            np.maximum(v, below, out=v)
             engine.current[:] = v
             q_log[k], v_log[k] = reading, v
             engine.advance()

@@ -1,11 +1,12 @@
 """What stands between the plant and its log: encoders in the loop, current sensing beside it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy import signal
 
 from ident.arrays import Array
+from sim.errors import PlantError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +26,18 @@ class SensorOptions:
     current_white: float = 0.0
     current_coloured: float = 0.0
     coloured_cutoff_hz: float = 20.0
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            PlantError: If one is negative.
+        """
+        for field in fields(self):
+            if getattr(self, field.name) < 0.0:
+                raise PlantError(f"sensors: {field.name} = {getattr(self, field.name)} is negative")
+        if self.current_coloured and not self.coloured_cutoff_hz:
+            raise PlantError("sensors: coloured noise needs coloured_cutoff_hz above 0")
 
 
 def logged_current(v: Array, rate_hz: float, options: SensorOptions, rng: np.random.Generator) -> Array:

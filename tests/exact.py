@@ -46,7 +46,7 @@ def exact_observation(
         V = V + noise * np.sqrt(np.mean(V**2)) * rng.standard_normal(rows)
         joints.append(
             JointObservation(
-                V, W_st[:, j, structure.base.columns[columns]], columns, W_L, np.arange(rows), np.arange(rows)
+                V, W_st[:, j, structure.base.columns[columns]], columns, W_L, np.arange(rows), np.arange(rows), 0.05
             )
         )
     return Observation(structure, tuple(joints), ())

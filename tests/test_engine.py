@@ -31,7 +31,8 @@ def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(threads, rng):
             np.testing.assert_array_equal(batched[k, i], data.qpos)
 
 
-def test_a_simulation_that_blows_up_is_reported_and_the_others_are_not():
+def test_a_simulation_that_blows_up_is_reported_and_the_others_are_not(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo logs its warning to the working folder
     model = plant_model(nominal_plant(), loaded=False, step=1e-3)
     engine = Engine([model, model], np.zeros((2, 6)), substeps=1, threads=1)
     engine.q[1, 2] = np.nan

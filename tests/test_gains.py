@@ -28,7 +28,7 @@ def lopsided(payload: Payload) -> Payload:
 
 def scaled_currents(observation: Observation, factor: float) -> Observation:
     joints = tuple(
-        JointObservation(factor * joint.V, joint.W, joint.columns, joint.W_L, joint.t, joint.position)
+        JointObservation(factor * joint.V, joint.W, joint.columns, joint.W_L, joint.t, joint.position, joint.row_period)
         for joint in observation.joints
     )
     return Observation(observation.structure, joints, observation.notes)

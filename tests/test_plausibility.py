@@ -5,7 +5,7 @@ from test_gains import lopsided
 
 from ident.errors import NotIdentifiable, RecordingError
 from ident.gains import GainOptions, drive_gains
-from ident.plausibility import check_load, check_pair, check_positions
+from ident.plausibility import check_load, check_pair, check_positions, residual_notes
 from ident.recording import Recording
 
 GAIN = np.array([0.94, 0.96, 1.11, 0.91, 1.0, -1.0])
@@ -36,6 +36,21 @@ def test_swapped_motions_are_named(motions, payload):
 def test_two_bare_motions_show_no_load(motions, payload):
     with pytest.raises(NotIdentifiable, match="shows no load on any joint; was the payload mounted"):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()))
+
+
+def test_an_estimate_without_any_gain_is_an_error_with_the_first_reason(motions, payload):
+    estimate = drive_gains(motions[0], motions[1], lopsided(payload), GainOptions(max_rel_std=1e-9))
+    with pytest.raises(NotIdentifiable, match="no drive gain can be identified; joint 1: predicted standard deviation"):
+        check_load(estimate)
+
+
+def test_a_joint_that_the_model_does_not_explain_gets_a_note(structure, payload, rng):
+    chi, heavy = rng.uniform(0.5, 2.0, 84), lopsided(payload)
+    loads = np.zeros(10), heavy.known_part().chi
+    pair = [exact_observation(structure, chi, load, GAIN, rng, noise=0.3, rows=400) for load in loads]
+    notes = residual_notes(drive_gains(*pair, heavy, GainOptions(max_rel_std=10.0)))
+    assert len(notes) == 6
+    assert notes[0].startswith("joint 1: the model leaves 2")
 
 
 def test_an_arm_with_every_drive_wired_backwards_is_not_taken_for_swapped_files(structure, payload, rng):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import rx90_mjcf
+from ident.errors import IdentificationError
 from ident.gains import GainEstimate, JointGain
 from scenarios.build import bench
 from scenarios.cli import main
@@ -14,6 +15,7 @@ from scenarios.judge import judge
 from scenarios.motions import read_motion, write_motion
 from scenarios.schema import ToleranceTable, load_scenario
 from scenarios.tables import builtin_names
+from sim.errors import PlantError
 
 
 def scenario_file(folder: Path, text: str) -> str:
@@ -89,13 +91,16 @@ FAULTS = {
     'extends = "nominal"\n[belief]\ncontroller_gain = [1, 1, 1, 1, 1, 0]': "a gain of zero commands nothing",
     'extends = "nominal"\n[belief.payload]\nmas = 3': "belief.payload: unknown key 'mas'",
     "extends = = 3": "not TOML",
+    'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz = 0.0: expected a positive number",
+    'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "sensors: encoder_noise = -1.0 is negative",
+    'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "cutoff_hz = -1.0: expected a positive number",
 }
 
 
 @pytest.mark.parametrize("text", FAULTS)
 def test_a_faulty_scenario_is_one_line_and_exit_status_2(tmp_path, text, capsys):
     path = scenario_file(tmp_path, text)
-    with pytest.raises(ScenarioError, match=FAULTS[text]):
+    with pytest.raises((ScenarioError, PlantError, IdentificationError), match=FAULTS[text]):
         bench(load_scenario(path))
     assert main(["run", path]) == 2
     output = capsys.readouterr()

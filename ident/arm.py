@@ -65,6 +65,8 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = ()) -> A
             and prismatic joints, or a coupling names a joint that is not there.
     """
     arm = arm_from_pinocchio(load_pinocchio(path))
+    if len(set(couplings)) < len(couplings):
+        raise RobotModelError(f"robot {arm.name}: a coupling is given twice")
     for first, second in couplings:
         if not 0 <= first < second < arm.n:
             raise RobotModelError(f"robot {arm.name}: cannot couple joints {first + 1} and {second + 1} of {arm.n}")

@@ -8,12 +8,14 @@ from ident.observation import Observation, ObserveOptions, observe
 from ident.payload import Payload
 from ident.plausibility import check_load, check_pair, check_positions, residual_notes
 from ident.recording import Recording
+from ident.sequential import sequential_gains
 from ident.structure import Structure
 
 METHODS: dict[str, Callable[[Observation, Observation, Payload, GainOptions], GainEstimate]] = {
     "ls-2011": drive_gains,
+    "sequential-2011": sequential_gains,
 }
-"""Estimators of one signature, by name. `ls-2011` is Gautier and Briot's, joint by joint (eq. 27)."""
+"""Estimators of one signature: Gautier and Briot's joint by joint (eq. 27), and their sequence (section III.B)."""
 
 
 def identify(

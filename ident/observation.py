@@ -13,9 +13,20 @@ from ident.arrays import Array, Indices, Mask, readonly
 from ident.errors import IdentificationError, RecordingError
 from ident.recording import JITTER_TOL, Recording, resampled
 from ident.regressor import regressor_blocks
-from ident.signals import Decimator, decimator, delayed, edge_samples, group_means, smooth_motion
+from ident.signals import (
+    KERNEL_CUTOFFS,
+    SETTLING,
+    Decimator,
+    decimator,
+    delayed,
+    edge_samples,
+    group_means,
+    smooth_motion,
+)
 from ident.structure import Structure
 
+FASTEST_PERIOD = 1e-5
+"""Sampling interval below which a clock is not believed [s]."""
 REGRESSOR_RATE = 32.0
 """Rate at which the regressor is evaluated at least, in cut-offs of the positions.
 
@@ -128,6 +139,14 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     _check_rates(recording, options)
     edge = edge_samples(recording.period, options.cutoff_hz)
     inner = slice(edge, max(edge, len(recording.t) - edge))
+    if (
+        2.0 * SETTLING / options.cutoff_hz + KERNEL_CUTOFFS / options.decimation_cutoff_hz
+        > recording.t[-1] - recording.t[0]
+    ):
+        raise RecordingError(
+            f"{recording.name}: {recording.t[-1] - recording.t[0]:.3g} s are too short for cut-offs of "
+            f"{options.cutoff_hz:g} and {options.decimation_cutoff_hz:g} Hz"
+        )
     group = max(1, int(1.0 / (recording.period * REGRESSOR_RATE * options.cutoff_hz)))
     period = group * recording.period
     D = decimator(period, options.decimation_cutoff_hz, max(1, round(1.0 / (period * options.rows_per_second))))
@@ -204,6 +223,8 @@ def _kept(total: _Sums, t: Array, row_period: float, options: ObserveOptions) ->
 
 
 def _check_rates(recording: Recording, options: ObserveOptions) -> None:
+    if recording.period < FASTEST_PERIOD:
+        raise RecordingError(f"{recording.name}: sampled every {recording.period:.3g} s; is t in seconds?")
     nyquist = 0.5 / recording.period
     highest = max(options.cutoff_hz, options.decimation_cutoff_hz)
     if highest >= nyquist:

@@ -11,6 +11,8 @@ from ident.errors import PayloadError
 from ident.parameters import INERTIAL
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+HEAVIEST, FARTHEST = 2000.0, 5.0
+"""Mass [kg] and distance of the centre of mass [m] beyond which a payload is given in other units."""
 Known = Literal["all", "mass"]
 
 
@@ -41,8 +43,16 @@ class Payload:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if not (np.isfinite(self.mass) and self.mass > 0.0):
-            raise PayloadError(f"payload: mass = {self.mass} kg; expected a positive number")
+        for name in ("mass", "mass_std", "com", "com_std", "inertia", "inertia_std"):
+            value = getattr(self, name)
+            if value is not None and not np.isfinite(value).all():
+                raise PayloadError(f"payload: {name} = {value} is not finite")
+        if not 0.0 < self.mass <= HEAVIEST:
+            raise PayloadError(
+                f"payload: mass = {self.mass:g} kg; expected a positive number up to {HEAVIEST:g}, in kg"
+            )
+        if self.com is not None and max(abs(c) for c in self.com) > FARTHEST:
+            raise PayloadError(f"payload: com = {list(self.com)}; farther than {FARTHEST:g} m; expected metres")
         if min(self.mass_std, *self.com_std, *self.inertia_std) < 0.0:
             raise PayloadError("payload: a standard deviation is negative")
         if self.known == "all":

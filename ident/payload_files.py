@@ -79,7 +79,10 @@ def _known(value: object) -> Known:
 def _number(value: object, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise PayloadError(f"payload: {name} = {value!r} is not a number")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise PayloadError(f"payload: {name} is too large a number") from None
 
 
 def _vector(table: Mapping[str, object], key: str) -> tuple[float, float, float] | None:

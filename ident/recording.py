@@ -8,6 +8,8 @@ from scipy.interpolate import make_interp_spline
 from ident.arrays import Array, readonly
 from ident.errors import RecordingError
 
+LARGEST_GAP = 10.0
+"""Sampling interval, in medians, above which samples count as missing instead of late."""
 JITTER_TOL = 1e-3
 """Deviation of a sampling interval from their mean, as a share of it, above which a clock counts as jittered."""
 
@@ -57,9 +59,19 @@ def resampled(recording: Recording) -> Recording:
     """The recording on a uniform clock of the same mean rate: q by cubic spline, v by straight lines.
 
     A recording whose clock is uniform within `JITTER_TOL` comes back unchanged.
+
+    Raises:
+        RecordingError: If samples are missing: nothing may be invented for a hole.
     """
     if recording.jitter <= JITTER_TOL:
         return recording
+    intervals = np.diff(recording.t)
+    worst = int(intervals.argmax())
+    if intervals[worst] > LARGEST_GAP * np.median(intervals) or len(intervals) < 4:
+        raise RecordingError(
+            f"{recording.name}: samples are missing: {intervals[worst]:.3g} s pass from row {worst + 1} to the next, "
+            f"{np.median(intervals):.3g} s as a rule; use one side of the hole"
+        )
     t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
     q = make_interp_spline(recording.t, recording.q, k=3)(t)
     v = make_interp_spline(recording.t, recording.v, k=1)(t)

@@ -12,6 +12,8 @@ from scipy import signal
 from ident.arrays import Array
 
 FILTER_ORDER = 4
+KERNEL_CUTOFFS = 3.3
+"""Length of the decimation kernel in periods of its cut-off: a Hamming window's transition is then as wide as that."""
 SETTLING = 2.0
 """Edge of a filtered recording that still feels the missing past or future, in periods of the cut-off."""
 
@@ -102,6 +104,6 @@ def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
         cutoff_hz: Half-amplitude frequency [Hz]; the transition is as wide.
         factor: Samples per row.
     """
-    half = int(np.ceil(1.65 / (cutoff_hz * period)))  # Hamming: transition 3.3 / length, here equal to the cut-off
+    half = int(np.ceil(0.5 * KERNEL_CUTOFFS / (cutoff_hz * period)))
     kernel = signal.firwin(2 * half + 1, cutoff_hz, fs=1.0 / period)
     return Decimator(kernel / kernel.sum(), factor)

@@ -54,6 +54,10 @@ def bench(scenario: Scenario) -> Bench:
         raise ScenarioError(f"{scenario.name}: tolerance.gain: the arm has {structure.arm.n} joints")
     plant = true_plant(scenario)
     motion = read_motion(table.experiment.motion, scenario.folder)
+    if motion.n != structure.arm.n:
+        raise ScenarioError(
+            f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {structure.arm.n}"
+        )
     unloaded, loaded = (
         Experiment(
             name=name,

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 from rich.console import Console
@@ -39,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Without the program's name; those of the process if None.
 
     Returns:
-        The exit status.
+        The exit status; a command line that cannot be parsed exits at once with status 2.
     """
     options = _parser().parse_args(arguments)
     command: Callable[[argparse.Namespace, Console], int] = options.command
@@ -97,9 +98,13 @@ def _identify(options: argparse.Namespace, console: Console) -> int:
 def _excite(options: argparse.Namespace, console: Console) -> int:
     from scenarios.excitation import Design, robot_limits, search  # CMA-ES is needed here alone
 
+    if not options.out.parent.is_dir():
+        raise ScenarioError(f"{options.out}: no such folder as {options.out.parent}; make it first")
     prepared = bench(load_scenario(options.scenario))
     plant = prepared.experiments[0].plant
     wanted = np.flatnonzero(prepared.scenario.table.tolerance.identifiable)
+    if not wanted.size:
+        raise ScenarioError(f"{options.scenario}: tolerance.identifiable wants no joint's gain")
     design = Design(plant, prepared.structure, robot_limits(plant), wanted)
     motion = search(
         design,
@@ -126,8 +131,17 @@ def _excite(options: argparse.Namespace, console: Console) -> int:
     return PASSED
 
 
+class _OneLineParser(argparse.ArgumentParser):
+    """A parser whose complaints are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Complain and exit with status 2."""
+        print(f"{self.prog}: {message}; see {self.prog} --help", file=sys.stderr)  # noqa: T201
+        sys.exit(BAD_INPUT)
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="rx90", description="Testbench and identification of robot drive gains.")
+    parser = _OneLineParser(prog="rx90", description="Testbench and identification of robot drive gains.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     listing = commands.add_parser("list", help="built-in scenarios, a line each")
@@ -144,7 +158,7 @@ def _parser() -> argparse.ArgumentParser:
     exciting.add_argument("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")
     exciting.add_argument("--out", type=Path, required=True, metavar="FILE", help="motion file to write, TOML")
     exciting.add_argument("--seed", type=_seed, default=0, help="seed of the search (default 0)")
-    exciting.add_argument("--harmonics", type=_count, default=20, help="harmonics of the series (default 20)")
+    exciting.add_argument("--harmonics", type=_harmonics, default=20, help="harmonics of the series (default 20)")
     exciting.add_argument("--duration", type=_positive, default=20.0, help="period [s] (default 20)")
     exciting.add_argument("--evaluations", type=_count, default=40000, help="motions to try (default 40000)")
     exciting.set_defaults(command=_excite)
@@ -194,8 +208,15 @@ OPTION_HELP = {
 
 def _seed(text: str) -> int:
     value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError("expected 0 or more")
+    if not 0 <= value < 2**31:
+        raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^31 - 1")
+    return value
+
+
+def _harmonics(text: str) -> int:
+    value = int(text)
+    if value < 2:
+        raise argparse.ArgumentTypeError("a motion at rest at both ends needs 2 or more")
     return value
 
 

@@ -31,7 +31,11 @@ RESIDUAL = 0.02
 """Residual of a decimated row, as a share of the joint's rms torque; a common factor of all predictions."""
 ROWS_PER_SECOND = 20.0
 SHARE = 0.95
-"""Share of a velocity, acceleration or current limit that a motion may use; 0.9 of the position range."""
+"""Share of a velocity or acceleration limit that a motion may use."""
+RANGE_SHARE = 0.9
+"""Share of each joint's position range."""
+TORQUE_SHARE = 0.8
+"""Share of the torque at the current limit."""
 LEAST_SHARE = 0.25
 """Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
 EXCESS = 0.03
@@ -118,10 +122,10 @@ class Design:
         (q, dq, ddq), limits = motion, self._limits
         center, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
         over = [
-            np.abs(q - center) / half - 0.9,
+            np.abs(q - center) / half - RANGE_SHARE,
             np.abs(dq) / limits.velocity - SHARE,
             np.abs(ddq) / limits.acceleration - SHARE,
-            np.abs(torques).max(axis=0) / limits.torque - 0.8,
+            np.abs(torques).max(axis=0) / limits.torque - TORQUE_SHARE,
         ]
         apart = (CLEARANCE - self._clearance(q)) / CLEARANCE
         return np.concatenate([np.maximum(o, 0.0).ravel() for o in over] + [np.maximum(apart, 0.0)])
@@ -130,7 +134,7 @@ class Design:
         """Factor on each joint's motion about its centre that just keeps range, velocity and acceleration, (n,)."""
         q, dq, ddq = self.sampled(trajectory, 50.0)
         limits, center = self._limits, trajectory.center
-        room = 0.9 * np.minimum(limits.upper - center, center - limits.lower)
+        room = RANGE_SHARE * np.minimum(limits.upper - center, center - limits.lower)
         return np.minimum.reduce(
             [
                 room / np.abs(q - center).max(axis=0),

@@ -9,6 +9,8 @@ from scenarios.errors import ScenarioError
 from scenarios.tables import nearest, read_table
 from sim.trajectory import FourierTrajectory, at_rest
 
+LONGEST = 600.0
+"""Longest motion that is simulated [s]."""
 MOTIONS = Path(__file__).parent / "catalog" / "motions"
 """Folder of the built-in motions."""
 
@@ -29,7 +31,20 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
         duration = float(str(table["duration"]))
     except (KeyError, ValueError, TypeError) as error:
         raise ScenarioError(f"{path}: expected duration, center (n), sine and cosine (n x H); {error}") from error
-    if center.ndim != 1 or sine.ndim != 2 or sine.shape != cosine.shape or len(sine) != len(center) or not duration > 0:
+    values = np.concatenate((center.ravel(), sine.ravel(), cosine.ravel(), [duration]))
+    if not np.isfinite(values).all() or not 0.0 < duration <= LONGEST:
+        raise ScenarioError(f"{path}: expected finite coefficients and a duration up to {LONGEST:g} s")
+    unknown = set(table) - {"center", "sine", "cosine", "duration"}
+    if unknown:
+        raise ScenarioError(f"{path}: unknown key {min(unknown)!r}; known: duration, center, sine, cosine")
+    if (
+        center.ndim != 1
+        or sine.size == 0
+        or sine.ndim != 2
+        or sine.shape != cosine.shape
+        or len(sine) != len(center)
+        or not duration > 0
+    ):
         raise ScenarioError(f"{path}: center {center.shape}, sine {sine.shape} and cosine {cosine.shape} do not fit")
     motion = at_rest(center, sine, cosine, duration)
     change = max(np.abs(motion.sine - sine).max(), np.abs(motion.cosine - cosine).max())

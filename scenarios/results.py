@@ -58,7 +58,9 @@ def to_json(document: Mapping[str, object]) -> str:
 
 
 def save_run(run: Run, folder: Path) -> None:
-    """Write recordings, believed payload, truth and result; `rx90 identify` gives the same estimate on them.
+    """Write recordings, believed payload, truth and result.
+
+    `rx90 identify` with the same identification options gives the same estimate on them, to the last digit.
 
     Raises:
         OSError: If the folder cannot be written.

@@ -131,7 +131,7 @@ def load_scenario(name: str) -> Scenario:
     try:
         parsed = ScenarioTable.model_validate(table)
     except ValidationError as error:
-        first = error.errors()[0]
+        first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
         where = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]")))
         what = first["msg"][0].lower() + first["msg"][1:]
         got = "" if first["type"] == "missing" else f", got {first['input']!r}"

@@ -203,7 +203,8 @@ def _fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, unstable: b
         k, j = np.argwhere(long)[0]
         return Saturated(
             f"{e.name}: drive of {names[j]} at its limit of {e.plant.drives.current_limit[j]:g} for more than "
-            f"{SATURATED_TOO_LONG:g} s from t = {(k + 1) / rate:.3f} s; use a lighter payload or a slower motion"
+            f"{SATURATED_TOO_LONG:g} s from t = {(k + 1) / rate:.3f} s; "
+            + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
         )
     beyond = (q < model.jnt_range[:, 0]) | (q > model.jnt_range[:, 1])
     if beyond.any():

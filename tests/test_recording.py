@@ -95,3 +95,12 @@ def test_a_uniform_clock_is_left_alone_and_a_jittered_one_resampled(rng):
     assert even.jitter < 1e-9
     np.testing.assert_allclose(even.q[:, 0], np.sin(even.t), atol=1e-9)  # cubic spline: h^4 / 384
     np.testing.assert_allclose(even.v[:, 0], np.cos(even.t), atol=4e-5)  # straight lines: h^2 / 8, h = 16 ms
+
+
+def test_a_hole_in_the_log_is_refused_with_its_row(rng):
+    t = np.r_[0.01 * np.arange(100), 3.0 + 0.01 * np.arange(100)]
+    holed = Recording(t, rng.normal(size=(200, 1)), rng.normal(size=(200, 1)), "log")
+    with pytest.raises(
+        RecordingError, match=r"log: samples are missing: 2\.01 s pass from row 100 to the next, 0\.01 s"
+    ):
+        resampled(holed)

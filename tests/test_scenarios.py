@@ -92,6 +92,7 @@ FAULTS = {
     'extends = "nominal"\n[belief.payload]\nmas = 3': "belief.payload: unknown key 'mas'",
     "extends = = 3": "not TOML",
     'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz = 0.0: expected a positive number",
+    'extends = "nominal"\n[plant.payload]\nmass = 0\ncom = [0, 0, 0]': "plant.payload.*",
     'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "sensors: encoder_noise = -1.0 is negative",
     'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "cutoff_hz = -1.0: expected a positive number",
 }
@@ -128,7 +129,10 @@ def test_usage_errors_exit_with_2(capsys):
         with pytest.raises(SystemExit) as caught:
             main(arguments)
         assert caught.value.code == 2
-    capsys.readouterr()
+        output = capsys.readouterr()
+        assert output.out == ""
+        assert output.err.count("\n") == 1
+        assert "--help" in output.err
 
 
 KEYS = ["joint", "true", "estimate", "std", "rel_error", "z", "tolerance", "identifiable", "passed", "reason"]

@@ -14,8 +14,12 @@ FOLDER = Path(__file__).parent
 MJCF = FOLDER / "rx90.xml"
 """The arm with a bare flange; opens in MuJoCo's viewer."""
 DRIVES = FOLDER / "drives.toml"
-PAYLOADS = {"7.025 kg": FOLDER / "payload_7025.toml", "4.275 kg": FOLDER / "payload_4275.toml"}
-"""The weighed payloads of the paper, in the payload format of `ident`."""
+PAYLOADS = {
+    "7.025 kg": FOLDER / "payload_7025.toml",
+    "4.275 kg": FOLDER / "payload_4275.toml",
+    "offset": FOLDER / "payload_offset.toml",
+}
+"""The weighed payloads of the paper and one that loads every joint, in the payload format of `ident`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -47,7 +47,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
             return command(
-                options, Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 120)
+                options,
+                Console(highlight=False, markup=False, soft_wrap=True, width=None if sys.stdout.isatty() else 120),
             )
     except (IdentificationError, SimulationError, ScenarioError) as error:
         print(f"rx90: {error}", file=sys.stderr)  # noqa: T201
@@ -93,6 +94,20 @@ def _identify(options: argparse.Namespace, console: Console) -> int:
     else:
         print_estimate(estimate, notes, console)
     return PASSED
+
+
+def _paper(options: argparse.Namespace, console: Console) -> int:
+    from scenarios.paper import run_paper  # pandas and matplotlib are needed here alone
+    from scenarios.paper_report import paper_document, print_paper, write_paper
+
+    result = run_paper(options.seed)
+    if options.out is not None:
+        write_paper(result, options.out)
+    if options.json:
+        console.out(to_json(paper_document(result)), highlight=False)
+    else:
+        print_paper(result, console)
+    return PASSED if result.passed else MISSED
 
 
 def _excite(options: argparse.Namespace, console: Console) -> int:
@@ -153,6 +168,12 @@ def _parser() -> argparse.ArgumentParser:
     running.add_argument("--save", type=Path, metavar="DIR", help="write recordings, payload, truth and result there")
     running.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
     running.set_defaults(command=_run)
+
+    repeating = commands.add_parser("paper", help="repeat the paper's experiment: tables 2 to 4, figure 3")
+    repeating.add_argument("--out", type=Path, metavar="DIR", help="write paper.md, figures and raw numbers there")
+    repeating.add_argument("--seed", type=_seed, default=0, help="seed of every random number (default 0)")
+    repeating.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
+    repeating.set_defaults(command=_paper)
 
     exciting = commands.add_parser("excite", help="search for a motion that shows a scenario's gains best")
     exciting.add_argument("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")

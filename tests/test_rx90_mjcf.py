@@ -161,7 +161,7 @@ def test_nominal_payload_has_the_paper_s_first_moment_and_mass():
     np.testing.assert_allclose(payload.mass * payload.com[2], 1.003, atol=5e-4)  # digits printed in table 2
 
 
-@pytest.mark.parametrize("name", rx90_mjcf.PAYLOADS)
+@pytest.mark.parametrize("name", ["7.025 kg", "4.275 kg"])
 def test_payloads_are_cylinders_of_steel_flush_on_the_flange(name):
     payload = read_payload(rx90_mjcf.PAYLOADS[name])
     ixx, iyy, izz, *_ = payload.inertia

@@ -9,6 +9,9 @@ from scipy import linalg
 from ident.arrays import Array, Indices
 from ident.errors import IdentificationError
 
+DEPENDENT = 1e-9
+"""Relative singular value of unit columns under which one group of rows does not see a combination of them."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeastSquares:
@@ -110,8 +113,10 @@ def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
     weight = np.empty(len(Y))
     for group in np.unique(groups):
         rows = groups == group
-        x, _, rank, _ = linalg.lstsq(W[rows], Y[rows])  # a joint alone does not see every column
-        residual = Y[rows] - W[rows] @ x
+        norms = np.linalg.norm(W[rows], axis=0)
+        own = W[rows][:, norms > 0.0] / norms[norms > 0.0]
+        x, _, rank, _ = linalg.lstsq(own, Y[rows], cond=DEPENDENT)  # a joint alone does not see every column
+        residual = Y[rows] - own @ x
         weight[rows] = np.sqrt(rows.sum() - rank) / np.linalg.norm(residual)
     return weight
 

@@ -55,10 +55,10 @@ class Payload:
             raise PayloadError(f"payload: com = {list(self.com)}; farther than {FARTHEST:g} m; expected metres")
         if min(self.mass_std, *self.com_std, *self.inertia_std) < 0.0:
             raise PayloadError("payload: a standard deviation is negative")
-        if self.known == "all":
-            if self.com is None or self.inertia is None:
-                missing = "com" if self.com is None else "inertia"
-                raise PayloadError(f"payload: known = 'all' but {missing} is missing; add it, or set known = 'mass'")
+        if self.known == "all" and (self.com is None or self.inertia is None):
+            missing = "com" if self.com is None else "inertia"
+            raise PayloadError(f"payload: known = 'all' but {missing} is missing; add it, or set known = 'mass'")
+        if self.inertia is not None:
             check_inertia(self.inertia)
 
     def known_part(self) -> "KnownPayload":

@@ -40,7 +40,9 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
         if key not in KEYS:
             raise PayloadError(f"payload: unknown key {key!r}; expected {', '.join(KEYS)}")
     if "mass" not in table:
-        raise PayloadError("payload: mass is missing")
+        raise PayloadError(
+            "payload: mass is missing; without it nothing in the data has newtons, so neither gains nor payload follow"
+        )
     com, com_std = _vector(table, "com"), _vector(table, "com_std")
     inertia, inertia_std = _inertia(table, "inertia"), _inertia(table, "inertia_std")
     return Payload(

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ident.arrays import Array
 from ident.parameters import INERTIAL, UNITS
 from ident.payload_parameters import PayloadEstimate
 from scenarios import published
@@ -82,23 +83,32 @@ def paper_document(run: PaperRun) -> dict[str, object]:
     cases = [
         {
             "case": k,
-            **_estimate(case),
+            **_estimate(case, run.payloads[0]),
             "published": {**asdict(printed), "gains": list(published.GAINS) if k == 2 else None},
         }
         for k, (case, printed) in enumerate(zip(run.cases, published.CASES, strict=True), 1)
     ]
     second = {
-        **_estimate(run.second),
+        **_estimate(run.second, run.payloads[1]),
         "published": {"M": published.SECOND_MASS, "M_2sigma": published.SECOND_MASS_2SIGMA},
     }
     checks = [asdict(check) for check in run.checks]
     return {"cases": cases, "second_payload": second, "checks": checks, "passed": run.passed}
 
 
-def _estimate(case: PayloadEstimate) -> dict[str, object]:
+def _estimate(case: PayloadEstimate, true: Array) -> dict[str, object]:
     payload = [
-        {"parameter": p.name, "estimate": p.value, "std": p.total_std, "known": p.known, "essential": p.essential}
-        for p in case.parameters
+        {
+            "parameter": p.name,
+            "true": float(value),
+            "estimate": p.value,
+            "std": p.total_std,
+            "tolerance": None,
+            "passed": None,
+            "known": p.known,
+            "essential": p.essential,
+        }
+        for p, value in zip(case.parameters, true, strict=True)
     ]
     fit = {
         "method": case.method,

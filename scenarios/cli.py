@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
             return command(
                 options,
-                Console(highlight=False, markup=False, soft_wrap=True, width=None if sys.stdout.isatty() else 120),
+                _console(),
             )
     except (IdentificationError, SimulationError, ScenarioError) as error:
         print(f"rx90: {error}", file=sys.stderr)  # noqa: T201
@@ -144,6 +144,13 @@ def _excite(options: argparse.Namespace, console: Console) -> int:
     write_motion(motion, options.out, comments)
     console.print(f"{options.out}: predicted standard deviation of the gains [%]: {predicted}")
     return PASSED
+
+
+def _console() -> Console:
+    """A console that wraps at words on a terminal, and not at all into a pipe or file."""
+    if sys.stdout.isatty():
+        return Console(highlight=False, markup=False)
+    return Console(highlight=False, markup=False, soft_wrap=True, width=200)
 
 
 class _OneLineParser(argparse.ArgumentParser):

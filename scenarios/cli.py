@@ -24,7 +24,7 @@ from scenarios.build import bench
 from scenarios.errors import ScenarioError
 from scenarios.motions import write_motion
 from scenarios.report import print_estimate, print_list, print_run
-from scenarios.results import estimate_document, run_document, save_run, to_json
+from scenarios.results import estimate_document, identify_command, run_document, save_run, to_json
 from scenarios.run import run
 from scenarios.schema import load_scenario
 from scenarios.tables import builtin_names
@@ -70,6 +70,9 @@ def _run(options: argparse.Namespace, console: Console) -> int:
         console.out(to_json(run_document(result)), highlight=False)
     else:
         print_run(result, console)
+        if options.save is not None:
+            console.print(f"Saved in {options.save}. The same estimate from these files:")
+            console.print(identify_command(result, options.save), soft_wrap=True)
     return PASSED if result.verdict.passed else MISSED
 
 

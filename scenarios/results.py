@@ -1,11 +1,13 @@
 """Results as files: the JSON object of `--json`, and the folder of `--save`."""
 
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from ident.gains import GainEstimate
+from ident.gains import GainEstimate, GainOptions
+from ident.observation import ObserveOptions
 from ident.payload_files import write_payload
 from ident.recording_files import write_recording
 from scenarios.run import Run
@@ -60,7 +62,7 @@ def to_json(document: Mapping[str, object]) -> str:
 def save_run(run: Run, folder: Path) -> None:
     """Write recordings, believed payload, truth and result.
 
-    `rx90 identify` with the same identification options gives the same estimate on them, to the last digit.
+    `identify_command` gives the same estimate on them, to the last digit.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -76,6 +78,21 @@ def save_run(run: Run, folder: Path) -> None:
     }
     (folder / "truth.json").write_text(to_json(truth) + "\n", encoding="utf-8")
     (folder / "result.json").write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
+
+
+def identify_command(run: Run, folder: Path) -> str:
+    """The command that gives the same estimate on the files of `save_run`, to the last digit."""
+    chosen = run.bench.scenario.table.identification
+    words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.mjcf)]
+    for name in ("unloaded", "loaded"):
+        words += [f"--{name}", str(folder / f"{name}.parquet")]
+    words += ["--payload", str(folder / "payload.toml"), "--method", chosen.method]
+    for options, defaults in ((chosen.observe, ObserveOptions()), (chosen.gains, GainOptions())):
+        for field in fields(options):
+            value = getattr(options, field.name)
+            if value != getattr(defaults, field.name):
+                words += [f"--{field.name.replace('_', '-')}", repr(value)]
+    return shlex.join(words)
 
 
 def _fit(estimate: GainEstimate) -> dict[str, object]:

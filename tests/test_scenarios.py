@@ -1,4 +1,5 @@
 import json
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -194,6 +195,18 @@ def test_identify_on_saved_files_gives_the_same_estimate_to_the_last_digit(saved
         assert (after["estimate"], after["std"]) == (before["estimate"], before["std"])
         assert list(after) == KEYS
         assert after["true"] is after["rel_error"] is after["z"] is after["tolerance"] is after["passed"] is None
+    assert again["fit"] == result["fit"]
+
+
+@pytest.mark.parametrize("name", ["paper", "sequential"])
+def test_the_printed_command_repeats_an_estimate_with_options_of_its_own(name, tmp_path, capsys):
+    main(["run", name, "--save", str(tmp_path)])
+    command = capsys.readouterr().out.splitlines()[-1]
+    assert command.startswith("rx90 identify --model ")
+    assert main([*shlex.split(command)[1:], "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert [gain["estimate"] for gain in again["gains"]] == [gain["estimate"] for gain in result["gains"]]
     assert again["fit"] == result["fit"]
 
 

@@ -7,6 +7,7 @@ import resource
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -116,18 +117,19 @@ def closed_loop_ratio(simulations: int) -> None:
     print(f"closed loop over bare stepping, {simulations:3d} simulations: {ratio:.2f} (bare: {each:.2f} us a step)")
 
 
-def nominal_run() -> None:
-    """One nominal run as a user starts it: wall time and peak memory, imports included."""
-    times = [seconds(lambda: subprocess.run(COMMAND, check=True, stdout=subprocess.DEVNULL)) for _ in range(5)]
+def whole_command(*arguments: str) -> None:
+    """A command as a user starts it: wall time and peak memory of the largest one so far, imports included."""
+    command = [sys.executable, "-m", "scenarios", *arguments]
+    times = [seconds(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL)) for _ in range(5)]
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-    print(f"`rx90 run nominal`: {statistics.median(times):.2f} s (best {min(times):.2f}), peak memory {peak:.0f} MB")
-
-
-COMMAND = [sys.executable, "-m", "scenarios", "run", "nominal"]
+    label = " ".join(("rx90", *(word for word in arguments[:2])))
+    print(f"`{label}`: {statistics.median(times):.2f} s (best {min(times):.2f}), peak memory {peak:.0f} MB")
 
 
 if __name__ == "__main__":
-    nominal_run()
+    whole_command("run", "nominal")
+    with tempfile.TemporaryDirectory() as folder:
+        whole_command("paper", "--out", folder)
     with threadpool_limits(1):
         regressor_speed()
         identification_speed()

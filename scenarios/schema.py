@@ -1,5 +1,6 @@
 """A scenario as one validated value: what is true, what is done, what is believed, what is tolerated."""
 
+import json
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -129,7 +130,8 @@ def load_scenario(name: str) -> Scenario:
     table, path = scenario_table(name)
     _refuse_unknown(table, ScenarioTable, str(path), "")
     try:
-        parsed = ScenarioTable.model_validate(table)
+        # Strict, so that "1" or true is no number; through JSON, where an array is a tuple.
+        parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
         first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
         where = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]")))

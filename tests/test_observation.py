@@ -1,10 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ident.errors import RecordingError
-from ident.observation import ObserveOptions, observe
+from ident.observation import ObserveOptions, _moving, observe
 from ident.recording import Recording
 from ident.regressor import regressor
+from ident.structure import structure_of
 
 OPTIONS = ObserveOptions()
 
@@ -85,3 +88,14 @@ def test_what_cannot_be_observed_is_refused(arm, structure, chi):
     five = Recording(recording.t, recording.q[:, :5], recording.v[:, :5], "log")
     with pytest.raises(RecordingError, match="log: 5 joints, but robot rx90 has 6"):
         observe(five, structure, OPTIONS)
+
+
+def test_reversals_of_a_coupled_sum_are_left_out_on_both_joints(arm):
+    # Joints 5 and 6 at steady opposite speeds: neither reverses, their sum does all the time.
+    coupled = structure_of(replace(arm, couplings=((4, 5),)))
+    dq = np.ones((200, 6))
+    dq[:, 4], dq[:, 5] = 2.0, np.where(np.arange(200) < 100, -2.0, 1.0)
+    moving = _moving(coupled, dq, 0.2)
+    np.testing.assert_array_equal(moving[:, 4], np.arange(200) >= 100)
+    np.testing.assert_array_equal(moving[:, 5], moving[:, 4])
+    assert moving[:, :4].all()

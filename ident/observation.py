@@ -25,6 +25,8 @@ from ident.signals import (
 )
 from ident.structure import Structure
 
+PIECE = 256
+"""Samples that D is applied to at once: D is banded, and long pieces multiply mostly zeros."""
 FASTEST_PERIOD = 1e-5
 """Sampling interval below which a clock is not believed [s]."""
 REGRESSOR_RATE = 32.0
@@ -188,12 +190,15 @@ def _reduce(
         for u, c in zip(used, structure.joint_columns, strict=True)
     ]
     for block, columns in regressor_blocks(structure.arm, *motion):
-        touched, weights = D.matrix(block.start, block.stop, rows)
-        for j, total in enumerate(sums):
-            masked = weights * moving[block, j]  # (rows touched, samples)
-            total.V[touched] += masked @ v[block, j]
-            total.W[touched] += masked @ columns[j, used[j]].T
-            total.weight[touched] += masked.sum(axis=1)
+        for start in range(block.start, block.stop, PIECE):
+            piece = slice(start, min(start + PIECE, block.stop))
+            touched, weights = D.matrix(piece.start, piece.stop, rows)
+            inside = slice(piece.start - block.start, piece.stop - block.start)
+            for j, total in enumerate(sums):
+                masked = weights * moving[piece, j]  # (rows touched, samples)
+                total.V[touched] += masked @ v[piece, j]
+                total.W[touched] += masked @ columns[j, used[j], inside].T
+                total.weight[touched] += masked.sum(axis=1)
     return sums
 
 

@@ -119,9 +119,3 @@ def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
         residual = Y[rows] - own @ x
         weight[rows] = np.sqrt(rows.sum() - rank) / np.linalg.norm(residual)
     return weight
-
-
-def weighted_least_squares(W: Array, Y: Array, groups: Indices, *, rank_tol: float) -> LeastSquares:
-    """Solve with the weights of `row_weights`; sigma and residual are relative to them."""
-    weight = row_weights(W, Y, groups)
-    return least_squares(W * weight[:, None], Y * weight, rank_tol=rank_tol)

@@ -28,7 +28,9 @@ def test_without_noise_and_friction_the_error_is_below_1e_4():
     assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 1e-4
 
 
-@pytest.mark.parametrize("name", ["nominal", "paper-noise", "mass-only", "gain-error-20"])
+@pytest.mark.parametrize(
+    "name", ["nominal", "paper-noise", "mass-only", "gain-error-20", "sequential", "offset-payload"]
+)
 def test_built_in_scenarios_pass(name):
     # Seed 0 of each. The tolerances are 2 to 6 standard deviations: an error in method or plant shows, chance does not.
     assert run(prepared(name), 0).verdict.passed

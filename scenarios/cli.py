@@ -46,10 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command: Callable[[argparse.Namespace, Console], int] = options.command
     try:
         with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
-            return command(
-                options,
-                _console(),
-            )
+            return command(options, _console())
     except (IdentificationError, SimulationError, ScenarioError) as error:
         print(f"rx90: {error}", file=sys.stderr)  # noqa: T201
     except OSError as error:
@@ -114,7 +111,7 @@ def _paper(options: argparse.Namespace, console: Console) -> int:
 
 
 def _excite(options: argparse.Namespace, console: Console) -> int:
-    from scenarios.excitation import Design, robot_limits, search  # CMA-ES is needed here alone
+    from scenarios.excitation import START, Design, robot_limits, search  # CMA-ES is needed here alone
 
     if not options.out.parent.is_dir():
         raise ScenarioError(f"{options.out}: no such folder as {options.out.parent}; make it first")
@@ -126,7 +123,7 @@ def _excite(options: argparse.Namespace, console: Console) -> int:
     design = Design(plant, prepared.structure, robot_limits(plant), wanted)
     motion = search(
         design,
-        prepared.experiments[0].trajectory.center,
+        START,
         options.seed,
         harmonics=options.harmonics,
         duration=options.duration,

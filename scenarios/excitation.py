@@ -38,6 +38,8 @@ TORQUE_SHARE = 0.8
 """Share of the torque at the current limit."""
 LEAST_SHARE = 0.25
 """Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
+START = np.array([0.0, 0.3, 1.2, 0.0, 0.3, 0.0])
+"""Positions the candidates move about [rad]. Constant, so that a command finds its motion again."""
 EXCESS = 0.03
 """Excess over these shares and over the clearance that a found motion may have between the samples of the search."""
 CLEARANCE = 0.03

@@ -14,6 +14,9 @@ from ident.arrays import Array
 from sim.errors import PlantError
 from sim.trajectory import FourierTrajectory
 
+FASTEST_HZ = 1e5
+"""Highest control rate that is simulated [Hz]."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ControllerOptions:
@@ -44,6 +47,8 @@ class ControllerOptions:
         for name in ("rate_hz", "bandwidth_hz", "velocity_cutoff_hz"):
             if not getattr(self, name) > 0.0:
                 raise PlantError(f"controller: {name} = {getattr(self, name)}: expected a positive number")
+        if self.rate_hz > FASTEST_HZ:
+            raise PlantError(f"controller: rate_hz = {self.rate_hz:g}: expected {FASTEST_HZ:g} at most")
         if min(self.damping, self.integral_hz, self.feedforward) < 0.0:
             raise PlantError("controller: damping, integral_hz and feedforward must not be negative")
 

@@ -54,12 +54,20 @@ def logged_current(v: Array, rate_hz: float, options: SensorOptions, rng: np.ran
     """
     rms = np.sqrt(np.mean(v**2, axis=0))
     white = options.current_white * rng.standard_normal(v.shape)
+    if not options.current_coloured:
+        return v + rms * white
     coloured = options.current_coloured * coloured_noise(v.shape, rate_hz, options.coloured_cutoff_hz, rng)
     return v + rms * (white + coloured)
 
 
 def coloured_noise(shape: tuple[int, int], rate_hz: float, cutoff_hz: float, rng: np.random.Generator) -> Array:
-    """Stationary noise of unit variance below a cut-off (second-order Butterworth), shape (N, n)."""
+    """Stationary noise of unit variance below a cut-off (second-order Butterworth), shape (N, n).
+
+    Raises:
+        PlantError: If the cut-off is not below half the rate.
+    """
+    if cutoff_hz >= 0.5 * rate_hz:
+        raise PlantError(f"sensors: coloured_cutoff_hz = {cutoff_hz:g} needs a log faster than {2.0 * cutoff_hz:g} Hz")
     sos = signal.butter(2, cutoff_hz, fs=rate_hz, output="sos")
     warm_up = int(np.ceil(5.0 * rate_hz / cutoff_hz))
     impulse = signal.sosfilt(sos, np.eye(1, 4 * warm_up)[0])

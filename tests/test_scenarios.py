@@ -116,6 +116,23 @@ def test_a_faulty_scenario_is_one_line_and_exit_status_2(tmp_path, text, capsys)
     assert output.err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[experiment.controller]\nrate_hz = 1e9", "controller: rate_hz = 1e+09: expected 100000 at most"),
+        (
+            "[experiment.sensors]\ncoloured_cutoff_hz = 600.0",
+            "coloured_cutoff_hz = 600 needs a log faster than 1200 Hz",
+        ),
+    ],
+)
+def test_rates_that_do_not_fit_are_one_line_and_exit_status_2(tmp_path, capsys, text, message):
+    assert main(["run", scenario_file(tmp_path, f'extends = "nominal"\n{text}\n')]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+
+
 def test_motions_that_do_not_start_at_rest_are_refused(tmp_path):
     motion = read_motion("drive-gains", tmp_path)
     write_motion(replace(motion, sine=motion.sine + 0.01), tmp_path / "jerk.toml", [])

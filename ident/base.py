@@ -92,7 +92,7 @@ def independent_columns(W: Array, tiers: Sequence[Indices], rank_tol: float = RA
     unit = np.where(felt, W / np.where(felt, norms, 1.0), 0.0)
     chosen = np.zeros(0, dtype=np.intp)
     Q = np.zeros((len(W), 0))
-    for tier in tiers:
+    for tier in filter(len, tiers):
         new = unit[:, tier] - Q @ (Q.T @ unit[:, tier])
         basis, R, pivots = linalg.qr(new, mode="economic", pivoting=True)
         rank = int(np.sum(np.abs(np.diag(R)) > rank_tol))

@@ -222,7 +222,8 @@ def joint_gain(
 def _friction_z(fit: LeastSquares, unloaded: JointObservation, structure: Structure, j: int) -> float:
     """Friction torque over g at typical speed, over its standard deviation."""
     weight = np.zeros(len(fit.x))
-    names = [structure.base.names[c] for c in unloaded.columns if c in structure.joint_independent[j]]
+    base = structure.base.names
+    names = [base[c] for c in unloaded.columns if c in structure.joint_independent[j]]
     for k, name in enumerate(names):
         if name in (f"Fv{j + 1}", f"Fc{j + 1}"):
             weight[k] = np.linalg.norm(unloaded.W[:, list(unloaded.columns).index(structure.joint_independent[j][k])])

@@ -11,8 +11,9 @@ import numpy as np
 
 from ident.arrays import Array, Indices, Mask, readonly
 from ident.errors import IdentificationError, RecordingError
+from ident.parameters import STANDARD
 from ident.recording import JITTER_TOL, Recording, resampled
-from ident.regressor import regressor_blocks
+from ident.regressor import BLOCK, regressor_blocks
 from ident.signals import (
     KERNEL_CUTOFFS,
     SETTLING,
@@ -25,7 +26,7 @@ from ident.signals import (
 )
 from ident.structure import Structure
 
-PIECE = 256
+PIECE = 128
 """Samples that D is applied to at once: D is banded, and long pieces multiply mostly zeros."""
 FASTEST_PERIOD = 1e-5
 """Sampling interval below which a clock is not believed [s]."""
@@ -162,44 +163,39 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     smooth = smooth_motion(recording.q, recording.period, options.cutoff_hz)
     q, dq, ddq = (group_means(x[inner], group) for x in smooth)
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
-    joints = _reduce(structure, (q, dq, ddq), v, D, options)
-    return Observation(
-        structure, tuple(_kept(joint, middle, period * D.factor, options) for joint in joints), tuple(notes)
-    )
-
-
-@dataclass(slots=True)
-class _Sums:
-    """Rows of one joint while blocks of samples are added to them."""
-
-    V: Array
-    W: Array
-    weight: Array
-    columns: Indices
+    V, W = _reduce(structure, (q, dq, ddq), v, _moving(structure, dq, options.reversal_speed), D)
+    joints = (_kept(structure, j, V, W[j], middle, period * D.factor, options) for j in range(n))
+    return Observation(structure, tuple(joints), tuple(notes))
 
 
 def _reduce(
-    structure: Structure, motion: tuple[Array, Array, Array], v: Array, D: Decimator, options: ObserveOptions
-) -> list[_Sums]:
-    """Decimate currents and regressor block by block, so that the full-rate regressor is never stored."""
-    rows, b = D.rows(len(v)), structure.base.columns
-    moving = _moving(structure, motion[1], options.reversal_speed)
-    used = [np.concatenate((b[c], structure.payload_columns)) for c in structure.joint_columns]
-    sums = [
-        _Sums(np.zeros(rows), np.zeros((rows, len(u))), np.zeros(rows), c)
-        for u, c in zip(used, structure.joint_columns, strict=True)
-    ]
-    for block, columns in regressor_blocks(structure.arm, *motion):
-        for start in range(block.start, block.stop, PIECE):
-            piece = slice(start, min(start + PIECE, block.stop))
-            touched, weights = D.matrix(piece.start, piece.stop, rows)
-            inside = slice(piece.start - block.start, piece.stop - block.start)
-            for j, total in enumerate(sums):
-                masked = weights * moving[piece, j]  # (rows touched, samples)
-                total.V[touched] += masked @ v[piece, j]
-                total.W[touched] += masked @ columns[j, used[j], inside].T
-                total.weight[touched] += masked.sum(axis=1)
-    return sums
+    structure: Structure, motion: tuple[Array, Array, Array], v: Array, moving: Mask, D: Decimator
+) -> tuple[Array, list[Array]]:
+    """Decimate the samples to be kept, block by block, so that the full-rate regressor is never stored.
+
+    Returns:
+        Currents, shape (rows, n), and the regressor of each joint from its own link's columns on: those of the links
+        before it are zero.
+    """
+    n, p, rows = structure.arm.n, len(STANDARD), D.rows(len(v))
+    piece = D.factor * max(1, PIECE // D.factor)
+    band = D.band(piece)
+    weight = moving.astype(np.float64)
+    weighted = weight * v
+    felt = D.overlap + -(-len(v) // piece) * piece // D.factor  # rows, with those that reach beyond the data
+    V = np.zeros((felt, n))
+    W = [np.zeros((felt, structure.base.regrouping.shape[1] - p * j)) for j in range(n)]
+    size = piece * max(1, BLOCK // piece)
+    for block, columns in regressor_blocks(structure.arm, *motion, weight=weight, size=size):
+        for start in range(block.start, block.stop, piece):
+            inside = slice(start - block.start, min(start + piece, block.stop) - block.start)
+            weights = band[:, : inside.stop - inside.start]
+            touched = slice(start // D.factor, start // D.factor + len(band))
+            V[touched] += weights @ weighted[start : start + piece]
+            for j in range(n):
+                W[j][touched] += weights @ columns[j, p * j :, inside].T
+    whole = slice(D.overlap, D.overlap + rows)
+    return V[whole], [Wj[whole] for Wj in W]
 
 
 def _moving(structure: Structure, dq: Array, share: float) -> Mask:
@@ -211,16 +207,17 @@ def _moving(structure: Structure, dq: Array, share: float) -> Mask:
     return moving
 
 
-def _kept(total: _Sums, t: Array, row_period: float, options: ObserveOptions) -> JointObservation:
-    """The rows that lost little to reversals."""
-    keep = total.weight >= options.min_weight
-    b = len(total.columns)
-    W = total.W[keep]
+def _kept(
+    structure: Structure, j: int, V: Array, W: Array, t: Array, row_period: float, options: ObserveOptions
+) -> JointObservation:
+    """The rows of joint j that lost little to reversals; V and W as `_reduce` returns them."""
+    own, columns = len(STANDARD) * j, structure.joint_columns[j]
+    keep = W[:, STANDARD.index("off")] >= options.min_weight  # the column of ones has become the weight left
     return JointObservation(
-        V=readonly(total.V[keep]),
-        W=readonly(W[:, :b]),
-        columns=total.columns,
-        W_L=readonly(W[:, b:]),
+        V=readonly(V[keep, j]),
+        W=readonly(W[np.ix_(keep, structure.base.columns[columns] - own)]),
+        columns=columns,
+        W_L=readonly(W[np.ix_(keep, structure.payload_columns - own)]),
         t=readonly(t[keep]),
         position=np.flatnonzero(keep),
         row_period=row_period,

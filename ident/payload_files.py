@@ -56,17 +56,27 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
     )
 
 
-def write_payload(payload: Payload, path: str | Path) -> None:
-    """Write a payload as TOML, every digit kept."""
-    lines = [f"mass = {payload.mass!r}", f"mass_std = {payload.mass_std!r}"]
+def payload_to_table(payload: Payload) -> dict[str, object]:
+    """The table that `payload_from_table` turns into this payload; what is not known is left out."""
+    table: dict[str, object] = {"mass": payload.mass, "mass_std": payload.mass_std}
     for key, vector in (("com", payload.com), ("com_std", payload.com_std)):
         if vector is not None:
-            lines.append(f"{key} = {list(vector)!r}")
+            table[key] = list(vector)
     for key, inertia in (("inertia", payload.inertia), ("inertia_std", payload.inertia_std)):
         if inertia is not None:
-            entries = ", ".join(f"{name} = {value!r}" for name, value in zip(INERTIA_KEYS, inertia, strict=True))
+            table[key] = dict(zip(INERTIA_KEYS, inertia, strict=True))
+    return {**table, "known": payload.known}
+
+
+def write_payload(payload: Payload, path: str | Path) -> None:
+    """Write a payload as TOML, every digit kept."""
+    lines = []
+    for key, value in payload_to_table(payload).items():
+        if isinstance(value, dict):
+            entries = ", ".join(f"{name} = {number!r}" for name, number in value.items())
             lines.append(f"{key} = {{ {entries} }}")
-    lines.append(f'known = "{payload.known}"')
+        else:
+            lines.append(f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value!r}")
     Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

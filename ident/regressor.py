@@ -56,32 +56,45 @@ def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
     return W
 
 
-def regressor_blocks(arm: Arm, q: Array, dq: Array, ddq: Array) -> Iterator[tuple[slice, Array]]:
+def regressor_blocks(
+    arm: Arm, q: Array, dq: Array, ddq: Array, *, weight: Array | None = None, size: int = BLOCK
+) -> Iterator[tuple[slice, Array]]:
     """Yield the regressor block by block, samples last, for whoever reduces it without storing it.
+
+    Args:
+        arm: The arm, n joints.
+        q: Joint positions [rad or m], shape (N, n).
+        dq: Joint velocities, shape (N, n).
+        ddq: Joint accelerations, shape (N, n).
+        weight: Factor of each joint's row at each sample, shape (N, n); None for 1. It costs next to nothing here,
+            because a row is linear in the unit speed of its joint.
+        size: Samples of a block.
 
     Yields:
         The slice of samples, and their columns, shape (n, 14 n + 3 c, samples of the block). The array is
         overwritten by the next block.
     """
     n, p = arm.n, len(STANDARD)
-    buffer = np.zeros((n, len(labels(n, arm.couplings)), BLOCK))
+    buffer = np.zeros((n, len(labels(n, arm.couplings)), size))
+    weight = np.ones_like(q) if weight is None else weight
     rows = np.arange(n)
     turns = [_rotation_terms(arm, j) for j in range(n)]
-    for start in range(0, len(q), BLOCK):
-        block = slice(start, min(start + BLOCK, len(q)))
+    for start in range(0, len(q), size):
+        block = slice(start, min(start + size, len(q)))
         columns = buffer[..., : block.stop - start]
-        dq_block, ddq_block = dq[block].T, ddq[block].T  # (n, samples)
-        for i, state in enumerate(_link_states(arm, turns, q[block].T, dq_block, ddq_block)):
+        dq_block, ddq_block, share = dq[block].T, ddq[block].T, weight[block].T  # (n, samples)
+        for i, state in enumerate(_link_states(arm, turns, q[block].T, dq_block, ddq_block, share)):
             _link_columns(state, columns[: i + 1, p * i : p * i + len(INERTIAL)])
-        columns[rows, p * rows + STANDARD.index("Ia")] = ddq_block
-        columns[rows, p * rows + STANDARD.index("Fv")] = dq_block
-        columns[rows, p * rows + STANDARD.index("Fc")] = np.sign(dq_block)
-        columns[rows, p * rows + STANDARD.index("off")] = 1.0
+        columns[rows, p * rows + STANDARD.index("Ia")] = share * ddq_block
+        columns[rows, p * rows + STANDARD.index("Fv")] = share * dq_block
+        columns[rows, p * rows + STANDARD.index("Fc")] = share * np.sign(dq_block)
+        columns[rows, p * rows + STANDARD.index("off")] = share
         for c, (first, second) in enumerate(arm.couplings):
             Iam, Fvm, Fcm = range(p * n + 3 * c, p * n + 3 * c + 3)
-            columns[first, Iam], columns[second, Iam] = ddq_block[second], ddq_block[first]
-            columns[first, Fvm], columns[second, Fvm] = dq_block[second], dq_block[first]
-            columns[[first, second], Fcm] = np.sign(dq_block[first] + dq_block[second])
+            pair, other = [first, second], [second, first]
+            columns[pair, Iam] = share[pair] * ddq_block[other]
+            columns[pair, Fvm] = share[pair] * dq_block[other]
+            columns[pair, Fcm] = share[pair] * np.sign(dq_block[first] + dq_block[second])
         yield block, columns
 
 
@@ -96,39 +109,40 @@ class _LinkState:
     Attributes:
         w, dw, a: Angular velocity, angular acceleration, acceleration of the origin less gravity, (3, samples).
         L: Matrix of x -> dw x x + w x (w x x), (3, 3, samples).
-        u, p: Angular velocity, velocity of the origin for unit speed of each joint up to i, (3, i + 1, samples).
+        up: Angular velocity u and velocity p of the origin for unit speed of each joint up to i, times the weight of
+            that joint's row, (i + 1, 6, samples).
     """
 
     w: Array
     dw: Array
     a: Array
     L: Array
-    u: Array
-    p: Array
+    up: Array
 
 
-def _link_states(arm: Arm, turns: list[list[_Term]], q: Array, dq: Array, ddq: Array) -> Iterator[_LinkState]:
+def _link_states(
+    arm: Arm, turns: list[list[_Term]], q: Array, dq: Array, ddq: Array, weight: Array
+) -> Iterator[_LinkState]:
     """Outward recursion of Newton-Euler over links; arguments are (n, samples)."""
     n, samples = q.shape
-    vectors = np.zeros((3, 3 + 2 * n, samples))  # w, dw, a, then u_1, p_1, u_2, p_2, ...
-    spare = np.zeros_like(vectors)
-    vectors[:, 2] = -arm.gravity[:, None]
+    vectors, spare = np.empty((2, 3 + 2 * n, 3, samples))  # w, dw, a, then u_1, p_1, u_2, p_2, ...
+    vectors[:2], vectors[2] = 0.0, -arm.gravity[:, None]
     L = np.zeros((3, 3, samples))
     for j in range(n):
-        known, reached = slice(0, 3 + 2 * j), slice(3, 5 + 2 * j)
+        known = slice(0, 3 + 2 * j)
         lever = _along(arm.translation[j], 1.0)
         if not arm.revolute[j]:
             lever = [x + y for x, y in zip(lever, _along(arm.rotation[j] @ arm.axis[j], q[j]), strict=True)]
-        _add_lever(vectors[:, known], L, lever)
+        _add_lever(vectors[known], L, lever)
         E = _rotation(turns[j], q[j] if arm.revolute[j] else np.zeros(samples))
-        np.einsum("abs,bks->aks", E, vectors[:, known], out=spare[:, known])
+        np.einsum("kbs,abs->kas", vectors[known], E, out=spare[known])
         vectors, spare = spare, vectors
-        vectors[:, 3 + 2 * j : 5 + 2 * j] = 0.0
-        vectors[:, 3 + 2 * j if arm.revolute[j] else 4 + 2 * j] = arm.axis[j][:, None]
+        vectors[3 + 2 * j : 5 + 2 * j] = 0.0
+        vectors[3 + 2 * j if arm.revolute[j] else 4 + 2 * j] = arm.axis[j][:, None] * weight[j]
         _add_joint_motion(vectors, arm, j, dq[j], ddq[j])
-        w, dw, a = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+        w, dw, a = vectors[:3]
         L = _motion_matrix(w, dw)
-        yield _LinkState(w, dw, a, L, vectors[:, reached][:, 0::2], vectors[:, reached][:, 1::2])
+        yield _LinkState(w, dw, a, L, vectors[3 : 5 + 2 * j].reshape(j + 1, 6, samples))
 
 
 def _along(direction: Array, amount: Array | float) -> list[Array | float]:
@@ -137,24 +151,24 @@ def _along(direction: Array, amount: Array | float) -> list[Array | float]:
 
 
 def _add_cross(out: Array, x: Array, y: list[Array | float]) -> None:
-    """Add x cross y to `out`, shape (3, ..., samples), skipping the components of y that are 0.0."""
+    """Add x cross y to `out`, shape (..., 3, samples), skipping the components of y that are 0.0."""
     for k in range(3):
         if not isinstance(y[k], float) or y[k]:
-            out[(k + 1) % 3] += x[(k + 2) % 3] * y[k]
-            out[(k + 2) % 3] -= x[(k + 1) % 3] * y[k]
+            out[..., (k + 1) % 3, :] += x[..., (k + 2) % 3, :] * y[k]
+            out[..., (k + 2) % 3, :] -= x[..., (k + 1) % 3, :] * y[k]
 
 
 def _add_lever(vectors: Array, L: Array, lever: list[Array | float]) -> None:
     """Move a and every p from the origin of frame j - 1 to that of frame j."""
     for k in range(3):
         if not isinstance(lever[k], float) or lever[k]:
-            vectors[:, 2] += L[:, k] * lever[k]
-    _add_cross(vectors[:, 4::2], vectors[:, 3::2], lever)
+            vectors[2] += L[:, k] * lever[k]
+    _add_cross(vectors[4::2], vectors[3::2], lever)
 
 
 def _add_joint_motion(vectors: Array, arm: Arm, j: int, dq: Array, ddq: Array) -> None:
     """Add the motion of joint j to w, dw and a."""
-    w, dw, a = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    w, dw, a = vectors[:3]
     if arm.revolute[j]:
         _add_cross(dw, w, _along(arm.axis[j], dq))
         turned, accelerated = w, dw
@@ -199,33 +213,43 @@ def _rotation(terms: list[_Term], angle: Array) -> Array:
 
 def _motion_matrix(w: Array, dw: Array) -> Array:
     """Matrix of x -> dw x x + w x (w x x), shape (3, 3, samples)."""
-    L = w[:, None] * w
-    xx, yy, zz = L[0, 0].copy(), L[1, 1].copy(), L[2, 2].copy()
-    L[0, 0], L[1, 1], L[2, 2] = -yy - zz, -xx - zz, -xx - yy
+    L = np.empty((3, *w.shape))
+    square = w * w
     for k in range(3):
-        L[(k + 2) % 3, (k + 1) % 3] += dw[k]
-        L[(k + 1) % 3, (k + 2) % 3] -= dw[k]
+        b, c = (k + 1) % 3, (k + 2) % 3
+        product = w[b] * w[c]
+        np.add(square[b], square[c], out=L[k, k])
+        np.negative(L[k, k], out=L[k, k])
+        np.add(product, dw[k], out=L[c, b])
+        np.subtract(product, dw[k], out=L[b, c])
     return L
 
 
 def _link_columns(state: _LinkState, out: Array) -> None:
     """Write the ten inertial columns of one link into `out`, shape (joints up to it, 10, samples)."""
-    np.einsum("ajs,abs->jbs", state.u, _inertia_matrix(state.w, state.dw, state.L), out=out[:, :6])
-    np.einsum("ajs,abs->jbs", state.p, state.L, out=out[:, 6:9])
-    for k in range(3):
-        b, c = (k + 1) % 3, (k + 2) % 3
-        out[:, 6 + k] += state.a[b] * state.u[c] - state.a[c] * state.u[b]  # u . (MS x a) = MS . (a x u)
-    np.einsum("ajs,as->js", state.p, state.a, out=out[:, 9])
+    # NumPy loops in the order of the axes in memory: summed axis next to the samples, the sum stays in the cache.
+    np.einsum("jas,bas->jbs", state.up[:, :3], _inertia_matrix(state.w, state.dw, state.L), out=out[:, :6])
+    np.einsum("jas,bas->jbs", state.up, _mass_matrix(state.a, state.L), out=out[:, 6:])
 
 
 def _inertia_matrix(w: Array, dw: Array, L: Array) -> Array:
-    """Matrix of (XX, XY, XZ, YY, YZ, ZZ) -> J dw + w x J w, shape (3, 6, samples)."""
+    """Transposed matrix of (XX, XY, XZ, YY, YZ, ZZ) -> J dw + w x J w, shape (6, 3, samples)."""
     xy, xz, yz = w[0] * w[1], w[0] * w[2], w[1] * w[2]
-    K = np.empty((3, 6, w.shape[1]))
-    K[0, 0], K[0, 1], K[0, 2] = dw[0], -L[2, 0], L[1, 0]
-    K[0, 3], K[0, 4], K[0, 5] = -yz, L[1, 1] - L[2, 2], yz
-    K[1, 0], K[1, 1], K[1, 2] = xz, L[2, 1], L[2, 2] - L[0, 0]
-    K[1, 3], K[1, 4], K[1, 5] = dw[1], -L[0, 1], -xz
-    K[2, 0], K[2, 1], K[2, 2] = -xy, L[0, 0] - L[1, 1], -L[1, 2]
-    K[2, 3], K[2, 4], K[2, 5] = xy, L[0, 2], dw[2]
+    K = np.empty((6, 3, w.shape[1]))
+    K[0, 0], K[0, 1], K[0, 2] = dw[0], xz, -xy
+    K[1, 0], K[1, 1], K[1, 2] = -L[2, 0], L[2, 1], L[0, 0] - L[1, 1]
+    K[2, 0], K[2, 1], K[2, 2] = L[1, 0], L[2, 2] - L[0, 0], -L[1, 2]
+    K[3, 0], K[3, 1], K[3, 2] = -yz, dw[1], xy
+    K[4, 0], K[4, 1], K[4, 2] = L[1, 1] - L[2, 2], -L[0, 1], L[0, 2]
+    K[5, 0], K[5, 1], K[5, 2] = yz, -xz, dw[2]
     return K
+
+
+def _mass_matrix(a: Array, L: Array) -> Array:
+    """Transposed matrix of (MX, MY, MZ, M) -> moment MS x a, then force M a + L MS, shape (4, 6, samples)."""
+    F = np.empty((4, 6, a.shape[1]))
+    for b in range(3):
+        F[b, b], F[b, (b + 2) % 3], F[b, (b + 1) % 3] = 0.0, a[(b + 1) % 3], -a[(b + 2) % 3]
+        F[b, 3:] = L[:, b]
+    F[3, :3], F[3, 3:] = 0.0, a
+    return F

@@ -34,12 +34,12 @@ def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Arr
     """
     sos = signal.butter(FILTER_ORDER, cutoff_hz, fs=1.0 / period, output="sos")
     padding = min(len(q) - 1, 2 * edge_samples(period, cutoff_hz))
-    smooth = signal.sosfiltfilt(sos, q, axis=0, padlen=padding)
+    smooth = signal.sosfiltfilt(sos, np.ascontiguousarray(q.T), padlen=padding)  # (n, N), for the cache
     dq, ddq = np.zeros_like(smooth), np.zeros_like(smooth)
-    m2, m1, c, p1, p2 = smooth[:-4], smooth[1:-3], smooth[2:-2], smooth[3:-1], smooth[4:]
-    dq[2:-2] = (8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * period)
-    ddq[2:-2] = (16.0 * (p1 + m1) - (p2 + m2) - 30.0 * c) / (12.0 * period**2)
-    return smooth, dq, ddq
+    m2, m1, c, p1, p2 = (smooth[:, k : smooth.shape[1] - 4 + k] for k in range(5))
+    dq[:, 2:-2] = (8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * period)
+    ddq[:, 2:-2] = (16.0 * (p1 + m1) - (p2 + m2) - 30.0 * c) / (12.0 * period**2)
+    return smooth.T, dq.T, ddq.T
 
 
 def edge_samples(period: float, cutoff_hz: float) -> int:
@@ -54,6 +54,8 @@ def delayed(x: Array, periods: float) -> Array:
         x: Signal, shape (N, n).
         periods: Delay in sampling periods, 0 or more.
     """
+    if periods == 0.0:
+        return x
     whole = int(periods)
     share = periods - whole
     later = np.concatenate((np.repeat(x[:1], whole + 1, axis=0), x))[: len(x) + 1]
@@ -62,8 +64,11 @@ def delayed(x: Array, periods: float) -> Array:
 
 def group_means(x: Array, group: int) -> Array:
     """Means of consecutive groups of samples, a last incomplete group left out, shape (N // group, ...)."""
-    whole = len(x) // group
-    return x[: whole * group].reshape(whole, group, *x.shape[1:]).mean(axis=1)
+    whole = len(x) // group * group
+    total = x[:whole:group].copy()
+    for k in range(1, group):  # np.mean is slow over so short an axis
+        total += x[k:whole:group]
+    return total / group
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,18 +87,21 @@ class Decimator:
         """Number of rows that `samples` samples give; the filter never reaches beyond the data."""
         return max(0, (samples - len(self.kernel)) // self.factor + 1)
 
-    def matrix(self, start: int, stop: int, rows: int) -> tuple[slice, Array]:
-        """Part of the first `rows` rows of D that acts on the samples start to stop.
+    @property
+    def overlap(self) -> int:
+        """Earlier rows that still feel the first sample of a row."""
+        return (len(self.kernel) - 1) // self.factor
+
+    def band(self, samples: int) -> Array:
+        """Weights of consecutive samples in all rows that feel one of them, if a row begins with the first sample.
 
         Returns:
-            The rows it contributes to, and their weights on those samples, shape (rows touched, stop - start).
+            Shape (overlap + rows that begin with one of the samples, samples).
         """
-        size = len(self.kernel)
-        first = max(0, -(-(start - size + 1) // self.factor))
-        last = min(rows, (stop - 1) // self.factor + 1)
-        lag = np.arange(start, stop) - self.factor * np.arange(first, last)[:, None]
-        inside = (lag >= 0) & (lag < size)
-        return slice(first, last), np.where(inside, self.kernel[np.clip(lag, 0, size - 1)], 0.0)
+        begins = self.factor * np.arange(-self.overlap, -(-samples // self.factor))
+        lag = np.arange(samples) - begins[:, None]
+        inside = (lag >= 0) & (lag < len(self.kernel))
+        return np.where(inside, self.kernel[np.where(inside, lag, 0)], 0.0)
 
 
 def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:

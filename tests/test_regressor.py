@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -58,3 +60,14 @@ def test_blocks_cover_every_sample_once_and_leave_nothing_behind(arm, rng):
     assert (covered == 1).all()
     # One sample alone is the same sample in a block: no state leaks from block to block.
     np.testing.assert_allclose(regressor(arm, q[-1:], dq[-1:], ddq[-1:])[0], whole[-1], rtol=0, atol=1e-13)
+
+
+def test_a_weight_multiplies_every_column_of_its_row(arm, rng):
+    coupled = replace(arm, couplings=((4, 5),))
+    q, dq, ddq, weight = rng.uniform(-2, 2, (4, 50, 6))
+    expected = weight[..., None] * regressor(coupled, q, dq, ddq)
+    for block, columns in regressor_blocks(coupled, q, dq, ddq, weight=weight, size=20):
+        # Relative to the largest entry: a few hundred roundings.
+        np.testing.assert_allclose(
+            np.moveaxis(columns, 2, 0), expected[block], rtol=0, atol=1e-13 * np.abs(expected).max()
+        )

@@ -52,7 +52,7 @@ def D() -> Decimator:
 
 
 def test_a_constant_passes_the_decimator_unchanged(D):
-    _, weights = D.matrix(0, 3000, D.rows(3000))
+    weights = D.band(3000)[D.overlap :][: D.rows(3000)]
     np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-14)
 
 
@@ -65,17 +65,25 @@ def test_the_decimator_has_no_phase_and_stops_what_would_fold(D):
     assert max(gain[2:]) < 4e-3
 
 
-def test_blocks_add_up_to_the_whole_matrix(D):
-    samples = 2345
-    rows = D.rows(samples)
-    _, whole = D.matrix(0, samples, rows)
-    assert whole.shape == (rows, samples)
-    pieces = np.zeros_like(whole)
-    for start in range(0, samples, 400):
-        stop = min(start + 400, samples)
-        touched, weights = D.matrix(start, stop, rows)
-        pieces[touched, start:stop] += weights
-    np.testing.assert_array_equal(pieces, whole)
+def test_rows_are_the_convolution_with_the_kernel_at_every_factor_th_sample(D, rng):
+    x = rng.normal(size=2345)
+    rows = D.rows(len(x))
+    # Sums of as many products as the kernel is long, of numbers around 1.
+    expected = np.convolve(x, D.kernel, mode="valid")[:: D.factor]
+    assert len(expected) == rows
+    whole = D.band(len(x))[D.overlap :][:rows]
+    np.testing.assert_allclose(whole @ x, expected, rtol=0, atol=1e-14)
+
+
+def test_pieces_add_up_to_the_whole_band(D):
+    samples, piece = 2345, 8 * D.factor
+    whole, band = D.band(samples), D.band(piece)
+    pieces = np.zeros((len(whole) + 8, samples))  # the band of the last, incomplete piece reaches beyond the end
+    for start in range(0, samples, piece):
+        inside = band[:, : samples - start]
+        pieces[start // D.factor :, start : start + piece][: len(band)] += inside
+    np.testing.assert_array_equal(pieces[: len(whole)], whole)
+    assert not pieces[len(whole) :].any()
 
 
 def test_a_delay_shifts_a_ramp_and_keeps_the_start():

@@ -23,9 +23,10 @@ from ident.regressor import regressor_blocks
 from scenarios.build import bench
 from scenarios.run import run
 from scenarios.schema import load_scenario
-from sim.engine import Engine
+from sim.engine import Engine, Simulation
 from sim.model import plant_model
 from sim.record import record
+from sim.sensors import noise_streams
 
 RUNS = 5
 
@@ -103,11 +104,11 @@ def closed_loop_ratio(simulations: int) -> None:
     periods, substeps = 4001, round(1e-3 / step)
 
     def closed() -> None:
-        record(experiments, [np.random.default_rng(i) for i in range(simulations)], threads=2)
+        record(experiments, [noise_streams(np.random.default_rng(i)) for i in range(simulations)], threads=2)
 
     def stepping() -> None:
         models = [loaded if i % 2 else bare for i in range(simulations)]
-        engine = Engine(models, np.tile(slow.center, (simulations, 1)), substeps=substeps, threads=2)
+        engine = Engine([Simulation(model=m, start=slow.center) for m in models], substeps=substeps, threads=2)
         for _ in range(periods):
             engine.advance()
 

@@ -12,7 +12,7 @@ from ident.recording import Recording
 from scenarios.build import Bench, bench
 from scenarios.schema import load_scenario
 from sim.record import record
-from sim.sensors import SensorOptions
+from sim.sensors import SensorOptions, noise_streams
 
 STEPS_MS = (1.0, 0.5, 0.25, 0.125)
 SHARES = (0.0, 0.05, 0.1, 0.2, 0.3)
@@ -20,7 +20,7 @@ SHARES = (0.0, 0.05, 0.1, 0.2, 0.3)
 
 def recordings(prepared: Bench, step: float, sensors: SensorOptions) -> tuple[Recording, Recording]:
     experiments = [replace(e, step=step, sensors=sensors) for e in prepared.experiments]
-    unloaded, loaded = record(experiments, [np.random.default_rng(i) for i in range(2)], threads=2)
+    unloaded, loaded = record(experiments, [noise_streams(np.random.default_rng(i)) for i in range(2)], threads=2)
     return unloaded, loaded
 
 

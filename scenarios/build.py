@@ -1,6 +1,7 @@
 """From a scenario's tables to the values that `sim` and `ident` work with: truth on one side, belief on the other."""
 
 from dataclasses import dataclass, fields, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from scenarios.errors import ScenarioError
 from scenarios.motions import read_motion
 from scenarios.schema import Scenario
 from scenarios.tables import nearest
+from sim.controller import ControllerBelief
 from sim.plant import DriveTruth, PayloadBody, Plant
 from sim.record import Experiment
 
@@ -49,7 +51,7 @@ def bench(scenario: Scenario) -> Bench:
         PayloadError: If the believed payload is impossible.
     """
     table = scenario.table
-    structure = structure_of(load_arm(rx90_mjcf.MJCF))
+    structure = _believed_structure()
     if len(table.tolerance.gain) != structure.arm.n:
         raise ScenarioError(f"{scenario.name}: tolerance.gain: the arm has {structure.arm.n} joints")
     plant = true_plant(scenario)
@@ -58,13 +60,18 @@ def bench(scenario: Scenario) -> Bench:
         raise ScenarioError(
             f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {structure.arm.n}"
         )
+    belief = ControllerBelief(
+        mjcf=rx90_mjcf.MJCF,
+        gain=table.belief.controller_gain,
+        rotor_inertia=tuple(rx90_mjcf.nominal_drives().rotor_inertia.tolist()),
+    )
     unloaded, loaded = (
         Experiment(
             name=name,
             plant=plant,
             loaded=name == "loaded",
             trajectory=motion,
-            believed_gain=np.array(table.belief.controller_gain),
+            belief=belief,
             controller=table.experiment.controller,
             sensors=table.experiment.sensors,
             step=table.experiment.step,
@@ -81,7 +88,9 @@ def true_plant(scenario: Scenario) -> Plant:
     for field in fields(DriveTruth):
         value = getattr(stated, field.name)
         values[field.name] = np.array(value) if value is not None else getattr(nominal, field.name)
-    return Plant(mjcf=rx90_mjcf.MJCF, drives=DriveTruth(**values), payload=_true_payload(scenario))
+    return Plant(
+        mjcf=rx90_mjcf.MJCF, drives=DriveTruth(**values), payload=_true_payload(scenario), errors=stated.errors
+    )
 
 
 def believed_payload(scenario: Scenario) -> Payload:
@@ -95,6 +104,12 @@ def believed_payload(scenario: Scenario) -> Payload:
         except PayloadError as error:
             raise ScenarioError(f"{scenario.name}: belief.{error}") from error
     return payload if belief.known is None else replace(payload, known=belief.known)
+
+
+@lru_cache(maxsize=1)
+def _believed_structure() -> Structure:
+    """Of the arm as drawn: the same for every trial."""
+    return structure_of(load_arm(rx90_mjcf.MJCF))
 
 
 def _true_payload(scenario: Scenario) -> PayloadBody:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import rx90_mjcf
+import scenarios.published as published
 from ident.arrays import Array
 from ident.gains import GainEstimate
 from ident.identify import METHODS
@@ -21,11 +22,11 @@ from ident.payload_files import read_payload
 from ident.payload_parameters import PayloadEstimate, payload_parameters
 from ident.recording import Recording
 from ident.stacked import stacked_system
-from scenarios import published
 from scenarios.build import Bench, bench
 from scenarios.schema import load_scenario
 from sim.plant import PayloadBody
 from sim.record import record
+from sim.sensors import noise_streams
 
 GAIN_ERROR = 1.2
 IDENTIFIED = 4
@@ -112,8 +113,8 @@ def _recordings(prepared: Bench, second: PayloadBody, seed: int) -> list[Recordi
     """Bare, with the first payload and with the second, in one batch."""
     unloaded, loaded = prepared.experiments
     lighter = replace(loaded, name="second payload", plant=replace(loaded.plant, payload=second))
-    rngs = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(3)]
-    return record([unloaded, loaded, lighter], rngs, threads=2)
+    streams = [noise_streams(np.random.default_rng(child)) for child in np.random.SeedSequence(seed).spawn(3)]
+    return record([unloaded, loaded, lighter], streams, threads=2)
 
 
 def _gains_in_use(estimate: GainEstimate) -> tuple[Array, Array, Array]:

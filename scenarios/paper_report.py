@@ -10,10 +10,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+import scenarios.published as published
 from ident.arrays import Array
 from ident.parameters import INERTIAL, UNITS
 from ident.payload_parameters import PayloadEstimate
-from scenarios import published
 from scenarios.paper import IDENTIFIED, PaperRun
 
 

@@ -6,16 +6,21 @@ with dq the low-passed difference of the measured positions. Encoder noise there
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from ident.arrays import Array
 from sim.errors import PlantError
+from sim.model import bare_arm
 from sim.trajectory import FourierTrajectory
 
 FASTEST_HZ = 1e5
 """Highest control rate that is simulated [Hz]."""
+TABLES_KEPT = 16
+"""Tabulated motions kept for the next batch; one of 20 s at 1 kHz has 2 MB."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +58,34 @@ class ControllerOptions:
             raise PlantError("controller: damping, integral_hz and feedforward must not be negative")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControllerBelief:
+    """What the controller takes the arm for; the truth may differ.
+
+    Attributes:
+        mjcf: Model file of the bare arm.
+        gain: Drive gains it divides by [N m / drive unit], one a joint, none zero.
+        rotor_inertia: Ia [kg m^2], one a joint.
+    """
+
+    mjcf: Path
+    gain: tuple[float, ...]
+    rotor_inertia: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            PlantError: If gains and rotors do not fit each other, or a gain is zero.
+        """
+        if len(self.gain) != len(self.rotor_inertia):
+            raise PlantError(
+                f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected one a joint"
+            )
+        if not all(self.gain):
+            raise PlantError(f"controller: gain {list(self.gain)} has a zero, which commands nothing")
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Controller:
     """A tuned controller with its reference motion tabulated; arrays per joint are (n,).
@@ -76,17 +109,24 @@ class Controller:
     period: float
 
 
-def tuned(
-    model: mujoco.MjModel, trajectory: FourierTrajectory, believed_gain: Array, options: ControllerOptions
-) -> Controller:
-    """Tune a controller on the bare arm's inertia along a reference motion.
+@lru_cache(maxsize=TABLES_KEPT)
+def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: ControllerOptions) -> Controller:
+    """Tune a controller on the believed bare arm's inertia along a reference motion.
+
+    Batches with one motion (the same object) tabulate it once; the tables are read-only.
 
     Args:
-        model: The bare arm.
+        belief: What the controller takes the arm for.
         trajectory: Reference motion.
-        believed_gain: Drive gains the controller divides by [N m / drive unit], shape (n,).
         options: Tuning.
+
+    Raises:
+        PlantError: If the believed arm cannot be compiled or does not fit.
     """
+    gain = np.array(belief.gain, dtype=np.float64)
+    model = bare_arm(belief.mjcf, np.array(belief.rotor_inertia, dtype=np.float64))
+    if trajectory.n != model.nv:
+        raise PlantError(f"controller: the motion moves {trajectory.n} joints of an arm with {model.nv}")
     period = 1.0 / options.rate_hz
     samples = round(trajectory.duration * options.rate_hz) + 1
     q, dq, ddq = trajectory(period * np.arange(samples, dtype=np.float64))
@@ -94,26 +134,25 @@ def tuned(
     inertia = _mean_inertia(model, q[:: max(1, samples // 50)])
     kp, kd = inertia * rate**2, 2.0 * options.damping * rate * inertia
     torque = options.feedforward * inverse_dynamics(model, q, dq, ddq) if options.feedforward else 0.0
+    reference = (q * kp + dq * kd + torque) / gain
+    reference.flags.writeable = q.flags.writeable = False
     return Controller(
-        reference=(q * kp + dq * kd + torque) / believed_gain,
+        reference=reference,
         q_ref=q,
-        kp=kp / believed_gain,
-        kd=kd / believed_gain,
-        ki=kp / believed_gain * 2.0 * np.pi * options.integral_hz * period,
+        kp=kp / gain,
+        kd=kd / gain,
+        ki=kp / gain * 2.0 * np.pi * options.integral_hz * period,
         blend=1.0 - float(np.exp(-2.0 * np.pi * options.velocity_cutoff_hz * period)),
         period=period,
     )
 
 
 def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> Array:
-    """Joint torques of the arm and its rotors without friction [N m], shape (N, n)."""
-    frictionless = mujoco.MjModel.__copy__(model)
-    frictionless.dof_damping[:] = 0.0
-    frictionless.dof_frictionloss[:] = 0.0
-    data, torque = mujoco.MjData(frictionless), np.empty_like(q)
+    """Joint torques of a frictionless arm and its rotors [N m], shape (N, n)."""
+    data, torque = mujoco.MjData(model), np.empty_like(q)
     for k in range(len(q)):
         data.qpos[:], data.qvel[:], data.qacc[:] = q[k], dq[k], ddq[k]
-        mujoco.mj_inverse(frictionless, data)
+        mujoco.mj_inverse(model, data)
         torque[k] = data.qfrc_inverse
     return torque
 

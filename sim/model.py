@@ -9,14 +9,22 @@ so the model can be saved and opened in any MuJoCo viewer. Dry friction is a con
 `FRICTION_SOLREF` and `FRICTION_SOLIMP` make it as stiff as the step allows.
 """
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 
+from ident.arrays import Array
 from sim.errors import PlantError
+from sim.mechanisms import add_model_errors, coupling_tendon, own_parts, transmission_tendons
 from sim.plant import PayloadBody, Plant
 
+FRICTION_SOLREF = (2.0, 1.0)
+"""Time constant in steps, the stiffest that MuJoCo takes, and damping ratio."""
 FRICTION_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance near 1: 1 % of a friction torque is needed to hold a joint, instead of MuJoCo's default 10 %."""
+SAG_ITERATIONS = 20
+"""Each brings a sagging link nearer to rest by the ratio of gravity's stiffness to the transmission's, about 0.03."""
 
 
 def plant_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
@@ -30,21 +38,50 @@ def plant_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
         step: Physics step [s].
 
     Raises:
-        PlantError: If the model file cannot be compiled, or does not have one drive a joint.
+        PlantError: If the model file cannot be compiled, does not have one drive a joint, or lacks what a model error
+            needs.
     """
+    n = len(plant.drives.gain)
     try:
         spec = mujoco.MjSpec.from_file(str(plant.mjcf))
         mount_payload(spec, plant.payload if loaded else None)
+        if len(spec.joints) == len(spec.actuators) == n:
+            add_model_errors(spec, plant, step)
         spec.option.timestep = step
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         model = spec.compile()
     except ValueError as error:
         mounted = f" with a payload of {plant.payload.mass:g} kg" if loaded else ""
         raise PlantError(f"robot model {plant.mjcf}{mounted}: {str(error).splitlines()[0]}") from error
-    n = len(plant.drives.gain)
-    if model.nv != n or model.nu != n:
+    links = n if plant.errors.joint_compliance is not None else 0
+    if model.nv != links + n or model.nu != n:
         raise PlantError(f"robot model {plant.mjcf}: {model.nv} joints and {model.nu} drives, but the plant has {n}")
-    _inject(model, plant, step)
+    _inject(model, plant, loaded=loaded, step=step)
+    return model
+
+
+def bare_arm(mjcf: Path, rotor_inertia: Array) -> mujoco.MjModel:
+    """Compile the arm as drawn, with rotors and without friction: what a controller knows of it.
+
+    Args:
+        mjcf: Model file.
+        rotor_inertia: Ia [kg m^2], shape (n,).
+
+    Raises:
+        PlantError: If the model file cannot be compiled or has another number of joints.
+    """
+    try:
+        spec = mujoco.MjSpec.from_file(str(mjcf))
+        mount_payload(spec, None)
+        model = spec.compile()
+    except ValueError as error:
+        raise PlantError(f"robot model {mjcf}: {str(error).splitlines()[0]}") from error
+    if model.nv != len(rotor_inertia):
+        raise PlantError(f"robot model {mjcf}: {model.nv} joints, but the controller believes in {len(rotor_inertia)}")
+    model.dof_armature[:] = rotor_inertia
+    model.dof_damping[:] = model.dof_frictionloss[:] = 0.0
+    model.jnt_limited[:] = 0
+    mujoco.mj_setConst(model, mujoco.MjData(model))
     return model
 
 
@@ -57,16 +94,59 @@ def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.Mj
     return body
 
 
-def _inject(model: mujoco.MjModel, plant: Plant, step: float) -> None:
-    drives = plant.drives
+def resting(model: mujoco.MjModel, q: Array) -> Array:
+    """Positions of all joints at rest with the driven ones at q.
+
+    Links on elastic transmissions sag until transmission and gravity balance.
+
+    Args:
+        model: A compiled plant.
+        q: Positions of the driven joints [rad], shape (n,).
+
+    Returns:
+        Positions [rad], shape (nq,); q itself on a rigid arm.
+    """
+    n, links = len(q), model.nq - len(q)
+    state = np.concatenate([q[:links], q])
+    if not links:
+        return state
+    compliance, data = 1.0 / model.tendon_stiffness[transmission_tendons(model)], mujoco.MjData(model)
+    for _ in range(SAG_ITERATIONS):
+        data.qpos[:] = state
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        state[:n] += compliance * (data.qfrc_passive - data.qfrc_bias)[:n]
+    return state
+
+
+def friction_constants(model: mujoco.MjModel) -> tuple[Array, float]:
+    """Dry friction of the driven joints (n,) and of the wrist coupling, 0 without one [N m]."""
+    return model.dof_frictionloss[-model.nu :].copy(), float(model.tendon_frictionloss[coupling_tendon(model)].sum())
+
+
+def _inject(model: mujoco.MjModel, plant: Plant, *, loaded: bool, step: float) -> None:
+    drives, driven = plant.drives, slice(model.nv - model.nu, None)
+    inertia, viscous, coulomb = own_parts(plant)
     model.actuator_gainprm[:, 0] = drives.gain
     model.actuator_biasprm[:, 0] = -drives.gain * drives.amplifier_offset - drives.coulomb_asymmetry
     model.actuator_ctrlrange[:] = np.outer(drives.current_limit, (-1.0, 1.0))
     model.actuator_ctrllimited[:] = 1
-    model.dof_armature[:] = drives.rotor_inertia
-    model.dof_damping[:] = drives.viscous_friction
-    model.dof_frictionloss[:] = drives.coulomb_friction
-    model.dof_solref[:] = (2.0 * step, 1.0)  # the stiffest time constant MuJoCo takes
-    model.dof_solimp[:] = FRICTION_SOLIMP
+    model.dof_armature[driven] = inertia
+    model.dof_damping[driven] = viscous
+    model.dof_frictionloss[driven] = coulomb
+    if loaded:
+        _drift(model, plant)
+    time_constant, damping_ratio = FRICTION_SOLREF
+    model.dof_solref[:] = model.tendon_solref_fri[:] = (time_constant * step, damping_ratio)
+    model.dof_solimp[:] = model.tendon_solimp_fri[:] = FRICTION_SOLIMP
     model.jnt_limited[:] = 0  # reaching a limit is an error of the run, not a stop to lean on
     mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def _drift(model: mujoco.MjModel, plant: Plant) -> None:
+    """Friction of the loaded motion, motors with the wrist coupling; a transmission's damping is not friction."""
+    dry, viscous = 1.0 + plant.errors.coulomb_drift, 1.0 + plant.errors.viscous_drift
+    model.dof_frictionloss *= dry
+    model.tendon_frictionloss *= dry
+    model.dof_damping *= viscous
+    model.tendon_damping[coupling_tendon(model)] *= viscous

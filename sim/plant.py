@@ -1,12 +1,13 @@
 """The plant: everything that is true of the simulated robot, and that identification must not see."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 import numpy as np
 
 from ident.arrays import Array
 from sim.errors import PlantError
+from sim.model_errors import ModelErrors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,12 +50,12 @@ class DriveTruth:
     def __post_init__(self) -> None:
         """Check shapes and signs."""
         n = len(self.gain)
-        for field in fields(self):
-            values = np.asarray(getattr(self, field.name), dtype=np.float64)
+        for name in (drive.name for drive in fields(self)):
+            values = np.asarray(getattr(self, name), dtype=np.float64)
             if values.shape != (n,) or not np.isfinite(values).all():
-                raise PlantError(f"drives: {field.name} {values.tolist()}: expected {n} finite numbers")
-            if field.name not in ("gain", "amplifier_offset", "coulomb_asymmetry") and (values < 0.0).any():
-                raise PlantError(f"drives: {field.name} {values.tolist()} has a negative value")
+                raise PlantError(f"drives: {name} {values.tolist()}: expected {n} finite numbers")
+            if name not in ("gain", "amplifier_offset", "coulomb_asymmetry") and (values < 0.0).any():
+                raise PlantError(f"drives: {name} {values.tolist()} has a negative value")
         if not np.asarray(self.gain).all():
             raise PlantError(f"drives: gain {np.asarray(self.gain).tolist()} has a zero")
 
@@ -67,8 +68,21 @@ class Plant:
         mjcf: Model file of the bare arm; bodies, joints and actuators from base to flange.
         drives: Its drives.
         payload: What the loaded motions carry.
+        errors: What it has and the identification model has not.
+
+    Raises:
+        PlantError: If compliances do not fit the drives.
     """
 
     mjcf: Path
     drives: DriveTruth
     payload: PayloadBody
+    errors: ModelErrors = field(default_factory=ModelErrors)
+
+    def __post_init__(self) -> None:
+        """Check that the errors fit the drives."""
+        compliance, n = self.errors.joint_compliance, len(self.drives.gain)
+        if compliance is not None and len(compliance) != n:
+            raise PlantError(
+                f"errors: joint_compliance: {len(compliance)} values [rad/(N m)], expected {n}, one a joint"
+            )

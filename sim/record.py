@@ -1,6 +1,8 @@
 """`record`: run a plant's motions in closed loop and return what its cell would have logged."""
 
+from collections import defaultdict
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import mujoco
@@ -8,18 +10,19 @@ import numpy as np
 
 from ident.arrays import Array
 from ident.recording import Recording
-from sim.controller import Controller, ControllerOptions, tuned
-from sim.engine import Engine
+from sim.closed_loop import closed_loop
+from sim.controller import Controller, ControllerBelief, ControllerOptions, tuned
+from sim.engine import Engine, Simulation
 from sim.errors import Diverged, LimitReached, PlantError, Saturated, SimulationError
-from sim.model import plant_model
+from sim.friction import friction_law
+from sim.mechanisms import Layout, layout
+from sim.model import friction_constants, plant_model, resting
 from sim.plant import Plant
-from sim.sensors import SensorOptions, logged_current
+from sim.sensors import NoiseStreams, SensorOptions, check_rate, delayed, logged_current, logged_time
 from sim.trajectory import FourierTrajectory
 
 SATURATED_TOO_LONG = 0.1
 """Time at the current limit that makes a motion useless [s]."""
-CHUNK = 500
-"""Control periods whose encoder noise is drawn at once."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -31,9 +34,9 @@ class Experiment:
         plant: The truth.
         loaded: Whether the payload is mounted.
         trajectory: Reference motion.
-        believed_gain: Drive gains that the controller assumes [N m / drive unit], shape (n,).
+        belief: What the controller takes the arm for.
         controller: Its tuning.
-        sensors: Noise levels.
+        sensors: Noise and timing.
         step: Physics step [s]; the control period is a multiple of it.
     """
 
@@ -41,27 +44,27 @@ class Experiment:
     plant: Plant
     loaded: bool
     trajectory: FourierTrajectory
-    believed_gain: Array
+    belief: ControllerBelief
     controller: ControllerOptions
     sensors: SensorOptions
     step: float
 
 
-def record(experiments: Sequence[Experiment], rngs: Sequence[np.random.Generator], *, threads: int) -> list[Recording]:
-    """Run experiments in one batch.
+def record(experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int) -> list[Recording]:
+    """Run experiments, in one batch those that can share one.
 
     Args:
-        experiments: Motions of equal duration and rate, on arms of one layout.
-        rngs: One generator an experiment; a recording depends on its own alone, not on the batch it ran in.
+        experiments: Motions; those of equal duration, rate and step on plants of one layout run together.
+        streams: Noise of each experiment; a recording depends on its own alone, not on the batch it ran in.
         threads: Threads to step with; recordings do not depend on it.
 
     Returns:
         One recording an experiment.
 
     Raises:
-        SimulationError: The first run that diverged, saturated or reached a limit, with joint and time.
+        SimulationError: The first run that could not be built, diverged, saturated or reached a limit.
     """
-    outcomes = try_record(experiments, rngs, threads=threads)
+    outcomes = try_record(experiments, streams, threads=threads)
     recordings = [outcome for outcome in outcomes if isinstance(outcome, Recording)]
     for outcome in outcomes:
         if isinstance(outcome, SimulationError):
@@ -70,53 +73,60 @@ def record(experiments: Sequence[Experiment], rngs: Sequence[np.random.Generator
 
 
 def try_record(
-    experiments: Sequence[Experiment], rngs: Sequence[np.random.Generator], *, threads: int
+    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int
 ) -> list[Recording | SimulationError]:
     """As `record`, but a run that fails is returned as its error and the others are kept."""
-    bare = _compiled(experiments, loaded=False)
-    heavy = _compiled([e for e in experiments if e.loaded], loaded=True)
-    models = [(heavy if e.loaded else bare)[_model_key(e)] for e in experiments]
-    controllers = _controllers(experiments, [bare[_model_key(e)] for e in experiments])
-    streams = [rng.spawn(2) for rng in rngs]  # encoder, current
-    engine = Engine(
-        models,
-        np.stack([controller.q_ref[0] for controller in controllers]),
-        substeps=_substeps(experiments[0]),
-        threads=threads,
+    outcomes: list[Recording | SimulationError | None] = [None] * len(experiments)
+    models: dict[tuple[int, bool, float], mujoco.MjModel] = {}
+    groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
+    for i, (experiment, noise) in enumerate(zip(experiments, streams, strict=True)):
+        try:
+            prepared = _prepared(experiment, noise, models)
+        except PlantError as error:
+            outcomes[i] = error
+        else:
+            samples, period = len(prepared.controller.reference), prepared.controller.period
+            groups[samples, period, prepared.substeps, layout(experiment.plant)].append((i, prepared))
+    for members in groups.values():
+        indices, runs = zip(*members, strict=True)
+        for i, outcome in zip(indices, _run_batch(runs, threads), strict=True):
+            outcomes[i] = outcome
+    return [outcome for outcome in outcomes if outcome is not None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Run:
+    """An experiment ready to run."""
+
+    experiment: Experiment
+    simulation: Simulation
+    controller: Controller
+    substeps: int
+    noise: NoiseStreams
+
+
+def _prepared(
+    experiment: Experiment, noise: NoiseStreams, models: dict[tuple[int, bool, float], mujoco.MjModel]
+) -> _Run:
+    """Compile and tune; experiments on the same plant, load and step share their compiled model."""
+    substeps = _substeps(experiment)
+    check_rate(experiment.sensors, experiment.controller.rate_hz)
+    plant, loaded, step = experiment.plant, experiment.loaded, experiment.step
+    controller = tuned(experiment.belief, experiment.trajectory, experiment.controller)
+    key = id(plant), loaded, step
+    if key not in models:
+        models[key] = plant_model(plant, loaded=loaded, step=step)
+    model = models[key]
+    start = resting(model, controller.q_ref[0])
+    friction = friction_law(plant, *friction_constants(model))
+    own = model if friction is None else copy(model)
+    return _Run(
+        experiment=experiment,
+        simulation=Simulation(model=own, start=start, friction=friction),
+        controller=controller,
+        substeps=substeps,
+        noise=noise,
     )
-    limits = np.stack([e.plant.drives.current_limit for e in experiments])
-    q, v = _closed_loop(engine, controllers, limits, experiments, [encoder for encoder, _ in streams])
-    unstable = engine.unstable()
-    outcomes: list[Recording | SimulationError] = []
-    for i, experiment in enumerate(experiments):
-        fault = _fault(experiment, models[i], q[:, i], v[:, i], bool(unstable[i]))
-        outcomes.append(fault or _logged(experiment, q[:, i], v[:, i], streams[i][1]))
-    return outcomes
-
-
-def _model_key(experiment: Experiment) -> tuple[int, float]:
-    """Experiments on the same plant and step share their compiled models."""
-    return id(experiment.plant), experiment.step
-
-
-def _compiled(experiments: Sequence[Experiment], *, loaded: bool) -> dict[tuple[int, float], mujoco.MjModel]:
-    """One model a plant and step."""
-    distinct = {_model_key(e): e for e in experiments}
-    return {key: plant_model(e.plant, loaded=loaded, step=e.step) for key, e in distinct.items()}
-
-
-def _controllers(experiments: Sequence[Experiment], bare: Sequence[mujoco.MjModel]) -> list[Controller]:
-    """One controller an experiment; equal ones are tabulated once."""
-    tables: dict[tuple[int, int, bytes, ControllerOptions], Controller] = {}
-    keys = []
-    for e, model in zip(experiments, bare, strict=True):
-        key = (id(model), id(e.trajectory), np.asarray(e.believed_gain).tobytes(), e.controller)
-        keys.append(key)
-        if key not in tables:
-            tables[key] = tuned(model, e.trajectory, e.believed_gain, e.controller)
-    if len({len(c.reference) for c in tables.values()}) > 1:
-        raise PlantError("experiments of one batch need equal durations and control rates")
-    return [tables[key] for key in keys]
 
 
 def _substeps(experiment: Experiment) -> int:
@@ -128,76 +138,39 @@ def _substeps(experiment: Experiment) -> int:
     return round(ratio)
 
 
-def _closed_loop(
-    engine: Engine,
-    controllers: Sequence[Controller],
-    limits: Array,
-    experiments: Sequence[Experiment],
-    encoders: Sequence[np.random.Generator],
-) -> tuple[Array, Array]:
-    """Encoder readings and current references of every control period, each (N, B, n).
-
-    The controller's law is written with in-place operations on (B, n) arrays: for a few simulations the cost
-    of this loop is the number of NumPy calls, not arithmetic.
-    """
-    kp, kd, ki = (np.stack([getattr(c, name) for c in controllers]) for name in ("kp", "kd", "ki"))
-    blend = np.array([[c.blend] for c in controllers])
-    per_second = np.array([[c.blend / c.period] for c in controllers])
-    quantum = np.array([[e.sensors.encoder_quantum] for e in experiments])
-    noise_std = np.array([e.sensors.encoder_noise for e in experiments])
-    references, integral = [c.reference for c in controllers], bool(ki.any())
-    samples, (B, n) = len(references[0]), engine.q.shape
-    q_log, v_log = np.empty((samples, B, n)), np.empty((samples, B, n))
-    reading, v, dq, total, previous = engine.q.copy(), *(np.zeros((B, n)) for _ in range(3)), engine.q.copy()
-    change = np.empty((B, n))
-    quantised, below = quantum > 0.0, -limits
-    rounding = bool(quantised.any())
-    resolution = np.where(quantised, quantum, 1.0)
-    for start in range(0, samples, CHUNK):
-        stop = min(start + CHUNK, samples)
-        reference = np.stack([table[start:stop] for table in references], axis=1)
-        noise = np.stack([rng.standard_normal((stop - start, n)) for rng in encoders], axis=1) * noise_std[:, None]
-        for k in range(start, stop):
-            np.add(engine.q, noise[k - start], out=reading)
-            if rounding:
-                np.divide(reading, resolution, out=change)
-                np.rint(change, out=change)
-                change *= resolution
-                np.copyto(reading, change, where=quantised)
-            if k == 0:
-                previous[:] = reading
-            np.subtract(reading, previous, out=change)
-            change *= per_second
-            dq *= 1.0 - blend
-            dq += change
-            previous[:] = reading
-            np.multiply(kp, reading, out=change)
-            np.subtract(reference[k - start], change, out=v)
-            np.multiply(kd, dq, out=change)
-            v -= change
-            if integral:
-                total += ki * (np.stack([c.q_ref[k] for c in controllers]) - reading)
-                v += total
-            np.minimum(v, limits, out=v)
-            np.maximum(v, below, out=v)
-            engine.current[:] = v
-            q_log[k], v_log[k] = reading, v
-            engine.advance()
-    return q_log, v_log
+def _run_batch(runs: Sequence[_Run], threads: int) -> list[Recording | SimulationError]:
+    engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
+    q, v = closed_loop(
+        engine,
+        [run.controller for run in runs],
+        np.stack([run.experiment.plant.drives.current_limit for run in runs]),
+        [run.experiment.sensors for run in runs],
+        [run.noise.encoder for run in runs],
+    )
+    unstable = engine.unstable()
+    return [
+        _fault(run.experiment, run.simulation.model, q[i], v[i], bool(unstable[i])) or _logged(run, q[i], v[i])
+        for i, run in enumerate(runs)
+    ]
 
 
-def _logged(experiment: Experiment, q: Array, v: Array, rng: np.random.Generator) -> Recording:
-    rate = experiment.controller.rate_hz
-    return Recording(np.arange(len(q)) / rate, q, logged_current(v, rate, experiment.sensors, rng), experiment.name)
+def _logged(run: _Run, q: Array, v: Array) -> Recording:
+    sensors, rate = run.experiment.sensors, run.experiment.controller.rate_hz
+    return Recording(
+        logged_time(len(q), rate, sensors, run.noise.clock),
+        q,
+        logged_current(delayed(v, rate, sensors.current_delay), rate, sensors, run.noise),
+        run.experiment.name,
+    )
 
 
 def _fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, unstable: bool) -> SimulationError | None:
     """Why a run is no recording, None if it is one."""
-    names = [model.joint(j).name for j in range(model.njnt)]
-    rate = e.controller.rate_hz
+    n, rate = v.shape[1], e.controller.rate_hz
+    names = [model.joint(j).name for j in range(n)]  # of the arm; motors of their own come behind
     run = max(1, round(SATURATED_TOO_LONG * rate))
     at_limit = np.abs(v) >= e.plant.drives.current_limit
-    held = np.cumsum(at_limit, axis=0)
+    held = np.cumsum(at_limit, axis=0) if at_limit.any() else np.zeros((run + 1, n))
     long = (held[run:] - held[:-run]) == run
     if long.any():
         k, j = np.argwhere(long)[0]
@@ -206,7 +179,7 @@ def _fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, unstable: b
             f"{SATURATED_TOO_LONG:g} s from t = {(k + 1) / rate:.3f} s; "
             + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
         )
-    beyond = (q < model.jnt_range[:, 0]) | (q > model.jnt_range[:, 1])
+    beyond = (q < model.jnt_range[:n, 0]) | (q > model.jnt_range[:n, 1])
     if beyond.any():
         k, j = np.argwhere(beyond)[0]
         low, high = model.jnt_range[j]

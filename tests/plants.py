@@ -5,17 +5,23 @@ from dataclasses import replace
 import numpy as np
 
 import rx90_mjcf
-from sim.controller import ControllerOptions
+from sim.controller import ControllerBelief, ControllerOptions
+from sim.model_errors import ModelErrors
 from sim.plant import DriveTruth, PayloadBody, Plant
 from sim.record import Experiment
-from sim.sensors import SensorOptions
+from sim.sensors import NoiseStreams, SensorOptions, noise_streams
 from sim.trajectory import FourierTrajectory, at_rest
 
 CYLINDER = PayloadBody(mass=7.025, com=(0.0, 0.0, 0.142776), inertia=(0.012146, 0.012146, 0.008659, 0.0, 0.0, 0.0))
 NOISY = SensorOptions(encoder_quantum=2e-6, encoder_noise=2e-6, current_white=0.05, current_coloured=0.02)
 
 
-def nominal_plant(payload: PayloadBody = CYLINDER, **drives: np.ndarray) -> Plant:
+BELIEF = ControllerBelief(
+    mjcf=rx90_mjcf.MJCF, gain=(1.0,) * 6, rotor_inertia=tuple(rx90_mjcf.nominal_drives().rotor_inertia.tolist())
+)
+
+
+def nominal_plant(payload: PayloadBody = CYLINDER, errors: ModelErrors | None = None, **drives: np.ndarray) -> Plant:
     nominal = rx90_mjcf.nominal_drives()
     truth = DriveTruth(
         gain=nominal.gain,
@@ -26,7 +32,11 @@ def nominal_plant(payload: PayloadBody = CYLINDER, **drives: np.ndarray) -> Plan
         coulomb_asymmetry=nominal.coulomb_asymmetry,
         current_limit=nominal.current_limit,
     )
-    return Plant(mjcf=rx90_mjcf.MJCF, drives=replace(truth, **drives), payload=payload)
+    return Plant(mjcf=rx90_mjcf.MJCF, drives=replace(truth, **drives), payload=payload, errors=errors or ModelErrors())
+
+
+def streams(*seeds: int) -> list[NoiseStreams]:
+    return [noise_streams(np.random.default_rng(seed)) for seed in seeds]
 
 
 def short_motion(duration: float = 2.0, amplitude: float = 0.08) -> FourierTrajectory:
@@ -41,7 +51,7 @@ def experiment(**changes) -> Experiment:
         plant=nominal_plant(),
         loaded=False,
         trajectory=short_motion(),
-        believed_gain=np.ones(6),
+        belief=BELIEF,
         controller=ControllerOptions(),
         sensors=NOISY,
         step=1e-3,

@@ -3,10 +3,14 @@ import numpy as np
 import pytest
 from plants import nominal_plant
 
-from sim.engine import Engine
+from sim.engine import Engine, Simulation
 from sim.model import plant_model
 
 PERIODS, SUBSTEPS = 200, 2
+
+
+def simulations(models: list[mujoco.MjModel], start: np.ndarray) -> list[Simulation]:
+    return [Simulation(model=model, start=q) for model, q in zip(models, start, strict=True)]
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -15,7 +19,7 @@ def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(threads, rng):
     models = [plant_model(plant, loaded=loaded, step=5e-4) for plant in plants for loaded in (False, True)]
     start = rng.uniform(-0.5, 0.5, (6, 6))
     currents = rng.uniform(-80, 80, (PERIODS, 6, 6))
-    engine = Engine(models, start, substeps=SUBSTEPS, threads=threads)
+    engine = Engine(simulations(models, start), substeps=SUBSTEPS, threads=threads)
     batched = np.empty_like(currents)
     for k in range(PERIODS):
         engine.current[:] = currents[k]
@@ -34,7 +38,7 @@ def test_a_batch_is_bit_for_bit_a_loop_over_mj_step(threads, rng):
 def test_a_simulation_that_blows_up_is_reported_and_the_others_are_not(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # MuJoCo logs its warning to the working folder
     model = plant_model(nominal_plant(), loaded=False, step=1e-3)
-    engine = Engine([model, model], np.zeros((2, 6)), substeps=1, threads=1)
+    engine = Engine(simulations([model, model], np.zeros((2, 6))), substeps=1, threads=1)
     engine.q[1, 2] = np.nan
     engine.advance()
     np.testing.assert_array_equal(engine.unstable(), [False, True])

@@ -27,6 +27,7 @@ from scenarios.report import print_estimate, print_list, print_run
 from scenarios.results import estimate_document, identify_command, run_document, save_run, to_json
 from scenarios.run import run
 from scenarios.schema import load_scenario
+from scenarios.studies.commands import run_monte_carlo, run_sensitivity
 from scenarios.tables import builtin_names
 from sim.errors import SimulationError
 
@@ -181,6 +182,27 @@ def _parser() -> argparse.ArgumentParser:
     repeating.add_argument("--seed", type=_seed, default=0, help="seed of every random number (default 0)")
     repeating.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
     repeating.set_defaults(command=_paper)
+
+    sampling = commands.add_parser("monte-carlo", help="repeat a scenario many times: errors, coverage, pass rates")
+    sampling.add_argument("-n", type=_count, required=True, dest="trials", metavar="N", help="number of trials")
+    sampling.set_defaults(command=run_monte_carlo)
+    budgeting = commands.add_parser("sensitivity", help="error budget of a scenario: which error source costs how much")
+    budgeting.add_argument(
+        "--repeats", type=_count, default=16, help="trials of each source alone, a power of 2 (default 16)"
+    )
+    budgeting.add_argument(
+        "--samples", type=_count, default=64, help="rows of the Sobol design, a power of 2 (default 64)"
+    )
+    budgeting.set_defaults(command=run_sensitivity)
+    for studying in (sampling, budgeting):
+        studying.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
+        studying.add_argument(
+            "--out", type=Path, required=True, metavar="DIR", help="folder of the study; what it already holds is kept"
+        )
+        studying.add_argument("--seed", type=_seed, default=0, help="seed of the first trial (default 0)")
+        where = studying.add_mutually_exclusive_group()
+        where.add_argument("--jobs", type=_count, metavar="J", help="processes on this machine (default: one a core)")
+        where.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, tcp://HOST:PORT or its file")
 
     exciting = commands.add_parser("excite", help="search for a motion that shows a scenario's gains best")
     exciting.add_argument("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")

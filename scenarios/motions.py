@@ -1,6 +1,8 @@
 """Motion files: the Fourier coefficients of an exciting motion, with the command that found them."""
 
+import hashlib
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -15,16 +17,14 @@ MOTIONS = Path(__file__).parent / "catalog" / "motions"
 """Folder of the built-in motions."""
 
 
+@lru_cache(maxsize=32)
 def read_motion(name: str, folder: Path) -> FourierTrajectory:
-    """Read a built-in motion, or a file relative to `folder`.
+    """Read a built-in motion, or a file relative to `folder`; once a process, so that trials share the object.
 
     Raises:
         ScenarioError: If there is none, or it is not a motion that starts and ends at rest.
     """
-    builtin = sorted(path.stem for path in MOTIONS.glob("*.toml"))
-    path = MOTIONS / f"{name}.toml" if name in builtin else folder / name
-    if not path.is_file():
-        raise ScenarioError(f"unknown motion {name!r}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
+    path = _motion_path(name, folder)
     table = read_table(path)
     try:
         center, sine, cosine = (np.array(table[key], dtype=np.float64) for key in ("center", "sine", "cosine"))
@@ -51,6 +51,23 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
     if change > 1e-6:
         raise ScenarioError(f"{path}: the motion does not start at rest (coefficients off by {change:.2g} rad)")
     return motion
+
+
+def motion_digest(name: str, folder: Path) -> str:
+    """What tells a motion's file from another, 16 hexadecimal digits.
+
+    Raises:
+        ScenarioError: If there is none.
+    """
+    return hashlib.sha256(_motion_path(name, folder).read_bytes()).hexdigest()[:16]
+
+
+def _motion_path(name: str, folder: Path) -> Path:
+    builtin = sorted(path.stem for path in MOTIONS.glob("*.toml"))
+    path = MOTIONS / f"{name}.toml" if name in builtin else folder / name
+    if not path.is_file():
+        raise ScenarioError(f"unknown motion {name!r}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
+    return path
 
 
 def write_motion(motion: FourierTrajectory, path: Path, comments: Sequence[str]) -> None:

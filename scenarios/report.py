@@ -10,23 +10,26 @@ from ident.gains import GainEstimate
 from scenarios.judge import GainVerdict
 from scenarios.run import Run
 
+LEFT = ("Name", "Verdict", "Passed", "Source")
+"""Columns of words."""
+
 
 def print_run(run: Run, console: Console) -> None:
     """The table of injected against identified gains, the reasons, and the verdict."""
     scenario = run.bench.scenario
     console.print(f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}")
-    table = _table("Joint", "Injected", "Identified", "2 sigma", "Error", "Tolerance", "Verdict")
+    grid = table("Joint", "Injected", "Identified", "2 sigma", "Error", "Tolerance", "Verdict")
     for gain in run.verdict.gains:
-        table.add_row(
+        grid.add_row(
             str(gain.joint),
             f"{gain.true:.4f}",
-            _number(gain.estimate, ".4f"),
-            _number(None if gain.std is None else 2.0 * gain.std, ".4f"),
-            _number(None if gain.rel_error is None else 100.0 * gain.rel_error, "+.3f", " %"),
+            number(gain.estimate, ".4f"),
+            number(None if gain.std is None else 2.0 * gain.std, ".4f"),
+            number(None if gain.rel_error is None else 100.0 * gain.rel_error, "+.3f", " %"),
             f"{100.0 * gain.tolerance:.3g} %",
             _verdict(gain),
         )
-    console.print(table)
+    console.print(grid)
     _print_notes(console, run.notes)
     for gain in run.verdict.gains:
         if gain.reason is not None:
@@ -50,24 +53,24 @@ def print_estimate(estimate: GainEstimate, notes: Sequence[str], console: Consol
 
     The column `payload` is two standard deviations that the payload's stated uncertainty adds.
     """
-    table = _table("Joint", "Name", "Gain", "2 sigma", "payload", "Residual", "Verdict")
-    for number, joint in enumerate(estimate.joints, 1):
+    grid = table("Joint", "Name", "Gain", "2 sigma", "payload", "Residual", "Verdict")
+    for index, joint in enumerate(estimate.joints, 1):
         given = joint.value is not None and joint.std is not None
         payload = 2.0 * joint.payload_rel_std * abs(joint.value) if joint.value is not None else None
-        table.add_row(
-            str(number),
+        grid.add_row(
+            str(index),
             joint.joint,
-            _number(joint.value, ".4f"),
-            _number(2.0 * joint.std if joint.std is not None else None, ".4f"),
-            _number(payload, ".4f"),
+            number(joint.value, ".4f"),
+            number(2.0 * joint.std if joint.std is not None else None, ".4f"),
+            number(payload, ".4f"),
             f"{100.0 * joint.error_norm / joint.current_norm:.1f} %" if joint.rows else "-",
             Text("identified", style="green") if given else Text("refused", style="yellow"),
         )
-    console.print(table)
+    console.print(grid)
     _print_notes(console, notes)
-    for number, joint in enumerate(estimate.joints, 1):
+    for index, joint in enumerate(estimate.joints, 1):
         if joint.reason is not None:
-            console.print(f"Joint {number}: {joint.reason}.")
+            console.print(f"Joint {index}: {joint.reason}.")
     found = int(estimate.identifiable.sum())
     console.print(
         f"{found} of {len(estimate.joints)} gains identified from {estimate.rows} rows, "
@@ -82,11 +85,12 @@ def print_list(rows: Sequence[tuple[str, str]], console: Console) -> None:
         console.print(f"{name:<{width}}  {description}", no_wrap=True, overflow="ellipsis")
 
 
-def _table(*columns: str) -> Table:
-    table = Table(box=None, pad_edge=False, header_style="bold")
+def table(*columns: str) -> Table:
+    """An empty table; names and verdicts stand left, numbers right."""
+    grid = Table(box=None, pad_edge=False, header_style="bold")
     for column in columns:
-        table.add_column(column, justify="left" if column in ("Name", "Verdict") else "right", no_wrap=True)
-    return table
+        grid.add_column(column, justify="left" if column in LEFT else "right", no_wrap=True)
+    return grid
 
 
 def _verdict(gain: GainVerdict) -> Text:
@@ -100,5 +104,6 @@ def _print_notes(console: Console, notes: Sequence[str]) -> None:
         console.print(f"Note: {note}.")
 
 
-def _number(value: float | None, form: str, unit: str = "") -> str:
+def number(value: float | None, form: str, unit: str = "") -> str:
+    """A number with its unit, a dash for none."""
     return "-" if value is None else f"{value:{form}}{unit}"

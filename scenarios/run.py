@@ -1,16 +1,22 @@
-"""`run`: a scenario and a seed to a verdict, the four verbs in four lines."""
+"""`run`: a scenario and a seed to a verdict, the four verbs in four lines; many of them in one batch."""
 
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.errors import IdentificationError
 from ident.gains import GainEstimate
 from ident.identify import identify
 from ident.recording import Recording
-from scenarios.build import Bench
+from scenarios.build import Bench, bench
+from scenarios.draws import drawn_settings
 from scenarios.judge import Verdict, judge
-from sim.record import record
+from scenarios.settings import with_settings
+from sim.errors import SimulationError
+from sim.record import try_record
+from sim.sensors import NoiseStreams, noise_streams
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -18,13 +24,13 @@ class Run:
     """What one run of a scenario produced.
 
     Attributes:
-        bench: The prepared scenario.
+        bench: The prepared scenario, what was random drawn.
         seed: Seed of every random number.
         recordings: Unloaded and loaded.
         estimate: The identified gains.
         verdict: Against the truth.
         notes: From identification.
-        simulate_s: Wall time of the simulation [s].
+        simulate_s: Wall time of the simulation, its share of the batch [s].
         identify_s: Wall time of the identification [s].
     """
 
@@ -38,40 +44,98 @@ class Run:
     identify_s: float
 
 
-def run(bench: Bench, seed: int) -> Run:
-    """Record both motions, identify, judge.
+def run(prepared: Bench, seed: int) -> Run:
+    """Draw what is random, record both motions, identify, judge.
 
     Args:
-        bench: The prepared scenario.
+        prepared: The prepared scenario.
         seed: Seed of every random number; the same seed gives the same bytes.
 
     Raises:
+        ScenarioError: If a random setting cannot be drawn or does not fit.
         SimulationError: If a motion cannot be carried out.
         IdentificationError: If the recordings cannot be identified at all.
     """
-    table = bench.scenario.table
-    started = time.perf_counter()
-    rngs = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(2)]
-    unloaded, loaded = record(bench.experiments, rngs, threads=2)
-    recorded = time.perf_counter()
-    chosen = table.identification
-    estimate, notes = identify(
-        unloaded,
-        loaded,
-        bench.structure,
-        bench.payload,
-        method=chosen.method,
-        observing=chosen.observe,
-        gains=chosen.gains,
+    (outcome,) = run_batch([(drawn(prepared, seed), seed)], [pair_streams(seed, {})], threads=2)
+    if isinstance(outcome, Run):
+        return outcome
+    raise outcome
+
+
+def drawn(prepared: Bench, seed: int) -> Bench:
+    """The bench with everything random drawn for one seed."""
+    settings = drawn_settings(prepared.scenario, seed)
+    return bench(with_settings(prepared.scenario, settings)) if settings else prepared
+
+
+def pair_streams(seed: int, replaced: Mapping[str, int]) -> tuple[NoiseStreams, NoiseStreams]:
+    """Noise of the unloaded and of the loaded motion.
+
+    Args:
+        seed: Of the run.
+        replaced: Seeds of single streams, by name in `NoiseStreams`, in place of what follows from `seed`.
+    """
+    unloaded, loaded = (
+        replace(
+            noise_streams(np.random.default_rng(np.random.SeedSequence(seed).spawn(2)[k])),
+            **{name: np.random.default_rng(np.random.SeedSequence(own).spawn(2)[k]) for name, own in replaced.items()},
+        )
+        for k in range(2)
     )
-    identified = time.perf_counter()
+    return unloaded, loaded
+
+
+def run_batch(
+    benches: Sequence[tuple[Bench, int]], streams: Sequence[tuple[NoiseStreams, NoiseStreams]], *, threads: int
+) -> list[Run | SimulationError | IdentificationError]:
+    """Run prepared scenarios in one batch.
+
+    Args:
+        benches: Nothing random left in them, each with the seed it stands for.
+        streams: Noise of the two motions of each.
+        threads: Threads to step with; outcomes do not depend on it, nor on what else is in the batch.
+
+    Returns:
+        Each one's run, or why there is none.
+    """
+    started = time.perf_counter()
+    experiments = [experiment for prepared, _ in benches for experiment in prepared.experiments]
+    outcomes = try_record(experiments, [stream for pair in streams for stream in pair], threads=threads)
+    share = (time.perf_counter() - started) / max(1, len(benches))
+    pairs = zip(outcomes[::2], outcomes[1::2], strict=True)
+    return [_identified(prepared, seed, pair, share) for (prepared, seed), pair in zip(benches, pairs, strict=True)]
+
+
+def _identified(
+    prepared: Bench, seed: int, pair: tuple[Recording | SimulationError, Recording | SimulationError], simulate_s: float
+) -> Run | SimulationError | IdentificationError:
+    unloaded, loaded = pair
+    if isinstance(unloaded, SimulationError):
+        return unloaded
+    if isinstance(loaded, SimulationError):
+        return loaded
+    table, started = prepared.scenario.table, time.perf_counter()
+    chosen = table.identification
+    try:
+        estimate, notes = identify(
+            unloaded,
+            loaded,
+            prepared.structure,
+            prepared.payload,
+            method=chosen.method,
+            observing=chosen.observe,
+            gains=chosen.gains,
+        )
+    except IdentificationError as error:
+        return error
+    identify_s = time.perf_counter() - started
     return Run(
-        bench=bench,
+        bench=prepared,
         seed=seed,
         recordings=(unloaded, loaded),
         estimate=estimate,
-        verdict=judge(estimate, bench.true_gain, table.tolerance),
+        verdict=judge(estimate, prepared.true_gain, table.tolerance),
         notes=notes,
-        simulate_s=recorded - started,
-        identify_s=identified - recorded,
+        simulate_s=simulate_s,
+        identify_s=identify_s,
     )

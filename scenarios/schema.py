@@ -1,9 +1,10 @@
 """A scenario as one validated value: what is true, what is done, what is believed, what is tolerated."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -12,11 +13,18 @@ from ident.observation import ObserveOptions
 from scenarios.errors import ScenarioError
 from scenarios.tables import nearest, scenario_table
 from sim.controller import ControllerOptions
+from sim.model_errors import ModelErrors
 from sim.sensors import SensorOptions
 
 Vector = tuple[float, ...]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Triple = tuple[float, float, float]
+Share = Annotated[float, Field(gt=0.0, lt=1.0)]
+Target = str | tuple[str, ...]
+
+
+TABLES_OF_TABLES = ("random", "sources")
+"""Keys whose tables have names of the user's choice."""
 
 
 class _Table(BaseModel):
@@ -58,6 +66,7 @@ class PlantTable(_Table):
     coulomb_friction: Vector | None = None
     coulomb_asymmetry: Vector | None = None
     current_limit: Vector | None = None
+    errors: ModelErrors = ModelErrors()
 
 
 class ExperimentTable(_Table):
@@ -89,10 +98,46 @@ class IdentificationTable(_Table):
 
 
 class ToleranceTable(_Table):
-    """What counts as passed: relative error of each gain, and which joints the data should give."""
+    """What counts as passed: relative error of each gain, which joints the data should give, and how often.
+
+    `pass_rate` is the share of runs in which each joint must pass when a study repeats the scenario.
+    """
 
     gain: tuple[Positive, ...]
     identifiable: tuple[bool, ...]
+    pass_rate: Share = 0.95
+
+
+class DrawTable(_Table):
+    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
+
+    `target` names the numbers by their place in the scenario (`plant.gain`, `plant.payload.mass`). Every number of an
+    array is drawn by itself unless `shared`. A parameter may be an array too, one value a number.
+    """
+
+    target: Target
+    distribution: str | None = None
+    parameters: dict[str, float | Vector] = {}
+    apply: Literal["replace", "add", "multiply"] = "replace"
+    shared: bool = False
+    choice: tuple[str | float, ...] | None = None
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Places in the scenario that it changes."""
+        return (self.target,) if isinstance(self.target, str) else self.target
+
+
+class SourceTable(DrawTable):
+    """An error source of the scenario's error budget.
+
+    Either drawn like any `DrawTable`, or a noise: `stream` names whose random numbers are its own, `size` its size
+    where the scenario's own value is not meant. `off` is the value without it, the scenario's own if left out.
+    """
+
+    stream: Literal["encoder", "white", "coloured", "clock"] | None = None
+    size: float | None = None
+    off: float | None = None
 
 
 class ScenarioTable(_Table):
@@ -104,6 +149,8 @@ class ScenarioTable(_Table):
     belief: BeliefTable
     identification: IdentificationTable = IdentificationTable()
     tolerance: ToleranceTable
+    random: dict[str, DrawTable] = {}
+    sources: dict[str, SourceTable] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,30 +175,48 @@ def load_scenario(name: str) -> Scenario:
         ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
     """
     table, path = scenario_table(name)
-    _refuse_unknown(table, ScenarioTable, str(path), "")
+    return scenario_from_table(table, path.stem, path.parent, str(path))
+
+
+def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:
+    """Validate a scenario's tables.
+
+    Args:
+        table: The tables, nothing left to extend.
+        name: Of the scenario.
+        folder: Where its motions are looked up.
+        where: Where the tables came from, for messages.
+
+    Raises:
+        ScenarioError: At an unknown key or a wrong value; the message names both.
+    """
+    _refuse_unknown(table, ScenarioTable, where, "")
     try:
         # Strict, so that "1" or true is no number; through JSON, where an array is a tuple.
         parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
         first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
-        where = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]")))
+        place = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]")))
         what = first["msg"][0].lower() + first["msg"][1:]
         got = "" if first["type"] == "missing" else f", got {first['input']!r}"
-        raise ScenarioError(f"{path}: {where}: {what}{got}") from error
-    _check_lengths(parsed, path)
-    return Scenario(path.stem, path.parent, parsed)
+        raise ScenarioError(f"{where}: {place}: {what}{got}") from error
+    _check_lengths(parsed, where)
+    return Scenario(name, folder, parsed)
 
 
 def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
     """Walk tables and schema together; pydantic would not say which key was meant."""
-    if not isinstance(table, dict):
+    if not isinstance(table, Mapping):
         return
     known = _subtables(kind)
     for key, value in table.items():
         if key not in known:
             raise ScenarioError(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
         inner = known[key]
-        if inner is not None:
+        if inner is not None and key in TABLES_OF_TABLES and isinstance(value, Mapping):
+            for name, each in value.items():
+                _refuse_unknown(each, inner, path, f"{where}{key}.{name}.")
+        elif inner is not None:
             _refuse_unknown(value, inner, path, f"{where}{key}.")
 
 
@@ -160,15 +225,19 @@ def _subtables(kind: type) -> dict[str, type | None]:
     if is_dataclass(kind):
         return {field.name: None for field in fields(kind)}
     if issubclass(kind, BaseModel):
-        hints = {name: field.annotation for name, field in kind.model_fields.items()}
-        return {
-            name: hint if isinstance(hint, type) and (is_dataclass(hint) or issubclass(hint, BaseModel)) else None
-            for name, hint in hints.items()
-        }
+        return {name: _table_class(field.annotation) for name, field in kind.model_fields.items()}
     return {}
 
 
-def _check_lengths(table: ScenarioTable, path: Path) -> None:
+def _table_class(hint: object) -> type | None:
+    """The class of a key's table, or of each table in a table of tables; None for anything else."""
+    for candidate in (hint, *get_args(hint)[1:2]):  # dict[str, X] holds tables of class X
+        if isinstance(candidate, type) and (is_dataclass(candidate) or issubclass(candidate, BaseModel)):
+            return candidate
+    return None
+
+
+def _check_lengths(table: ScenarioTable, path: str) -> None:
     """Every array has one entry a joint."""
     n = len(table.tolerance.gain)
     arrays = {

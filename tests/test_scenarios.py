@@ -76,6 +76,18 @@ def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
     np.testing.assert_array_equal(prepared.experiments[0].plant.drives.viscous_friction, nominal.viscous_friction)
 
 
+def test_model_errors_of_a_scenario_are_the_plant_s_and_not_the_controller_s(tmp_path):
+    path = scenario_file(
+        tmp_path,
+        'extends = "nominal"\n[plant]\nrotor_inertia = [3, 3, 1, 1, 0.5, 0.3]\n'
+        "[plant.errors]\nbase_tilt_x = 0.01\njoint_compliance = [1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 2e-4]",
+    )
+    unloaded = bench(load_scenario(path)).experiments[0]
+    assert unloaded.plant.errors.base_tilt_x == 0.01
+    assert unloaded.plant.errors.joint_compliance == (1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 2e-4)
+    np.testing.assert_array_equal(unloaded.belief.rotor_inertia, rx90_mjcf.nominal_drives().rotor_inertia)
+
+
 FAULTS = {
     'extends = "nominal"\n[plant]\ngian = [1]': "unknown key plant.gian; did you mean 'gain'?",
     'extends = "nominal"\n[experiment.sensors]\nencoder_noize = 1': "did you mean 'encoder_noise'?",
@@ -99,6 +111,9 @@ FAULTS = {
     'extends = "nominal"\n[plant]\ngain = [nan, 1, 1, 1, 1, 1]': "plant.gain.0: .*finite number",
     'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz = 0.0: expected a positive number",
     'extends = "nominal"\n[plant.payload]\nmass = 0\ncom = [0, 0, 0]': "plant.payload.*",
+    'extends = "nominal"\n[plant.errors]\nstribek = 0.1': "unknown key plant.errors.stribek; did you mean 'stribeck'?",
+    'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling = 2: expected a share from 0 to 1",
+    'extends = "nominal"\n[plant.errors]\njoint_compliance = [1e-5]': "joint_compliance: 1 values .* expected 6",
     'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "sensors: encoder_noise = -1.0 is negative",
     'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "cutoff_hz = -1.0: expected a positive number",
 }

@@ -1,0 +1,73 @@
+"""`assert_scenario`: hold a scenario's accuracy in a pytest suite, with a stated false-alarm rate."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from scenarios.errors import ScenarioError
+from scenarios.schema import load_scenario
+from scenarios.studies.pass_rule import JointRule, detectable_rate, pass_rule
+from scenarios.studies.trials import Trial, run_trials, trial_schema
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FALSE_ALARM = 0.01
+"""Chance that a scenario whose joints all have the wanted pass rate fails the assertion, at most."""
+POWER = 0.95
+BATCH = 32
+"""Seeds simulated at once."""
+
+
+def assert_scenario(
+    scenario: str, seeds: Iterable[int], *, false_alarm: float = FALSE_ALARM, threads: int = 1
+) -> tuple[JointRule, ...]:
+    """Assert that every joint passes as often as the scenario's `tolerance.pass_rate` asks for.
+
+    Misses are compared with the binomial distribution at that rate, joint by joint: a scenario that has the rate on
+    all joints fails in less than `false_alarm` of all choices of seeds. With fixed seeds the outcome is fixed too. The
+    message says which pass rate the number of seeds can tell from the wanted one.
+
+    Args:
+        scenario: A built-in name or the path of a TOML file.
+        seeds: One trial each, as `rx90 run --seed`.
+        false_alarm: As above.
+        threads: Threads to simulate with; the outcome does not depend on it.
+
+    Returns:
+        The rule applied to each joint, if all hold.
+
+    Raises:
+        AssertionError: Naming the joints that miss, how often, and the worst trial.
+        ScenarioError: If the scenario is wrong, there is no seed, or too few to fail at all.
+    """
+    import pandas as pd  # half a second that `rx90 run` does without
+
+    loaded, seeds = load_scenario(scenario), list(seeds)
+    if not seeds or not 0.0 < false_alarm < 1.0:
+        raise ScenarioError(f"{loaded.name}: give at least one seed and a false-alarm rate between 0 and 1")
+    places = sorted({place for draw in loaded.table.random.values() for place in draw.targets})
+    schema = trial_schema(loaded, places, ())
+    trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
+    batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
+    rows = pd.concat([run_trials(loaded, batch, schema, threads=threads).to_pandas() for batch in batches])
+    rules = pass_rule(rows, wanted=loaded.table.tolerance.pass_rate, false_alarm=false_alarm)
+    if rules[0].allowed >= len(seeds):
+        raise ScenarioError(f"{loaded.name}: {len(seeds)} seeds are too few to fail at {false_alarm:g}; give more")
+    missed = [rule for rule in rules if not rule.held]
+    if missed:
+        raise AssertionError(_complaint(loaded.name, missed, rows))
+    return rules
+
+
+def _complaint(name: str, missed: list[JointRule], rows: "pd.DataFrame") -> str:
+    lines = [f"scenario {name}: {len(missed)} joints pass less often than asked for"]
+    for rule in missed:
+        failing = rows[(rows["joint"] == rule.joint) & ~rows["passed"]]
+        worst = failing.loc[failing["rel_error"].abs().fillna(float("inf")).idxmax()]
+        lines.append(
+            f"  joint {rule.joint}: {rule.trials - rule.passed} of {rule.trials} missed, {rule.allowed} allowed "
+            f"at a pass rate of {rule.wanted:g}; seed {worst['seed']}: {worst['reason']}"
+        )
+    rate = detectable_rate(missed[0].trials, missed[0].allowed, POWER)
+    lines.append(f"  ({missed[0].trials} seeds tell a rate below {rate:.2f} in {100 * POWER:g} % of cases)")
+    return "\n".join(lines)

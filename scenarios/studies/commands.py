@@ -1,0 +1,89 @@
+"""The commands `rx90 monte-carlo` and `rx90 sensitivity`."""
+
+import argparse
+import shlex
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager
+
+from rich.console import Console
+
+from scenarios.schema import load_scenario
+from scenarios.studies.executors import Workers, dask_workers, local_processes, usable_cores
+
+PASSED, MISSED, INTERRUPTED = 0, 1, 130
+FALSE_ALARM = 0.01
+"""Chance that a study misses although every joint has the wanted pass rate."""
+
+
+def run_monte_carlo(options: argparse.Namespace, console: Console) -> int:
+    """Carry out, sum up, plot; 1 if some joint contradicts the scenario's pass rate."""
+    from scenarios.studies.monte_carlo import monte_carlo
+    from scenarios.studies.monte_carlo_report import print_monte_carlo, write_monte_carlo
+    from scenarios.studies.statistics import COLUMNS, joint_statistics
+    from scenarios.studies.study import carry_out
+
+    scenario = load_scenario(options.scenario)
+    study = monte_carlo(scenario, options.trials, options.seed)
+    command = _command("monte-carlo", options)
+    with _interruptible(command), _workers(options) as workers:
+        folder = carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
+    rows = folder.table([*COLUMNS, "tolerance"])
+    statistics = joint_statistics(rows, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
+    console.print(f"Scenario {scenario.name}, {statistics[0].trials} trials from seed {options.seed}")
+    print_monte_carlo(statistics, rows, console)
+    written = write_monte_carlo(statistics, rows, scenario, options.out)
+    console.print(f"Rows in {options.out / 'trials'}; {', '.join(path.name for path in written)} in {options.out}.")
+    return PASSED if all(joint.held for joint in statistics) else MISSED
+
+
+def run_sensitivity(options: argparse.Namespace, console: Console) -> int:
+    """Carry out both designs, rank the error sources."""
+    from scenarios.studies.budget import budgets
+    from scenarios.studies.sensitivity import sensitivity
+    from scenarios.studies.sensitivity_report import print_budgets, write_budgets
+    from scenarios.studies.study import carry_out
+
+    scenario = load_scenario(options.scenario)
+    study = sensitivity(scenario, repeats=options.repeats, samples=options.samples, seed=options.seed)
+    command = _command("sensitivity", options)
+    with _interruptible(command), _workers(options) as workers:
+        folder = carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
+    joints = [joint for joint, wanted in enumerate(scenario.table.tolerance.identifiable, 1) if wanted]
+    found = budgets(folder.table(), list(scenario.table.sources), joints, options.seed)
+    console.print(f"Scenario {scenario.name}, {study.count} trials, {len(scenario.table.sources)} error sources")
+    print_budgets(found, console)
+    written = write_budgets(found, scenario, options.out)
+    console.print(f"Rows in {options.out / 'trials'}; {', '.join(path.name for path in written)} in {options.out}.")
+    return PASSED
+
+
+@contextmanager
+def _workers(options: argparse.Namespace) -> Generator[Workers]:
+    with dask_workers(options.dask) if options.dask else local_processes(options.jobs or usable_cores()) as workers:
+        yield workers
+
+
+@contextmanager
+def _interruptible(command: str) -> Generator[None]:
+    """On Ctrl-C, say how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"rx90: stopped; what is finished is kept, go on with: {command}", file=sys.stderr)  # noqa: T201
+        raise SystemExit(INTERRUPTED) from None
+
+
+def _command(name: str, options: argparse.Namespace) -> str:
+    """The command that repeats or resumes a study."""
+    words = ["rx90", name, options.scenario]
+    if name == "monte-carlo":
+        words += ["-n", str(options.trials)]
+    else:
+        words += ["--repeats", str(options.repeats), "--samples", str(options.samples)]
+    words += ["--out", str(options.out), "--seed", str(options.seed)]
+    if options.dask:
+        words += ["--dask", options.dask]
+    elif options.jobs:
+        words += ["--jobs", str(options.jobs)]
+    return shlex.join(words)

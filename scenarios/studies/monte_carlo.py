@@ -1,0 +1,30 @@
+"""Monte Carlo: a scenario repeated with seeds that count up, everything it declares random drawn anew.
+
+Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
+"""
+
+from scenarios.schema import Scenario
+from scenarios.studies.study import Study
+from scenarios.studies.trials import Trial, trial_schema
+
+
+def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
+    """The study of `count` trials.
+
+    Args:
+        scenario: What is repeated.
+        count: Number of trials.
+        seed: Of the first.
+
+    Raises:
+        ScenarioError: If the scenario draws what it does not have.
+    """
+    places = sorted({place for draw in scenario.table.random.values() for place in draw.targets})
+    return Study(
+        kind="monte-carlo",
+        scenario=scenario,
+        count=count,
+        trial=lambda number: Trial(number=number, seed=seed + number),
+        schema=trial_schema(scenario, places, ()),
+        identity={"seed": seed},
+    )

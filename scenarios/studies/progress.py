@@ -1,0 +1,117 @@
+"""How far a study is: a bar on a terminal, a line every ten seconds elsewhere; both on stderr."""
+
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+LINE_EVERY = 10.0
+"""Time between two lines without a terminal [s]."""
+
+
+class Reporter(Protocol):
+    """What a study tells of its progress."""
+
+    def advance(self, trials: int, failed: int) -> None:
+        """Some trials have finished, of which some failed."""
+
+    def tick(self) -> None:
+        """Time has passed."""
+
+
+@contextmanager
+def reporter(label: str, total: int, done: int, console: Console) -> Generator[Reporter]:
+    """Show the progress of a study.
+
+    Args:
+        label: What is under way.
+        total: Trials of the study.
+        done: Those finished before.
+        console: On stderr.
+    """
+    if not console.is_terminal:
+        yield _Lines(label, total, done, console)
+        return
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(elapsed_when_finished=True),
+        TextColumn("{task.fields[failed]} failed"),
+    )
+    with Progress(*columns, console=console, speed_estimate_period=300.0) as progress:
+        task = progress.add_task(label, total=total, completed=done, rate="", failed=0)
+        yield _Bar(progress, int(task), _Count(total, done))
+
+
+@dataclass(slots=True)
+class _Count:
+    """Trials finished so far and how fast."""
+
+    total: int
+    before: int
+    finished: int = 0
+    failed: int = 0
+    started: float = field(default_factory=time.monotonic)
+
+    @property
+    def done(self) -> int:
+        return self.before + self.finished
+
+    @property
+    def rate(self) -> float:
+        """Trials a second since the start, 0 before the first."""
+        return self.finished / max(time.monotonic() - self.started, 1e-9)
+
+    def add(self, trials: int, failed: int) -> None:
+        self.finished += trials
+        self.failed += failed
+
+
+class _Bar:
+    def __init__(self, progress: Progress, task: int, count: _Count) -> None:
+        self._progress, self._task, self._count = progress, self._id(task), count
+
+    @staticmethod
+    def _id(task: int):
+        from rich.progress import TaskID
+
+        return TaskID(task)
+
+    def advance(self, trials: int, failed: int) -> None:
+        self._count.add(trials, failed)
+        rate = f"{self._count.rate:.1f} a second"
+        self._progress.update(self._task, completed=self._count.done, rate=rate, failed=self._count.failed)
+
+    def tick(self) -> None:
+        """The bar redraws itself."""
+
+
+class _Lines:
+    def __init__(self, label: str, total: int, done: int, console: Console) -> None:
+        self._label, self._console, self._count = label, console, _Count(total, done)
+        self._last = time.monotonic()
+
+    def advance(self, trials: int, failed: int) -> None:
+        self._count.add(trials, failed)
+        self.tick()
+
+    def tick(self) -> None:
+        now, count = time.monotonic(), self._count
+        if now - self._last < LINE_EVERY:
+            return
+        self._last = now
+        left = f", {_duration((count.total - count.done) / count.rate)} left" if count.finished else ""
+        done = f"{count.done} of {count.total} trials, {count.rate:.1f} a second{left}, {count.failed} failed"
+        self._console.print(f"{self._label}: {done}")
+
+
+def _duration(seconds: float) -> str:
+    hours, rest = divmod(round(seconds), 3600)
+    minutes, seconds = divmod(rest, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {seconds} s" if minutes else f"{seconds} s"

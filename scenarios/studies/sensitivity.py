@@ -1,0 +1,187 @@
+"""Sensitivity: which of a scenario's error sources costs how much.
+
+Two designs share one study. One at a time: each source alone at its declared size, all others off, then none and all
+together. Sobol (Saltelli et al. 2010): all sources at once on matrices A and B of uniform numbers, and for each source
+on A with that source's columns taken from B.
+
+A source that is drawn takes its value from its numbers, a noise its seed: its realisation varies, its size stays.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.stats import qmc
+
+from ident.arrays import Array
+from scenarios.draws import numbers_needed, settings_from
+from scenarios.errors import ScenarioError
+from scenarios.schema import Scenario, SourceTable
+from scenarios.settings import Value, explicit_table, value_at
+from scenarios.studies.study import Study
+from scenarios.studies.trials import Trial, trial_schema
+
+NONE, ALL = "(none)", "(all)"
+"""What is on in a trial where it is not one source alone."""
+ALONE, SOBOL = "one-at-a-time", "sobol"
+LABELS: tuple[str, ...] = ("design", "source", "sample")
+STREAM_SEEDS = 2**31
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sources:
+    """A scenario's error sources, ready to be switched.
+
+    Attributes:
+        scenario: With its `sources` tables.
+        table: Its explicit table.
+        width: Uniform numbers that each source takes, in the order of the tables.
+    """
+
+    scenario: Scenario
+    table: Mapping[str, object]
+    width: Mapping[str, int]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the sources."""
+        return list(self.width)
+
+    def columns(self, name: str) -> slice:
+        """Columns of a source in a matrix that has all sources'."""
+        start = 0
+        for other, width in self.width.items():
+            if other == name:
+                return slice(start, start + width)
+            start += width
+        raise KeyError(name)
+
+
+def sources_of(scenario: Scenario) -> Sources:
+    """The sources of a scenario.
+
+    Raises:
+        ScenarioError: If it declares none, or one that names nothing of it.
+    """
+    table = explicit_table(scenario)
+    if not scenario.table.sources:
+        raise ScenarioError(
+            f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has"
+        )
+    width = {}
+    for name, source in scenario.table.sources.items():
+        try:
+            width[name] = 1 if source.stream is not None else numbers_needed(source, table)
+            _off(source, table)
+        except ScenarioError as error:
+            raise ScenarioError(f"{scenario.name}: sources.{name}: {error}") from error
+    return Sources(scenario=scenario, table=table, width=width)
+
+
+def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) -> Study:
+    """The study of both designs.
+
+    Args:
+        scenario: With its `sources`.
+        repeats: Trials of each source alone, a power of 2; all together get four times as many.
+        samples: Rows of the Sobol matrices, a power of 2; the design takes (sources + 2) times as many trials.
+        seed: Of both designs.
+
+    Raises:
+        ScenarioError: If the scenario declares no or wrong sources, or a number is no power of 2.
+    """
+    for name, number in (("repeats", repeats), ("samples", samples)):
+        if number < 2 or number & (number - 1):
+            raise ScenarioError(f"{name} = {number}: expected a power of 2, as 16 or 64")
+    sources = sources_of(scenario)
+    plan = _plan(sources.names, repeats, samples)
+    places = sorted({place for source in scenario.table.sources.values() for place in source.targets})
+    return Study(
+        kind="sensitivity",
+        scenario=scenario,
+        count=len(plan),
+        trial=lambda number: _trial(sources, number, plan[number], repeats, samples, seed),
+        schema=trial_schema(scenario, places, LABELS),
+        identity={"seed": seed, "repeats": repeats, "samples": samples},
+    )
+
+
+def settings_with(sources: Sources, on: Mapping[str, Array]) -> tuple[dict[str, Value], dict[str, int]]:
+    """Switch sources.
+
+    Args:
+        sources: All there are.
+        on: Uniform numbers of those that are on, by name; all others are off.
+
+    Returns:
+        Settings of the scenario, and seeds of the noise streams that are on.
+    """
+    settings, seeds = dict[str, Value](), dict[str, int]()
+    for source in sources.scenario.table.sources.values():
+        settings |= _off(source, sources.table)
+    for name, uniform in on.items():
+        source = sources.scenario.table.sources[name]
+        if source.stream is None:
+            settings |= settings_from(source, uniform, sources.table)
+        else:
+            seeds[source.stream] = int(uniform[0] * STREAM_SEEDS)
+            settings |= {place: _size(source, place, sources.table) for place in source.targets}
+    return settings, seeds
+
+
+def _plan(names: list[str], repeats: int, samples: int) -> list[tuple[str, str, int]]:
+    """Design, source and sample of every trial."""
+    alone = [(ALONE, NONE, 0)]
+    alone += [(ALONE, name, sample) for name in names for sample in range(repeats)]
+    alone += [(ALONE, ALL, sample) for sample in range(4 * repeats)]
+    return alone + [(SOBOL, name, sample) for sample in range(samples) for name in ("A", "B", *names)]
+
+
+def _trial(
+    sources: Sources, number: int, planned: tuple[str, str, int], repeats: int, samples: int, seed: int
+) -> Trial:
+    design, source, sample = planned
+    width = sum(sources.width.values())
+    on: dict[str, Array] = {}
+    if design == SOBOL:
+        both = _uniform(2 * width, samples, seed, 0)[sample]
+        row, other = both[:width].copy(), both[width:]
+        if source == "B":
+            row = other
+        elif source != "A":
+            row[sources.columns(source)] = other[sources.columns(source)]
+        on = {name: row[sources.columns(name)] for name in sources.names}
+    elif source == ALL:
+        row = _uniform(width, 4 * repeats, seed, 1)[sample]
+        on = {name: row[sources.columns(name)] for name in sources.names}
+    elif source != NONE:
+        index = 2 + sources.names.index(source)
+        on = {source: _uniform(sources.width[source], repeats, seed, index)[sample]}
+    settings, streams = settings_with(sources, on)
+    labels: dict[str, str] = dict(zip(LABELS, (design, source, str(sample)), strict=True))
+    return Trial(number=number, seed=seed, settings=settings, streams=streams, labels=labels)
+
+
+@lru_cache(maxsize=64)
+def _uniform(width: int, count: int, seed: int, stream: int) -> Array:
+    """A scrambled Sobol sequence, shape (count, width), strictly inside (0, 1)."""
+    rng = np.random.default_rng(np.random.SeedSequence(entropy=seed, spawn_key=(stream,)))
+    points = qmc.Sobol(width, scramble=True, rng=rng).random(count)
+    return np.clip(points, 2.0**-30, 1.0 - 2.0**-30)
+
+
+def _off(source: SourceTable, table: Mapping[str, object]) -> dict[str, Value]:
+    """The settings that switch a source off."""
+    if source.off is None:
+        return {place: value_at(table, place) for place in source.targets}
+    return {place: _like(value_at(table, place), source.off) for place in source.targets}
+
+
+def _size(source: SourceTable, place: str, table: Mapping[str, object]) -> Value:
+    own = value_at(table, place)
+    return own if source.size is None else _like(own, source.size)
+
+
+def _like(value: Value, number: float) -> Value:
+    return [number] * len(value) if isinstance(value, list) else number

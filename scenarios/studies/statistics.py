@@ -1,0 +1,103 @@
+"""Statistics of many trials, joint by joint: how far off, how honest the claim, how often within tolerance."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import pandas as pd
+
+from scenarios.studies.pass_rule import JointRule, pass_rule
+
+COLUMNS = ("trial", "joint", "true", "std", "rel_error", "z", "identifiable", "passed", "payload_std", "failure")
+"""Columns of a study that its statistics need."""
+CONFIDENCE = 0.95
+"""Of the intervals of pass rates."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointStatistics:
+    """One joint over all trials of a study; None where no trial gave a gain.
+
+    Attributes:
+        joint: Joint number, from 1.
+        trials: Trials of the study.
+        failed: Trials without any estimate.
+        refused: Trials that were carried out and gave no gain for this joint.
+        bias: Mean relative error.
+        bias_std: Standard deviation of that mean.
+        spread: Standard deviation of the relative error.
+        p95: 95th percentile of the magnitude of the relative error.
+        claimed: Root mean square of the claimed relative standard deviation.
+        cover_1, cover_2: Share of trials within 1 and 2 claimed standard deviations (normal: 0.683 and 0.954).
+        cover_2_payload: The same for 2, with the payload's stated uncertainty added in quadrature.
+        pass_rate: Share of trials that passed; one that failed did not.
+        pass_low, pass_high: Its 95 % interval (Clopper and Pearson).
+        wanted: Pass rate that the scenario asks for.
+        held: False if the trials contradict that pass rate.
+    """
+
+    joint: int
+    trials: int
+    failed: int
+    refused: int
+    bias: float | None
+    bias_std: float | None
+    spread: float | None
+    p95: float | None
+    claimed: float | None
+    cover_1: float | None
+    cover_2: float | None
+    cover_2_payload: float | None
+    pass_rate: float
+    pass_low: float
+    pass_high: float
+    wanted: float
+    held: bool
+
+
+def joint_statistics(rows: pd.DataFrame, *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
+    """Sum up a study.
+
+    Args:
+        rows: A row a trial and joint, with `COLUMNS`.
+        wanted: Pass rate asked for.
+        false_alarm: Chance that some joint is said to miss that rate although every joint has it.
+    """
+    rules = pass_rule(rows, wanted=wanted, false_alarm=false_alarm)
+    groups = rows.groupby("joint", sort=True)
+    return tuple(_one_joint(rule, group) for rule, (_, group) in zip(rules, groups, strict=True))
+
+
+def statistics_table(statistics: tuple[JointStatistics, ...]) -> pd.DataFrame:
+    """As a table, a row a joint; the file `summary.parquet`."""
+    return pd.DataFrame([asdict(joint) for joint in statistics])
+
+
+def _one_joint(rule: JointRule, rows: pd.DataFrame) -> JointStatistics:
+    from scipy import stats
+
+    interval = stats.binomtest(rule.passed, rule.trials).proportion_ci(CONFIDENCE, method="exact")
+    failed = int(np.count_nonzero(rows["failure"].notna()))
+    found = rows[rows["identifiable"]]
+    error, z, true = (found[name].to_numpy(dtype=np.float64) for name in ("rel_error", "z", "true"))
+    std, payload = (found[name].to_numpy(dtype=np.float64) for name in ("std", "payload_std"))
+    some, several = len(found) > 0, len(found) > 1
+    spread = float(np.std(error, ddof=1)) if several else None
+    return JointStatistics(
+        joint=rule.joint,
+        trials=len(rows),
+        failed=failed,
+        refused=len(rows) - failed - len(found),
+        bias=float(np.mean(error)) if some else None,
+        bias_std=None if spread is None else spread / float(np.sqrt(len(found))),
+        spread=spread,
+        p95=float(np.percentile(np.abs(error), 95.0)) if some else None,
+        claimed=float(np.sqrt(np.mean((std / true) ** 2))) if some else None,
+        cover_1=float(np.mean(np.abs(z) < 1.0)) if some else None,
+        cover_2=float(np.mean(np.abs(z) < 2.0)) if some else None,
+        cover_2_payload=float(np.mean(np.abs(error * true) < 2.0 * np.hypot(std, payload))) if some else None,
+        pass_rate=rule.passed / rule.trials,
+        pass_low=float(interval.low),
+        pass_high=float(interval.high),
+        wanted=rule.wanted,
+        held=rule.held,
+    )

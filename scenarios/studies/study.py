@@ -1,0 +1,152 @@
+"""A study: a numbered list of trials of one scenario, carried out in a folder on any executor."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import pyarrow as pa
+from rich.console import Console
+
+from scenarios.build import bench
+from scenarios.draws import check_draws
+from scenarios.motions import motion_digest
+from scenarios.schema import Scenario
+from scenarios.settings import explicit_table
+from scenarios.studies.errors import StudyError
+from scenarios.studies.execute import GivenUp, completed
+from scenarios.studies.executors import Workers
+from scenarios.studies.folder import StudyFolder, study_folder, versions
+from scenarios.studies.progress import reporter
+from scenarios.studies.trials import Trial, failed_rows, run_trials
+
+CHUNK = 32
+"""Trials that a worker runs at once, hence most that a crash can cost: 64 simulations in a batch, some 300 MB."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """What is to be run.
+
+    Attributes:
+        kind: `monte-carlo` or `sensitivity`.
+        scenario: What is repeated.
+        count: Number of trials.
+        trial: The trial of a number.
+        schema: Columns of its rows.
+        identity: What, besides kind and scenario, makes it this study and no other; JSON values.
+    """
+
+    kind: str
+    scenario: Scenario
+    count: int
+    trial: Callable[[int], Trial]
+    schema: pa.Schema
+    identity: Mapping[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """A chunk of trials as it travels to a worker."""
+
+    scenario: Scenario
+    trials: tuple[Trial, ...]
+    schema: pa.Schema
+    versions: Mapping[str, str]
+
+
+def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
+    """Run what is missing of a study and write it part by part.
+
+    Args:
+        study: What is to be run.
+        folder: Where; what it already holds of the same study is kept.
+        workers: Where trials run; rows do not depend on it.
+        command: That the user gave, for the record.
+        console: On stderr, for the progress.
+
+    Returns:
+        The folder, finished.
+
+    Raises:
+        StudyError: If the folder holds another study or cannot be written, or workers cannot run trials.
+        ScenarioError: If the scenario or its draws are wrong.
+    """
+    check_draws(study.scenario)
+    bench(study.scenario)  # what is wrong with the scenario itself is an error, not a thousand failed trials
+    opened = study_folder(
+        folder,
+        study_identity(study),
+        count=study.count,
+        command=command,
+        rows_per_trial=len(study.scenario.table.tolerance.gain),
+    )
+    with opened as place:
+        missing = place.missing(study.count)
+        label = f"{study.kind} {study.scenario.name}"
+        if missing:
+            with reporter(label, study.count, study.count - len(missing), console) as progress:
+                tasks = _tasks(study, missing, workers.count())
+                with closing(completed(workers, run_task, tasks, tick=progress.tick)) as results:
+                    for task, outcome in results:
+                        rows = _given_up(task, outcome) if isinstance(outcome, GivenUp) else outcome
+                        place.write_part(task.trials[0].number, task.trials[-1].number, rows)
+                        progress.advance(len(task.trials), _failures(rows))
+        return place
+
+
+def study_identity(study: Study) -> dict[str, object]:
+    """What a folder must agree with to hold this study."""
+    table = study.scenario.table
+    motions = {table.experiment.motion: motion_digest(table.experiment.motion, study.scenario.folder)}
+    for draw in table.random.values():
+        if draw.choice is not None and "experiment.motion" in draw.targets:
+            motions |= {str(name): motion_digest(str(name), study.scenario.folder) for name in draw.choice}
+    return {
+        "study": study.kind,
+        "scenario": {"name": study.scenario.name, "table": explicit_table(study.scenario), "motions": motions},
+        **study.identity,
+    }
+
+
+def run_task(task: _Task) -> pa.Table:
+    """Run one chunk, on a worker, on one thread.
+
+    Raises:
+        StudyError: If the worker has other versions than the one who asks: rows would not be the same.
+    """
+    here = versions()
+    for name, wanted in task.versions.items():
+        if here.get(name) != wanted:
+            raise StudyError(
+                f"a worker has {name} {here.get(name)}, the study was begun with {wanted}; install that there"
+            )
+    return run_trials(task.scenario, task.trials, task.schema, threads=1)
+
+
+def _tasks(study: Study, missing: list[int], workers: int) -> Iterator[_Task]:
+    """Chunks of consecutive trials, small enough for every worker to get some."""
+    size = max(1, min(CHUNK, -(-len(missing) // workers)))
+    make = partial(_Task, study.scenario, schema=study.schema, versions=versions())
+    start = 0
+    while start < len(missing):
+        stop = start + 1
+        while stop < len(missing) and stop - start < size and missing[stop] == missing[stop - 1] + 1:
+            stop += 1
+        yield make(trials=tuple(study.trial(number) for number in missing[start:stop]))
+        start = stop
+
+
+def _given_up(task: _Task, outcome: GivenUp) -> pa.Table:
+    rows = [row for trial in task.trials for row in failed_rows(task.scenario, trial, "WorkerDied", outcome.reason, {})]
+    return pa.Table.from_pylist(rows, task.schema)
+
+
+def _failures(rows: pa.Table) -> int:
+    """Trials without any estimate."""
+    failed = rows.filter(rows["failure"].is_valid())
+    return len(failed["trial"].unique())
+
+
+__all__ = ["CHUNK", "Study", "StudyError", "carry_out", "run_task", "study_identity"]

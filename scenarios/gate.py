@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from scenarios.errors import ScenarioError
 from scenarios.schema import load_scenario
-from scenarios.studies.pass_rule import JointRule, detectable_rate, pass_rule
+from scenarios.studies.pass_rule import JointRule, allowed_misses, detectable_rate, pass_rule
 from scenarios.studies.trials import Trial, run_trials, trial_schema
 
 if TYPE_CHECKING:
@@ -45,14 +45,16 @@ def assert_scenario(
     loaded, seeds = load_scenario(scenario), list(seeds)
     if not seeds or not 0.0 < false_alarm < 1.0:
         raise ScenarioError(f"{loaded.name}: give at least one seed and a false-alarm rate between 0 and 1")
+    wanted = loaded.table.tolerance.pass_rate
+    if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
+        seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
+        raise ScenarioError(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; give more")
     places = sorted({place for draw in loaded.table.random.values() for place in draw.targets})
     schema = trial_schema(loaded, places, ())
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
     rows = pd.concat([run_trials(loaded, batch, schema, threads=threads).to_pandas() for batch in batches])
-    rules = pass_rule(rows, wanted=loaded.table.tolerance.pass_rate, false_alarm=false_alarm)
-    if rules[0].allowed >= len(seeds):
-        raise ScenarioError(f"{loaded.name}: {len(seeds)} seeds are too few to fail at {false_alarm:g}; give more")
+    rules = pass_rule(rows, wanted=wanted, false_alarm=false_alarm)
     missed = [rule for rule in rules if not rule.held]
     if missed:
         raise AssertionError(_complaint(loaded.name, missed, rows))
@@ -60,7 +62,8 @@ def assert_scenario(
 
 
 def _complaint(name: str, missed: list[JointRule], rows: "pd.DataFrame") -> str:
-    lines = [f"scenario {name}: {len(missed)} joints pass less often than asked for"]
+    many = "1 joint passes" if len(missed) == 1 else f"{len(missed)} joints pass"
+    lines = [f"scenario {name}: {many} less often than asked for"]
     for rule in missed:
         failing = rows[(rows["joint"] == rule.joint) & ~rows["passed"]]
         worst = failing.loc[failing["rel_error"].abs().fillna(float("inf")).idxmax()]

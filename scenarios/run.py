@@ -1,7 +1,7 @@
 """`run`: a scenario and a seed to a verdict, the four verbs in four lines; many of them in one batch."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from scenarios.draws import drawn_settings
 from scenarios.judge import Verdict, judge
 from scenarios.settings import with_settings
 from sim.errors import SimulationError
-from sim.record import try_record
+from sim.record import each_record
 from sim.sensors import NoiseStreams, noise_streams
 
 
@@ -56,7 +56,7 @@ def run(prepared: Bench, seed: int) -> Run:
         SimulationError: If a motion cannot be carried out.
         IdentificationError: If the recordings cannot be identified at all.
     """
-    (outcome,) = run_batch([(drawn(prepared, seed), seed)], [pair_streams(seed, {})], threads=2)
+    ((_, outcome),) = run_batch([(drawn(prepared, seed), seed)], [pair_streams(seed, {})], threads=2)
     if isinstance(outcome, Run):
         return outcome
     raise outcome
@@ -87,7 +87,7 @@ def pair_streams(seed: int, replaced: Mapping[str, int]) -> tuple[NoiseStreams, 
 
 def run_batch(
     benches: Sequence[tuple[Bench, int]], streams: Sequence[tuple[NoiseStreams, NoiseStreams]], *, threads: int
-) -> list[Run | SimulationError | IdentificationError]:
+) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
     """Run prepared scenarios in one batch.
 
     Args:
@@ -95,15 +95,21 @@ def run_batch(
         streams: Noise of the two motions of each.
         threads: Threads to step with; outcomes do not depend on it, nor on what else is in the batch.
 
-    Returns:
-        Each one's run, or why there is none.
+    Yields:
+        The number of a bench, with its run or why there is none; one at a time, so that recordings need not be kept.
     """
     started = time.perf_counter()
     experiments = [experiment for prepared, _ in benches for experiment in prepared.experiments]
-    outcomes = try_record(experiments, [stream for pair in streams for stream in pair], threads=threads)
-    share = (time.perf_counter() - started) / max(1, len(benches))
-    pairs = zip(outcomes[::2], outcomes[1::2], strict=True)
-    return [_identified(prepared, seed, pair, share) for (prepared, seed), pair in zip(benches, pairs, strict=True)]
+    waiting: dict[int, Recording | SimulationError] = {}
+    simulate_s = 0.0
+    for k, outcome in each_record(experiments, [stream for pair in streams for stream in pair], threads=threads):
+        simulate_s = simulate_s or (time.perf_counter() - started) / len(benches)
+        if k ^ 1 not in waiting:  # experiments 2 i and 2 i + 1 are a pair
+            waiting[k] = outcome
+            continue
+        other = waiting.pop(k ^ 1)
+        pair = (other, outcome) if k % 2 else (outcome, other)
+        yield k // 2, _identified(*benches[k // 2], pair, simulate_s)
 
 
 def _identified(

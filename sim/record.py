@@ -1,7 +1,7 @@
 """`record`: run a plant's motions in closed loop and return what its cell would have logged."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 
@@ -76,22 +76,27 @@ def try_record(
     experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int
 ) -> list[Recording | SimulationError]:
     """As `record`, but a run that fails is returned as its error and the others are kept."""
-    outcomes: list[Recording | SimulationError | None] = [None] * len(experiments)
+    outcomes = dict(each_record(experiments, streams, threads=threads))
+    return [outcomes[i] for i in range(len(experiments))]
+
+
+def each_record(
+    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int
+) -> Iterator[tuple[int, Recording | SimulationError]]:
+    """As `try_record`, one outcome at a time with the number of its experiment, for whoever does not keep them all."""
     models: dict[tuple[int, bool, float], mujoco.MjModel] = {}
     groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
     for i, (experiment, noise) in enumerate(zip(experiments, streams, strict=True)):
         try:
             prepared = _prepared(experiment, noise, models)
         except PlantError as error:
-            outcomes[i] = error
+            yield i, error
         else:
             samples, period = len(prepared.controller.reference), prepared.controller.period
             groups[samples, period, prepared.substeps, layout(experiment.plant)].append((i, prepared))
     for members in groups.values():
         indices, runs = zip(*members, strict=True)
-        for i, outcome in zip(indices, _run_batch(runs, threads), strict=True):
-            outcomes[i] = outcome
-    return [outcome for outcome in outcomes if outcome is not None]
+        yield from zip(indices, _run_batch(runs, threads), strict=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -138,7 +143,7 @@ def _substeps(experiment: Experiment) -> int:
     return round(ratio)
 
 
-def _run_batch(runs: Sequence[_Run], threads: int) -> list[Recording | SimulationError]:
+def _run_batch(runs: Sequence[_Run], threads: int) -> Iterator[Recording | SimulationError]:
     engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
     q, v = closed_loop(
         engine,
@@ -148,10 +153,9 @@ def _run_batch(runs: Sequence[_Run], threads: int) -> list[Recording | Simulatio
         [run.noise.encoder for run in runs],
     )
     unstable = engine.unstable()
-    return [
-        _fault(run.experiment, run.simulation.model, q[i], v[i], bool(unstable[i])) or _logged(run, q[i], v[i])
-        for i, run in enumerate(runs)
-    ]
+    for i, run in enumerate(runs):
+        fault = _fault(run.experiment, run.simulation.model, q[i], v[i], bool(unstable[i]))
+        yield fault or _logged(run, q[i], v[i])
 
 
 def _logged(run: _Run, q: Array, v: Array) -> Recording:

@@ -19,8 +19,6 @@ FALSE_ALARM = 0.01
 def run_monte_carlo(options: argparse.Namespace, console: Console) -> int:
     """Carry out, sum up, plot; 1 if some joint contradicts the scenario's pass rate."""
     from scenarios.studies.monte_carlo import monte_carlo
-    from scenarios.studies.monte_carlo_report import print_monte_carlo, write_monte_carlo
-    from scenarios.studies.statistics import COLUMNS, joint_statistics
     from scenarios.studies.study import carry_out
 
     scenario = load_scenario(options.scenario)
@@ -28,6 +26,9 @@ def run_monte_carlo(options: argparse.Namespace, console: Console) -> int:
     command = _command("monte-carlo", options)
     with _interruptible(command), _workers(options) as workers:
         folder = carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
+    from scenarios.studies.monte_carlo_report import print_monte_carlo, write_monte_carlo  # plots: after the work
+    from scenarios.studies.statistics import COLUMNS, joint_statistics
+
     rows = folder.table([*COLUMNS, "tolerance"])
     statistics = joint_statistics(rows, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
     console.print(f"Scenario {scenario.name}, {statistics[0].trials} trials from seed {options.seed}")
@@ -39,9 +40,7 @@ def run_monte_carlo(options: argparse.Namespace, console: Console) -> int:
 
 def run_sensitivity(options: argparse.Namespace, console: Console) -> int:
     """Carry out both designs, rank the error sources."""
-    from scenarios.studies.budget import budgets
     from scenarios.studies.sensitivity import sensitivity
-    from scenarios.studies.sensitivity_report import print_budgets, write_budgets
     from scenarios.studies.study import carry_out
 
     scenario = load_scenario(options.scenario)
@@ -49,6 +48,9 @@ def run_sensitivity(options: argparse.Namespace, console: Console) -> int:
     command = _command("sensitivity", options)
     with _interruptible(command), _workers(options) as workers:
         folder = carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
+    from scenarios.studies.budget import budgets  # plots: after the work
+    from scenarios.studies.sensitivity_report import print_budgets, write_budgets
+
     joints = [joint for joint, wanted in enumerate(scenario.table.tolerance.identifiable, 1) if wanted]
     found = budgets(folder.table(), list(scenario.table.sources), joints, options.seed)
     console.print(f"Scenario {scenario.name}, {study.count} trials, {len(scenario.table.sources)} error sources")

@@ -7,11 +7,9 @@ read off the folder.
 import io
 import json
 import os
-import platform
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
 import pandas as pd
@@ -20,10 +18,9 @@ import pyarrow.parquet as pq
 from filelock import FileLock, Timeout
 
 from scenarios.studies.errors import StudyError
+from scenarios.studies.versions import versions
 
 STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
-PACKAGES = ("rx90-drive-gain-testbench", "mujoco", "numpy", "scipy", "pin", "pandas", "pyarrow")
-"""Packages whose versions a study records, and refuses to mix."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,11 +120,6 @@ def study_folder(
         yield StudyFolder(path, rows_per_trial)
     finally:
         lock.release()
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python and of the packages that results depend on."""
-    return {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}}
 
 
 def _refuse_foreign(path: Path) -> None:

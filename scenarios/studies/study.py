@@ -14,15 +14,18 @@ from scenarios.draws import check_draws
 from scenarios.motions import motion_digest
 from scenarios.schema import Scenario
 from scenarios.settings import explicit_table
-from scenarios.studies.errors import StudyError
 from scenarios.studies.execute import GivenUp, completed
 from scenarios.studies.executors import Workers
-from scenarios.studies.folder import StudyFolder, study_folder, versions
+from scenarios.studies.folder import StudyFolder, study_folder
 from scenarios.studies.progress import reporter
-from scenarios.studies.trials import Trial, failed_rows, run_trials
+from scenarios.studies.tasks import Task, run_task
+from scenarios.studies.trials import Trial, failed_rows
+from scenarios.studies.versions import versions
 
 CHUNK = 32
-"""Trials that a worker runs at once, hence most that a crash can cost: 64 simulations in a batch, some 300 MB."""
+"""Trials that a worker runs at once at most, hence all that a crash can cost it: 64 simulations in a batch."""
+CHUNKS_EACH = 4
+"""Chunks per worker that a small study is cut into, so that all workers end at about the same time."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,16 +47,6 @@ class Study:
     trial: Callable[[int], Trial]
     schema: pa.Schema
     identity: Mapping[str, object]
-
-
-@dataclass(frozen=True, slots=True)
-class _Task:
-    """A chunk of trials as it travels to a worker."""
-
-    scenario: Scenario
-    trials: tuple[Trial, ...]
-    schema: pa.Schema
-    versions: Mapping[str, str]
 
 
 def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
@@ -110,25 +103,10 @@ def study_identity(study: Study) -> dict[str, object]:
     }
 
 
-def run_task(task: _Task) -> pa.Table:
-    """Run one chunk, on a worker, on one thread.
-
-    Raises:
-        StudyError: If the worker has other versions than the one who asks: rows would not be the same.
-    """
-    here = versions()
-    for name, wanted in task.versions.items():
-        if here.get(name) != wanted:
-            raise StudyError(
-                f"a worker has {name} {here.get(name)}, the study was begun with {wanted}; install that there"
-            )
-    return run_trials(task.scenario, task.trials, task.schema, threads=1)
-
-
-def _tasks(study: Study, missing: list[int], workers: int) -> Iterator[_Task]:
+def _tasks(study: Study, missing: list[int], workers: int) -> Iterator[Task]:
     """Chunks of consecutive trials, small enough for every worker to get some."""
-    size = max(1, min(CHUNK, -(-len(missing) // workers)))
-    make = partial(_Task, study.scenario, schema=study.schema, versions=versions())
+    size = max(1, min(CHUNK, -(-len(missing) // (CHUNKS_EACH * workers))))
+    make = partial(Task, study.scenario, schema=study.schema, versions=versions())
     start = 0
     while start < len(missing):
         stop = start + 1
@@ -138,7 +116,7 @@ def _tasks(study: Study, missing: list[int], workers: int) -> Iterator[_Task]:
         start = stop
 
 
-def _given_up(task: _Task, outcome: GivenUp) -> pa.Table:
+def _given_up(task: Task, outcome: GivenUp) -> pa.Table:
     rows = [row for trial in task.trials for row in failed_rows(task.scenario, trial, "WorkerDied", outcome.reason, {})]
     return pa.Table.from_pylist(rows, task.schema)
 
@@ -147,6 +125,3 @@ def _failures(rows: pa.Table) -> int:
     """Trials without any estimate."""
     failed = rows.filter(rows["failure"].is_valid())
     return len(failed["trial"].unique())
-
-
-__all__ = ["CHUNK", "Study", "StudyError", "carry_out", "run_task", "study_identity"]

@@ -106,7 +106,8 @@ def run_trials(scenario: Scenario, trials: Sequence[Trial], schema: pa.Schema, *
             [pair_streams(trial.seed, trial.streams) for trial, _, _ in prepared],
             threads=threads,
         )
-        for (trial, ready, settings), outcome in zip(prepared, outcomes, strict=True):
+        for i, outcome in outcomes:
+            trial, ready, settings = prepared[i]
             if isinstance(outcome, Run):
                 rows[trial.number] = _judged_rows(trial, outcome, settings)
             else:

@@ -1,0 +1,80 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from quick import RANDOM, quick_scenario
+from rich.console import Console
+from study_tasks import double, double_or_die
+
+from scenarios.schema import load_scenario
+from scenarios.studies.execute import GivenUp, completed
+from scenarios.studies.executors import dask_workers, local_processes
+from scenarios.studies.monte_carlo import monte_carlo
+from scenarios.studies.study import carry_out
+
+START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    """A scheduler and two worker processes of one thread on loopback; yields the scheduler's file."""
+    folder = tmp_path_factory.mktemp("cluster")
+    file = folder / "scheduler.json"
+    environment = os.environ | {
+        "PYTHONPATH": str(Path(__file__).parent),
+        "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0",
+    }
+    common = ["--scheduler-file", str(file), "--host", "127.0.0.1", "--no-dashboard"]
+    started = []
+    try:
+        for arguments in (
+            ["scheduler", "--port", "0"],
+            ["worker", "--nthreads", "1", "--local-directory", str(folder)],
+            ["worker", "--nthreads", "1", "--local-directory", str(folder)],
+        ):
+            with (folder / f"{len(started)}.log").open("w") as log:
+                command = [sys.executable, "-c", START, *arguments, *common]
+                started.append(
+                    subprocess.Popen(command, stdout=log, stderr=log, env=environment, start_new_session=True)
+                )
+        deadline = time.monotonic() + 60.0
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        yield file
+    finally:
+        for process in reversed(started):  # a worker has a child that works and is started anew
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+@pytest.fixture
+def workers(scheduler):
+    with dask_workers(str(scheduler)) as workers:
+        deadline = time.monotonic() + 60.0
+        while workers.count() < 2 and time.monotonic() < deadline:
+            time.sleep(0.05)
+        yield workers
+
+
+def test_a_cluster_is_an_executor_like_any_other(workers):
+    assert workers.count() == 2
+    assert dict(completed(workers, double, range(40), tick=lambda: None)) == {x: 2 * x for x in range(40)}
+
+
+def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
+    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM))), 8, seed=5)
+    there = carry_out(study, tmp_path / "cluster", workers, command="", console=Console(quiet=True)).table()
+    with local_processes(1) as home:
+        here = carry_out(study, tmp_path / "home", home, command="", console=Console(quiet=True)).table()
+    pd.testing.assert_frame_equal(there, here, check_exact=True)
+
+
+def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
+    found = dict(completed(workers, double_or_die, range(11, 16), tick=lambda: None))
+    assert found.pop(13) == GivenUp("its worker died")
+    assert found == {x: 2 * x for x in range(11, 16) if x != 13}

@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy import stats
 
 from ident.arrays import Array
 from scenarios.errors import ScenarioError
@@ -108,8 +109,6 @@ def settings_from(draw: DrawTable, uniform: Array, table: Mapping[str, object]) 
 
 def _quantiles(draw: DrawTable, uniform: Array) -> Array:
     """The numbers of a distribution of scipy.stats at uniform ones."""
-    from scipy import stats  # nearly a second to import; most scenarios draw nothing
-
     name = draw.distribution or ""
     known = [k for k, v in vars(stats).items() if isinstance(v, stats.rv_continuous | stats.rv_discrete)]
     if name not in known:

@@ -55,14 +55,10 @@ def scheduler(tmp_path_factory):
 @pytest.fixture
 def workers(scheduler):
     with dask_workers(str(scheduler)) as workers:
-        deadline = time.monotonic() + 60.0
-        while workers.count() < 2 and time.monotonic() < deadline:
-            time.sleep(0.05)
         yield workers
 
 
 def test_a_cluster_is_an_executor_like_any_other(workers):
-    assert workers.count() == 2
     assert dict(completed(workers, double, range(40), tick=lambda: None)) == {x: 2 * x for x in range(40)}
 
 

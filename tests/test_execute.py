@@ -1,3 +1,8 @@
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -59,18 +64,36 @@ def test_time_passes_while_nothing_finishes():
     assert len(ticks) >= 2
 
 
-def test_worker_processes_are_gone_afterwards_and_compute_on_one_thread(monkeypatch):
-    import multiprocessing
-    import os
-
-    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+def test_worker_processes_are_gone_afterwards():
     before = set(multiprocessing.active_children())
     with local_processes(2) as workers:
-        pool = workers.open()
-        assert pool.submit(os.getenv, "OMP_NUM_THREADS").result() == "1"
-        pool.submit(time.sleep, 60.0)
+        workers.open().submit(time.sleep, 60.0)
     deadline = time.monotonic() + 10.0
     while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
         time.sleep(0.05)
     assert set(multiprocessing.active_children()) == before
-    assert "OMP_NUM_THREADS" not in os.environ
+
+
+def test_workers_end_when_the_process_that_started_them_is_killed():
+    code = (
+        "import os, signal\n"
+        "from scenarios.studies.executors import local_processes\n"
+        "if __name__ == '__main__':\n"
+        "    with local_processes(1) as workers:\n"
+        "        print(workers.open().submit(os.getpid).result(), flush=True)\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    killed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    deadline = time.monotonic() + 10.0
+    while alive(int(killed.stdout)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not alive(int(killed.stdout))
+
+
+def alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True

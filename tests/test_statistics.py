@@ -3,8 +3,8 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from scenarios import assert_scenario
 from scenarios.errors import ScenarioError
-from scenarios.gate import assert_scenario
 from scenarios.schema import load_scenario
 from scenarios.studies.monte_carlo_report import failures, write_monte_carlo
 from scenarios.studies.pass_rule import allowed_misses, detectable_rate, pass_rule

@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager
@@ -10,7 +11,10 @@ from dataclasses import dataclass
 
 from scenarios.studies.errors import StudyError
 
-THREAD_VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+WORKER = "scenarios.studies.tasks"
+"""What a worker imports."""
+FEWEST = 16
+"""Dask workers that tasks are handed out for at least: a cluster that adapts to its load grows only if it sees some."""
 PATIENCE = 10
 """How long to wait for a Dask scheduler [s]."""
 
@@ -32,27 +36,39 @@ class Workers:
 
 @contextmanager
 def local_processes(jobs: int) -> Generator[Workers]:
-    """Processes of this machine, started fresh (`spawn`), BLAS on one thread each.
+    """Processes of this machine.
 
-    They are ended on the way out, whatever they are doing.
+    They are ended on the way out, whatever they are doing, and end themselves if this process is killed.
 
     Args:
         jobs: How many.
     """
     before = set(multiprocessing.active_children())
-    stated = {name: os.environ.get(name) for name in THREAD_VARIABLES}
-    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read when a worker imports its BLAS
-    context = multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context(prepare_processes())
     try:
-        yield Workers(lambda: ProcessPoolExecutor(jobs, context, initializer=_ignore_interrupt), lambda: jobs)
+        yield Workers(lambda: ProcessPoolExecutor(jobs, context, initializer=_begin_work), lambda: jobs)
     finally:
-        for name, value in stated.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
         for child in set(multiprocessing.active_children()) - before:
             child.terminate()
+
+
+def prepare_processes() -> str:
+    """Start the process that workers are forked from; it imports what they need, while the caller goes on.
+
+    Returns:
+        The start method to use: `forkserver`, or `spawn` where there is none.
+    """
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return "spawn"
+    from multiprocessing import forkserver  # not there on every platform
+
+    multiprocessing.set_forkserver_preload([WORKER])
+    first = threading.current_thread() is threading.main_thread()  # the only one that may handle signals
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if first else None  # inherited: Ctrl-C is for the caller
+    forkserver.ensure_running()
+    if first:
+        signal.signal(signal.SIGINT, handler)
+    return "forkserver"
 
 
 @contextmanager
@@ -79,7 +95,7 @@ def dask_workers(address: str) -> Generator[Workers]:
     with client:
         yield Workers(
             open=lambda: client.get_executor(pure=False),  # a task tried again is no repetition with a known result
-            count=lambda: max(1, sum(client.ncores().values())),
+            count=lambda: max(FEWEST, sum(client.ncores().values())),
             died=KilledWorker,
         )
 
@@ -89,6 +105,14 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _ignore_interrupt() -> None:
-    """Ctrl-C reaches every process of the terminal; the one that asked for the work ends its workers."""
+def _begin_work() -> None:
+    """Leave Ctrl-C, which reaches every process of a terminal, to the one that asked for the work; end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

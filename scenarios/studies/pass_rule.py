@@ -6,8 +6,12 @@ that has every rate is blamed on some joint in less than `false_alarm` of all st
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import pandas as pd
+from scipy import stats
+
+if TYPE_CHECKING:
+    import pandas as pd  # workers import this module and need no tables
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +38,7 @@ class JointRule:
         return self.trials - self.passed <= self.allowed
 
 
-def pass_rule(rows: pd.DataFrame, *, wanted: float, false_alarm: float) -> tuple[JointRule, ...]:
+def pass_rule(rows: "pd.DataFrame", *, wanted: float, false_alarm: float) -> tuple[JointRule, ...]:
     """Apply the rule to every joint.
 
     Args:
@@ -58,13 +62,9 @@ def pass_rule(rows: pd.DataFrame, *, wanted: float, false_alarm: float) -> tuple
 
 def allowed_misses(trials: int, wanted: float, false_alarm: float) -> int:
     """Largest number of misses that a pass rate of `wanted` exceeds in `false_alarm` of studies at most."""
-    from scipy import stats
-
     return int(stats.binom.isf(false_alarm, trials, 1.0 - wanted))
 
 
 def detectable_rate(trials: int, allowed: int, power: float) -> float:
     """Pass rate below which a joint misses the rule with a chance of `power` at least."""
-    from scipy import stats
-
     return float(1.0 - stats.beta.ppf(power, allowed + 1, trials - allowed)) if trials > allowed else 0.0

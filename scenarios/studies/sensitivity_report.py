@@ -131,9 +131,9 @@ def _chart(budgets: Sequence[JointBudget], scenario: Scenario) -> Figure:
     for axis, budget in zip(axes, budgets, strict=True):
         rms = {cost.source: 100.0 * cost.rms.value for cost in budget.costs}
         axis.barh(at, [rms.get(source, 0.0) for source in order], color="C0", height=0.7)
-        axis.axvline(100.0 * budget.together, color="C3", linestyle="--", linewidth=1.0)
+        axis.axvline(100.0 * budget.together, color="C3", linestyle="--", linewidth=1.0, label="all together")
         axis.set_title(f"joint {budget.joint}", fontsize=10)
         axis.set_xlabel("rms error [%]")
     axes[0].set_yticks(at, order)
-    axes[-1].annotate("all together", (0.98, 0.02), xycoords="axes fraction", ha="right", fontsize=8, color="C3")
+    axes[-1].legend(loc="lower center", fontsize=8, frameon=False)
     return figure

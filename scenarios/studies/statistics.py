@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from scenarios.studies.pass_rule import JointRule, pass_rule
 
@@ -73,8 +74,6 @@ def statistics_table(statistics: tuple[JointStatistics, ...]) -> pd.DataFrame:
 
 
 def _one_joint(rule: JointRule, rows: pd.DataFrame) -> JointStatistics:
-    from scipy import stats
-
     interval = stats.binomtest(rule.passed, rule.trials).proportion_ci(CONFIDENCE, method="exact")
     failed = int(np.count_nonzero(rows["failure"].notna()))
     found = rows[rows["identifiable"]]

@@ -108,7 +108,7 @@ class _Lines:
         self._last = now
         left = f", {_duration((count.total - count.done) / count.rate)} left" if count.finished else ""
         done = f"{count.done} of {count.total} trials, {count.rate:.1f} a second{left}, {count.failed} failed"
-        self._console.print(f"{self._label}: {done}")
+        self._console.print(f"{self._label}: {done}", soft_wrap=True)
 
 
 def _duration(seconds: float) -> str:

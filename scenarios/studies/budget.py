@@ -10,7 +10,8 @@ from scipy import stats
 from ident.arrays import Array
 from scenarios.studies.sensitivity import ALL, ALONE, NONE, SOBOL
 
-CONFIDENCE = 0.95
+TAILS = (2.5, 97.5)
+"""Percentiles of the bootstrap that its intervals end at."""
 RESAMPLES = 1000
 
 
@@ -95,20 +96,20 @@ def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interv
         AB: On A with the columns of source k from B, shape (d, n).
         seed: Of the bootstrap.
     """
-    found = stats.sobol_indices(func={"f_A": A[None], "f_B": B[None], "f_AB": AB[:, None]}, n=len(A))
-    spread = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
-    return tuple(  # pyright: ignore[reportReturnType]
-        [
-            Interval(value=float(value), low=float(low), high=float(high))
-            for value, low, high in zip(
-                getattr(found, f"{order}_order").ravel(),
-                getattr(spread, f"{order}_order").confidence_interval.low.ravel(),
-                getattr(spread, f"{order}_order").confidence_interval.high.ravel(),
-                strict=True,
-            )
-        ]
-        for order in ("first", "total")
+    picks = np.random.default_rng(seed).integers(len(A), size=(RESAMPLES, len(A)))
+    found = _sobol(A, B, AB)  # (2, d)
+    low, high = np.percentile([_sobol(A[k], B[k], AB[:, k]) for k in picks], TAILS, axis=0)
+    first, total = (
+        [Interval(value=float(v), low=float(x), high=float(y)) for v, x, y in zip(*order, strict=True)]
+        for order in zip(found, low, high, strict=True)
     )
+    return first, total
+
+
+def _sobol(A: Array, B: Array, AB: Array) -> Array:
+    """First and total order indices, shape (2, d)."""
+    found = stats.sobol_indices(func={"f_A": A[None], "f_B": B[None], "f_AB": AB[:, None]}, n=len(A))
+    return np.array([found.first_order.ravel(), found.total_order.ravel()])
 
 
 def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: int) -> JointBudget:
@@ -170,5 +171,5 @@ def _rms(error: Array, seed: int) -> Interval:
         return Interval(value=value, low=value, high=value)
     picks = np.random.default_rng(seed).integers(len(error), size=(RESAMPLES, len(error)))
     resampled = np.sqrt(np.mean(error[picks] ** 2, axis=1))
-    low, high = np.percentile(resampled, [50.0 * (1.0 - CONFIDENCE), 50.0 * (1.0 + CONFIDENCE)])
+    low, high = np.percentile(resampled, TAILS)
     return Interval(value=value, low=float(low), high=float(high))

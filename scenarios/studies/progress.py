@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 LINE_EVERY = 10.0
 """Time between two lines without a terminal [s]."""
@@ -46,7 +46,7 @@ def reporter(label: str, total: int, done: int, console: Console) -> Generator[R
     )
     with Progress(*columns, console=console, speed_estimate_period=300.0) as progress:
         task = progress.add_task(label, total=total, completed=done, rate="", failed=0)
-        yield _Bar(progress, int(task), _Count(total, done))
+        yield _Bar(progress, task, _Count(total, done))
 
 
 @dataclass(slots=True)
@@ -74,14 +74,8 @@ class _Count:
 
 
 class _Bar:
-    def __init__(self, progress: Progress, task: int, count: _Count) -> None:
-        self._progress, self._task, self._count = progress, self._id(task), count
-
-    @staticmethod
-    def _id(task: int):
-        from rich.progress import TaskID
-
-        return TaskID(task)
+    def __init__(self, progress: Progress, task: TaskID, count: _Count) -> None:
+        self._progress, self._task, self._count = progress, task, count
 
     def advance(self, trials: int, failed: int) -> None:
         self._count.add(trials, failed)

@@ -50,6 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return command(options, _console())
     except (IdentificationError, SimulationError, ScenarioError) as error:
         print(f"rx90: {error}", file=sys.stderr)  # noqa: T201
+    except BrokenPipeError:
+        raise
     except OSError as error:
         print(f"rx90: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)  # noqa: T201
     return BAD_INPUT
@@ -150,8 +152,16 @@ def _excite(options: argparse.Namespace, console: Console) -> int:
 def _console() -> Console:
     """A console that wraps at words on a terminal, and not at all into a pipe or file."""
     if sys.stdout.isatty():
-        return Console(highlight=False, markup=False)
-    return Console(highlight=False, markup=False, soft_wrap=True, width=200)
+        return _Console(highlight=False, markup=False)
+    return _Console(highlight=False, markup=False, soft_wrap=True, width=200)
+
+
+class _Console(Console):
+    """A console whose reader may leave."""
+
+    def on_broken_pipe(self) -> None:
+        """Leave the exit status to `__main__`; Rich would say 1, which is a missed tolerance here."""
+        raise BrokenPipeError
 
 
 class _OneLineParser(argparse.ArgumentParser):
@@ -197,7 +207,11 @@ def _parser() -> argparse.ArgumentParser:
     for studying in (sampling, budgeting):
         studying.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
         studying.add_argument(
-            "--out", type=Path, required=True, metavar="DIR", help="folder of the study; what it already holds is kept"
+            "--out",
+            type=_folder,
+            required=True,
+            metavar="DIR",
+            help="folder of the study; what it already holds is kept",
         )
         studying.add_argument("--seed", type=_seed, default=0, help="seed of the first trial (default 0)")
         where = studying.add_mutually_exclusive_group()
@@ -256,15 +270,28 @@ OPTION_HELP = {
 }
 
 
+def _whole(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
+
+
 def _seed(text: str) -> int:
-    value = int(text)
+    value = _whole(text)
     if not 0 <= value < 2**31:
         raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^31 - 1")
     return value
 
 
+def _folder(text: str) -> Path:
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a folder")
+    return Path(text)
+
+
 def _harmonics(text: str) -> int:
-    value = int(text)
+    value = _whole(text)
     if value < 2:
         raise argparse.ArgumentTypeError("a motion at rest at both ends needs 2 or more")
     return value
@@ -278,7 +305,7 @@ def _not_negative(text: str) -> float:
 
 
 def _count(text: str) -> int:
-    value = int(text)
+    value = _whole(text)
     if value < 1:
         raise argparse.ArgumentTypeError("expected 1 or more")
     return value

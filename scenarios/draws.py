@@ -11,10 +11,13 @@ import numpy as np
 from scipy import stats
 
 from ident.arrays import Array
+from ident.errors import IdentificationError
+from scenarios.build import bench
 from scenarios.errors import ScenarioError
 from scenarios.schema import DrawTable, Scenario
-from scenarios.settings import Value, explicit_table, value_at
+from scenarios.settings import Value, explicit_table, value_at, with_settings
 from scenarios.tables import nearest
+from sim.errors import SimulationError
 
 CHECKED_AT = (1e-3, 0.5, 1.0 - 1e-3)
 """Quantiles that a distribution must give before it is used."""
@@ -63,7 +66,9 @@ def check_draws(scenario: Scenario) -> None:
             try:
                 for u in CHECKED_AT:
                     settings_from(draw, np.full(numbers_needed(draw, table), u), table)
-            except ScenarioError as error:
+                for value in draw.choice or ():
+                    bench(with_settings(scenario, dict.fromkeys(draw.targets, value)))
+            except (ScenarioError, SimulationError, IdentificationError) as error:
                 raise ScenarioError(f"{scenario.name}: {group}.{name}: {error}") from error
 
 
@@ -86,8 +91,6 @@ def settings_from(draw: DrawTable, uniform: Array, table: Mapping[str, object]) 
     Raises:
         ScenarioError: If target, distribution or parameters do not exist or do not fit.
     """
-    if (draw.choice is None) == (draw.distribution is None):
-        raise ScenarioError("give either a distribution or a choice")
     if draw.choice is not None:
         if not draw.choice:
             raise ScenarioError("choice is empty")
@@ -126,11 +129,12 @@ def _quantiles(draw: DrawTable, uniform: Array) -> Array:
         raise ScenarioError(f"{name} needs the parameter {', '.join(missing)}")
     stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
     try:
-        numbers = np.asarray(distribution.ppf(uniform, **draw.parameters), dtype=np.float64)
+        with np.errstate(all="ignore"):
+            numbers = np.asarray(distribution.ppf(uniform, **draw.parameters), dtype=np.float64)
     except ValueError as error:
         raise ScenarioError(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}") from error
     if not np.isfinite(numbers).all():
-        raise ScenarioError(f"{name} with {stated} gives no finite numbers")
+        raise ScenarioError(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
     if numbers.shape != uniform.shape:
         raise ScenarioError(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
     return numbers

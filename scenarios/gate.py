@@ -1,8 +1,10 @@
 """`assert_scenario`: hold a scenario's accuracy in a pytest suite, with a stated false-alarm rate."""
 
 from collections.abc import Iterable
+from operator import index
 from typing import TYPE_CHECKING
 
+from scenarios.draws import check_draws
 from scenarios.errors import ScenarioError
 from scenarios.schema import load_scenario
 from scenarios.studies.pass_rule import JointRule, allowed_misses, detectable_rate, pass_rule
@@ -14,6 +16,8 @@ if TYPE_CHECKING:
 FALSE_ALARM = 0.01
 """Chance that a scenario whose joints all have the wanted pass rate fails the assertion, at most."""
 POWER = 0.95
+SEEDS = 2**31
+"""Seeds end before this, as those of the command line."""
 BATCH = 32
 """Seeds simulated at once."""
 
@@ -42,9 +46,10 @@ def assert_scenario(
     """
     import pandas as pd  # half a second that `rx90 run` does without
 
-    loaded, seeds = load_scenario(scenario), list(seeds)
-    if not seeds or not 0.0 < false_alarm < 1.0:
-        raise ScenarioError(f"{loaded.name}: give at least one seed and a false-alarm rate between 0 and 1")
+    loaded, seeds = load_scenario(scenario), _checked(seeds)
+    if not 0.0 < false_alarm < 1.0:
+        raise ScenarioError(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
+    check_draws(loaded)
     wanted = loaded.table.tolerance.pass_rate
     if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
         seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
@@ -59,6 +64,20 @@ def assert_scenario(
     if missed:
         raise AssertionError(_complaint(loaded.name, missed, rows))
     return rules
+
+
+def _checked(seeds: Iterable[int]) -> list[int]:
+    """Seeds that are whole numbers, each once: a repeated trial is no second one."""
+    checked: list[int] = []
+    for seed in seeds:
+        if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= index(seed) < SEEDS:
+            raise ScenarioError(f"seed {seed!r}: expected a whole number from 0 to 2^31 - 1")
+        checked.append(index(seed))
+    if not checked:
+        raise ScenarioError("give at least one seed")
+    if len(set(checked)) < len(checked):
+        raise ScenarioError("a seed is given twice; a repeated trial is no second one")
+    return checked
 
 
 def _complaint(name: str, missed: list[JointRule], rows: "pd.DataFrame") -> str:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ident.gains import GainOptions
+from ident.identify import METHODS
 from ident.observation import ObserveOptions
 from scenarios.errors import ScenarioError
 from scenarios.tables import nearest, scenario_table
@@ -23,6 +24,8 @@ Share = Annotated[float, Field(gt=0.0, lt=1.0)]
 Target = str | tuple[str, ...]
 
 
+DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
+"""Beginnings of the places that a run or a source may change."""
 TABLES_OF_TABLES = ("random", "sources")
 """Keys whose tables have names of the user's choice."""
 
@@ -196,11 +199,12 @@ def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, wh
         parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
         first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
-        place = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]")))
+        place = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str")))
         what = first["msg"][0].lower() + first["msg"][1:]
         got = "" if first["type"] == "missing" else f", got {first['input']!r}"
         raise ScenarioError(f"{where}: {place}: {what}{got}") from error
     _check_lengths(parsed, where)
+    _check_draws(parsed, where)
     return Scenario(name, folder, parsed)
 
 
@@ -250,3 +254,29 @@ def _check_lengths(table: ScenarioTable, path: str) -> None:
             raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
     if not all(table.belief.controller_gain):
         raise ScenarioError(f"{path}: belief.controller_gain: a gain of zero commands nothing")
+    method = table.identification.method
+    if method not in METHODS:
+        raise ScenarioError(f"{path}: identification.method: unknown {method!r}{nearest(method, METHODS)}")
+
+
+def _check_draws(table: ScenarioTable, path: str) -> None:
+    """Every draw changes places of its own, in a way that is said once."""
+    groups: tuple[tuple[str, Mapping[str, DrawTable]], ...] = (("random", table.random), ("sources", table.sources))
+    for group, draws in groups:
+        owner: dict[str, str] = {}
+        for name, draw in draws.items():
+            where = f"{path}: {group}.{name}"
+            stream = draw.stream if isinstance(draw, SourceTable) else None
+            ways = [way for way in (draw.distribution, draw.choice, stream) if way is not None]
+            if len(ways) != 1:
+                raise ScenarioError(f"{where}: give either a distribution, or a choice, or for a source its stream")
+            if isinstance(draw, SourceTable) and draw.size is not None and stream is None:
+                raise ScenarioError(f"{where}: size is of a noise; a drawn source has its size from its distribution")
+            if not draw.targets:
+                raise ScenarioError(f"{where}: target names no place")
+            for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
+                if stream is None and not place.startswith(DRAWABLE):
+                    raise ScenarioError(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
+                if place in owner:
+                    raise ScenarioError(f"{where}: {place} is taken by {group}.{owner[place]}; draw a place once")
+                owner[place] = name

@@ -6,6 +6,10 @@ from math import inf, isfinite
 from sim.errors import PlantError
 
 _RANGES = {
+    "base_tilt_x": (-0.5, 0.5, "0.5 rad at most"),
+    "base_tilt_y": (-0.5, 0.5, "0.5 rad at most"),
+    "d3_error": (-0.1, 0.1, "0.1 m at most"),
+    "r4_error": (-0.1, 0.1, "0.1 m at most"),
     "wrist_coupling": (0.0, 1.0, "a share from 0 to 1"),
     "gravity_spring": (0.0, inf, "0 N/m or more"),
     "stribeck": (0.0, inf, "a share of 0 or more"),

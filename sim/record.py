@@ -171,16 +171,20 @@ def _logged(run: _Run, q: Array, v: Array) -> Recording:
 def _fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, unstable: bool) -> SimulationError | None:
     """Why a run is no recording, None if it is one."""
     n, rate = v.shape[1], e.controller.rate_hz
+    if unstable or not np.isfinite(q).all():
+        return Diverged(f"{e.name}: the simulation diverged; use a smaller step, a softer controller, a possible plant")
     names = [model.joint(j).name for j in range(n)]  # of the arm; motors of their own come behind
     run = max(1, round(SATURATED_TOO_LONG * rate))
     at_limit = np.abs(v) >= e.plant.drives.current_limit
-    held = np.cumsum(at_limit, axis=0) if at_limit.any() else np.zeros((run + 1, n))
+    held = np.zeros((len(v) + 1, n), dtype=np.int64)  # samples at the limit before each one
+    if at_limit.any():
+        np.cumsum(at_limit, axis=0, out=held[1:])
     long = (held[run:] - held[:-run]) == run
     if long.any():
         k, j = np.argwhere(long)[0]
         return Saturated(
             f"{e.name}: drive of {names[j]} at its limit of {e.plant.drives.current_limit[j]:g} for more than "
-            f"{SATURATED_TOO_LONG:g} s from t = {(k + 1) / rate:.3f} s; "
+            f"{SATURATED_TOO_LONG:g} s from t = {k / rate:.3f} s; "
             + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
         )
     beyond = (q < model.jnt_range[:n, 0]) | (q > model.jnt_range[:n, 1])
@@ -191,6 +195,4 @@ def _fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, unstable: b
             f"{e.name}: {names[j]} at {q[k, j]:.3f} rad leaves its range {low:.3f} to {high:.3f} rad "
             f"at t = {k / rate:.3f} s; use another motion or a stiffer controller"
         )
-    if unstable or not np.isfinite(q).all():
-        return Diverged(f"{e.name}: the simulation diverged; use a smaller step or a softer controller")
     return None

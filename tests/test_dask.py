@@ -3,15 +3,17 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pandas as pd
 import pytest
 from quick import RANDOM, quick_scenario
 from rich.console import Console
-from study_tasks import double, double_or_die
+from study_tasks import double, double_or_die, slow_double
 
 from scenarios.schema import load_scenario
+from scenarios.studies.errors import StudyError
 from scenarios.studies.execute import GivenUp, completed
 from scenarios.studies.executors import dask_workers, local_processes
 from scenarios.studies.monte_carlo import monte_carlo
@@ -20,23 +22,19 @@ from scenarios.studies.study import carry_out
 START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
 
 
-@pytest.fixture(scope="module")
-def scheduler(tmp_path_factory):
-    """A scheduler and two worker processes of one thread on loopback; yields the scheduler's file."""
-    folder = tmp_path_factory.mktemp("cluster")
+@contextmanager
+def cluster(folder: Path):
+    """A scheduler and two worker processes of one thread on loopback; yields the scheduler's file and process."""
     file = folder / "scheduler.json"
     environment = os.environ | {
         "PYTHONPATH": str(Path(__file__).parent),
         "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0",
     }
     common = ["--scheduler-file", str(file), "--host", "127.0.0.1", "--no-dashboard"]
+    worker = ["worker", "--nthreads", "1", "--local-directory", str(folder)]
     started = []
     try:
-        for arguments in (
-            ["scheduler", "--port", "0"],
-            ["worker", "--nthreads", "1", "--local-directory", str(folder)],
-            ["worker", "--nthreads", "1", "--local-directory", str(folder)],
-        ):
+        for arguments in (["scheduler", "--port", "0"], worker, worker):
             with (folder / f"{len(started)}.log").open("w") as log:
                 command = [sys.executable, "-c", START, *arguments, *common]
                 started.append(
@@ -45,11 +43,18 @@ def scheduler(tmp_path_factory):
         deadline = time.monotonic() + 60.0
         while not file.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
-        yield file
+        yield file, started[0]
     finally:
         for process in reversed(started):  # a worker has a child that works and is started anew
-            os.killpg(process.pid, signal.SIGKILL)
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
             process.wait()
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    with cluster(tmp_path_factory.mktemp("cluster")) as (file, _):
+        yield file
 
 
 @pytest.fixture
@@ -74,3 +79,20 @@ def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
     found = dict(completed(workers, double_or_die, range(11, 16), tick=lambda: None))
     assert found.pop(13) == GivenUp("its worker died")
     assert found == {x: 2 * x for x in range(11, 16) if x != 13}
+
+
+def test_a_scheduler_that_dies_ends_the_study_and_makes_no_rows(tmp_path, caplog):
+    with cluster(tmp_path) as (file, process), dask_workers(str(file)) as workers:
+        found = completed(workers, slow_double, range(100), tick=lambda: None)
+        next(found)
+        os.killpg(process.pid, signal.SIGKILL)
+        with pytest.raises(StudyError, match="the scheduler that hands out the work is gone"):
+            dict(found)
+
+
+def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
+    with (
+        pytest.raises(StudyError, match=r"scheduler\.json: no such scheduler file"),
+        dask_workers(str(tmp_path / "scheduler.json")),
+    ):
+        pass

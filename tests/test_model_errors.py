@@ -276,6 +276,8 @@ def test_plants_of_one_layout_have_models_of_one_size():
         ({"stribeck_speed": 0.0}, r"errors: stribeck_speed = 0 rad/s: expected a positive number"),
         ({"coulomb_drift": -1.5}, r"errors: coulomb_drift = -1\.5: expected -1 or more"),
         ({"base_tilt_x": np.inf}, r"errors: base_tilt_x = inf: expected a finite number"),
+        ({"r4_error": -0.5}, r"errors: r4_error = -0\.5: expected 0\.1 m at most"),
+        ({"base_tilt_x": 3.0}, r"errors: base_tilt_x = 3: expected 0\.5 rad at most"),
         (
             {"joint_compliance": (1e-4, 0.0)},
             r"errors: joint_compliance = \[0\.0001, 0\.0\] rad/\(N m\): expected posit",
@@ -290,7 +292,6 @@ def test_impossible_errors_are_refused(values, message):
 @pytest.mark.parametrize(
     ("values", "drives", "message"),
     [
-        ({"r4_error": -0.5}, {}, r"r4_error = -0\.5 m: link4 is drawn 0\.45 m from its parent"),
         (
             {"wrist_coupling": 1.0},
             {"coulomb_friction": np.array([1.0, 1, 1, 1, 1, 2])},

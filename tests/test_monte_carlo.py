@@ -15,8 +15,9 @@ from rich.console import Console
 
 import scenarios.studies.study as module
 from scenarios.cli import main
+from scenarios.draws import drawn_settings
 from scenarios.schema import load_scenario
-from scenarios.studies import tasks
+from scenarios.studies import tasks, trials
 from scenarios.studies.errors import StudyError
 from scenarios.studies.executors import Workers
 from scenarios.studies.monte_carlo import monte_carlo
@@ -169,10 +170,48 @@ def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkey
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
 
 
+def test_an_error_that_nobody_foresaw_costs_its_own_trial_alone(scenario, monkeypatch):
+    def failing(prepared, seed):
+        if seed == 6:
+            raise MemoryError("no room for trial 1")
+        return drawn_settings(prepared, seed)
+
+    loaded = load_scenario(str(scenario))
+    study = monte_carlo(loaded, 4, seed=5)
+    monkeypatch.setattr(trials, "drawn_settings", failing)
+    some = [study.trial(number) for number in range(4)]
+    together = trials.run_trials(loaded, some, study.schema, threads=1).to_pandas()
+    apart = [trials.run_trials(loaded, [trial], study.schema, threads=1).to_pandas() for trial in some]
+    pd.testing.assert_frame_equal(together, pd.concat(apart, ignore_index=True), check_exact=True)
+    assert together.loc[together["failure"] == "MemoryError", "trial"].tolist() == [1] * 6
+
+
+def test_two_trials_that_fail_are_no_pass(tmp_path, capsys):
+    path = quick_scenario(
+        tmp_path, "[plant.payload]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
+    )
+    assert main(["monte-carlo", str(path), "-n", "2", "--jobs", "1", "--out", str(tmp_path / "out")]) == 1
+    output = capsys.readouterr().out
+    assert "2 trials failed: Saturated." in output
+    assert "MISSED on joint 1, 2, 3, 4, 5, 6 (too few trials to judge a pass rate)." in output
+
+
+def test_a_reader_who_leaves_is_no_missed_tolerance():
+    pipe = subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m scenarios list | true; echo ${{PIPESTATUS[0]}}"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert pipe.stdout.strip() in ("141", "0")  # 0 if it had written before the reader left
+    assert pipe.stderr == ""
+
+
 @pytest.mark.parametrize(
     ("more", "message"),
     [
         (["-n", "0"], "argument -n: expected 1 or more"),
+        (["-n", "many"], "argument -n: 'many' is no whole number"),
         (["-n", "5", "--jobs", "1", "--dask", "tcp://127.0.0.1:1"], "not allowed with argument"),
         (["-n", "5", "--dask", "tcp://127.0.0.1:1"], "no Dask scheduler answers at tcp://127.0.0.1:1"),
     ],

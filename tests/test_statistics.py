@@ -102,3 +102,8 @@ def test_too_few_seeds_to_fail_are_refused():
         assert_scenario("nominal", seeds=[0])
     with pytest.raises(ScenarioError, match="give at least one seed"):
         assert_scenario("nominal", seeds=[])
+    for seed in (1.0, "a", -1, 2**31, True):
+        with pytest.raises(ScenarioError, match="expected a whole number from 0 to"):
+            assert_scenario("nominal", seeds=[0, seed])
+    with pytest.raises(ScenarioError, match="a seed is given twice"):
+        assert_scenario("nominal", seeds=[3, 4, 3])

@@ -84,13 +84,28 @@ def test_a_damaged_record_is_refused(tmp_path, text):
 
 def test_strange_or_damaged_parts_are_refused(tmp_path):
     with opened(tmp_path) as folder:
-        (folder.trials / "notes.parquet").write_bytes(b"x")
-        with pytest.raises(StudyError, match=r"notes\.parquet: no part of a study; move it away"):
+        for name in ("notes.parquet", "notes.txt"):
+            (folder.trials / name).write_bytes(b"x")
+            with pytest.raises(StudyError, match=rf"{name}: no part of a study; move it away"):
+                folder.finished()
+            (folder.trials / name).unlink()
+        folder.write_part(0, 2, part(0, 2).slice(0, 5))
+        with pytest.raises(StudyError, match="5 rows, not those of trials 0 to 2"):
             folder.finished()
-        (folder.trials / "notes.parquet").unlink()
-        folder.write_part(0, 3, part(0, 2))
-        with pytest.raises(StudyError, match="6 rows, not those of trials 0 to 3"):
-            folder.finished()
+
+
+def test_a_part_under_another_name_or_twice_is_refused(tmp_path):
+    with opened(tmp_path) as folder:
+        folder.write_part(0, 3, part(0, 3))
+        whole = folder.trials / "00000000-00000003.parquet"
+        for name in ("00000004-00000007.parquet", "0-3.parquet"):
+            (folder.trials / name).write_bytes(whole.read_bytes())
+            with pytest.raises(StudyError, match=rf"{name}: holds trials 0 to 3; move it away"):
+                folder.missing(10)
+            (folder.trials / name).unlink()
+        folder.write_part(3, 4, part(3, 4))
+        with pytest.raises(StudyError, match=r"00000003-00000004\.parquet: its trials are in 0"):
+            folder.missing(10)
 
 
 def test_one_study_is_open_in_one_place_at_a_time(tmp_path):

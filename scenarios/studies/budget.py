@@ -32,7 +32,7 @@ class SourceCost:
         joint: Joint number, from 1.
         source: Its name.
         trials: Trials of the source alone that gave a gain.
-        bias: Mean relative error it makes alone.
+        bias: Mean relative error it makes alone, that of the method with every source off included.
         rms: Root mean square of the relative error it makes alone.
         share: Of the sum of all sources' mean squares.
         first, total: Sobol indices: share of the error's variance that goes if the source is known, and that stays if
@@ -71,8 +71,11 @@ class JointBudget:
 
     @property
     def summed(self) -> float:
-        """Root of the sum of the sources' mean squares: equals `together` if errors add up independently."""
-        return float(np.sqrt(sum(cost.rms.value**2 for cost in self.costs)))
+        """What `together` would be if the errors of independent sources added up: variances, and biases by sign."""
+        floor = self.floor or 0.0
+        bias = floor + sum(cost.bias - floor for cost in self.costs)
+        variance = sum(cost.rms.value**2 - cost.bias**2 for cost in self.costs)
+        return float(np.sqrt(variance + bias**2))
 
 
 def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[JointBudget, ...]:

@@ -5,10 +5,12 @@ import shlex
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console
 
 from scenarios.schema import load_scenario
+from scenarios.studies.errors import StudyError
 from scenarios.studies.executors import Workers, dask_workers, local_processes, usable_cores
 
 PASSED, MISSED, INTERRUPTED = 0, 1, 130
@@ -31,9 +33,12 @@ def run_monte_carlo(options: argparse.Namespace, console: Console) -> int:
 
     rows = folder.table([*COLUMNS, "tolerance"])
     statistics = joint_statistics(rows, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
-    console.print(f"Scenario {scenario.name}, {statistics[0].trials} trials from seed {options.seed}")
+    trials = statistics[0].trials
+    more = f" (the folder holds more than the {options.trials} asked for)" if trials > options.trials else ""
+    console.print(f"Scenario {scenario.name}, {trials} trials from seed {options.seed}{more}")
     print_monte_carlo(statistics, rows, console)
-    written = write_monte_carlo(statistics, rows, scenario, options.out)
+    with _summary(options.out):
+        written = write_monte_carlo(statistics, rows, scenario, options.out)
     console.print(f"Rows in {options.out / 'trials'}; {', '.join(path.name for path in written)} in {options.out}.")
     return PASSED if all(joint.held for joint in statistics) else MISSED
 
@@ -53,9 +58,13 @@ def run_sensitivity(options: argparse.Namespace, console: Console) -> int:
 
     joints = [joint for joint, wanted in enumerate(scenario.table.tolerance.identifiable, 1) if wanted]
     found = budgets(folder.table(), list(scenario.table.sources), joints, options.seed)
+    if not all(budget.costs for budget in found):
+        silent = ", ".join(str(budget.joint) for budget in found if not budget.costs)
+        raise StudyError(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
     console.print(f"Scenario {scenario.name}, {study.count} trials, {len(scenario.table.sources)} error sources")
     print_budgets(found, console)
-    written = write_budgets(found, scenario, options.out)
+    with _summary(options.out):
+        written = write_budgets(found, scenario, options.out)
     console.print(f"Rows in {options.out / 'trials'}; {', '.join(path.name for path in written)} in {options.out}.")
     return PASSED
 
@@ -64,6 +73,18 @@ def run_sensitivity(options: argparse.Namespace, console: Console) -> int:
 def _workers(options: argparse.Namespace) -> Generator[Workers]:
     with dask_workers(options.dask) if options.dask else local_processes(options.jobs or usable_cores()) as workers:
         yield workers
+
+
+@contextmanager
+def _summary(folder: Path) -> Generator[None]:
+    """What cannot be written of a summary loses no row."""
+    try:
+        yield
+    except OSError as error:
+        raise StudyError(
+            f"{folder}: the summary cannot be written: {error.strerror or error}; the rows are there, make room and "
+            "repeat the command"
+        ) from error
 
 
 @contextmanager

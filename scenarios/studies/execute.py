@@ -6,12 +6,12 @@ tried once more with nothing beside it; one that fails alone too is given up, wi
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from scenarios.studies.errors import StudyError
-from scenarios.studies.executors import Workers
+from scenarios.studies.executors import GONE, Workers
 
 AHEAD = 2
 """Tasks handed out per worker, so that none waits for its next one."""
@@ -97,6 +97,8 @@ class _Pool(Generic[Task, Result]):
     def finished(self, tick: Callable[[], None]) -> list[tuple[Task, Result | GivenUp]]:
         """Wait until some tasks finish."""
         while not (done := wait(self.running, timeout=TICK, return_when=FIRST_COMPLETED).done):
+            if not self._workers.reachable():
+                raise StudyError(GONE)
             tick()
         outcomes: list[tuple[Task, Result | GivenUp]] = []
         for future in done:
@@ -115,6 +117,8 @@ class _Pool(Generic[Task, Result]):
             return future.result()
         except StudyError:
             raise
+        except CancelledError as error:  # by nobody here
+            raise StudyError(GONE) from error
         except self._workers.died as error:
             if isinstance(error, BrokenExecutor):
                 self.close()

@@ -1,5 +1,6 @@
 """Executors: where trials run. Anything of `concurrent.futures` will do; two are ready to use."""
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -8,11 +9,17 @@ from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scenarios.studies.errors import StudyError
 
+if TYPE_CHECKING:
+    from distributed import Client
+
 WORKER = "scenarios.studies.tasks"
 """What a worker imports."""
+GONE = "the scheduler that hands out the work is gone; what is finished is kept, repeat the command"
 FEWEST = 16
 """Dask workers that tasks are handed out for at least: a cluster that adapts to its load grows only if it sees some."""
 PATIENCE = 10
@@ -27,11 +34,13 @@ class Workers:
         open: Makes an executor; called again when a dying worker has broken the last one.
         count: Workers there are now, for how many tasks to hand out ahead.
         died: What a task's future raises when its worker has died.
+        reachable: Whether the executor can still be spoken to.
     """
 
     open: Callable[[], Executor]
     count: Callable[[], int]
     died: type[Exception] = BrokenExecutor
+    reachable: Callable[[], bool] = lambda: True
 
 
 @contextmanager
@@ -85,6 +94,9 @@ def dask_workers(address: str) -> Generator[Workers]:
         from distributed import Client, KilledWorker
     except ImportError as error:
         raise StudyError("Dask is not installed; install the extra: pip install '.[cluster]'") from error
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it has to say is said in one line here
+    if address.endswith(".json") and not Path(address).is_file():
+        raise StudyError(f"{address}: no such scheduler file; start `dask scheduler --scheduler-file {address}` first")
     try:
         if address.endswith(".json"):
             client = Client(scheduler_file=address, timeout=PATIENCE)
@@ -95,9 +107,17 @@ def dask_workers(address: str) -> Generator[Workers]:
     with client:
         yield Workers(
             open=lambda: client.get_executor(pure=False),  # a task tried again is no repetition with a known result
-            count=lambda: max(FEWEST, sum(client.ncores().values())),
+            count=lambda: _cores_of(client),
             died=KilledWorker,
+            reachable=lambda: client.status in ("running", "connecting"),
         )
+
+
+def _cores_of(client: "Client") -> int:
+    try:
+        return max(FEWEST, sum(client.ncores().values()))
+    except OSError as error:
+        raise StudyError(GONE) from error
 
 
 def usable_cores() -> int:

@@ -5,6 +5,7 @@ read off the folder.
 """
 
 import io
+import itertools
 import json
 import os
 from collections.abc import Generator, Mapping, Sequence
@@ -46,17 +47,30 @@ class StudyFolder:
         Raises:
             StudyError: If a file is no part, or not whole.
         """
-        parts: list[range] = []
-        for path in sorted(self.trials.glob("*.parquet")):
-            try:
-                first, last = (int(number) for number in path.stem.split("-"))
-                rows = pq.read_metadata(path).num_rows
-            except (ValueError, OSError) as error:
-                raise StudyError(f"{path}: no part of a study; move it away") from error
-            if rows != (last - first + 1) * self.rows_per_trial:
-                raise StudyError(f"{path}: {rows} rows, not those of trials {first} to {last}; move it away")
-            parts.append(range(first, last + 1))
+        parts = sorted((self._part(path) for path in self.trials.iterdir()), key=lambda part: part.start)
+        for before, after in itertools.pairwise(parts):
+            if after.start < before.stop:
+                raise StudyError(
+                    f"{self.trials / part_name(after)}: its trials are in {part_name(before)} too; move one away"
+                )
         return parts
+
+    def _part(self, path: Path) -> range:
+        """The trials of one file, if it is a whole part under its own name."""
+        try:
+            first, last = (int(number) for number in path.stem.split("-"))
+            part = range(first, last + 1)
+            found = pq.read_metadata(path)
+            at = found.schema.names.index("trial")
+            groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
+            held = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
+        except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
+            raise StudyError(f"{path}: no part of a study; move it away") from error
+        if path.name != part_name(part) or held != part:
+            raise StudyError(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
+        if found.num_rows != len(part) * self.rows_per_trial:
+            raise StudyError(f"{path}: {found.num_rows} rows, not those of trials {first} to {last}; move it away")
+        return part
 
     def missing(self, count: int) -> list[int]:
         """Those of the first `count` trials that are not there."""
@@ -71,16 +85,28 @@ class StudyFolder:
         """
         buffer = io.BytesIO()
         pq.write_table(rows, buffer)
-        _write_whole(self.trials / f"{first:08d}-{last:08d}.parquet", buffer.getvalue(), self.path / UNFINISHED)
+        _write_whole(self.trials / part_name(range(first, last + 1)), buffer.getvalue(), self.path / UNFINISHED)
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
         """All rows that are there, by trial and joint.
 
         Args:
             columns: Those wanted, all if None.
+
+        Raises:
+            StudyError: If a part cannot be read.
         """
-        rows = pd.read_parquet(self.trials, columns=None if columns is None else list(columns))
+        paths = [self.trials / part_name(part) for part in self.finished()]
+        try:
+            rows = pq.read_table(paths, columns=None if columns is None else list(columns)).to_pandas()
+        except (OSError, pa.ArrowException) as error:
+            raise StudyError(f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}") from error
         return rows.sort_values(["trial", "joint"], ignore_index=True)
+
+
+def part_name(part: range) -> str:
+    """Name of the file that holds these trials."""
+    return f"{part.start:08d}-{part.stop - 1:08d}.parquet"
 
 
 @contextmanager
@@ -98,11 +124,13 @@ def study_folder(
 
     Raises:
         StudyError: If it holds another study, something else, or is open elsewhere.
-        OSError: If it cannot be made.
     """
     path = path.absolute()
-    _refuse_foreign(path)
-    (path / TRIALS).mkdir(parents=True, exist_ok=True)
+    try:
+        _refuse_foreign(path)
+        (path / TRIALS).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{path}: cannot hold a study: {error.strerror}; use another --out") from error
     lock = FileLock(path / LOCK)
     try:
         lock.acquire(timeout=0)

@@ -3,6 +3,7 @@
 Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
 """
 
+from scenarios.draws import check_draws
 from scenarios.schema import Scenario
 from scenarios.studies.study import Study
 from scenarios.studies.trials import Trial, trial_schema
@@ -17,8 +18,9 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         seed: Of the first.
 
     Raises:
-        ScenarioError: If the scenario draws what it does not have.
+        ScenarioError: If the scenario draws what it does not have, or from what scipy.stats has not.
     """
+    check_draws(scenario)
     places = sorted({place for draw in scenario.table.random.values() for place in draw.targets})
     return Study(
         kind="monte-carlo",

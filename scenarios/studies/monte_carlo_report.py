@@ -43,14 +43,25 @@ def print_monte_carlo(statistics: tuple[JointStatistics, ...], rows: pd.DataFram
     console.print(
         "Of honest deviations: 68.3 % within 1 sigma, 95.4 % within 2. A joint that is rightly refused passes."
     )
-    for reason, count in failures(rows).items():
-        console.print(f"{count} trials failed: {reason}.")
+    for kind, count in failures(rows).items():
+        console.print(f"{count} {'trial' if count == 1 else 'trials'} failed: {kind}.")
+    console.print(_verdict(statistics))
+
+
+def _verdict(statistics: tuple[JointStatistics, ...]) -> Text:
+    """Whether the pass rate holds, and what it means."""
     missed = [str(joint.joint) for joint in statistics if not joint.held]
-    wanted = f"{100.0 * statistics[0].wanted:g} %"
+    trials, allowed, wanted = statistics[0].trials, statistics[0].allowed, f"{100.0 * statistics[0].wanted:g} %"
+    few = allowed >= trials
+    if missed and few:
+        return Text(f"MISSED on joint {', '.join(missed)} (too few trials to judge a pass rate).", style="bold red")
     if missed:
-        console.print(Text(f"MISSED: joint {', '.join(missed)} passes less often than {wanted}.", style="bold red"))
-    else:
-        console.print(Text(f"PASSED: nothing contradicts a pass rate of {wanted} on every joint.", style="bold green"))
+        rule = f"more than {allowed} of {trials}, which a pass rate of {wanted} does not explain"
+        return Text(f"MISSED on joint {', '.join(missed)}: {rule}.", style="bold red")
+    if few:
+        return Text("PASSED: every trial, though too few to judge a pass rate.", style="bold green")
+    rule = f"{allowed} of {trials}, as many as a pass rate of {wanted} explains"
+    return Text(f"PASSED: no joint missed more than {rule}.", style="bold green")
 
 
 def failures(rows: pd.DataFrame) -> dict[str, int]:

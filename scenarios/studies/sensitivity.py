@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ident.arrays import Array
-from scenarios.draws import numbers_needed, settings_from
+from scenarios.draws import check_draws, numbers_needed, settings_from
 from scenarios.errors import ScenarioError
 from scenarios.schema import Scenario, SourceTable
 from scenarios.settings import Value, explicit_table, value_at
@@ -94,6 +94,11 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
     for name, number in (("repeats", repeats), ("samples", samples)):
         if number < 2 or number & (number - 1):
             raise ScenarioError(f"{name} = {number}: expected a power of 2, as 16 or 64")
+    check_draws(scenario)
+    if not any(scenario.table.tolerance.identifiable):
+        raise ScenarioError(
+            f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share"
+        )
     sources = sources_of(scenario)
     plan = _plan(sources.names, repeats, samples)
     places = sorted({place for source in scenario.table.sources.values() for place in source.targets})

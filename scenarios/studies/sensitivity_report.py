@@ -75,7 +75,8 @@ def _headline(budget: JointBudget) -> str:
     lost = f"; {budget.lost} trials gave no gain" if budget.lost else ""
     return (
         f"all together {100.0 * budget.together:.3f} % rms "
-        f"(sources added in quadrature: {100.0 * budget.summed:.3f} %, none: {floor}){lost}"
+        f"(added up one by one: {100.0 * budget.summed:.3f} %, none: {floor}; "
+        f"Sobol indices from {budget.samples} rows){lost}"
     )
 
 

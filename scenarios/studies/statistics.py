@@ -33,7 +33,8 @@ class JointStatistics:
         pass_rate: Share of trials that passed; one that failed did not.
         pass_low, pass_high: Its 95 % interval (Clopper and Pearson).
         wanted: Pass rate that the scenario asks for.
-        held: False if the trials contradict that pass rate.
+        allowed: Misses that do not contradict it.
+        held: False if the trials contradict that pass rate; of trials too few to do so, whether all passed.
     """
 
     joint: int
@@ -52,6 +53,7 @@ class JointStatistics:
     pass_low: float
     pass_high: float
     wanted: float
+    allowed: int
     held: bool
 
 
@@ -98,5 +100,6 @@ def _one_joint(rule: JointRule, rows: pd.DataFrame) -> JointStatistics:
         pass_low=float(interval.low),
         pass_high=float(interval.high),
         wanted=rule.wanted,
-        held=rule.held,
+        allowed=rule.allowed,
+        held=rule.held if rule.allowed < rule.trials else rule.passed == rule.trials,
     )

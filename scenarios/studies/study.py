@@ -10,7 +10,6 @@ import pyarrow as pa
 from rich.console import Console
 
 from scenarios.build import bench
-from scenarios.draws import check_draws
 from scenarios.motions import motion_digest
 from scenarios.schema import Scenario
 from scenarios.settings import explicit_table
@@ -66,7 +65,6 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         StudyError: If the folder holds another study or cannot be written, or workers cannot run trials.
         ScenarioError: If the scenario or its draws are wrong.
     """
-    check_draws(study.scenario)
     bench(study.scenario)  # what is wrong with the scenario itself is an error, not a thousand failed trials
     opened = study_folder(
         folder,
@@ -96,9 +94,12 @@ def study_identity(study: Study) -> dict[str, object]:
     for draw in table.random.values():
         if draw.choice is not None and "experiment.motion" in draw.targets:
             motions |= {str(name): motion_digest(str(name), study.scenario.folder) for name in draw.choice}
+    numbers = explicit_table(study.scenario)
+    for unused in ("description", "sources" if study.kind == "monte-carlo" else "random"):
+        del numbers[unused]
     return {
         "study": study.kind,
-        "scenario": {"name": study.scenario.name, "table": explicit_table(study.scenario), "motions": motions},
+        "scenario": {"name": study.scenario.name, "table": numbers, "motions": motions},
         **study.identity,
     }
 

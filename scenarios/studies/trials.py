@@ -91,29 +91,43 @@ def run_trials(scenario: Scenario, trials: Sequence[Trial], schema: pa.Schema, *
         n rows a trial. A trial that fails is n rows with the reason.
     """
     with threadpool_limits(1):
-        prepared: list[tuple[Trial, Bench, Mapping[str, Value]]] = []
-        rows: dict[int, list[dict[str, object]]] = {}
-        for trial in trials:
-            settings: Mapping[str, Value] = {}
-            try:
-                settings = drawn_settings(scenario, trial.seed) if trial.settings is None else trial.settings
-                ready = bench(with_settings(scenario, settings) if settings else scenario)
-                prepared.append((trial, ready, settings))
-            except (ScenarioError, SimulationError, IdentificationError) as error:
-                rows[trial.number] = failed_rows(scenario, trial, type(error).__name__, str(error), settings)
-        outcomes = run_batch(
-            [(ready, trial.seed) for trial, ready, _ in prepared],
-            [pair_streams(trial.seed, trial.streams) for trial, _, _ in prepared],
-            threads=threads,
-        )
-        for i, outcome in outcomes:
-            trial, ready, settings = prepared[i]
-            if isinstance(outcome, Run):
-                rows[trial.number] = _judged_rows(trial, outcome, settings)
-            else:
-                reason = (type(outcome).__name__, str(outcome))
-                rows[trial.number] = failed_rows(ready.scenario, trial, *reason, settings, ready.true_gain)
-    return pa.Table.from_pylist([row for trial in trials for row in rows[trial.number]], schema)
+        return pa.Table.from_pylist(_rows(scenario, trials, threads), schema)
+
+
+def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> list[dict[str, object]]:
+    """Rows of trials; what nobody foresaw costs the trial that it happens to, and no other of its batch."""
+    try:
+        return _batch_rows(scenario, trials, threads)
+    except Exception as error:
+        if len(trials) == 1:
+            return failed_rows(scenario, trials[0], type(error).__name__, str(error) or type(error).__name__, {})
+    return [row for trial in trials for row in _rows(scenario, [trial], threads)]
+
+
+def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> list[dict[str, object]]:
+    prepared: list[tuple[Trial, Bench, Mapping[str, Value]]] = []
+    rows: dict[int, list[dict[str, object]]] = {}
+    for trial in trials:
+        settings: Mapping[str, Value] = {}
+        try:
+            settings = drawn_settings(scenario, trial.seed) if trial.settings is None else trial.settings
+            ready = bench(with_settings(scenario, settings) if settings else scenario)
+            prepared.append((trial, ready, settings))
+        except (ScenarioError, SimulationError, IdentificationError) as error:
+            rows[trial.number] = failed_rows(scenario, trial, type(error).__name__, str(error), settings)
+    outcomes = run_batch(
+        [(ready, trial.seed) for trial, ready, _ in prepared],
+        [pair_streams(trial.seed, trial.streams) for trial, _, _ in prepared],
+        threads=threads,
+    )
+    for i, outcome in outcomes:
+        trial, ready, settings = prepared[i]
+        if isinstance(outcome, Run):
+            rows[trial.number] = _judged_rows(trial, outcome, settings)
+        else:
+            reason = (type(outcome).__name__, str(outcome))
+            rows[trial.number] = failed_rows(ready.scenario, trial, *reason, settings, ready.true_gain)
+    return [row for trial in trials for row in rows[trial.number]]
 
 
 def failed_rows(

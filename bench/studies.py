@@ -15,7 +15,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from rich.console import Console
 from threadpoolctl import threadpool_limits
 
 import scenarios.run
@@ -26,8 +25,7 @@ from scenarios.run import pair_streams
 from scenarios.schema import load_scenario
 from scenarios.studies.executors import local_processes
 from scenarios.studies.folder import study_folder
-from scenarios.studies.monte_carlo import monte_carlo
-from scenarios.studies.study import CHUNK, carry_out
+from scenarios.studies.study import CHUNK
 from scenarios.studies.tasks import Task, run_task
 from scenarios.studies.trials import Trial, run_trials, trial_schema
 from scenarios.studies.versions import versions
@@ -50,8 +48,7 @@ if __name__ == "__main__":
     import scenarios.cli
     from scenarios.schema import load_scenario
     from scenarios.studies.executors import local_processes
-    from scenarios.studies.monte_carlo import monte_carlo
-    from scenarios.studies.study import carry_out
+        from scenarios.studies.study import carry_out
     from scenarios.studies.tasks import Task, run_task
     from scenarios.studies.versions import versions
     study = monte_carlo(load_scenario("nominal"), 1, 0)
@@ -162,16 +159,16 @@ def start_up() -> None:
 
 
 def memory() -> None:
-    """Largest worker after few and after many chunks; resident, shared libraries included."""
+    """Peak of a worker after few and after many chunks; resident, shared libraries included."""
     peaks = []
-    for count in (2 * CHUNK, 8 * CHUNK):
-        with TemporaryDirectory() as folder, local_processes(JOBS) as workers:
-            quiet = Console(quiet=True)
-            carry_out(monte_carlo(SCENARIO, count, 0), Path(folder), workers, command="", console=quiet)
-        peaks.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)
+    with local_processes(1) as workers:
+        pool = workers.open()
+        for chunk in range(8):
+            pool.submit(run_task, Task(SCENARIO, trials(chunk * CHUNK), SCHEMA, versions())).result()
+            peaks.append(pool.submit(resource.getrusage, resource.RUSAGE_SELF).result().ru_maxrss / 1024)
     here = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(
-        f"largest worker after {2 * CHUNK} trials {peaks[0]:.0f} MB, after {8 * CHUNK} more {peaks[1]:.0f} MB; "
+        f"peak of a worker after {2 * CHUNK} trials {peaks[1]:.0f} MB, after {8 * CHUNK} {peaks[-1]:.0f} MB; "
         f"this process {here:.0f} MB"
     )
 

@@ -87,8 +87,9 @@ def _check(recording: Recording) -> None:
     if q.shape[1] == 0:
         raise RecordingError(f"{name}: it has no joint")
     for label, values in (("t", t[:, None]), ("q", q), ("v", v)):
-        bad = np.argwhere(~np.isfinite(values))
-        if len(bad):
+        finite = np.isfinite(values)
+        if not finite.all():
+            bad = np.argwhere(~finite)
             column = label if label == "t" else f"{label}{bad[0, 1] + 1}"
             raise RecordingError(
                 f"{name}: {column} is not a finite number at row {bad[0, 0] + 1} ({len(bad)} such values); "
@@ -101,7 +102,7 @@ def _check(recording: Recording) -> None:
         k = int(back[0])
         raise RecordingError(f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s")
     for label, values in (("q", q), ("v", v)):
-        flat = np.flatnonzero(np.ptp(values, axis=0) == 0.0)
+        flat = np.flatnonzero((values == values[0]).all(axis=0))
         if len(flat):
             raise RecordingError(
                 f"{name}: {label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"

@@ -48,7 +48,8 @@ if __name__ == "__main__":
     import scenarios.cli
     from scenarios.schema import load_scenario
     from scenarios.studies.executors import local_processes
-        from scenarios.studies.study import carry_out
+    from scenarios.studies.monte_carlo import monte_carlo
+    from scenarios.studies.study import carry_out
     from scenarios.studies.tasks import Task, run_task
     from scenarios.studies.versions import versions
     study = monte_carlo(load_scenario("nominal"), 1, 0)

@@ -1,7 +1,5 @@
 """A chunk of trials as it travels to a worker, which imports this module: no pandas, no terminal."""
 
-import ctypes
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -9,6 +7,7 @@ import pyarrow as pa
 
 from scenarios.schema import Scenario
 from scenarios.studies.errors import StudyError
+from scenarios.studies.memory import give_back_memory
 from scenarios.studies.trials import Trial, run_trials
 from scenarios.studies.versions import versions
 
@@ -43,13 +42,5 @@ def run_task(task: Task) -> pa.Table:
                 f"a worker has {name} {here.get(name)}, the study was begun with {wanted}; install that there"
             )
     rows = run_trials(task.scenario, task.trials, task.schema, threads=1)
-    _give_back_memory()
+    give_back_memory()
     return rows
-
-
-def _give_back_memory() -> None:
-    """Let the C library return what is free: a worker would grow from chunk to chunk otherwise, to over a gigabyte."""
-    if sys.platform == "linux":
-        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of glibc; musl has none and needs none
-        if trim is not None:
-            trim(0)

@@ -14,6 +14,7 @@ from scenarios.errors import ScenarioError
 from scenarios.run import Run, pair_streams, run_batch
 from scenarios.schema import Scenario
 from scenarios.settings import Value, explicit_table, value_at, with_settings
+from scenarios.studies.memory import give_back_memory
 from sim.errors import SimulationError
 
 CONTRACT = pa.schema(
@@ -40,7 +41,8 @@ CONTRACT = pa.schema(
 `failure` the kind of error that left the trial without any estimate, null if there was none.
 """
 
-Failure = ScenarioError | SimulationError | IdentificationError
+TIDY_EVERY = 8
+"""Trials after which free memory is given back."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,6 +129,8 @@ def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> li
         else:
             reason = (type(outcome).__name__, str(outcome))
             rows[trial.number] = failed_rows(ready.scenario, trial, *reason, settings, ready.true_gain)
+        if len(rows) % TIDY_EVERY == 0:
+            give_back_memory()
     return [row for trial in trials for row in rows[trial.number]]
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
+import scenarios.arguments as arguments
 from ident.arm import load_arm
 from ident.errors import IdentificationError
 from ident.gains import GainOptions
@@ -182,49 +183,55 @@ def _parser() -> argparse.ArgumentParser:
 
     running = commands.add_parser("run", help="simulate a scenario, identify its gains, judge them")
     running.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
-    running.add_argument("--seed", type=_seed, default=0, help="seed of every random number (default 0)")
+    running.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     running.add_argument("--save", type=Path, metavar="DIR", help="write recordings, payload, truth and result there")
     running.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
     running.set_defaults(command=_run)
 
     repeating = commands.add_parser("paper", help="repeat the paper's experiment: tables 2 to 4, figure 3")
     repeating.add_argument("--out", type=Path, metavar="DIR", help="write paper.md, figures and raw numbers there")
-    repeating.add_argument("--seed", type=_seed, default=0, help="seed of every random number (default 0)")
+    repeating.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     repeating.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
     repeating.set_defaults(command=_paper)
 
     sampling = commands.add_parser("monte-carlo", help="repeat a scenario many times: errors, coverage, pass rates")
-    sampling.add_argument("-n", type=_count, required=True, dest="trials", metavar="N", help="number of trials")
+    sampling.add_argument(
+        "-n", type=arguments.count, required=True, dest="trials", metavar="N", help="number of trials"
+    )
     sampling.set_defaults(command=run_monte_carlo)
     budgeting = commands.add_parser("sensitivity", help="error budget of a scenario: which error source costs how much")
     budgeting.add_argument(
-        "--repeats", type=_count, default=16, help="trials of each source alone, a power of 2 (default 16)"
+        "--repeats", type=arguments.count, default=16, help="trials of each source alone, a power of 2 (default 16)"
     )
     budgeting.add_argument(
-        "--samples", type=_count, default=64, help="rows of the Sobol design, a power of 2 (default 64)"
+        "--samples", type=arguments.count, default=64, help="rows of the Sobol design, a power of 2 (default 64)"
     )
     budgeting.set_defaults(command=run_sensitivity)
     for studying in (sampling, budgeting):
         studying.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
         studying.add_argument(
             "--out",
-            type=_folder,
+            type=arguments.folder,
             required=True,
             metavar="DIR",
             help="folder of the study; what it already holds is kept",
         )
-        studying.add_argument("--seed", type=_seed, default=0, help="seed of the first trial (default 0)")
+        studying.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
         where = studying.add_mutually_exclusive_group()
-        where.add_argument("--jobs", type=_count, metavar="J", help="processes on this machine (default: one a core)")
+        where.add_argument(
+            "--jobs", type=arguments.count, metavar="J", help="processes on this machine (default: one a core)"
+        )
         where.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, tcp://HOST:PORT or its file")
 
     exciting = commands.add_parser("excite", help="search for a motion that shows a scenario's gains best")
     exciting.add_argument("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")
     exciting.add_argument("--out", type=Path, required=True, metavar="FILE", help="motion file to write, TOML")
-    exciting.add_argument("--seed", type=_seed, default=0, help="seed of the search (default 0)")
-    exciting.add_argument("--harmonics", type=_harmonics, default=20, help="harmonics of the series (default 20)")
-    exciting.add_argument("--duration", type=_positive, default=20.0, help="period [s] (default 20)")
-    exciting.add_argument("--evaluations", type=_count, default=40000, help="motions to try (default 40000)")
+    exciting.add_argument("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
+    exciting.add_argument(
+        "--harmonics", type=arguments.harmonics, default=20, help="harmonics of the series (default 20)"
+    )
+    exciting.add_argument("--duration", type=arguments.positive, default=20.0, help="period [s] (default 20)")
+    exciting.add_argument("--evaluations", type=arguments.count, default=40000, help="motions to try (default 40000)")
     exciting.set_defaults(command=_excite)
 
     identifying = commands.add_parser("identify", help="identify the gains of a robot from two recordings")
@@ -234,7 +241,7 @@ def _parser() -> argparse.ArgumentParser:
     identifying.add_argument("--payload", type=Path, required=True, metavar="P", help="payload description, TOML")
     identifying.add_argument(
         "--coupling",
-        type=_count,
+        type=arguments.count,
         nargs=2,
         action="append",
         default=[],
@@ -247,7 +254,7 @@ def _parser() -> argparse.ArgumentParser:
         for field in fields(defaults):
             identifying.add_argument(
                 f"--{field.name.replace('_', '-')}",
-                type=_not_negative,
+                type=arguments.not_negative,
                 default=getattr(defaults, field.name),
                 metavar="X",
                 help=f"{OPTION_HELP[field.name]} (default %(default)s)",
@@ -268,51 +275,3 @@ OPTION_HELP = {
     "serial_s": "time after which residuals are taken as unrelated [s]",
     "rank_tol": "smallest relative singular value that counts as observed",
 }
-
-
-def _whole(text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
-
-
-def _seed(text: str) -> int:
-    value = _whole(text)
-    if not 0 <= value < 2**31:
-        raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^31 - 1")
-    return value
-
-
-def _folder(text: str) -> Path:
-    if not text:
-        raise argparse.ArgumentTypeError("expected the name of a folder")
-    return Path(text)
-
-
-def _harmonics(text: str) -> int:
-    value = _whole(text)
-    if value < 2:
-        raise argparse.ArgumentTypeError("a motion at rest at both ends needs 2 or more")
-    return value
-
-
-def _not_negative(text: str) -> float:
-    value = float(text)
-    if not 0.0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError("expected a number that is not negative")
-    return value
-
-
-def _count(text: str) -> int:
-    value = _whole(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError("expected 1 or more")
-    return value
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < float("inf"):
-        raise argparse.ArgumentTypeError("expected a positive number")
-    return value

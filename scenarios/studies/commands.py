@@ -1,8 +1,10 @@
 """The commands `rx90 monte-carlo` and `rx90 sensitivity`."""
 
 import argparse
+import os
 import shlex
 import sys
+import threading
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +16,8 @@ from scenarios.studies.errors import StudyError
 from scenarios.studies.executors import Workers, dask_workers, local_processes, usable_cores
 
 PASSED, MISSED, INTERRUPTED = 0, 1, 130
+PATIENCE = 5.0
+"""How long an interrupted study may take to end [s]."""
 FALSE_ALARM = 0.01
 """Chance that a study misses although every joint has the wanted pass rate."""
 
@@ -94,6 +98,9 @@ def _interruptible(command: str) -> Generator[None]:
         yield
     except KeyboardInterrupt:
         print(f"rx90: stopped; what is finished is kept, go on with: {command}", file=sys.stderr)  # noqa: T201
+        leave = threading.Timer(PATIENCE, os._exit, [INTERRUPTED])  # should Python wait for a pool cut off half-way
+        leave.daemon = True
+        leave.start()
         raise SystemExit(INTERRUPTED) from None
 
 

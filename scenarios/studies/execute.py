@@ -106,10 +106,8 @@ class _Pool(Generic[Task, Result]):
         return outcomes
 
     def close(self) -> None:
-        for future in self.running:
-            future.cancel()
         if self._executor is not None:
-            self._executor.shutdown(wait=False)
+            self._workers.close(self._executor)
             self._executor = None
 
     def _outcome(self, future: Future[Result]) -> Result | GivenUp:

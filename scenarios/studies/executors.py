@@ -35,12 +35,15 @@ class Workers:
         count: Workers there are now, for how many tasks to hand out ahead.
         died: What a task's future raises when its worker has died.
         reachable: Whether the executor can still be spoken to.
+        close: Ends an executor without waiting. Futures are the executor's own to cancel: the thread that looks after
+            a process pool dies of one that others have.
     """
 
     open: Callable[[], Executor]
     count: Callable[[], int]
     died: type[Exception] = BrokenExecutor
     reachable: Callable[[], bool] = lambda: True
+    close: Callable[[Executor], None] = lambda executor: executor.shutdown(wait=False, cancel_futures=True)
 
 
 @contextmanager
@@ -110,6 +113,7 @@ def dask_workers(address: str) -> Generator[Workers]:
             count=lambda: _cores_of(client),
             died=KilledWorker,
             reachable=lambda: client.status in ("running", "connecting"),
+            close=lambda executor: executor.shutdown(wait=False),  # it cancels, and knows no word for it
         )
 
 

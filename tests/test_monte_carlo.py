@@ -126,7 +126,13 @@ def test_a_killed_study_goes_on_and_ends_with_the_same_rows(scenario, reference,
 
 def test_ctrl_c_stops_cleanly_and_says_how_to_go_on(scenario, tmp_path):
     arguments = command(scenario, tmp_path, "-n", "4000", "--jobs", "2")
-    running = subprocess.Popen(arguments, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    running = subprocess.Popen(
+        arguments,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # shells turn it off for what runs behind `&`
+    )
     deadline = time.monotonic() + 60.0
     while not (tmp_path / "study.json").exists() and time.monotonic() < deadline:
         time.sleep(0.02)

@@ -3,6 +3,9 @@
 import argparse
 from pathlib import Path
 
+SEEDS = 2**31
+"""Seeds end before this."""
+
 
 def whole(text: str) -> int:
     """A whole number."""
@@ -15,7 +18,7 @@ def whole(text: str) -> int:
 def seed(text: str) -> int:
     """A seed of NumPy's generators."""
     value = whole(text)
-    if not 0 <= value < 2**31:
+    if not 0 <= value < SEEDS:
         raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^31 - 1")
     return value
 

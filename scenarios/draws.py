@@ -50,6 +50,11 @@ def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
     return settings
 
 
+def places_of(draws: Mapping[str, DrawTable]) -> list[str]:
+    """Places that draws change, in alphabetical order."""
+    return sorted({place for draw in draws.values() for place in draw.targets})
+
+
 def check_draws(scenario: Scenario) -> None:
     """Refuse draws that cannot be made, before a study is begun.
 

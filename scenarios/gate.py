@@ -4,20 +4,17 @@ from collections.abc import Iterable
 from operator import index
 from typing import TYPE_CHECKING
 
-from scenarios.draws import check_draws
+from scenarios.arguments import SEEDS
+from scenarios.draws import check_draws, places_of
 from scenarios.errors import ScenarioError
 from scenarios.schema import load_scenario
-from scenarios.studies.pass_rule import JointRule, allowed_misses, detectable_rate, pass_rule
+from scenarios.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
 from scenarios.studies.trials import Trial, run_trials, trial_schema
 
 if TYPE_CHECKING:
     import pandas as pd
 
-FALSE_ALARM = 0.01
-"""Chance that a scenario whose joints all have the wanted pass rate fails the assertion, at most."""
 POWER = 0.95
-SEEDS = 2**31
-"""Seeds end before this, as those of the command line."""
 BATCH = 32
 """Seeds simulated at once."""
 
@@ -54,8 +51,7 @@ def assert_scenario(
     if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
         seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
         raise ScenarioError(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; give more")
-    places = sorted({place for draw in loaded.table.random.values() for place in draw.targets})
-    schema = trial_schema(loaded, places, ())
+    schema = trial_schema(loaded, places_of(loaded.table.random), ())
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
     rows = pd.concat([run_trials(loaded, batch, schema, threads=threads).to_pandas() for batch in batches])

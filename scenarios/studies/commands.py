@@ -18,8 +18,6 @@ from scenarios.studies.executors import Workers, dask_workers, local_processes, 
 PASSED, MISSED, INTERRUPTED = 0, 1, 130
 PATIENCE = 5.0
 """How long an interrupted study may take to end [s]."""
-FALSE_ALARM = 0.01
-"""Chance that a study misses although every joint has the wanted pass rate."""
 
 
 def run_monte_carlo(options: argparse.Namespace, console: Console) -> int:
@@ -33,6 +31,7 @@ def run_monte_carlo(options: argparse.Namespace, console: Console) -> int:
     with _interruptible(command), _workers(options) as workers:
         folder = carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
     from scenarios.studies.monte_carlo_report import print_monte_carlo, write_monte_carlo  # plots: after the work
+    from scenarios.studies.pass_rule import FALSE_ALARM
     from scenarios.studies.statistics import COLUMNS, joint_statistics
 
     rows = folder.table([*COLUMNS, "tolerance"])

@@ -3,7 +3,7 @@
 Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
 """
 
-from scenarios.draws import check_draws
+from scenarios.draws import check_draws, places_of
 from scenarios.schema import Scenario
 from scenarios.studies.study import Study
 from scenarios.studies.trials import Trial, trial_schema
@@ -21,12 +21,11 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         ScenarioError: If the scenario draws what it does not have, or from what scipy.stats has not.
     """
     check_draws(scenario)
-    places = sorted({place for draw in scenario.table.random.values() for place in draw.targets})
     return Study(
         kind="monte-carlo",
         scenario=scenario,
         count=count,
         trial=lambda number: Trial(number=number, seed=seed + number),
-        schema=trial_schema(scenario, places, ()),
+        schema=trial_schema(scenario, places_of(scenario.table.random), ()),
         identity={"seed": seed},
     )

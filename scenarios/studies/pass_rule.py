@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     import pandas as pd  # workers import this module and need no tables
 
 
+FALSE_ALARM = 0.01
+"""Chance that a scenario whose joints all have the wanted pass rate is blamed, at most, where no other is asked for."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointRule:
     """The rule applied to one joint.

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ident.arrays import Array
-from scenarios.draws import check_draws, numbers_needed, settings_from
+from scenarios.draws import check_draws, numbers_needed, places_of, settings_from
 from scenarios.errors import ScenarioError
 from scenarios.schema import Scenario, SourceTable
 from scenarios.settings import Value, explicit_table, value_at
@@ -101,13 +101,12 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
         )
     sources = sources_of(scenario)
     plan = _plan(sources.names, repeats, samples)
-    places = sorted({place for source in scenario.table.sources.values() for place in source.targets})
     return Study(
         kind="sensitivity",
         scenario=scenario,
         count=len(plan),
         trial=lambda number: _trial(sources, number, plan[number], repeats, samples, seed),
-        schema=trial_schema(scenario, places, LABELS),
+        schema=trial_schema(scenario, places_of(scenario.table.sources), LABELS),
         identity={"seed": seed, "repeats": repeats, "samples": samples},
     )
 

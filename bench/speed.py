@@ -21,8 +21,8 @@ from ident.arm import load_pinocchio
 from ident.identify import identify
 from ident.regressor import regressor_blocks
 from scenarios.build import bench
+from scenarios.files.schema import load_scenario
 from scenarios.run import run
-from scenarios.schema import load_scenario
 from sim.engine import Engine, Simulation
 from sim.model import plant_model
 from sim.record import record

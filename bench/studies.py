@@ -21,14 +21,14 @@ import scenarios.run
 import sim.closed_loop
 import sim.record
 from scenarios.build import bench
+from scenarios.files.schema import load_scenario
 from scenarios.run import pair_streams
-from scenarios.schema import load_scenario
-from scenarios.studies.executors import local_processes
-from scenarios.studies.folder import study_folder
+from scenarios.store.study_folder import study_folder
 from scenarios.studies.study import CHUNK
-from scenarios.studies.tasks import Task, run_task
-from scenarios.studies.trials import Trial, run_trials, trial_schema
-from scenarios.studies.versions import versions
+from scenarios.trials import Trial, run_trials, trial_schema
+from scenarios.versions import versions
+from scenarios.workers.executors import local_processes
+from scenarios.workers.tasks import Task, run_task
 from sim.engine import Engine, Simulation
 from sim.model import plant_model
 from sim.record import record
@@ -41,17 +41,17 @@ ROUNDS = 3
 
 START_UP = """
 import sys
-from scenarios.studies.executors import prepare_processes
+from scenarios.workers.executors import prepare_processes
 if __name__ == "__main__":
     prepare_processes()  # as the command does
     from concurrent.futures import wait
     import scenarios.cli
-    from scenarios.schema import load_scenario
-    from scenarios.studies.executors import local_processes
+    from scenarios.files.schema import load_scenario
+    from scenarios.workers.executors import local_processes
     from scenarios.studies.monte_carlo import monte_carlo
     from scenarios.studies.study import carry_out
-    from scenarios.studies.tasks import Task, run_task
-    from scenarios.studies.versions import versions
+    from scenarios.workers.tasks import Task, run_task
+    from scenarios.versions import versions
     study = monte_carlo(load_scenario("nominal"), 1, 0)
     with local_processes(2) as workers:
         pool = workers.open()

@@ -10,7 +10,7 @@ from ident.identify import identify
 from ident.observation import ObserveOptions
 from ident.recording import Recording
 from scenarios.build import Bench, bench
-from scenarios.schema import load_scenario
+from scenarios.files.schema import load_scenario
 from sim.record import record
 from sim.sensors import SensorOptions, noise_streams
 

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scenarios.gate import assert_scenario
+    from scenarios.assertions import assert_scenario
 
 __all__ = ["assert_scenario"]
 
@@ -11,7 +11,7 @@ __all__ = ["assert_scenario"]
 def __getattr__(name: str) -> object:
     """`assert_scenario`, when it is asked for: it imports simulator and identification, over a second."""
     if name == "assert_scenario":
-        from scenarios.gate import assert_scenario
+        from scenarios.assertions import assert_scenario
 
         return assert_scenario
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -12,7 +12,7 @@ def main() -> int:
     """Run the command line; workers of a study import what they need while this process does."""
     try:
         if sys.argv[1:2] and sys.argv[1] in STUDIES and "--dask" not in sys.argv:
-            from scenarios.studies.executors import prepare_processes
+            from scenarios.workers.executors import prepare_processes
 
             prepare_processes()
         from scenarios.cli import main as command_line

@@ -13,9 +13,9 @@ from ident.payload import Payload
 from ident.payload_files import payload_from_table, read_payload
 from ident.structure import Structure, structure_of
 from scenarios.errors import ScenarioError
-from scenarios.motions import read_motion
-from scenarios.schema import Scenario
-from scenarios.tables import nearest
+from scenarios.files.motions import read_motion
+from scenarios.files.schema import Scenario
+from scenarios.files.tables import nearest
 from sim.controller import ControllerBelief
 from sim.plant import DriveTruth, PayloadBody, Plant
 from sim.record import Experiment

@@ -12,7 +12,7 @@ import numpy as np
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-import scenarios.arguments as arguments
+import scenarios.commands.arguments as arguments
 from ident.arm import load_arm
 from ident.errors import IdentificationError
 from ident.gains import GainOptions
@@ -22,14 +22,14 @@ from ident.payload_files import read_payload
 from ident.recording_files import read_recording
 from ident.structure import structure_of
 from scenarios.build import bench
+from scenarios.commands.studies import run_monte_carlo, run_sensitivity
 from scenarios.errors import ScenarioError
-from scenarios.motions import write_motion
-from scenarios.report import print_estimate, print_list, print_run
-from scenarios.results import estimate_document, identify_command, run_document, save_run, to_json
+from scenarios.files.motions import write_motion
+from scenarios.files.schema import load_scenario
+from scenarios.files.tables import builtin_names
+from scenarios.reports.run import print_estimate, print_list, print_run
 from scenarios.run import run
-from scenarios.schema import load_scenario
-from scenarios.studies.commands import run_monte_carlo, run_sensitivity
-from scenarios.tables import builtin_names
+from scenarios.store.run_folder import estimate_document, identify_command, run_document, save_run, to_json
 from sim.errors import SimulationError
 
 PASSED, MISSED, BAD_INPUT = 0, 1, 2
@@ -101,8 +101,8 @@ def _identify(options: argparse.Namespace, console: Console) -> int:
 
 
 def _paper(options: argparse.Namespace, console: Console) -> int:
-    from scenarios.paper import run_paper  # pandas and matplotlib are needed here alone
-    from scenarios.paper_report import paper_document, print_paper, write_paper
+    from scenarios.paper.experiment import run_paper  # pandas and matplotlib are needed here alone
+    from scenarios.reports.paper import paper_document, print_paper, write_paper
 
     result = run_paper(options.seed)
     if options.out is not None:
@@ -115,7 +115,7 @@ def _paper(options: argparse.Namespace, console: Console) -> int:
 
 
 def _excite(options: argparse.Namespace, console: Console) -> int:
-    from scenarios.excitation import START, Design, robot_limits, search  # CMA-ES is needed here alone
+    from scenarios.design.excitation import START, Design, robot_limits, search  # CMA-ES is needed here alone
 
     if not options.out.parent.is_dir():
         raise ScenarioError(f"{options.out}: no such folder as {options.out.parent}; make it first")

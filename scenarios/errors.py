@@ -3,3 +3,7 @@
 
 class ScenarioError(ValueError):
     """A scenario or motion file that cannot be used; its message is one line for the user."""
+
+
+class StudyError(ScenarioError):
+    """A study folder or executor that cannot be used; its message is one line for the user."""

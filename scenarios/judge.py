@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.arrays import Array
 from ident.gains import GainEstimate, JointGain
-from scenarios.schema import ToleranceTable
+from scenarios.files.schema import ToleranceTable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,9 +11,9 @@ from ident.gains import GainEstimate
 from ident.identify import identify
 from ident.recording import Recording
 from scenarios.build import Bench, bench
-from scenarios.draws import drawn_settings
+from scenarios.files.draws import drawn_settings
+from scenarios.files.settings import with_settings
 from scenarios.judge import Verdict, judge
-from scenarios.settings import with_settings
 from sim.errors import SimulationError
 from sim.record import each_record
 from sim.sensors import NoiseStreams, noise_streams

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from places import ROOT
 from threadpoolctl import threadpool_limits
 
 import rx90_mjcf
@@ -12,8 +13,6 @@ from ident.arm import Arm, load_arm
 from ident.payload import Payload
 from ident.payload_files import read_payload
 from ident.structure import Structure, structure_of
-
-ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -3,7 +3,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import ROOT
+from places import ROOT
 
 ALLOWED = {
     "rx90_mjcf": {"rx90_mjcf"},

@@ -1,1 +1,1 @@
-"""Studies: thousands of trials of one scenario, on any executor, in a folder that survives being killed."""
+"""Studies: thousands of trials of one scenario."""

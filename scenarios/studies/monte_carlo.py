@@ -3,10 +3,10 @@
 Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
 """
 
-from scenarios.draws import check_draws, places_of
-from scenarios.schema import Scenario
+from scenarios.files.draws import check_draws, places_of
+from scenarios.files.schema import Scenario
 from scenarios.studies.study import Study
-from scenarios.studies.trials import Trial, trial_schema
+from scenarios.trials import Trial, trial_schema
 
 
 def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:

@@ -15,12 +15,12 @@ import numpy as np
 from scipy.stats import qmc
 
 from ident.arrays import Array
-from scenarios.draws import check_draws, numbers_needed, places_of, settings_from
 from scenarios.errors import ScenarioError
-from scenarios.schema import Scenario, SourceTable
-from scenarios.settings import Value, explicit_table, value_at
+from scenarios.files.draws import check_draws, numbers_needed, places_of, settings_from
+from scenarios.files.schema import Scenario, SourceTable
+from scenarios.files.settings import Value, explicit_table, value_at
 from scenarios.studies.study import Study
-from scenarios.studies.trials import Trial, trial_schema
+from scenarios.trials import Trial, trial_schema
 
 NONE, ALL = "(none)", "(all)"
 """What is on in a trial where it is not one source alone."""

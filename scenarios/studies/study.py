@@ -10,16 +10,16 @@ import pyarrow as pa
 from rich.console import Console
 
 from scenarios.build import bench
-from scenarios.motions import motion_digest
-from scenarios.schema import Scenario
-from scenarios.settings import explicit_table
-from scenarios.studies.execute import GivenUp, completed
-from scenarios.studies.executors import Workers
-from scenarios.studies.folder import StudyFolder, study_folder
-from scenarios.studies.progress import reporter
-from scenarios.studies.tasks import Task, run_task
-from scenarios.studies.trials import Trial, failed_rows
-from scenarios.studies.versions import versions
+from scenarios.files.motions import motion_digest
+from scenarios.files.schema import Scenario
+from scenarios.files.settings import explicit_table
+from scenarios.store.study_folder import StudyFolder, study_folder
+from scenarios.trials import Trial, failed_rows
+from scenarios.versions import versions
+from scenarios.workers.execute import GivenUp, completed
+from scenarios.workers.executors import Workers
+from scenarios.workers.progress import reporter
+from scenarios.workers.tasks import Task, run_task
 
 CHUNK = 32
 """Trials that a worker runs at once at most, hence all that a crash can cost it: 64 simulations in a batch."""

@@ -1,0 +1,91 @@
+"""`assert_scenario`: hold a scenario's accuracy in a pytest suite, with a stated false-alarm rate."""
+
+from collections.abc import Iterable
+from operator import index
+from typing import TYPE_CHECKING
+
+from scenarios.commands.arguments import SEEDS
+from scenarios.errors import ScenarioError
+from scenarios.files.draws import check_draws, places_of
+from scenarios.files.schema import load_scenario
+from scenarios.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
+from scenarios.trials import Trial, run_trials, trial_schema
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+POWER = 0.95
+BATCH = 32
+"""Seeds simulated at once."""
+
+
+def assert_scenario(
+    scenario: str, seeds: Iterable[int], *, false_alarm: float = FALSE_ALARM, threads: int = 1
+) -> tuple[JointRule, ...]:
+    """Assert that every joint passes as often as the scenario's `tolerance.pass_rate` asks for.
+
+    Misses are compared with the binomial distribution at that rate, joint by joint: a scenario that has the rate on
+    all joints fails in less than `false_alarm` of all choices of seeds. With fixed seeds the outcome is fixed too. The
+    message says which pass rate the number of seeds can tell from the wanted one.
+
+    Args:
+        scenario: A built-in name or the path of a TOML file.
+        seeds: One trial each, as `rx90 run --seed`.
+        false_alarm: As above.
+        threads: Threads to simulate with; the outcome does not depend on it.
+
+    Returns:
+        The rule applied to each joint, if all hold.
+
+    Raises:
+        AssertionError: Naming the joints that miss, how often, and the worst trial.
+        ScenarioError: If the scenario is wrong, there is no seed, or too few to fail at all.
+    """
+    import pandas as pd  # half a second that `rx90 run` does without
+
+    loaded, seeds = load_scenario(scenario), _checked(seeds)
+    if not 0.0 < false_alarm < 1.0:
+        raise ScenarioError(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
+    check_draws(loaded)
+    wanted = loaded.table.tolerance.pass_rate
+    if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
+        seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
+        raise ScenarioError(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; give more")
+    schema = trial_schema(loaded, places_of(loaded.table.random), ())
+    trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
+    batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
+    rows = pd.concat([run_trials(loaded, batch, schema, threads=threads).to_pandas() for batch in batches])
+    rules = pass_rule(rows, wanted=wanted, false_alarm=false_alarm)
+    missed = [rule for rule in rules if not rule.held]
+    if missed:
+        raise AssertionError(_complaint(loaded.name, missed, rows))
+    return rules
+
+
+def _checked(seeds: Iterable[int]) -> list[int]:
+    """Seeds that are whole numbers, each once: a repeated trial is no second one."""
+    checked: list[int] = []
+    for seed in seeds:
+        if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= index(seed) < SEEDS:
+            raise ScenarioError(f"seed {seed!r}: expected a whole number from 0 to 2^31 - 1")
+        checked.append(index(seed))
+    if not checked:
+        raise ScenarioError("give at least one seed")
+    if len(set(checked)) < len(checked):
+        raise ScenarioError("a seed is given twice; a repeated trial is no second one")
+    return checked
+
+
+def _complaint(name: str, missed: list[JointRule], rows: "pd.DataFrame") -> str:
+    many = "1 joint passes" if len(missed) == 1 else f"{len(missed)} joints pass"
+    lines = [f"scenario {name}: {many} less often than asked for"]
+    for rule in missed:
+        failing = rows[(rows["joint"] == rule.joint) & ~rows["passed"]]
+        worst = failing.loc[failing["rel_error"].abs().fillna(float("inf")).idxmax()]
+        lines.append(
+            f"  joint {rule.joint}: {rule.trials - rule.passed} of {rule.trials} missed, {rule.allowed} allowed "
+            f"at a pass rate of {rule.wanted:g}; seed {worst['seed']}: {worst['reason']}"
+        )
+    rate = detectable_rate(missed[0].trials, missed[0].allowed, POWER)
+    lines.append(f"  ({missed[0].trials} seeds tell a rate below {rate:.2f} in {100 * POWER:g} % of cases)")
+    return "\n".join(lines)

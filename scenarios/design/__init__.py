@@ -1,0 +1,1 @@
+"""Designing an experiment before it is made."""

@@ -1,0 +1,282 @@
+"""A scenario as one validated value: what is true, what is done, what is believed, what is tolerated."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ident.gains import GainOptions
+from ident.identify import METHODS
+from ident.observation import ObserveOptions
+from scenarios.errors import ScenarioError
+from scenarios.files.tables import nearest, scenario_table
+from sim.controller import ControllerOptions
+from sim.model_errors import ModelErrors
+from sim.sensors import SensorOptions
+
+Vector = tuple[float, ...]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Triple = tuple[float, float, float]
+Share = Annotated[float, Field(gt=0.0, lt=1.0)]
+Target = str | tuple[str, ...]
+
+
+DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
+"""Beginnings of the places that a run or a source may change."""
+TABLES_OF_TABLES = ("random", "sources")
+"""Keys whose tables have names of the user's choice."""
+
+
+class _Table(BaseModel):
+    """A TOML table: unknown keys are errors, values are frozen and strictly typed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class InertiaTable(_Table):
+    """Inertia about the centre of mass, axes of the last link [kg m^2]."""
+
+    ixx: float
+    iyy: float
+    izz: float
+    ixy: float = 0.0
+    ixz: float = 0.0
+    iyz: float = 0.0
+
+
+class BodyTable(_Table):
+    """The payload that is really mounted, in the frame of the last link."""
+
+    mass: Positive
+    com: Triple
+    inertia: InertiaTable
+
+
+class PlantTable(_Table):
+    """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's.
+
+    The payload is a name of `rx90_mjcf.PAYLOADS` or a table.
+    """
+
+    payload: str | BodyTable
+    gain: Vector | None = None
+    amplifier_offset: Vector | None = None
+    rotor_inertia: Vector | None = None
+    viscous_friction: Vector | None = None
+    coulomb_friction: Vector | None = None
+    coulomb_asymmetry: Vector | None = None
+    current_limit: Vector | None = None
+    errors: ModelErrors = ModelErrors()
+
+
+class ExperimentTable(_Table):
+    """What is done with the plant."""
+
+    motion: str
+    step: Positive
+    controller: ControllerOptions = ControllerOptions()
+    sensors: SensorOptions = SensorOptions()
+
+
+class BeliefTable(_Table):
+    """What the controller and the identification believe.
+
+    The payload is a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files; `known` overrides its own.
+    """
+
+    controller_gain: Vector
+    payload: str | dict[str, object]
+    known: Literal["all", "mass"] | None = None
+
+
+class IdentificationTable(_Table):
+    """How gains are identified."""
+
+    method: str = "ls-2011"
+    observe: ObserveOptions = ObserveOptions()
+    gains: GainOptions = GainOptions()
+
+
+class ToleranceTable(_Table):
+    """What counts as passed: relative error of each gain, which joints the data should give, and how often.
+
+    `pass_rate` is the share of runs in which each joint must pass when a study repeats the scenario.
+    """
+
+    gain: tuple[Positive, ...]
+    identifiable: tuple[bool, ...]
+    pass_rate: Share = 0.95
+
+
+class DrawTable(_Table):
+    """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
+
+    `target` names the numbers by their place in the scenario (`plant.gain`, `plant.payload.mass`). Every number of an
+    array is drawn by itself unless `shared`. A parameter may be an array too, one value a number.
+    """
+
+    target: Target
+    distribution: str | None = None
+    parameters: dict[str, float | Vector] = {}
+    apply: Literal["replace", "add", "multiply"] = "replace"
+    shared: bool = False
+    choice: tuple[str | float, ...] | None = None
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Places in the scenario that it changes."""
+        return (self.target,) if isinstance(self.target, str) else self.target
+
+
+class SourceTable(DrawTable):
+    """An error source of the scenario's error budget.
+
+    Either drawn like any `DrawTable`, or a noise: `stream` names whose random numbers are its own, `size` its size
+    where the scenario's own value is not meant. `off` is the value without it, the scenario's own if left out.
+    """
+
+    stream: Literal["encoder", "white", "coloured", "clock"] | None = None
+    size: float | None = None
+    off: float | None = None
+
+
+class ScenarioTable(_Table):
+    """A scenario file after `extends` is resolved."""
+
+    description: str
+    plant: PlantTable
+    experiment: ExperimentTable
+    belief: BeliefTable
+    identification: IdentificationTable = IdentificationTable()
+    tolerance: ToleranceTable
+    random: dict[str, DrawTable] = {}
+    sources: dict[str, SourceTable] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """A named scenario.
+
+    Attributes:
+        name: Name of the built-in scenario, or the file's.
+        folder: Where its file lies; motions are looked up there too.
+        table: Its content.
+    """
+
+    name: str
+    folder: Path
+    table: ScenarioTable
+
+
+def load_scenario(name: str) -> Scenario:
+    """Read and validate a built-in scenario or a user's file.
+
+    Raises:
+        ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
+    """
+    table, path = scenario_table(name)
+    return scenario_from_table(table, path.stem, path.parent, str(path))
+
+
+def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:
+    """Validate a scenario's tables.
+
+    Args:
+        table: The tables, nothing left to extend.
+        name: Of the scenario.
+        folder: Where its motions are looked up.
+        where: Where the tables came from, for messages.
+
+    Raises:
+        ScenarioError: At an unknown key or a wrong value; the message names both.
+    """
+    _refuse_unknown(table, ScenarioTable, where, "")
+    try:
+        # Strict, so that "1" or true is no number; through JSON, where an array is a tuple.
+        parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
+    except ValidationError as error:
+        first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
+        place = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str")))
+        what = first["msg"][0].lower() + first["msg"][1:]
+        got = "" if first["type"] == "missing" else f", got {first['input']!r}"
+        raise ScenarioError(f"{where}: {place}: {what}{got}") from error
+    _check_lengths(parsed, where)
+    _check_draws(parsed, where)
+    return Scenario(name, folder, parsed)
+
+
+def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
+    """Walk tables and schema together; pydantic would not say which key was meant."""
+    if not isinstance(table, Mapping):
+        return
+    known = _subtables(kind)
+    for key, value in table.items():
+        if key not in known:
+            raise ScenarioError(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
+        inner = known[key]
+        if inner is not None and key in TABLES_OF_TABLES and isinstance(value, Mapping):
+            for name, each in value.items():
+                _refuse_unknown(each, inner, path, f"{where}{key}.{name}.")
+        elif inner is not None:
+            _refuse_unknown(value, inner, path, f"{where}{key}.")
+
+
+def _subtables(kind: type) -> dict[str, type | None]:
+    """Keys of a table, with the class of those that are tables."""
+    if is_dataclass(kind):
+        return {field.name: None for field in fields(kind)}
+    if issubclass(kind, BaseModel):
+        return {name: _table_class(field.annotation) for name, field in kind.model_fields.items()}
+    return {}
+
+
+def _table_class(hint: object) -> type | None:
+    """The class of a key's table, or of each table in a table of tables; None for anything else."""
+    for candidate in (hint, *get_args(hint)[1:2]):  # dict[str, X] holds tables of class X
+        if isinstance(candidate, type) and (is_dataclass(candidate) or issubclass(candidate, BaseModel)):
+            return candidate
+    return None
+
+
+def _check_lengths(table: ScenarioTable, path: str) -> None:
+    """Every array has one entry a joint."""
+    n = len(table.tolerance.gain)
+    arrays = {
+        "tolerance.identifiable": table.tolerance.identifiable,
+        "belief.controller_gain": table.belief.controller_gain,
+        **{f"plant.{name}": value for name, value in table.plant if isinstance(value, tuple)},
+    }
+    for where, values in arrays.items():
+        if len(values) != n:
+            raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
+    if not all(table.belief.controller_gain):
+        raise ScenarioError(f"{path}: belief.controller_gain: a gain of zero commands nothing")
+    method = table.identification.method
+    if method not in METHODS:
+        raise ScenarioError(f"{path}: identification.method: unknown {method!r}{nearest(method, METHODS)}")
+
+
+def _check_draws(table: ScenarioTable, path: str) -> None:
+    """Every draw changes places of its own, in a way that is said once."""
+    groups: tuple[tuple[str, Mapping[str, DrawTable]], ...] = (("random", table.random), ("sources", table.sources))
+    for group, draws in groups:
+        owner: dict[str, str] = {}
+        for name, draw in draws.items():
+            where = f"{path}: {group}.{name}"
+            stream = draw.stream if isinstance(draw, SourceTable) else None
+            ways = [way for way in (draw.distribution, draw.choice, stream) if way is not None]
+            if len(ways) != 1:
+                raise ScenarioError(f"{where}: give either a distribution, or a choice, or for a source its stream")
+            if isinstance(draw, SourceTable) and draw.size is not None and stream is None:
+                raise ScenarioError(f"{where}: size is of a noise; a drawn source has its size from its distribution")
+            if not draw.targets:
+                raise ScenarioError(f"{where}: target names no place")
+            for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
+                if stream is None and not place.startswith(DRAWABLE):
+                    raise ScenarioError(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
+                if place in owner:
+                    raise ScenarioError(f"{where}: {place} is taken by {group}.{owner[place]}; draw a place once")
+                owner[place] = name

@@ -1,0 +1,1 @@
+"""Folders that results are kept in, and read back from."""

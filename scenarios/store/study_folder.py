@@ -1,0 +1,212 @@
+"""A study's folder: `study.json`, and in `trials/` one Parquet part a finished chunk, written whole or not at all.
+
+The name of a part says which trials it holds, `00000064-00000095.parquet`, so that what is missing after a crash can be
+read off the folder.
+"""
+
+import io
+import itertools
+import json
+import os
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+from filelock import FileLock, Timeout
+
+from scenarios.errors import StudyError
+from scenarios.versions import versions
+
+STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
+
+
+@dataclass(frozen=True, slots=True)
+class StudyFolder:
+    """An open study folder; no other process has it open.
+
+    Attributes:
+        path: Where it is.
+        rows_per_trial: One a joint.
+    """
+
+    path: Path
+    rows_per_trial: int
+
+    @property
+    def trials(self) -> Path:
+        """Folder of the parts."""
+        return self.path / TRIALS
+
+    def finished(self) -> list[range]:
+        """Trials that are there, by part, in order.
+
+        Raises:
+            StudyError: If a file is no part, or not whole.
+        """
+        parts = sorted((self._part(path) for path in self.trials.iterdir()), key=lambda part: part.start)
+        for before, after in itertools.pairwise(parts):
+            if after.start < before.stop:
+                raise StudyError(
+                    f"{self.trials / part_name(after)}: its trials are in {part_name(before)} too; move one away"
+                )
+        return parts
+
+    def _part(self, path: Path) -> range:
+        """The trials of one file, if it is a whole part under its own name."""
+        try:
+            first, last = (int(number) for number in path.stem.split("-"))
+            part = range(first, last + 1)
+            found = pq.read_metadata(path)
+            at = found.schema.names.index("trial")
+            groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
+            held = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
+        except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
+            raise StudyError(f"{path}: no part of a study; move it away") from error
+        if path.name != part_name(part) or held != part:
+            raise StudyError(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
+        if found.num_rows != len(part) * self.rows_per_trial:
+            raise StudyError(f"{path}: {found.num_rows} rows, not those of trials {first} to {last}; move it away")
+        return part
+
+    def missing(self, count: int) -> list[int]:
+        """Those of the first `count` trials that are not there."""
+        there = {number for part in self.finished() for number in part}
+        return [number for number in range(count) if number not in there]
+
+    def write_part(self, first: int, last: int, rows: pa.Table) -> None:
+        """Add a part; a crash leaves either all of it or nothing.
+
+        Raises:
+            StudyError: If it cannot be written; the parts before it stay.
+        """
+        buffer = io.BytesIO()
+        pq.write_table(rows, buffer)
+        _write_whole(self.trials / part_name(range(first, last + 1)), buffer.getvalue(), self.path / UNFINISHED)
+
+    def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
+        """All rows that are there, by trial and joint.
+
+        Args:
+            columns: Those wanted, all if None.
+
+        Raises:
+            StudyError: If a part cannot be read.
+        """
+        paths = [self.trials / part_name(part) for part in self.finished()]
+        try:
+            rows = pq.read_table(paths, columns=None if columns is None else list(columns)).to_pandas()
+        except (OSError, pa.ArrowException) as error:
+            raise StudyError(f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}") from error
+        return rows.sort_values(["trial", "joint"], ignore_index=True)
+
+
+def part_name(part: range) -> str:
+    """Name of the file that holds these trials."""
+    return f"{part.start:08d}-{part.stop - 1:08d}.parquet"
+
+
+@contextmanager
+def study_folder(
+    path: Path, identity: Mapping[str, object], *, count: int, command: str, rows_per_trial: int
+) -> Generator[StudyFolder]:
+    """Open a study's folder, new or begun.
+
+    Args:
+        path: The folder; made if missing.
+        identity: What makes it this study and no other: kind, scenario, seeds. JSON values.
+        count: Trials wanted; the record keeps the largest number ever asked for.
+        command: That asks for it.
+        rows_per_trial: One a joint.
+
+    Raises:
+        StudyError: If it holds another study, something else, or is open elsewhere.
+    """
+    path = path.absolute()
+    try:
+        _refuse_foreign(path)
+        (path / TRIALS).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudyError(f"{path}: cannot hold a study: {error.strerror}; use another --out") from error
+    lock = FileLock(path / LOCK)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise StudyError(f"{path}: another process is at work here; wait for it or use another --out") from error
+    try:
+        (path / UNFINISHED).unlink(missing_ok=True)
+        wanted = json.loads(json.dumps({**identity, "versions": versions()}))
+        known = _read_record(path / STUDY)
+        if known is not None:
+            _refuse_other(path, known, wanted)
+            count = max(count, int(str(known["trials"])))
+        record = {**wanted, "trials": count, "command": command}
+        _write_whole(path / STUDY, (json.dumps(record, indent=2) + "\n").encode(), path / UNFINISHED)
+        yield StudyFolder(path, rows_per_trial)
+    finally:
+        lock.release()
+
+
+def _refuse_foreign(path: Path) -> None:
+    if path.is_dir() and not (path / STUDY).is_file():
+        strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
+        if strange or any((path / TRIALS).glob("*")):
+            named = strange[0] if strange else TRIALS
+            raise StudyError(f"{path}: holds {named!r} but no {STUDY}; it is no study, use another --out")
+
+
+def _read_record(path: Path) -> dict[str, object] | None:
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        if isinstance(record, dict) and isinstance(record.get("trials"), int):
+            return record
+    except FileNotFoundError:
+        return None
+    except ValueError:
+        pass
+    raise StudyError(f"{path}: not the record of a study; use another --out")
+
+
+def _refuse_other(path: Path, known: Mapping[str, object], wanted: Mapping[str, object]) -> None:
+    difference = _first_difference({key: known.get(key) for key in wanted}, wanted, "")
+    if difference is not None:
+        place, there, here = difference
+        raise StudyError(
+            f"{path}: belongs to another study: {place} is {_short(there)} there and {_short(here)} here; "
+            "use another --out"
+        )
+
+
+def _first_difference(there: object, here: object, place: str) -> tuple[str, object, object] | None:
+    """Where two JSON values first differ, and what stands there."""
+    if isinstance(there, Mapping) and isinstance(here, Mapping):
+        for key in dict.fromkeys((*here, *there)):
+            inner = f"{place}.{key}" if place else str(key)
+            found = _first_difference(there.get(key), here.get(key), inner)
+            if found is not None:
+                return found
+        return None
+    return None if there == here else (place, there, here)
+
+
+def _short(value: object) -> str:
+    text = "absent" if value is None else json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _write_whole(path: Path, content: bytes, unfinished: Path) -> None:
+    """Write a file so that it is there whole or not at all, even if the machine loses power."""
+    try:
+        with unfinished.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        unfinished.replace(path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise StudyError(
+            f"{path}: cannot be written: {error.strerror}; what is finished is kept, make room and repeat the command"
+        ) from error

@@ -1,0 +1,1 @@
+"""Where trials run, and what happens when a place to run them dies."""

@@ -1,0 +1,69 @@
+"""Exact linear systems: what a recording would give with a perfect filter, for identities that hold to rounding."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.gains import GainEstimate, GainOptions
+from ident.observation import JointObservation, Observation
+from ident.payload import Payload
+from ident.regressor import regressor
+from ident.structure import Structure
+
+GAIN = np.array([0.9401, -0.9619, 1.1148, 0.9146, 25.0, -0.04])
+TRUSTING = GainOptions(noise_floor=1e-12)
+# Exact data: the only error is rounding, amplified by the condition number of the scaled system, below 1e4.
+EXACT = 1e4 * np.finfo(float).eps
+
+
+def values(estimate: GainEstimate) -> np.ndarray:
+    return np.array([np.nan if joint.value is None else joint.value for joint in estimate.joints])
+
+
+def lopsided(payload: Payload) -> Payload:
+    """The same payload with its centre of mass off the flange axis, so that it loads joint 6."""
+    return replace(payload, com=(0.1, -0.05, 0.14))
+
+
+def exact_pair(
+    structure: Structure,
+    payload: Payload,
+    gain: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    noise: float = 0.0,
+    rows: int = 300,
+) -> tuple[Observation, Observation]:
+    """Observations of random states for a random arm of the structure's kinematics, bare and with the payload."""
+    n = structure.arm.n
+    chi = rng.uniform(0.5, 2.0, 14 * n)
+    return (
+        exact_observation(structure, chi, np.zeros(10), gain, rng, noise=noise, rows=rows),
+        exact_observation(structure, chi, payload.known_part().chi, gain, rng, noise=noise, rows=rows),
+    )
+
+
+def exact_observation(
+    structure: Structure,
+    chi: np.ndarray,
+    chi_payload: np.ndarray,
+    gain: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    noise: float,
+    rows: int,
+) -> Observation:
+    """Rows of random states with `V = (W chi + W_L chi_L) / g`, plus noise in proportion to each joint's rms."""
+    q, dq, ddq = rng.uniform(-2.0, 2.0, (3, rows, structure.arm.n))
+    W_st = regressor(structure.arm, q, dq, ddq)
+    joints = []
+    for j, columns in enumerate(structure.joint_columns):
+        W_L = W_st[:, j, structure.payload_columns]
+        V = (W_st[:, j] @ chi + W_L @ chi_payload) / gain[j]
+        V = V + noise * np.sqrt(np.mean(V**2)) * rng.standard_normal(rows)
+        joints.append(
+            JointObservation(
+                V, W_st[:, j, structure.base.columns[columns]], columns, W_L, np.arange(rows), np.arange(rows), 0.05
+            )
+        )
+    return Observation(structure, tuple(joints), ())

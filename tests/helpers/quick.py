@@ -1,0 +1,33 @@
+"""A scenario that runs in a twentieth of a second a trial."""
+
+from pathlib import Path
+
+from plants import short_motion
+
+from scenarios.files.motions import write_motion
+
+TEXT = """extends = "nominal"
+[experiment]
+motion = "short.toml"
+[tolerance]
+gain = [0.2, 0.03, 0.03, 0.2, 0.03, 0.03]
+identifiable = [true, true, true, false, true, false]
+"""
+RANDOM = """
+[random.gains]
+target = "plant.gain"
+distribution = "norm"
+parameters = { loc = 1.0, scale = 0.1 }
+apply = "multiply"
+[random.load]
+target = "plant.payload.mass"
+choice = [7.025, 7.0, 95.0]
+"""
+
+
+def quick_scenario(folder: Path, more: str = "") -> Path:
+    """A scenario file beside its motion of 6 s; with `RANDOM`, a third of the trials are too heavy for the drives."""
+    write_motion(short_motion(6.0, 0.25), folder / "short.toml", [])
+    path = folder / "quick.toml"
+    path.write_text(TEXT + more)
+    return path

@@ -1,0 +1,99 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from places import ROOT
+from quick import RANDOM, quick_scenario
+from rich.console import Console
+from study_tasks import double, double_or_die, slow_double
+
+from scenarios.errors import StudyError
+from scenarios.files.schema import load_scenario
+from scenarios.studies.monte_carlo import monte_carlo
+from scenarios.studies.study import carry_out
+from scenarios.workers.execute import GivenUp, completed
+from scenarios.workers.executors import dask_workers, local_processes
+
+START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
+
+
+@contextmanager
+def cluster(folder: Path):
+    """A scheduler and two worker processes of one thread on loopback; yields the scheduler's file and process."""
+    file = folder / "scheduler.json"
+    environment = os.environ | {
+        "PYTHONPATH": str(ROOT / "tests" / "helpers"),
+        "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0",
+    }
+    common = ["--scheduler-file", str(file), "--host", "127.0.0.1", "--no-dashboard"]
+    worker = ["worker", "--nthreads", "1", "--local-directory", str(folder)]
+    started = []
+    try:
+        for arguments in (["scheduler", "--port", "0"], worker, worker):
+            with (folder / f"{len(started)}.log").open("w") as log:
+                command = [sys.executable, "-c", START, *arguments, *common]
+                started.append(
+                    subprocess.Popen(command, stdout=log, stderr=log, env=environment, start_new_session=True)
+                )
+        deadline = time.monotonic() + 60.0
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        yield file, started[0]
+    finally:
+        for process in reversed(started):  # a worker has a child that works and is started anew
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    with cluster(tmp_path_factory.mktemp("cluster")) as (file, _):
+        yield file
+
+
+@pytest.fixture
+def workers(scheduler):
+    with dask_workers(str(scheduler)) as workers:
+        yield workers
+
+
+def test_a_cluster_is_an_executor_like_any_other(workers):
+    assert dict(completed(workers, double, range(40), tick=lambda: None)) == {x: 2 * x for x in range(40)}
+
+
+def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
+    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM))), 8, seed=5)
+    there = carry_out(study, tmp_path / "cluster", workers, command="", console=Console(quiet=True)).table()
+    with local_processes(1) as home:
+        here = carry_out(study, tmp_path / "home", home, command="", console=Console(quiet=True)).table()
+    pd.testing.assert_frame_equal(there, here, check_exact=True)
+
+
+def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
+    found = dict(completed(workers, double_or_die, range(11, 16), tick=lambda: None))
+    assert found.pop(13) == GivenUp("its worker died")
+    assert found == {x: 2 * x for x in range(11, 16) if x != 13}
+
+
+def test_a_scheduler_that_dies_ends_the_study_and_makes_no_rows(tmp_path, caplog):
+    with cluster(tmp_path) as (file, process), dask_workers(str(file)) as workers:
+        found = completed(workers, slow_double, range(100), tick=lambda: None)
+        next(found)
+        os.killpg(process.pid, signal.SIGKILL)
+        with pytest.raises(StudyError, match="the scheduler that hands out the work is gone"):
+            dict(found)
+
+
+def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
+    with (
+        pytest.raises(StudyError, match=r"scheduler\.json: no such scheduler file"),
+        dask_workers(str(tmp_path / "scheduler.json")),
+    ):
+        pass

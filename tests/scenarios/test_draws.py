@@ -1,0 +1,124 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from scenarios.build import bench
+from scenarios.errors import ScenarioError
+from scenarios.files.draws import check_draws, drawn_settings
+from scenarios.files.schema import Scenario, load_scenario
+from scenarios.files.settings import explicit_table, value_at, with_settings
+
+
+def scenario(folder: Path, text: str) -> Scenario:
+    path = folder / "mine.toml"
+    path.write_text(f'extends = "nominal"\n{text}\n')
+    return load_scenario(str(path))
+
+
+def draw(target: str, rest: str) -> str:
+    return f"[random.it]\ntarget = {target}\n{rest}"
+
+
+def values(drawn: Scenario, place: str, count: int) -> np.ndarray:
+    return np.array([drawn_settings(drawn, seed)[place] for seed in range(count)])
+
+
+def test_nothing_is_drawn_where_nothing_is_random():
+    assert drawn_settings(load_scenario("nominal"), 3) == {}
+
+
+def test_an_explicit_scenario_is_the_same_scenario():
+    nominal = load_scenario("nominal")
+    a, b = bench(nominal), bench(with_settings(nominal, {}))
+    np.testing.assert_array_equal(a.true_gain, b.true_gain)
+    assert a.experiments[1].plant.payload == b.experiments[1].plant.payload
+    assert a.payload == b.payload
+    assert a.experiments[0].sensors == b.experiments[0].sensors
+
+
+def test_numbers_have_the_distribution_that_is_named(tmp_path):
+    text = draw('"plant.gain"', 'distribution = "norm"\nparameters = { loc = 1.0, scale = 0.1 }\napply = "multiply"')
+    mine = scenario(tmp_path, text)
+    nominal = value_at(explicit_table(mine), "plant.gain")
+    factor = values(mine, "plant.gain", 400) / nominal
+    # Kolmogorov and Smirnov on 2400 numbers; the seeds are fixed, and one choice of seeds in a thousand fails.
+    assert stats.kstest(factor.ravel(), stats.norm(1.0, 0.1).cdf).pvalue > 1e-3
+    assert np.abs(np.corrcoef(factor.T) - np.eye(6)).max() < 4 / np.sqrt(400)  # joints are drawn by themselves
+
+
+def test_add_replace_shared_and_arrays_of_parameters(tmp_path):
+    added = scenario(
+        tmp_path, draw('"plant.payload.mass"', 'distribution = "uniform"\nparameters = { scale = 0.5 }\napply = "add"')
+    )
+    masses = values(added, "plant.payload.mass", 50)
+    assert (masses > 7.025).all()
+    assert (masses < 7.525).all()
+    replaced = scenario(tmp_path, draw('"plant.gain"', 'distribution = "uniform"\nshared = true'))
+    gain = values(replaced, "plant.gain", 20)
+    assert np.ptp(gain, axis=1).max() == 0.0
+    assert gain.max() < 1.0
+    each = scenario(
+        tmp_path,
+        draw('"plant.gain"', 'distribution = "uniform"\nparameters = { loc = [1, 2, 3, 4, 5, 6], scale = 0.1 }'),
+    )
+    np.testing.assert_array_equal(np.floor(values(each, "plant.gain", 5)), np.tile(np.arange(1, 7), (5, 1)))
+
+
+def test_one_of_a_set_is_chosen_and_each_in_its_turn(tmp_path):
+    mine = scenario(tmp_path, draw('"experiment.motion"', 'choice = ["drive-gains", "other.toml"]'))
+    chosen = [drawn_settings(mine, seed)["experiment.motion"] for seed in range(40)]
+    assert set(chosen) == {"drive-gains", "other.toml"}
+
+
+def test_another_draw_does_not_move_the_first(tmp_path):
+    gain = draw('"plant.gain"', 'distribution = "norm"\n')
+    one = scenario(tmp_path, gain)
+    two = scenario(
+        tmp_path, gain + '[random.also]\ntarget = "plant.payload.mass"\ndistribution = "norm"\napply = "add"'
+    )
+    assert drawn_settings(one, 5)["plant.gain"] == drawn_settings(two, 5)["plant.gain"]
+    assert drawn_settings(one, 5) != drawn_settings(one, 6)
+
+
+def test_settings_change_the_bench_and_what_is_believed_stays():
+    nominal = load_scenario("nominal")
+    changed = bench(with_settings(nominal, {"plant.payload.mass": 8.0, "plant.gain": [2.0] * 6}))
+    assert changed.experiments[1].plant.payload.mass == 8.0
+    assert changed.payload.mass == 7.025
+    np.testing.assert_array_equal(changed.true_gain, [2.0] * 6)
+
+
+FAULTS = {
+    '[random.it]\ntarget = "plant.gian"\ndistribution = "norm"': "random.it: no 'gian' in plant; did you mean 'gain'?",
+    '[random.it]\ntarget = "plant.payload"\ndistribution = "norm"': "random.it: plant.payload holds a table",
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "no distribution 'nrom' in scipy.stats; did you",
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scael = 1 }': "did you mean 'scale'?",
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = -1 }': "gives no finite numbers",
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { loc = [1, 2] }': "or arrays of 6",
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "lognorm"': "lognorm needs the parameter s",
+    '[random.it]\ntarget = "plant.gain"': "give either a distribution, or a choice, or for a source its stream",
+    '[random.it]\ntarget = "experiment.motion"\ndistribution = "norm"': "the name 'drive-gains'; draw it with choice",
+    '[random.it]\ntarget = "experiment.motion"\nchoice = []': "choice is empty",
+    '[random.it]\ntraget = "plant.gain"': "unknown key random.it.traget; did you mean 'target'?",
+    '[sources.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "sources.it: no distribution",
+    '[sources.it]\ntarget = "plant.gain"\nstream = "white"\ndistribution = "norm"': "sources.it: give either",
+    '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size is of a noise",
+    '[sources.it]\ntarget = "plant.gain"\nstream = "white"': "the stream white is taken by sources.white current noise",
+    '[random.it]\ntarget = []\ndistribution = "norm"': "random.it: target names no place",
+    '[random.it]\ntarget = "tolerance.pass_rate"\ndistribution = "norm"': "'tolerance.pass_rate' cannot be drawn",
+    '[random.a]\ntarget = "plant.gain"\ndistribution = "norm"\n[random.b]\ntarget = "plant.gain"\n'
+    'distribution = "norm"': "random.b: plant.gain is taken by random.a; draw a place once",
+    '[random.it]\ntarget = "plant.gain"\nchoice = [1.0, 2.0]': "random.it: ",
+    '[random.it]\ntarget = "plant.payload.mass"\nchoice = [7.0, "heavy"]': "random.it: ",
+    '[random.it]\ntarget = "identification.method"\nchoice = ["ls-2011", "foo"]': "unknown 'foo'",
+}
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_a_draw_that_cannot_be_made_is_one_line(tmp_path, text):
+    with pytest.raises(ScenarioError) as caught:
+        check_draws(scenario(tmp_path, text))
+    assert FAULTS[text] in str(caught.value)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,99 @@
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from study_tasks import die_once, double, double_or_die, fail, refuse
+
+from scenarios.errors import StudyError
+from scenarios.workers.execute import GivenUp, completed
+from scenarios.workers.executors import Workers, local_processes
+
+
+def threads(count: int) -> Workers:
+    return Workers(lambda: ThreadPoolExecutor(count), lambda: count)
+
+
+def results(workers: Workers, function, tasks) -> dict:
+    return dict(completed(workers, function, tasks, tick=lambda: None))
+
+
+def test_every_task_comes_back_once_from_any_executor():
+    assert results(threads(3), double, range(50)) == {x: 2 * x for x in range(50)}
+
+
+def test_tasks_are_taken_as_workers_become_free():
+    taken = []
+    tasks = (taken.append(x) or x for x in range(100))
+    started = completed(threads(2), double, tasks, tick=lambda: None)
+    next(started)
+    assert len(taken) < 10
+    started.close()
+
+
+def test_a_task_that_kills_its_worker_is_given_up_and_the_others_are_not():
+    with local_processes(2) as workers:
+        found = results(workers, double_or_die, range(8, 20))
+    assert found.pop(13) == GivenUp("its worker died")
+    assert found == {x: 2 * x for x in range(8, 20) if x != 13}
+
+
+def test_a_task_whose_worker_died_of_something_else_is_done_again(tmp_path):
+    tasks = [(str(tmp_path / "marker"), x) for x in range(8)]
+    with local_processes(2) as workers:
+        assert results(workers, die_once, tasks) == {task: 2 * task[1] for task in tasks}
+
+
+def test_whatever_a_task_fails_of_is_its_reason():
+    assert results(threads(1), fail, [4]) == {4: GivenUp("its worker failed: ValueError: cannot double 4")}
+
+
+def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
+    with pytest.raises(StudyError, match="another version"):
+        results(threads(2), refuse, range(4))
+
+
+def test_time_passes_while_nothing_finishes():
+    ticks = []
+    found = completed(threads(1), time.sleep, [1.2], tick=lambda: ticks.append(1))
+    assert list(found) == [(1.2, None)]
+    assert len(ticks) >= 2
+
+
+def test_worker_processes_are_gone_afterwards():
+    before = set(multiprocessing.active_children())
+    with local_processes(2) as workers:
+        workers.open().submit(time.sleep, 60.0)
+    deadline = time.monotonic() + 10.0
+    while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert set(multiprocessing.active_children()) == before
+
+
+def test_workers_end_when_the_process_that_started_them_is_killed():
+    code = (
+        "import os, signal\n"
+        "from scenarios.workers.executors import local_processes\n"
+        "if __name__ == '__main__':\n"
+        "    with local_processes(1) as workers:\n"
+        "        print(workers.open().submit(os.getpid).result(), flush=True)\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    killed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    deadline = time.monotonic() + 10.0
+    while alive(int(killed.stdout)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not alive(int(killed.stdout))
+
+
+def alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True

@@ -1,0 +1,255 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from quick import RANDOM, quick_scenario
+from rich.console import Console
+
+import scenarios.studies.study as module
+from scenarios import trials
+from scenarios.cli import main
+from scenarios.errors import StudyError
+from scenarios.files.draws import drawn_settings
+from scenarios.files.schema import load_scenario
+from scenarios.studies.monte_carlo import monte_carlo
+from scenarios.studies.study import carry_out
+from scenarios.workers import tasks
+from scenarios.workers.executors import Workers
+
+CONTRACT = [
+    "trial",
+    "seed",
+    "joint",
+    "true",
+    "estimate",
+    "std",
+    "rel_error",
+    "z",
+    "tolerance",
+    "identifiable",
+    "passed",
+    "reason",
+]
+QUIET = Console(quiet=True)
+
+
+def threads(count: int) -> Workers:
+    return Workers(lambda: ThreadPoolExecutor(count), lambda: count)
+
+
+def rows_of(folder: Path) -> pd.DataFrame:
+    """As any user reads a study."""
+    return pd.read_parquet(folder / "trials").sort_values(["trial", "joint"], ignore_index=True)
+
+
+def command(scenario: Path, folder: Path, *more: str) -> list[str]:
+    return [sys.executable, "-m", "scenarios", "monte-carlo", str(scenario), "--out", str(folder), *more]
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory) -> Path:
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM)
+
+
+@pytest.fixture(scope="module")
+def reference(scenario, tmp_path_factory) -> pd.DataFrame:
+    """Twelve trials, uninterrupted, one after the other."""
+    folder = tmp_path_factory.mktemp("reference")
+    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
+    carry_out(study, folder, threads(1), command="", console=QUIET)
+    return rows_of(folder)
+
+
+def test_a_study_has_a_row_a_trial_and_joint_with_the_promised_columns(reference):
+    assert list(reference.columns)[: len(CONTRACT)] == CONTRACT
+    assert reference["trial"].tolist() == np.repeat(np.arange(12), 6).tolist()
+    assert reference["joint"].tolist() == list(range(1, 7)) * 12
+    assert (reference["seed"] == reference["trial"] + 5).all()
+    found = reference[reference["identifiable"]]
+    np.testing.assert_allclose(found["rel_error"], found["estimate"] / found["true"] - 1.0, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found["z"], (found["estimate"] - found["true"]) / found["std"], rtol=1e-9)
+    np.testing.assert_array_equal(
+        reference["true"], [row[f"plant.gain.{row['joint']}"] for _, row in reference.iterrows()]
+    )
+
+
+def test_a_trial_that_fails_is_rows_with_its_reason(reference):
+    heavy = reference[reference["plant.payload.mass"] == 95.0]
+    assert 0 < heavy["trial"].nunique() < 12
+    assert (heavy["failure"] == "Saturated").all()
+    assert heavy["reason"].str.match(r"loaded: drive of joint\d at its limit").all()
+    assert not heavy["passed"].any()
+    assert heavy["estimate"].isna().all()
+    assert reference[reference["plant.payload.mass"] != 95.0]["failure"].isna().all()
+
+
+def test_a_row_s_seed_repeats_its_trial(reference, scenario, capsys):
+    row = reference[reference["identifiable"]].iloc[0]
+    main(["run", str(scenario), "--seed", str(row["seed"]), "--json"])
+    again = json.loads(capsys.readouterr().out)["gains"][row["joint"] - 1]
+    assert (again["true"], again["estimate"], again["std"]) == (row["true"], row["estimate"], row["std"])
+
+
+def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, reference, tmp_path):
+    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
+    carry_out(study, tmp_path, threads(2), command="", console=QUIET)
+    assert len(list((tmp_path / "trials").iterdir())) > 4
+    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
+
+
+def test_a_killed_study_goes_on_and_ends_with_the_same_rows(scenario, reference, tmp_path):
+    arguments = command(scenario, tmp_path, "-n", "12", "--seed", "5", "--jobs", "2")
+    killed = subprocess.Popen(arguments, stderr=subprocess.DEVNULL, start_new_session=True)
+    parts = tmp_path / "trials"
+    deadline = time.monotonic() + 60.0
+    while not list(parts.glob("*.parquet")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    os.killpg(killed.pid, signal.SIGKILL)
+    assert killed.wait() == -signal.SIGKILL
+    kept = {path.name: path.stat().st_mtime_ns for path in parts.glob("*.parquet")}
+    assert 0 < len(kept) < 12
+    done = subprocess.run([*arguments[:-1], "1"], capture_output=True, text=True, check=False)
+    assert done.returncode in (0, 1), done.stderr
+    assert {path.name: path.stat().st_mtime_ns for path in parts.glob("*.parquet")}.items() >= kept.items()
+    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
+    assert {"summary.parquet", "errors.png", "z-scores.png", "error-against-gain.png"} <= {
+        path.name for path in tmp_path.iterdir()
+    }
+
+
+def test_ctrl_c_stops_cleanly_and_says_how_to_go_on(scenario, tmp_path):
+    arguments = command(scenario, tmp_path, "-n", "4000", "--jobs", "2")
+    running = subprocess.Popen(
+        arguments,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # shells turn it off for what runs behind `&`
+    )
+    deadline = time.monotonic() + 60.0
+    while not (tmp_path / "study.json").exists() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    time.sleep(1.0)  # workers are starting or at work
+    os.killpg(running.pid, signal.SIGINT)  # as a terminal does: to every process of the group
+    _, errors = running.communicate(timeout=20.0)
+    assert running.returncode == 130
+    assert "Traceback" not in errors
+    assert f"go on with: rx90 monte-carlo {scenario} -n 4000 --out {tmp_path} --seed 0 --jobs 2" in errors
+
+
+class Dying(Executor):
+    """Workers of which every one dies at trial 3."""
+
+    def submit(self, function, task, /) -> Future:
+        future = Future()
+        if any(trial.number == 3 for trial in task.trials):
+            future.set_exception(OSError("out of memory"))
+        else:
+            future.set_result(function(task))
+        return future
+
+
+def test_trials_whose_worker_dies_are_rows_that_say_so(scenario, reference, tmp_path):
+    study = monte_carlo(load_scenario(str(scenario)), 6, seed=5)
+    carry_out(study, tmp_path, Workers(Dying, lambda: 1, OSError), command="", console=QUIET)
+    rows = rows_of(tmp_path)
+    died = rows["failure"] == "WorkerDied"
+    assert 3 in set(rows[died]["trial"])
+    assert (rows[died]["reason"] == "its worker died").all()
+    same = rows[~died].reset_index(drop=True)
+    expected = reference[reference["trial"].isin(same["trial"])].reset_index(drop=True)
+    pd.testing.assert_frame_equal(same, expected, check_exact=True)
+
+
+def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkeypatch):
+    study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
+    monkeypatch.setattr(tasks, "versions", lambda: {"mujoco": "4.0"})
+    monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
+    with pytest.raises(StudyError, match=r"a worker has mujoco 4\.0, the study was begun with 3\.0"):
+        carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+
+
+def test_an_error_that_nobody_foresaw_costs_its_own_trial_alone(scenario, monkeypatch):
+    def failing(prepared, seed):
+        if seed == 6:
+            raise MemoryError("no room for trial 1")
+        return drawn_settings(prepared, seed)
+
+    loaded = load_scenario(str(scenario))
+    study = monte_carlo(loaded, 4, seed=5)
+    monkeypatch.setattr(trials, "drawn_settings", failing)
+    some = [study.trial(number) for number in range(4)]
+    together = trials.run_trials(loaded, some, study.schema, threads=1).to_pandas()
+    apart = [trials.run_trials(loaded, [trial], study.schema, threads=1).to_pandas() for trial in some]
+    pd.testing.assert_frame_equal(together, pd.concat(apart, ignore_index=True), check_exact=True)
+    assert together.loc[together["failure"] == "MemoryError", "trial"].tolist() == [1] * 6
+
+
+def test_two_trials_that_fail_are_no_pass(tmp_path, capsys):
+    path = quick_scenario(
+        tmp_path, "[plant.payload]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
+    )
+    assert main(["monte-carlo", str(path), "-n", "2", "--jobs", "1", "--out", str(tmp_path / "out")]) == 1
+    output = capsys.readouterr().out
+    assert "2 trials failed: Saturated." in output
+    assert "MISSED on joint 1, 2, 3, 4, 5, 6 (too few trials to judge a pass rate)." in output
+
+
+def test_a_reader_who_leaves_is_no_missed_tolerance():
+    pipe = subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m scenarios list | true; echo ${{PIPESTATUS[0]}}"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert pipe.stdout.strip() in ("141", "0")  # 0 if it had written before the reader left
+    assert pipe.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["-n", "0"], "argument -n: expected 1 or more"),
+        (["-n", "many"], "argument -n: 'many' is no whole number"),
+        (["-n", "5", "--jobs", "1", "--dask", "tcp://127.0.0.1:1"], "not allowed with argument"),
+        (["-n", "5", "--dask", "tcp://127.0.0.1:1"], "no Dask scheduler answers at tcp://127.0.0.1:1"),
+    ],
+)
+def test_bad_options_are_one_line_and_exit_status_2(scenario, tmp_path, more, message):
+    done = subprocess.run(command(scenario, tmp_path, *more), capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_folder_that_cannot_be_made_is_one_line_and_exit_status_2(scenario, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["monte-carlo", str(scenario), "-n", "2", "--out", str(tmp_path / "file" / "study")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_changed_motion_is_another_study(scenario, tmp_path):
+    path = quick_scenario(tmp_path)
+    for text in ("", "# another comment is another file\n"):
+        (tmp_path / "short.toml").write_text((tmp_path / "short.toml").read_text() + text)
+        study = monte_carlo(load_scenario(str(path)), 1, seed=0)
+        if text:
+            with pytest.raises(StudyError, match=r"another study: scenario\.motions\.short\.toml is"):
+                carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)
+        else:
+            carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)
+
+
+def test_a_scenario_that_cannot_run_at_all_is_an_error_not_a_failed_study(tmp_path, capsys):
+    path = quick_scenario(tmp_path, '[random.it]\ntarget = "plant.gian"\ndistribution = "norm"\n')
+    assert main(["monte-carlo", str(path), "-n", "2", "--out", str(tmp_path / "out")]) == 2
+    assert "no 'gian' in plant; did you mean 'gain'?" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

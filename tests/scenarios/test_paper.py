@@ -1,0 +1,70 @@
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from scenarios.cli import main
+from scenarios.paper import published
+from scenarios.paper.experiment import run_paper
+
+
+@pytest.fixture(scope="module")
+def repeated():
+    return run_paper(0)
+
+
+def test_every_claim_of_the_paper_holds(repeated):
+    failed = [check.claim for check in repeated.checks if not check.holds]
+    assert not failed
+    assert len(repeated.checks) == 8
+
+
+def test_cases_use_the_gains_they_say(repeated):
+    one, two, three = (case.gain for case in repeated.cases)
+    np.testing.assert_array_equal(one, 1.0)
+    np.testing.assert_array_equal(two[:4], [joint.value for joint in repeated.gains.joints[:4]])
+    np.testing.assert_array_equal(two[4:], 1.0)
+    np.testing.assert_allclose(three, two * [1.2, 1.2, 1.2, 1.2, 1.0, 1.0], rtol=1e-15)
+    np.testing.assert_array_equal(repeated.second.gain, two)
+
+
+def test_published_numbers_agree_with_each_other():
+    # The paper's own arithmetic: sigma is the error norm over the root of rows less unknowns (eq. 19).
+    for case in published.CASES:
+        np.testing.assert_allclose(
+            case.error_norm / case.sigma, np.sqrt(published.ROWS_LESS_UNKNOWNS), rtol=1e-3
+        )  # digits printed
+
+
+def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys):
+    assert main(["paper", "--out", str(tmp_path / "out"), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert list(document) == ["cases", "second_payload", "checks", "passed"]
+    assert [list(case) for case in document["cases"]] == [["case", "gains", "payload", "fit", "published"]] * 3
+    assert all(set(check) == {"claim", "holds"} for check in document["checks"])
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"paper.md", "figure3.png", "figure3.svg", "parameters.parquet", "rows.parquet"}
+    text = (tmp_path / "out" / "paper.md").read_text()
+    assert "| case 2 M | 7.025 |" in text
+    assert "| 7.170 |" in text
+    parameters = pd.read_parquet(tmp_path / "out" / "parameters.parquet")
+    mass = parameters.query("case == 'case 2' and name == 'M'").iloc[0]
+    stated = next(p for p in document["cases"][1]["payload"] if p["parameter"] == "M")
+    assert (mass.value, stated["true"]) == (stated["estimate"], 7.025)
+    rows = pd.read_parquet(tmp_path / "out" / "rows.parquet").query("case == 'case 1'")
+    assert len(rows) == document["cases"][0]["fit"]["rows"]
+
+
+def test_paper_prints_ours_beside_the_published_numbers(capsys):
+    assert main(["paper"]) == 0
+    output = capsys.readouterr().out
+    for word in ("[kg m, kg]", "[N m / drive unit]", "8.650", "0.0840", "refused", "PASSED: all 8 claims hold."):
+        assert word in output
+
+
+@pytest.mark.slow
+def test_every_claim_holds_in_95_of_100_runs():
+    # A claim that truly holds in 99 % of the runs fails this with a probability of 5e-4.
+    holds = np.mean([[check.holds for check in run_paper(seed).checks] for seed in range(100)], axis=0)
+    assert (holds >= 0.95).all()

@@ -1,0 +1,109 @@
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from scenarios import assert_scenario
+from scenarios.errors import ScenarioError
+from scenarios.files.schema import load_scenario
+from scenarios.reports.monte_carlo import failures, write_monte_carlo
+from scenarios.studies.pass_rule import allowed_misses, detectable_rate, pass_rule
+from scenarios.studies.statistics import joint_statistics
+
+
+def rows(
+    n: int, *, std: float = 0.01, claimed: float = 0.01, bias: float = 0.0, tolerance: float = 0.02
+) -> pd.DataFrame:
+    """Rows of a study whose errors are normal, joint 1 with a gain of 2, joint 2 never identified."""
+    error = np.random.default_rng(3).normal(bias, std, n)
+    one = {"true": 2.0, "std": 2.0 * claimed, "rel_error": error, "z": error / claimed, "payload_std": 2.0 * claimed}
+    first = pd.DataFrame({"trial": np.arange(n), "joint": 1, **one, "identifiable": True, "failure": None})
+    first["passed"] = np.abs(error) <= tolerance
+    second = first.assign(joint=2, std=np.nan, rel_error=np.nan, z=np.nan, identifiable=False, passed=True)
+    return pd.concat([first, second]).assign(tolerance=tolerance)
+
+
+def test_statistics_of_normal_errors_are_the_known_ones():
+    n = 20_000
+    one, two = joint_statistics(rows(n, bias=0.002), wanted=0.9, false_alarm=0.01)
+    # A deviation is known to 1 / sqrt(2 n), a share to 1 / (2 sqrt(n)) of itself or less; four of them.
+    assert abs(one.bias - 0.002) < 4 * 0.01 / np.sqrt(n)
+    np.testing.assert_allclose(one.bias_std, 0.01 / np.sqrt(n), rtol=4 / np.sqrt(2 * n))
+    np.testing.assert_allclose(one.spread, 0.01, rtol=4 / np.sqrt(2 * n))
+    np.testing.assert_allclose(one.claimed, 0.01, rtol=1e-12)
+    for share, deviations in ((one.cover_1, 1.0), (one.cover_2, 2.0), (one.cover_2_payload, 2.0 * np.sqrt(2.0))):
+        expected = stats.norm.cdf(deviations - 0.2) - stats.norm.cdf(-deviations - 0.2)
+        assert abs(share - expected) < 4 * 0.5 / np.sqrt(n)
+    assert one.pass_low < one.pass_rate < one.pass_high
+    np.testing.assert_allclose(one.p95, np.percentile(np.abs(rows(n, bias=0.002).query("joint == 1")["rel_error"]), 95))
+    assert (two.refused, two.failed, two.pass_rate, two.bias, two.cover_1) == (n, 0, 1.0, None, None)
+
+
+def test_a_failed_trial_counts_as_failed_and_not_as_passed():
+    table = rows(10)
+    lost = table["trial"] < 3
+    table.loc[lost, ["identifiable", "passed"]] = False
+    table.loc[lost, "failure"] = "Saturated"
+    one, _ = joint_statistics(table, wanted=0.5, false_alarm=0.01)
+    assert (one.trials, one.failed, one.refused) == (10, 3, 0)
+    assert one.pass_rate <= 0.7
+    assert failures(table) == {"Saturated": 3}
+
+
+def test_the_rule_blames_a_method_that_has_its_rate_as_seldom_as_it_says():
+    for trials in (5, 20, 200, 2000):
+        for wanted in (0.8, 0.95, 0.99):
+            allowed = allowed_misses(trials, wanted, 0.01)
+            assert stats.binom.sf(allowed, trials, 1 - wanted) <= 0.01  # chance of more misses than allowed
+            assert allowed == 0 or stats.binom.sf(allowed - 1, trials, 1 - wanted) > 0.01  # and not one more
+
+
+def test_the_rule_finds_the_rate_it_says_it_can_tell():
+    allowed = allowed_misses(20, 0.95, 0.01 / 6)
+    rate = detectable_rate(20, allowed, 0.95)
+    np.testing.assert_allclose(stats.binom.sf(allowed, 20, 1 - rate), 0.95, rtol=1e-6)
+    held, other = pass_rule(rows(2000, std=0.012), wanted=0.95, false_alarm=0.01)
+    assert not held.held  # 90 % pass
+    assert other.held
+
+
+def test_plots_and_table_are_written_even_of_a_study_without_any_gain(tmp_path):
+    table = rows(4)
+    nominal = load_scenario("nominal")
+    statistics = joint_statistics(table, wanted=0.95, false_alarm=0.01)
+    names = [path.name for path in write_monte_carlo(statistics, table, nominal, tmp_path)]
+    assert names == ["summary.parquet", "errors.png", "z-scores.png", "error-against-gain.png"]
+    assert len(pd.read_parquet(tmp_path / "summary.parquet")) == 2
+    table["identifiable"] = False
+    statistics = joint_statistics(table, wanted=0.95, false_alarm=0.01)
+    assert [path.name for path in write_monte_carlo(statistics, table, nominal, tmp_path)] == ["summary.parquet"]
+
+
+def test_the_nominal_scenario_keeps_its_accuracy():
+    # One choice of 20 seeds in 100 would fail a method with the wanted pass rate; these seeds are fixed.
+    rules = assert_scenario("nominal", seeds=range(20), threads=2)
+    assert [rule.trials for rule in rules] == [20] * 6
+
+
+def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
+    path = tmp_path / "strict.toml"
+    path.write_text('extends = "nominal"\n[tolerance]\ngain = [1e-6, 0.01, 0.01, 0.01, 0.01, 0.01]\npass_rate = 0.5\n')
+    with pytest.raises(AssertionError) as caught:
+        assert_scenario(str(path), seeds=range(8), false_alarm=0.1)
+    lines = str(caught.value).splitlines()
+    assert lines[0] == "scenario strict: 1 joint passes less often than asked for"
+    assert lines[1].startswith("  joint 1: 8 of 8 missed, 7 allowed at a pass rate of 0.5; seed ")
+    assert "off by" in lines[1]
+    assert lines[2] == "  (8 seeds tell a rate below 0.01 in 95 % of cases)"  # 1 - 0.95 ** (1 / 8)
+
+
+def test_too_few_seeds_to_fail_are_refused():
+    with pytest.raises(ScenarioError, match=r"1 seed cannot contradict a pass rate of 0\.95; give more"):
+        assert_scenario("nominal", seeds=[0])
+    with pytest.raises(ScenarioError, match="give at least one seed"):
+        assert_scenario("nominal", seeds=[])
+    for seed in (1.0, "a", -1, 2**31, True):
+        with pytest.raises(ScenarioError, match="expected a whole number from 0 to"):
+            assert_scenario("nominal", seeds=[0, seed])
+    with pytest.raises(ScenarioError, match="a seed is given twice"):
+        assert_scenario("nominal", seeds=[3, 4, 3])

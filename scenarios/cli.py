@@ -15,9 +15,10 @@ from threadpoolctl import threadpool_limits
 import scenarios.commands.arguments as arguments
 from ident.arm import load_arm
 from ident.errors import IdentificationError
-from ident.gains import GainOptions
-from ident.identify import METHODS, identify
+from ident.estimators import ESTIMATORS
+from ident.identification import identify
 from ident.observation import ObserveOptions
+from ident.options import GainOptions, options_from_words
 from ident.payload_files import read_payload
 from ident.recording_files import read_recording
 from ident.structure import structure_of
@@ -82,21 +83,22 @@ def _identify(options: argparse.Namespace, console: Console) -> int:
     unloaded, loaded = read_recording(options.unloaded), read_recording(options.loaded)
     payload = read_payload(options.payload)
     started = time.perf_counter()
-    estimate, notes = identify(
+    found = identify(
         unloaded,
         loaded,
         structure,
         payload,
         method=options.method,
+        options=options_from_words(ESTIMATORS[options.method].options, options.option),
         observing=ObserveOptions(**{field.name: getattr(options, field.name) for field in fields(ObserveOptions)}),
         gains=GainOptions(**{field.name: getattr(options, field.name) for field in fields(GainOptions)}),
     )
     if options.json:
-        for note in notes:
+        for note in found.notes:
             print(f"rx90: {note}", file=sys.stderr)  # noqa: T201
-        console.out(to_json(estimate_document(estimate, time.perf_counter() - started)), highlight=False)
+        console.out(to_json(estimate_document(found.estimate, time.perf_counter() - started)), highlight=False)
     else:
-        print_estimate(estimate, notes, console)
+        print_estimate(found.estimate, found.notes, console)
     return PASSED
 
 
@@ -248,15 +250,18 @@ def _parser() -> argparse.ArgumentParser:
         metavar=("I", "J"),
         help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
     )
-    identifying.add_argument("--method", choices=METHODS, default="ls-2011", help="estimator (default %(default)s)")
+    identifying.add_argument("--method", choices=ESTIMATORS, default="ls-2011", help="estimator (default %(default)s)")
+    identifying.add_argument(
+        "--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable"
+    )
     identifying.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
     for defaults in (ObserveOptions(), GainOptions()):
         for field in fields(defaults):
             identifying.add_argument(
                 f"--{field.name.replace('_', '-')}",
-                type=arguments.not_negative,
+                type=str if isinstance(getattr(defaults, field.name), str) else arguments.not_negative,
                 default=getattr(defaults, field.name),
-                metavar="X",
+                metavar="NAME" if isinstance(getattr(defaults, field.name), str) else "X",
                 help=f"{OPTION_HELP[field.name]} (default %(default)s)",
             )
     identifying.set_defaults(command=_identify)
@@ -273,5 +278,6 @@ OPTION_HELP = {
     "max_rel_std": "refuse a gain whose predicted relative standard deviation exceeds this",
     "noise_floor": "residual that a prediction assumes at least, as a share of the joint's rms current",
     "serial_s": "time after which residuals are taken as unrelated [s]",
+    "uncertainty": "how the uncertainty is found: larger, classical or serial",
     "rank_tol": "smallest relative singular value that counts as observed",
 }

@@ -33,7 +33,7 @@ def noisy(structure, heavy) -> tuple[Observation, Observation]:
 
 @pytest.fixture
 def steady_weights(monkeypatch):
-    """Weights of a joint's rows that do not move with its residual: their own derivative is no part of the influence."""
+    """Weights that do not move with a joint's residual: their own derivative is no part of the influence."""
     monkeypatch.setattr("ident.first_moments.row_weights", lambda W, Y, groups: np.array([1.3, 0.7, 2.1])[groups])
 
 

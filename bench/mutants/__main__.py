@@ -1,4 +1,4 @@
-"""How many small mistakes the tests notice: `python -m bench.mutants`, configured by `[tool.mutants]` in pyproject.toml.
+"""How many small mistakes the tests notice: `make mutants`, configured by `[tool.mutants]` in pyproject.toml.
 
 A fixed random sample of small changes is made to the packages, one at a time, in copies of the project. For each, the
 tests that run the changed line run, the quickest first, until one fails. What no test notices is printed as it was and
@@ -18,7 +18,7 @@ import time
 import tomllib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.mutants import plugin
@@ -76,7 +76,9 @@ def main() -> None:
         seconds = _usable(plain, covered)
         reached = reach(folders[1])
         print(f"{len(seconds)} tests pass unchanged; {time.monotonic() - began:.0f} s so far", flush=True)
-        results = _all(chosen, _equivalents(), reached, seconds, folders[: options.jobs])
+        unchanged = [replace(candidate, mutated=candidate.node) for candidate in chosen]
+        made = unchanged if options.unchanged else chosen
+        results = _all(made, _equivalents(), reached, seconds, folders[: options.jobs])
     report = _report(results, time.monotonic() - began)
     print(report)
     if options.out:
@@ -92,6 +94,9 @@ def _options(settings: Mapping[str, object]) -> argparse.Namespace:
     )
     parser.add_argument("--seed", type=int, default=settings["seed"], help="of the sample (default %(default)s)")
     parser.add_argument("--jobs", type=int, default=2, help="mutants at a time (default %(default)s)")
+    parser.add_argument(
+        "--unchanged", action="store_true", help="make no change: whatever is noticed is the tool's fault"
+    )
     parser.add_argument("--out", type=Path, help="write the report here too")
     return parser.parse_args()
 
@@ -148,11 +153,15 @@ def _all(
 
     results: list[Result] = []
     with ThreadPoolExecutor(len(folders)) as pool:
-        for future in as_completed([pool.submit(one, candidate) for candidate in chosen]):
-            result = future.result()
-            results.append(result)
-            place = f"{result.candidate.path}:{result.candidate.line}"
-            print(f"{len(results):4}/{len(chosen)} {result.outcome:10} {result.seconds:5.1f} s  {place}", flush=True)
+        try:
+            for future in as_completed([pool.submit(one, candidate) for candidate in chosen]):
+                results.append(result := future.result())
+                print(
+                    f"{len(results):4}/{len(chosen)} {result.seconds:5.1f} s  {_place(result)} {result.by[:90]}",
+                    flush=True,
+                )
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)  # Ctrl-C ends the run, not one mutant
     return sorted(results, key=lambda r: (r.candidate.path, r.candidate.line))
 
 
@@ -221,12 +230,15 @@ def _outcome(ran: Ran) -> tuple[str, str]:
             raise RuntimeError(f"pytest ended with status {status}: {ran.said[-2000:]}")
 
 
+def _place(result: Result) -> str:
+    return f"{result.candidate.path}:{result.candidate.line}: {result.outcome}"
+
+
 def _report(results: Sequence[Result], seconds: float) -> str:
     lines: list[str] = []
     for result in results:
         if result.outcome in (SURVIVED, EQUIVALENT):
-            place = f"{result.candidate.path}:{result.candidate.line}"
-            lines += ["", f"{place}: {result.outcome}, {result.by or f'{result.tests} tests run it'}"]
+            lines += ["", f"{_place(result)}, {result.by or f'{result.tests} tests run it'}"]
             lines += [f"  - {line}" for line in result.change.was] + [f"  + {line}" for line in result.change.now]
     lines += ["", f"{'package':12} {'killed':>7} {'of':>5} {'score':>7}   survived  equivalent"]
     for package in sorted({result.package for result in results}):

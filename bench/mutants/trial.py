@@ -1,4 +1,4 @@
-"""Tests run in copies of the project: as it is, to see which test runs which line, and with one change after another."""
+"""Tests run in copies of the project: unchanged, to see which test runs which line, and with one change at a time."""
 
 import json
 import os
@@ -92,20 +92,23 @@ def run(
     environment = {
         **os.environ,
         "PYTHONPATH": str(folder),
-        "PYTHONDONTWRITEBYTECODE": "1",
         "OPENBLAS_NUM_THREADS": "1",
         "OMP_NUM_THREADS": "1",
         plugin.PLAN: str(plan),
+        "HYPOTHESIS_STORAGE_DIRECTORY": str(
+            beside / "hypothesis"
+        ),  # what one mutant failed of is no example for the next
         MARK: mark,
     }
-    command = [sys.executable, "-m"]
+    if tests:
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"  # a mutant's compiled file is nobody else's
     if cover:
         (beside / "coverage.ini").write_text(_settings(folder, beside))
         environment |= {plugin.COVER: str(beside / "fixtures.json"), plugin.CONTEXT: ""}
         environment["COVERAGE_PROCESS_START"] = str(beside / "coverage.ini")  # each process reads its context anew
-        command += ["coverage", "run", f"--rcfile={beside / 'coverage.ini'}", "-m"]
-    command += ["pytest", "-q", "-p", "no:cacheprovider", "-p", plugin.__name__, f"--basetemp={beside / 'tmp'}"]
-    command += ["-x"] * first + ["--hypothesis-seed=0", *dict.fromkeys(t.split("::")[0] for t in tests), *at]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", plugin.__name__]
+    command += [f"--basetemp={beside / 'tmp'}", *(["-x"] if first else [])]
+    command += ["--hypothesis-seed=0", *dict.fromkeys(t.split("::")[0] for t in tests), *at]
     with (beside / "output.txt").open("w") as output:
         process = subprocess.Popen(
             command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT

@@ -115,7 +115,7 @@ def _paper(options: argparse.Namespace, console: Console) -> int:
 
 
 def _excite(options: argparse.Namespace, console: Console) -> int:
-    from scenarios.design.excitation import START, Design, robot_limits, search  # CMA-ES is needed here alone
+    from scenarios.design.excitation import Design, robot_limits, search  # CMA-ES is needed here alone
 
     if not options.out.parent.is_dir():
         raise ScenarioError(f"{options.out}: no such folder as {options.out.parent}; make it first")
@@ -127,7 +127,7 @@ def _excite(options: argparse.Namespace, console: Console) -> int:
     design = Design(plant, prepared.structure, robot_limits(plant), wanted)
     motion = search(
         design,
-        START,
+        plant.robot.home,
         options.seed,
         harmonics=options.harmonics,
         duration=options.duration,

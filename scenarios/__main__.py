@@ -3,25 +3,30 @@
 import os
 import sys
 
+from scenarios.import_path import leave_working_folder
+
 STUDIES = ("monte-carlo", "sensitivity")
-INTERRUPTED, NOBODY_READS = 130, 141
-"""Exit statuses after Ctrl-C, and where the reader of the output has gone, as of `rx90 list | head -1`."""
+NOBODY_READS = 141
+"""Exit status where the reader of the output has gone, as of `rx90 list | head -1`."""
 
 
 def main() -> int:
     """Run the command line; workers of a study import what they need while this process does."""
+    from scenarios.stopping import say, status_of, stoppable  # after the import path is settled
+
     try:
-        if sys.argv[1:2] and sys.argv[1] in STUDIES and "--dask" not in sys.argv:
-            from scenarios.workers.executors import prepare_processes
+        with stoppable():
+            if sys.argv[1:2] and sys.argv[1] in STUDIES:
+                from scenarios.workers.choice import prepare_workers
 
-            prepare_processes()
-        from scenarios.cli import main as command_line
+                prepare_workers(sys.argv[2:])
+            from scenarios.cli import main as command_line
 
-        status = command_line()
-        sys.stdout.flush()
-    except KeyboardInterrupt:
-        print("rx90: stopped", file=sys.stderr)  # noqa: T201
-        status = INTERRUPTED
+            status = command_line()
+            sys.stdout.flush()
+    except KeyboardInterrupt as stopped:
+        say("stopped")
+        status = status_of(stopped)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is buffered has nowhere to go
         status = NOBODY_READS
@@ -29,4 +34,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    leave_working_folder()
     sys.exit(main())

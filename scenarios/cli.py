@@ -30,6 +30,7 @@ from scenarios.files.tables import builtin_names
 from scenarios.reports.run import print_estimate, print_list, print_run
 from scenarios.run import run
 from scenarios.store.run_folder import estimate_document, identify_command, run_document, save_run, to_json
+from scenarios.workers.choice import add_worker_options
 from sim.errors import SimulationError
 
 PASSED, MISSED, BAD_INPUT = 0, 1, 2
@@ -217,11 +218,7 @@ def _parser() -> argparse.ArgumentParser:
             help="folder of the study; what it already holds is kept",
         )
         studying.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
-        where = studying.add_mutually_exclusive_group()
-        where.add_argument(
-            "--jobs", type=arguments.count, metavar="J", help="processes on this machine (default: one a core)"
-        )
-        where.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, tcp://HOST:PORT or its file")
+        add_worker_options(studying)
 
     exciting = commands.add_parser("excite", help="search for a motion that shows a scenario's gains best")
     exciting.add_argument("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")

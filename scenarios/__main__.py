@@ -5,32 +5,20 @@ import sys
 
 from scenarios.import_path import leave_working_folder
 
-STUDIES = ("monte-carlo", "sensitivity")
-NOBODY_READS = 141
-"""Exit status where the reader of the output has gone, as of `rx90 list | head -1`."""
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main() -> int:
-    """Run the command line; workers of a study import what they need while this process does."""
-    from scenarios.stopping import say, status_of, stoppable  # after the import path is settled
+    """Run the command line as a process of its own."""
+    import warnings  # after the import path is settled
 
-    try:
-        with stoppable():
-            if sys.argv[1:2] and sys.argv[1] in STUDIES:
-                from scenarios.workers.choice import prepare_workers
+    from scenarios.cli import main as command_line
 
-                prepare_workers(sys.argv[2:])
-            from scenarios.cli import main as command_line
-
-            status = command_line()
-            sys.stdout.flush()
-    except KeyboardInterrupt as stopped:
-        say("stopped")
-        status = status_of(stopped)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is buffered has nowhere to go
-        status = NOBODY_READS
-    return status
+    for name in ONE_THREAD:  # small matrices gain nothing from a threaded BLAS, and stall now and then
+        os.environ.setdefault(name, "1")
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # a warning is for whoever reads code; what a user must know is said in words
+    return command_line()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """The workers that a command line asks for: its options, and the kind they choose."""
 
 import argparse
-from collections.abc import Sequence
 from contextlib import AbstractContextManager
 
 from scenarios.workers import WORKERS
@@ -27,11 +26,10 @@ def worker_words(options: argparse.Namespace) -> list[str]:
     return [] if value is None else [f"--{kind.option}", value]
 
 
-def prepare_workers(words: Sequence[str]) -> None:
-    """Start what the workers of a command line need that takes time, before it is parsed."""
-    options = {word.partition("=")[0] for word in words}
-    kinds = list(WORKERS.values())
-    next((kind for kind in kinds if f"--{kind.option}" in options), kinds[0]).prepare()
+def prepare_workers(options: argparse.Namespace) -> None:
+    """Start what the workers need that takes time; to be called before anything large is imported."""
+    kind, _ = _chosen(options)
+    kind.prepare()
 
 
 def _chosen(options: argparse.Namespace) -> tuple[WorkerKind, str | None]:

@@ -13,7 +13,6 @@ from rich.console import Console
 from threadpoolctl import threadpool_limits
 
 import scenarios.commands.arguments as arguments
-from ident.arm import load_arm
 from ident.errors import IdentificationError
 from ident.gains import GainOptions
 from ident.identify import METHODS, identify
@@ -28,6 +27,7 @@ from scenarios.files.motions import write_motion
 from scenarios.files.schema import load_scenario
 from scenarios.files.tables import builtin_names
 from scenarios.reports.run import print_estimate, print_list, print_run
+from scenarios.robot_models import read_arm
 from scenarios.run import run
 from scenarios.store.run_folder import estimate_document, identify_command, run_document, save_run, to_json
 from sim.errors import SimulationError
@@ -78,7 +78,7 @@ def _run(options: argparse.Namespace, console: Console) -> int:
 
 
 def _identify(options: argparse.Namespace, console: Console) -> int:
-    structure = structure_of(load_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
+    structure = structure_of(read_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
     unloaded, loaded = read_recording(options.unloaded), read_recording(options.loaded)
     payload = read_payload(options.payload)
     started = time.perf_counter()

@@ -4,6 +4,7 @@ Columns are separated by commas, semicolons, tabs, bars or spaces, whichever sho
 the decimal sign may be a comma where that does not separate columns.
 """
 
+import io
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,6 @@ from ident.naming import one_line, shown
 SEPARATORS = (",", ";", "\t", "|", " ")
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
 _LINE = re.compile(rb"[^\r\n]*")
-_SPACES, _AROUND = re.compile(rb"[ \t]+"), re.compile(rb" ?(\r?\n) ?|^ ")
 _SIGN = re.compile(rb"(?<![eE0-9.])\+(?=[0-9.])")
 
 
@@ -53,9 +53,7 @@ def read_csv(path: Path) -> Columns:
     used = used_columns(path, layout.header)
     rows = without_comments(text[layout.start :])
     places = [layout.header.index(name) for name in used]
-    if layout.separator == " ":
-        rows = _AROUND.sub(rb"\1", _SPACES.sub(b" ", rows))
-    values = _parsed(rows, layout, places)
+    values = (_spaced if layout.separator == " " else _parsed)(rows, layout, places)
     if values is not None:
         return dict(zip(used, values, strict=True))
     lines = [_tidy(line, layout) for line in rows.splitlines()]
@@ -122,6 +120,16 @@ def _parsed(rows: bytes, layout: _Layout, places: list[int]) -> list[np.ndarray]
     except pa.ArrowInvalid:
         return None
     return [np.asarray(table[name].to_numpy(), dtype=np.float64) for name in wanted]
+
+
+def _spaced(rows: bytes, layout: _Layout, places: list[int]) -> list[np.ndarray] | None:
+    """Likewise for columns separated by one or more spaces, if all of them hold numbers."""
+    numbers = io.BytesIO(rows.replace(b",", b".") if layout.decimal == "," else rows)
+    try:
+        values = np.loadtxt(numbers, ndmin=2)
+    except ValueError:
+        return None
+    return [values[:, k] for k in places] if values.shape[1] == len(layout.header) else None
 
 
 def _tidy(line: bytes, layout: _Layout) -> bytes:

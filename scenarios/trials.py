@@ -42,6 +42,9 @@ CONTRACT = pa.schema(
 `failure` the kind of error that left the trial without any estimate, null if there was none.
 """
 
+OUTSIDE = ("WorkerDied", "WorkerFailed", "MemoryError")
+"""Failures for a reason outside the trial, which may not fail so when it is tried again."""
+
 TIDY_EVERY = 8
 """Trials after which free memory is given back."""
 
@@ -103,7 +106,8 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> list[dic
         return _batch_rows(scenario, trials, threads)
     except Exception as error:
         if len(trials) == 1:
-            return failed_rows(scenario, trials[0], type(error).__name__, str(error) or type(error).__name__, {})
+            kind = "MemoryError" if isinstance(error, MemoryError) else type(error).__name__  # NumPy has one of its own
+            return failed_rows(scenario, trials[0], kind, str(error) or kind, {})
     return [row for trial in trials for row in _rows(scenario, [trial], threads)]
 
 

@@ -84,7 +84,7 @@ def save_run(run: Run, folder: Path) -> None:
 def identify_command(run: Run, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
     chosen = run.bench.scenario.table.identification
-    words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.mjcf)]
+    words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.robot.model)]
     for name in ("unloaded", "loaded"):
         words += [f"--{name}", str(folder / f"{name}.parquet")]
     words += ["--payload", str(folder / "payload.toml"), "--method", chosen.method]

@@ -78,13 +78,6 @@ def print_estimate(estimate: GainEstimate, notes: Sequence[str], console: Consol
     )
 
 
-def print_list(rows: Sequence[tuple[str, str]], console: Console) -> None:
-    """Names and descriptions, a line each."""
-    width = max(len(name) for name, _ in rows)
-    for name, description in rows:
-        console.print(f"{name:<{width}}  {description}", no_wrap=True, overflow="ellipsis")
-
-
 def table(*columns: str) -> Table:
     """An empty table; names and verdicts stand left, numbers right."""
     grid = Table(box=None, pad_edge=False, header_style="bold")

@@ -163,7 +163,7 @@ def test_list_names_every_scenario_with_its_description(capsys):
 
 
 def test_usage_errors_exit_with_2(capsys):
-    for arguments in ([], ["fly"], ["run", "nominal", "--seed", "-1"]):
+    for arguments in (["--seed"], ["fly"], ["run", "nominal", "--seed", "-1"]):
         with pytest.raises(SystemExit) as caught:
             main(arguments)
         assert caught.value.code == 2

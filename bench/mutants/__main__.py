@@ -22,7 +22,7 @@ from pathlib import Path
 from bench.mutants.candidates import Candidate, applied, candidates, sample
 from bench.mutants.outcome import EQUIVALENT, Result, tests_of, tried
 from bench.mutants.report import equivalents, place, report
-from bench.mutants.trial import Ran, Reach, copy_of, reach, run
+from bench.mutants.trial import Reach, copy_of, trace
 
 ROOT = Path(__file__).resolve().parents[2]
 EQUIVALENTS = ROOT / "tests" / "equivalent_mutants.toml"
@@ -36,19 +36,13 @@ def main() -> None:
     began = time.monotonic()
     places = options.files or settings["packages"]
     with tempfile.TemporaryDirectory(prefix="mutants-") as name:
-        folders = [copy_of(ROOT, Path(name) / f"copy-{number}") for number in range(max(2, options.jobs))]
+        folders = [copy_of(ROOT, Path(name) / f"copy-{number}") for number in range(options.jobs)]
         chosen = _chosen(folders[0], places, settings["leave_alone"], options.per_package, options.seed)
-        with ThreadPoolExecutor(options.jobs) as pool:  # one run for the times, one for the lines
-            whole = {"at": options.tests, "seconds": WHOLE_SUITE, "first": False}
-            timing = pool.submit(run, folders[0], {}, **whole)
-            tracing = pool.submit(run, folders[1], {}, **whole, cover=True)
-            plain, covered = timing.result(), tracing.result()
-        seconds = _usable(plain, covered)
-        reached = reach(folders[1])
+        seconds, reached = _unchanged(folders, options.tests)
         print(f"{len(seconds)} tests pass unchanged; {time.monotonic() - began:.0f} s so far", flush=True)
         unchanged = [replace(candidate, mutated=candidate.node) for candidate in chosen]
         made = unchanged if options.unchanged else chosen
-        results = _all(made, equivalents(EQUIVALENTS), reached, seconds, folders[: options.jobs])
+        results = _all(made, equivalents(EQUIVALENTS), reached, seconds, folders)
     said = report(results, time.monotonic() - began)
     print(said)
     if options.out:
@@ -82,15 +76,23 @@ def _chosen(root: Path, places: Sequence[str], leave_alone: Sequence[str], count
     return [line[k] for k in range(count) for line in samples if k < len(line)]
 
 
-def _usable(plain: Ran, covered: Ran) -> dict[str, float]:
-    """Seconds of every test that passes as things are."""
-    if not plain.seconds or not covered.seconds:
-        sys.exit(f"the tests do not run unchanged:\n{plain.said[-3000:]}\n{covered.said[-3000:]}")
-    for test, why in plain.failed.items():
-        print(f"fails without a change, left out: {test}: {why}")
-    for test, why in covered.failed.items():
-        print(f"fails while lines are traced; what it ran until then counts: {test}: {why}")
-    return {test: seconds for test, seconds in plain.seconds.items() if test not in plain.failed}
+def _unchanged(folders: Sequence[Path], at: Sequence[str]) -> tuple[dict[str, float], Reach]:
+    """Seconds of every test that passes as things are, and the lines it runs."""
+    seconds: dict[str, float] = {}
+    reached = Reach({})
+    with ThreadPoolExecutor(len(folders)) as pool:
+        shares = [
+            pool.submit(trace, folder, at, share=(k, len(folders)), seconds=WHOLE_SUITE)
+            for k, folder in enumerate(folders)
+        ]
+        for ran, lines in (share.result() for share in shares):
+            if not ran.seconds:
+                sys.exit(f"the tests do not run unchanged:\n{ran.said[-3000:]}")
+            for test, why in ran.failed.items():
+                print(f"fails without a change, left out: {test}: {why}")
+            seconds |= {test: time for test, time in ran.seconds.items() if test not in ran.failed}
+            reached |= lines
+    return seconds, reached
 
 
 def _all(

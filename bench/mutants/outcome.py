@@ -85,7 +85,7 @@ def tried(
     file.write_text(change.source, encoding="utf-8")
     os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns + 10**10))  # compiled files know theirs by its time
     try:
-        ran = run(folder, limits, seconds=whole, first=True)
+        ran = run(folder, limits, seconds=whole)
     finally:
         file.write_bytes(original)
         os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))

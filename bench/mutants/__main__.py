@@ -21,7 +21,7 @@ from pathlib import Path
 
 from bench.mutants.candidates import Candidate, applied, candidates, sample
 from bench.mutants.outcome import EQUIVALENT, Result, tests_of, tried
-from bench.mutants.report import equivalents, place, report
+from bench.mutants.report import Known, equivalents, outdated, place, report
 from bench.mutants.trial import Reach, copy_of, trace
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,11 +38,14 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="mutants-") as name:
         folders = [copy_of(ROOT, Path(name) / f"copy-{number}") for number in range(options.jobs)]
         chosen = _chosen(folders[0], places, settings["leave_alone"], options.per_package, options.seed)
+        known = equivalents(EQUIVALENTS)
+        for line in outdated(known, ROOT):
+            print(line)
         seconds, reached = _unchanged(folders, options.tests)
         print(f"{len(seconds)} tests pass unchanged; {time.monotonic() - began:.0f} s so far", flush=True)
         unchanged = [replace(candidate, mutated=candidate.node) for candidate in chosen]
         made = unchanged if options.unchanged else chosen
-        results = _all(made, equivalents(EQUIVALENTS), reached, seconds, folders)
+        results = _all(made, known, reached, seconds, folders)
     said = report(results, time.monotonic() - began)
     print(said)
     if options.out:
@@ -50,7 +53,7 @@ def main() -> None:
 
 
 def _options(settings: Mapping[str, object]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m bench.mutants", description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m bench.mutants", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("files", nargs="*", help="packages or files to change (default: all packages)")
     parser.add_argument("--tests", nargs="*", default=[], help="files or folders of tests (default: all)")
     parser.add_argument(
@@ -97,7 +100,7 @@ def _unchanged(folders: Sequence[Path], at: Sequence[str]) -> tuple[dict[str, fl
 
 def _all(
     chosen: Sequence[Candidate],
-    equivalents: Mapping[tuple[str, str, str], str],
+    known: Known,
     reached: Reach,
     seconds: Mapping[str, float],
     folders: Sequence[Path],
@@ -108,7 +111,7 @@ def _all(
 
     def one(candidate: Candidate) -> Result:
         change = applied(candidate)
-        reason = equivalents.get((candidate.path, "\n".join(change.was), "\n".join(change.now)))
+        reason = known.get((candidate.path, "\n".join(change.was), "\n".join(change.now)))
         if reason is not None:
             return Result(candidate, change, EQUIVALENT, reason, 0, 0.0)
         folder = free.get()

@@ -6,11 +6,28 @@ from pathlib import Path
 
 from bench.mutants.outcome import EQUIVALENT, SURVIVED, Result
 
+Known = dict[tuple[str, str, str], str]
+"""Reasons by file, lines as they are and lines as they become."""
 
-def equivalents(file: Path) -> dict[tuple[str, str, str], str]:
-    """Known changes that change nothing: reasons by file, lines as they are and lines as they become."""
-    entries = tomllib.loads(file.read_text(encoding="utf-8"))["equivalent"]
-    return {(entry["file"], entry["was"].strip(), entry["now"].strip()): entry["reason"] for entry in entries}
+
+def equivalents(file: Path) -> Known:
+    """Changes that are known to change nothing."""
+    entries = tomllib.loads(file.read_text(encoding="utf-8")).get("equivalent", [])
+    return {(entry["file"], _stripped(entry["was"]), _stripped(entry["now"])): entry["reason"] for entry in entries}
+
+
+def outdated(known: Known, root: Path) -> list[str]:
+    """What is said of the equivalents whose lines are no longer in the code."""
+    said: list[str] = []
+    for name, was, _ in known:
+        file = root / name
+        if not file.is_file() or was not in _stripped(file.read_text(encoding="utf-8")):
+            said.append(f"listed as equivalent, no longer in {name}: {was}")
+    return said
+
+
+def _stripped(lines: str) -> str:
+    return "\n".join(line.strip() for line in lines.strip().splitlines())
 
 
 def place(result: Result) -> str:

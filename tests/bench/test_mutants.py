@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("mutmut", reason="what changes code is a tool of development")
 
 from bench.mutants.candidates import Candidate, applied, candidates, sample
+from bench.mutants.report import equivalents, outdated
 
 CODE = '''"""Module."""
 
@@ -106,3 +107,16 @@ def test_an_edit_of_a_line_leaves_the_rest_of_the_sample_as_it_was(mutants):
     before = sample(mutants(code), count=12, seed=3)
     edited = code.replace(f"y{before[0].line - 1} =", "z =")
     assert len(names(before) & names(sample(mutants("\n\n" + edited), count=12, seed=3))) >= 11
+
+
+def test_an_equivalent_is_found_whatever_its_indentation_and_told_when_its_line_has_gone(tmp_path, mutants):
+    (tmp_path / "known.toml").write_text(
+        '[[equivalent]]\nfile = "code.py"\nwas = "return a - b"\nnow = "return a + b"\nreason = "b is nothing"\n'
+    )
+    known = equivalents(tmp_path / "known.toml")
+    changes = [applied(candidate) for candidate in mutants("def f(a, b):\n    return a - b\n")]
+    found = [known.get(("code.py", "\n".join(change.was), "\n".join(change.now))) for change in changes]
+    assert sorted(found, key=str) == [None, "b is nothing"]
+    assert outdated(known, tmp_path) == []
+    (tmp_path / "code.py").write_text("c = 3\n")
+    assert outdated(known, tmp_path) == ["listed as equivalent, no longer in code.py: return a - b"]

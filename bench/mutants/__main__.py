@@ -25,7 +25,7 @@ from bench.mutants.report import Known, equivalents, outdated, place, report
 from bench.mutants.trial import Reach, copy_of, trace
 
 ROOT = Path(__file__).resolve().parents[2]
-EQUIVALENTS = ROOT / "tests" / "equivalent_mutants.toml"
+EQUIVALENTS = "tests/equivalent_mutants.toml"
 WHOLE_SUITE = 1800.0
 """Time limit of a run of all tests [s]."""
 
@@ -38,8 +38,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="mutants-") as name:
         folders = [copy_of(ROOT, Path(name) / f"copy-{number}") for number in range(options.jobs)]
         chosen = _chosen(folders[0], places, settings["leave_alone"], options.per_package, options.seed)
-        known = equivalents(EQUIVALENTS)
-        for line in outdated(known, ROOT):
+        known = equivalents(folders[0] / EQUIVALENTS)
+        for line in outdated(known, folders[0]):
             print(line)
         seconds, reached = _unchanged(folders, options.tests)
         print(f"{len(seconds)} tests pass unchanged; {time.monotonic() - began:.0f} s so far", flush=True)

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import uuid
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -160,7 +161,9 @@ def _run(
 
 def _reach(folder: Path, beside: Path) -> Reach:
     measured = coverage.Coverage(config_file=str(beside / "coverage.ini"))
-    measured.combine()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a process that a test kills leaves half a file
+        measured.combine()
     users: dict[str, set[str]] = {}
     for test, fixtures in json.loads((beside / "fixtures.json").read_text()).items():
         for name in fixtures:

@@ -4,7 +4,8 @@ import argparse
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.status import Status
-from scenarios.commands.study import add_study_arguments, carried_out, prepare_workers, resuming_command, summary_of
+from scenarios.commands.study import add_study_arguments, carried_out, resuming_command, summary_of
+from scenarios.workers.choice import prepare_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,8 +4,9 @@ import argparse
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.status import Status
-from scenarios.commands.study import add_study_arguments, carried_out, prepare_workers, resuming_command, summary_of
-from scenarios.errors import StudyError
+from scenarios.commands.study import add_study_arguments, carried_out, resuming_command, summary_of
+from scenarios.errors import NoGains
+from scenarios.workers.choice import prepare_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +39,7 @@ def main(options: argparse.Namespace) -> Status:
     found = budgets(folder.table(), list(scenario.table.sources), joints, options.seed)
     if not all(budget.costs for budget in found):
         silent = ", ".join(str(budget.joint) for budget in found if not budget.costs)
-        raise StudyError(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
+        raise NoGains(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
     console = terminal()
     console.print(f"Scenario {scenario.name}, {study.count} trials, {len(scenario.table.sources)} error sources")
     print_budgets(found, console)

@@ -53,6 +53,7 @@ LAYOUTS = {
     "a comma at every end": rows().replace("\n", ",\n"),
     "a comma at the end of every row": HEADER + "\n" + BODY.replace("\n", ",\n"),
     "signs": rows(form="%+.17g"),
+    "signs, and a comma at every end": rows(form="%+.17g").replace("\n", ",\n"),
     "names in a comment": "# " + rows(),
     "names in a comment, spaces": "# " + rows(" "),
     "a remark before names in a comment": "# cell 4\n# " + rows(),

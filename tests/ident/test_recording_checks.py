@@ -76,7 +76,8 @@ def test_a_step_must_be_unusual_for_its_channel_too():
 def test_two_packets_that_arrive_together_are_no_jump():
     t = T.copy()
     t[1000] = t[999] + 1e-7
-    check_log(log(t=t))
+    step = np.where(np.arange(4000) >= 1000, 0.5 * FASTEST * H, 0.0)  # half the speed, were the clock even
+    check_log(log(t=t, q=np.column_stack((1e-3 * np.sin(T) + step, Q[:, 1]))))
 
 
 TURNS = [(2.0 * np.pi, "2 pi", r"np.unwrap\(q, axis=0\)"), (360.0, "360", r"np.unwrap\(q, period=360, axis=0\)")]

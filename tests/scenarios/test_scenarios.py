@@ -261,7 +261,7 @@ def test_identify_refuses_what_the_data_cannot_be(saved, tmp_path, capsys):
         "missing": ({"loaded": folder / "absent.parquet"}, "absent.parquet: no such file"),
         "degrees": ({"loaded": degrees}, "the log looks like degrees"),
         "no model": ({"model": folder / "payload.toml"}, "expected a .urdf, .xml or .mjcf file"),
-        "no payload": ({"payload": folder / "absent.toml"}, "absent.toml: No such file"),
+        "no payload": ({"payload": folder / "absent.toml"}, "absent.toml: no such file"),
     }
     for changes, message in cases.values():
         assert main(identify_arguments(folder, **changes)) == 2

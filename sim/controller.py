@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
+from sim.compile import bare_arm
 from sim.errors import ControllerError
-from sim.model import bare_arm
 from sim.trajectory import FourierTrajectory
 
 FASTEST_HZ = 1e5

@@ -11,15 +11,15 @@ import numpy as np
 from ident.arrays import Array
 from ident.recording import Recording
 from sim.closed_loop import closed_loop
+from sim.compile import plant_model, resting
 from sim.controller import Controller, ControllerBelief, ControllerOptions, tuned
 from sim.engine import Engine, Simulation
 from sim.errors import Diverged, LimitReached, PlantError, Saturated, SimulationError, StepError
-from sim.friction import friction_law
-from sim.mechanisms import Layout, layout
-from sim.model import friction_constants, plant_model, resting
-from sim.plant import Plant
+from sim.plant import Layout, Plant, layout
+from sim.quiet import quiet
 from sim.sensors import NoiseStreams, SensorOptions, check_rate, delayed, logged_current, logged_time
 from sim.trajectory import FourierTrajectory
+from sim.varying import varied
 
 SATURATED_TOO_LONG = 0.1
 """Time at the current limit that makes a motion useless [s]."""
@@ -122,12 +122,12 @@ def _prepared(
     if key not in models:
         models[key] = plant_model(plant, loaded=loaded, step=step)
     model = models[key]
-    start = resting(model, controller.q_ref[0])
-    friction = friction_law(plant, friction_constants(model))
-    own = model if friction is None else copy(model)
+    start = resting(plant, model, controller.q_ref[0])
+    acting = varied(plant, model, loaded=loaded, step=step)
+    own = model if acting is None else copy(model)
     return _Run(
         experiment=experiment,
-        simulation=Simulation(model=own, start=start, friction=friction),
+        simulation=Simulation(model=own, start=start, varied=acting),
         controller=controller,
         substeps=substeps,
         noise=noise,
@@ -145,13 +145,14 @@ def _substeps(experiment: Experiment) -> int:
 
 def _run_batch(runs: Sequence[_Run], threads: int) -> Iterator[Recording | SimulationError]:
     engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
-    q, v = closed_loop(
-        engine,
-        [run.controller for run in runs],
-        np.stack([run.experiment.plant.drives.current_limit for run in runs]),
-        [run.experiment.sensors for run in runs],
-        [run.noise.encoder for run in runs],
-    )
+    with quiet():
+        q, v = closed_loop(
+            engine,
+            [run.controller for run in runs],
+            np.stack([run.experiment.plant.drives.current_limit for run in runs]),
+            [run.experiment.sensors for run in runs],
+            [run.noise.encoder for run in runs],
+        )
     unstable = engine.unstable()
     for i, run in enumerate(runs):
         fault = _fault(run.experiment, run.simulation.model, q[i], v[i], bool(unstable[i]))

@@ -6,7 +6,7 @@ import numpy as np
 
 import rx90_mjcf
 from sim.controller import ControllerBelief, ControllerOptions
-from sim.model_errors import ModelErrors
+from sim.effects import ModelErrors
 from sim.plant import PayloadBody, Plant
 from sim.record import Experiment
 from sim.robot_files import read_robot

@@ -6,8 +6,8 @@ from plants import CYLINDER, NOISY, experiment, nominal_plant, short_motion, str
 
 from ident.recording import Recording
 from sim.controller import ControllerOptions
+from sim.effects import ModelErrors
 from sim.errors import EffectError, LimitReached, Saturated, SensorError, StepError
-from sim.model_errors import ModelErrors
 from sim.record import record, try_record
 from sim.sensors import SensorOptions, coloured_noise, delayed, logged_current, logged_time, noise_streams
 

@@ -6,8 +6,8 @@ from plants import CYLINDER, nominal_plant
 
 import rx90_mjcf
 from ident.payload import standard_parameters
+from sim.compile import plant_model
 from sim.errors import PlantError
-from sim.model import plant_model
 from sim.plant import PayloadBody
 
 STEP = 1e-3

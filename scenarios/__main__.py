@@ -3,30 +3,24 @@
 import os
 import sys
 
-STUDIES = ("monte-carlo", "sensitivity")
-INTERRUPTED, NOBODY_READS = 130, 141
-"""Exit statuses after Ctrl-C, and where the reader of the output has gone, as of `rx90 list | head -1`."""
+from scenarios.import_path import leave_working_folder
+
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main() -> int:
-    """Run the command line; workers of a study import what they need while this process does."""
-    try:
-        if sys.argv[1:2] and sys.argv[1] in STUDIES and "--dask" not in sys.argv:
-            from scenarios.workers.executors import prepare_processes
+    """Run the command line as a process of its own."""
+    import warnings  # after the import path is settled
 
-            prepare_processes()
-        from scenarios.cli import main as command_line
+    from scenarios.cli import main as command_line
 
-        status = command_line()
-        sys.stdout.flush()
-    except KeyboardInterrupt:
-        print("rx90: stopped", file=sys.stderr)  # noqa: T201
-        status = INTERRUPTED
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is buffered has nowhere to go
-        status = NOBODY_READS
-    return status
+    for name in ONE_THREAD:  # small matrices gain nothing from a threaded BLAS, and stall now and then
+        os.environ.setdefault(name, "1")
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # a warning is for whoever reads code; what a user must know is said in words
+    return command_line()
 
 
 if __name__ == "__main__":
+    leave_working_folder()
     sys.exit(main())

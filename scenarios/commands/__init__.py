@@ -1,1 +1,35 @@
-"""The commands of `rx90`: one file each, its arguments and its main."""
+"""The commands of `rx90`: one file each, with its arguments (`add_arguments`) and what it does (`main`)."""
+
+import argparse
+from importlib import import_module
+from typing import Protocol, cast
+
+from scenarios.commands.status import Status
+
+COMMANDS = {
+    "list": "built-in scenarios, a line each",
+    "run": "simulate a scenario, identify its gains, judge them",
+    "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
+    "sensitivity": "error budget of a scenario: which error source costs how much",
+    "excite": "search for a motion that shows a scenario's gains best",
+    "identify": "identify the gains of a robot from two recordings",
+    "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
+}
+"""Names with a one-line summary, in the order one would use them; `monte-carlo` is the module `monte_carlo` here."""
+
+
+class Command(Protocol):
+    """What the module of a command has. It is imported when the command is asked for, or its help."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Declare the arguments."""
+        ...
+
+    def main(self, options: argparse.Namespace) -> Status:
+        """Do it."""
+        ...
+
+
+def command(name: str) -> Command:
+    """Import the module of a command in `COMMANDS`."""
+    return cast(Command, import_module(f"{__name__}.{name.replace('-', '_')}"))

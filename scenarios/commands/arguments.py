@@ -1,10 +1,19 @@
 """Types of command line arguments; each complains in words of what it expected."""
 
 import argparse
+import math
+from collections.abc import Callable
 from pathlib import Path
 
 SEEDS = 2**31
 """Seeds end before this."""
+LONGEST = 40
+"""Characters of an argument that a complaint repeats."""
+
+
+def quoted(text: str) -> str:
+    """An argument as it was given, or how it begins."""
+    return repr(text) if len(text) <= LONGEST else f"{text[:LONGEST]!r}..."
 
 
 def whole(text: str) -> int:
@@ -12,7 +21,18 @@ def whole(text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is no whole number") from None
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is no number") from None
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"expected a finite number, got {quoted(text)}")
+    return value
 
 
 def seed(text: str) -> int:
@@ -30,18 +50,17 @@ def folder(text: str) -> Path:
     return Path(text)
 
 
-def harmonics(text: str) -> int:
-    """Harmonics of a motion at rest at both ends."""
-    value = whole(text)
-    if value < 2:
-        raise argparse.ArgumentTypeError("a motion at rest at both ends needs 2 or more")
-    return value
+def file(text: str) -> Path:
+    """A file."""
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a file")
+    return Path(text)
 
 
 def not_negative(text: str) -> float:
     """A finite number, 0 or more."""
-    value = float(text)
-    if not 0.0 <= value < float("inf"):
+    value = number(text)
+    if value < 0.0:
         raise argparse.ArgumentTypeError("expected a number that is not negative")
     return value
 
@@ -54,9 +73,54 @@ def count(text: str) -> int:
     return value
 
 
+def count_from(least: int, most: int, why: str) -> Callable[[str], int]:
+    """A type: a whole number between bounds, both included.
+
+    Args:
+        least: The smallest.
+        most: The largest.
+        why: What the bounds come from.
+    """
+
+    def bounded(text: str) -> int:
+        value = whole(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"expected a whole number from {least} to {most}: {why}")
+        return value
+
+    return bounded
+
+
+def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str], float]:
+    """A type: a number between bounds, both included.
+
+    Args:
+        least: The smallest.
+        most: The largest.
+        unit: Of both.
+        why: What the bounds come from.
+    """
+
+    def bounded(text: str) -> float:
+        value = number(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"expected {least:g} to {most:g} {unit}: {why}")
+        return value
+
+    return bounded
+
+
+def harmonics(text: str) -> int:
+    """Harmonics of a motion at rest at both ends."""
+    value = whole(text)
+    if value < 2:
+        raise argparse.ArgumentTypeError("a motion at rest at both ends needs 2 or more")
+    return value
+
+
 def positive(text: str) -> float:
     """A finite number above 0."""
-    value = float(text)
-    if not 0.0 < value < float("inf"):
+    value = number(text)
+    if value <= 0.0:
         raise argparse.ArgumentTypeError("expected a positive number")
     return value

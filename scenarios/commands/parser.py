@@ -1,0 +1,80 @@
+"""A parser whose complaints are one line, and that takes every option once."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NoReturn
+
+from scenarios.commands.lifetime import tell
+from scenarios.commands.status import Status
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
+
+GIVEN = "options given"
+"""Attribute of a namespace that remembers them; with a space, so that no option can have its name."""
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser whose complaints are one line; options are spelled out, and not given twice."""
+
+    def __init__(self, **settings: object) -> None:
+        super().__init__(allow_abbrev=False, **settings)  # type: ignore[arg-type] # argparse's own, passed by itself
+        for name in (None, "store"):
+            self.register("action", name, StoreOnce)
+        self.register("action", "store_true", TrueOnce)
+
+    def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
+        """Tell; argparse would take it for told if the disk is full."""
+        tell(message)
+
+    def error(self, message: str) -> NoReturn:
+        """Complain and exit with status 2."""
+        complain(f"{message}; see {self.prog} --help", self.prog)
+        sys.exit(Status.BAD_INPUT)
+
+
+class StoreOnce(argparse.Action):
+    """Store a value; a second one would replace the first in silence."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[object] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Store it.
+
+        Raises:
+            argparse.ArgumentError: If there is one already.
+        """
+        given: set[str] = namespace.__dict__.setdefault(GIVEN, set())
+        if self.dest in given and self.option_strings:
+            raise argparse.ArgumentError(self, "given twice; which one is meant?")
+        given.add(self.dest)
+        setattr(namespace, self.dest, values)
+
+
+class TrueOnce(StoreOnce):
+    """Switch something on."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, default: bool = False, help: str | None = None):
+        super().__init__(option_strings, dest, nargs=0, default=default, help=help)
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[object] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Switch it on."""
+        super().__call__(parser, namespace, None, option_string)
+        setattr(namespace, self.dest, True)
+
+
+def complain(message: str, program: str = "rx90") -> None:
+    """Say what is wrong in one line on stderr, whatever characters the message has."""
+    text = "".join(c if c.isprintable() or "\udc80" <= c <= "\udcff" else repr(c)[1:-1] for c in message)
+    print(f"{program}: {text}", file=sys.stderr)  # noqa: T201

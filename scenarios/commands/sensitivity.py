@@ -1,0 +1,49 @@
+"""`rx90 sensitivity`."""
+
+import argparse
+
+import scenarios.commands.arguments as arguments
+from scenarios.commands.status import Status
+from scenarios.commands.study import add_study_arguments, carried_out, resuming_command, summary_of
+from scenarios.errors import NoGains
+from scenarios.workers.choice import prepare_workers
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument(
+        "--repeats", type=arguments.count, default=16, help="trials of each source alone, a power of 2 (default 16)"
+    )
+    parser.add_argument(
+        "--samples", type=arguments.count, default=64, help="rows of the Sobol design, a power of 2 (default 64)"
+    )
+    add_study_arguments(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Carry out both designs, rank the error sources."""
+    prepare_workers(options)
+    from scenarios.commands.output import terminal
+    from scenarios.files.schema import load_scenario
+    from scenarios.studies.sensitivity import sensitivity
+
+    scenario = load_scenario(options.scenario)
+    study = sensitivity(scenario, repeats=options.repeats, samples=options.samples, seed=options.seed)
+    own = ["--repeats", str(options.repeats), "--samples", str(options.samples)]
+    folder = carried_out(study, options, resuming_command("sensitivity", options, own))
+
+    from scenarios.reports.sensitivity import print_budgets, write_budgets  # plots: after the work
+    from scenarios.studies.budget import budgets
+
+    joints = [joint for joint, wanted in enumerate(scenario.table.tolerance.identifiable, 1) if wanted]
+    found = budgets(folder.table(), list(scenario.table.sources), joints, options.seed)
+    if not all(budget.costs for budget in found):
+        silent = ", ".join(str(budget.joint) for budget in found if not budget.costs)
+        raise NoGains(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
+    console = terminal()
+    console.print(f"Scenario {scenario.name}, {study.count} trials, {len(scenario.table.sources)} error sources")
+    print_budgets(found, console)
+    with summary_of(options.out):
+        written = write_budgets(found, scenario, options.out)
+    console.print(f"Rows in {options.out / 'trials'}; {', '.join(path.name for path in written)} in {options.out}.")
+    return Status.PASSED

@@ -41,6 +41,10 @@ class StepError(PlantError):
     """A physics step that does not fit the control period."""
 
 
+class TooLong(PlantError):
+    """An experiment that would take more memory or time than anybody has."""
+
+
 class TrajectoryError(SimulationError):
     """A motion that breaks a limit before anything is simulated."""
 

@@ -96,9 +96,9 @@ FAULTS = {
     'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz = 0.0: expected a positive number",
     'extends = "nominal"\n[plant.payload]\nmass = 0\ncom = [0, 0, 0]': "plant.payload.*",
     'extends = "nominal"\n[plant.errors]\nstribek = 0.1': "unknown key plant.errors.stribek; did you mean 'stribeck'?",
-    'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling = 2: expected a share from 0 to 1",
+    'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling: input .* equal to 1, got 2",
     'extends = "nominal"\n[plant.errors]\njoint_compliance = [1e-5]': "joint_compliance: 1 values .* expected 6",
-    'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "sensors: encoder_noise = -1.0 is negative",
+    'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "encoder_noise: input .* equal to 0, got -1",
     'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "cutoff_hz = -1.0: expected a positive number",
 }
 

@@ -85,8 +85,8 @@ class ControllerBelief:
             0 <= x <= LARGEST for x in self.rotor_inertia
         ):
             raise ControllerError(
-                f"controller: gain {list(self.gain)}, rotor_inertia {list(self.rotor_inertia)}: expected finite numbers "
-                f"up to {LARGEST:g}, rotors not negative"
+                f"controller: gain {list(self.gain)}, rotor_inertia {list(self.rotor_inertia)}: expected finite "
+                f"numbers up to {LARGEST:g}, rotors not negative"
             )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from ident.arrays import Array
 from ident.recording import Recording
 from sim.closed_loop import closed_loop
-from sim.compile import plant_model, resting
+from sim.compile import lean_model, resting
 from sim.controller import Controller, tuned
 from sim.engine import Engine, Simulation
 from sim.errors import PlantError, SimulationError
@@ -94,7 +94,7 @@ def _prepared(
     controller = tuned(experiment.belief, experiment.trajectory, experiment.controller)
     key = id(plant), loaded, step
     if key not in models:
-        models[key] = plant_model(plant, loaded=loaded, step=step)
+        models[key] = lean_model(plant, loaded=loaded, step=step)
     model = models[key]
     start = resting(plant, model, controller.q_ref[0])
     acting = varied(plant, model, loaded=loaded, step=step)

@@ -93,7 +93,7 @@ FAULTS = {
     'extends = "nominal"\n[tolerance]\nidentifiable = [1, 1, 1, 1, 1, 0]': "tolerance.identifiable.0: .*valid boolean",
     'extends = "nominal"\n[experiment]\nstep = 1979-05-27': "experiment.step: .*valid number",
     'extends = "nominal"\n[plant]\ngain = [nan, 1, 1, 1, 1, 1]': "plant.gain.0: .*finite number",
-    'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz = 0.0: expected a positive number",
+    'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz: input .* equal to 1, got 0",
     'extends = "nominal"\n[plant.payload]\nmass = 0\ncom = [0, 0, 0]': "plant.payload.*",
     'extends = "nominal"\n[plant.errors]\nstribek = 0.1': "unknown key plant.errors.stribek; did you mean 'stribeck'?",
     'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling: input .* equal to 1, got 2",

@@ -1,14 +1,20 @@
+import os
+from copy import copy
+
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 from plants import CYLINDER, nominal_plant
+from robot_folders import arm_xml, robot_folder
 
 import rx90_mjcf
 from ident.payload import standard_parameters
-from sim.compile import plant_model
+from sim.compile import lean_model, plant_model
+from sim.effects import ModelErrors
 from sim.errors import PlantError
-from sim.plant import PayloadBody
+from sim.plant import PayloadBody, Plant
+from sim.robot_files import read_robot
 
 STEP = 1e-3
 STATE = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2]), np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])
@@ -61,6 +67,53 @@ def test_bare_and_loaded_models_have_one_layout_and_the_bare_one_is_the_arm():
     np.testing.assert_array_equal(bare.body_mass[:-1], arm.body_mass)
     assert bare.body("payload").mass == 0.0
     assert loaded.body("payload").mass == CYLINDER.mass
+
+
+def test_a_model_without_shapes_moves_bit_for_bit_as_the_one_with_all_of_them(rng):
+    full, lean = (make(nominal_plant(), loaded=True, step=STEP) for make in (plant_model, lean_model))
+    assert (full.ngeom > 20, lean.ngeom, lean.nmat, lean.ncam) == (True, 0, 0, 0)
+    data = mujoco.MjData(full), mujoco.MjData(lean)
+    for v in rng.uniform(-80, 80, (300, 6)):
+        for model, each in zip((full, lean), data, strict=True):
+            each.ctrl[:] = v
+            mujoco.mj_step(model, each)
+        np.testing.assert_array_equal(data[0].qpos, data[1].qpos)
+
+
+def test_shapes_that_inertia_comes_from_stay(tmp_path):
+    heavy = arm_xml(2).replace("<inertial", "<geom size='0.1' mass='2'/><!--").replace("/><joint", "/>--><joint")
+    robot = read_robot(robot_folder(tmp_path, 2))
+    robot.model.write_text(heavy)
+    plant = Plant(robot=robot, drives=robot.drives, payload=CYLINDER)
+    full, lean = (make(plant, loaded=False, step=STEP) for make in (plant_model, lean_model))
+    assert lean.ngeom == 2
+    np.testing.assert_array_equal(lean.body_mass, [0.0, 2.0, 2.0, 0.0])
+    np.testing.assert_array_equal(lean.body_inertia, full.body_inertia)
+
+
+def test_a_model_file_that_changed_is_read_again(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 2))
+    plant = Plant(robot=robot, drives=robot.drives, payload=CYLINDER)
+    before = lean_model(plant, loaded=False, step=STEP)
+    robot.model.write_text(arm_xml(2).replace('mass="9.000"', 'mass="4.500"'))
+    os.utime(robot.model, ns=(1, 1))
+    after = lean_model(plant, loaded=False, step=STEP)
+    assert (before.body("part1").mass, after.body("part1").mass) == (9.0, 4.5)
+
+
+def test_disabled_islands_change_nothing(rng):
+    # An arm is one island: bit for bit on rigid joints, also with couplings and a spring.
+    for errors in (ModelErrors(), ModelErrors(wrist_coupling=0.7), ModelErrors(gravity_spring=2e4)):
+        model = plant_model(nominal_plant(errors=errors), loaded=True, step=STEP)
+        assert model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ISLAND
+        islands = copy(model)
+        islands.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+        data = mujoco.MjData(model), mujoco.MjData(islands)
+        for v in rng.uniform(-80, 80, (300, 6)):
+            for each, its in zip(data, (model, islands), strict=True):
+                each.ctrl[:] = v
+                mujoco.mj_step(its, each)
+            np.testing.assert_array_equal(data[0].qpos, data[1].qpos)
 
 
 def test_a_saved_plant_opens_again_with_its_truth(tmp_path):

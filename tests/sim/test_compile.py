@@ -55,6 +55,23 @@ def _pinocchio_order(chi: np.ndarray) -> np.ndarray:
     return chi[[9, 6, 7, 8, 0, 1, 3, 2, 4, 5]]
 
 
+def test_a_lopsided_payload_on_drives_wired_backwards_obeys_the_equation_of_motion_too(rng):
+    # Products of inertia, centre of mass beside every axis, gains of either sign.
+    body = PayloadBody(mass=3.7, com=(0.04, -0.07, 0.11), inertia=(0.031, 0.027, 0.019, 0.004, -0.006, 0.0025))
+    gain = np.array([-0.9, 1.3, 0.7, -1.6, 1.1, -0.4])
+    plant = nominal_plant(body, gain=gain)
+    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
+    arm.armature = plant.drives.rotor_inertia
+    J = np.array([[0.031, 0.004, -0.006], [0.004, 0.027, 0.0025], [-0.006, 0.0025, 0.019]])
+    arm.appendBodyToJoint(6, pin.Inertia(3.7, np.array([0.04, -0.07, 0.11]), J), pin.SE3.Identity())
+    (q, dq), d, v = STATE, plant.drives, rng.uniform(-50, 50, 6)
+    ddq = acceleration(plant_model(plant, loaded=True, step=STEP), v)
+    right = gain * (v - d.amplifier_offset) - d.viscous_friction * dq - d.coulomb_asymmetry
+    right -= d.coulomb_friction * np.sign(dq)
+    # The friction solver's tolerance, as above.
+    np.testing.assert_allclose(pin.rnea(arm, arm.createData(), q, dq, ddq), right, rtol=0, atol=1e-6)
+
+
 def test_current_is_limited(rng):
     model = plant_model(nominal_plant(current_limit=np.full(6, 10.0)), loaded=False, step=STEP)
     np.testing.assert_array_equal(acceleration(model, np.full(6, 50.0)), acceleration(model, np.full(6, 10.0)))

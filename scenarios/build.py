@@ -19,8 +19,8 @@ from scenarios.files.tables import nearest
 from scenarios.robots import robot
 from sim.controller import ControllerBelief
 from sim.drives import DriveTruth
+from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
-from sim.record import Experiment
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,7 @@ from ident.options import GainOptions, options_from_table
 from scenarios.errors import ScenarioError
 from scenarios.files.tables import nearest, scenario_table
 from sim.controller import ControllerOptions
-from sim.model_errors import ModelErrors
+from sim.effects import ModelErrors
 from sim.sensors import SensorOptions
 
 Vector = tuple[float, ...]

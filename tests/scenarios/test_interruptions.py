@@ -134,15 +134,10 @@ def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(
 def test_a_folder_full_of_other_modules_fools_neither_command_nor_workers(scenario, tmp_path):
     for name in ("sim", "ident", "rx90_mjcf", "random", "queue", "tomllib"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('imported from the working folder')")
-    for words in (
-        ["-m", "scenarios"],
-        ["-c", "import sys; sys.path.remove(''); from scenarios.__main__ import main; main()"],
-    ):
-        folder = tmp_path / f"out{len(words[1])}"
-        command = [sys.executable, *words, "monte-carlo", str(scenario), "-n", "2", "--jobs", "2", "--out", str(folder)]
-        environment = os.environ | {"PYTHONPATH": str(ROOT)}
-        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
-        assert "working folder" not in done.stdout + done.stderr
-        rows = pd.read_parquet(folder / "trials")
-        assert rows["trial"].nunique() == 2
-        assert not rows["failure"].isin(["WorkerDied", "WorkerFailed"]).any()
+    command = rx90("monte-carlo", scenario, "-n", 2, "--jobs", 2, "--out", tmp_path / "out")
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
+    assert "working folder" not in done.stdout + done.stderr
+    rows = pd.read_parquet(tmp_path / "out" / "trials")
+    assert rows["trial"].nunique() == 2
+    assert not rows["failure"].isin(["WorkerDied", "WorkerFailed"]).any()

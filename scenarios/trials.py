@@ -8,6 +8,7 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from ident.errors import IdentificationError
+from ident.estimate import IdentifiedGain
 from scenarios.build import Bench, bench
 from scenarios.errors import ScenarioError
 from scenarios.files.draws import drawn_settings
@@ -169,7 +170,7 @@ def _judged_rows(trial: Trial, run: Run, settings: Mapping[str, Value]) -> list[
             "trial": trial.number,
             "seed": trial.seed,
             **asdict(verdict),
-            "payload_std": None if gain.value is None else gain.payload_rel_std * abs(gain.value),
+            "payload_std": gain.payload_std if isinstance(gain, IdentifiedGain) else None,
             **trial.labels,
             **_columns(settings),
         }

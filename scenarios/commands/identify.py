@@ -5,9 +5,10 @@ import sys
 import time
 
 import scenarios.commands.arguments as arguments
-from ident.gains import GainOptions
-from ident.identify import METHODS, identify
+from ident.estimators import ESTIMATORS
+from ident.identification import identify
 from ident.observation import ObserveOptions
+from ident.options import GainOptions, options_from_words
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.status import Status
 
@@ -28,7 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar=("I", "J"),
         help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
     )
-    add("--method", choices=METHODS, default="ls-2011", help="estimator (default %(default)s)")
+    add("--method", choices=ESTIMATORS, default="ls-2011", help="estimator (default %(default)s)")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
     add("--json", action="store_true", help="print one JSON object instead of a table")
     for kind in (ObserveOptions, GainOptions):
         add_options(parser, kind)
@@ -38,34 +40,35 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, tell."""
     from threadpoolctl import threadpool_limits
 
-    from ident.arm import load_arm
     from ident.payload_files import read_payload
     from ident.recording_files import read_recording
     from ident.structure import structure_of
     from scenarios.commands.output import terminal
     from scenarios.reports.run import print_estimate
+    from scenarios.robot_models import read_arm
     from scenarios.store.run_folder import estimate_document, to_json
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
-        structure = structure_of(load_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
+        structure = structure_of(read_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
         unloaded, loaded = read_recording(options.unloaded), read_recording(options.loaded)
         payload = read_payload(options.payload)
         started = time.perf_counter()
-        estimate, notes = identify(
+        found = identify(
             unloaded,
             loaded,
             structure,
             payload,
             method=options.method,
+            options=options_from_words(ESTIMATORS[options.method].options, options.option),
             observing=chosen(ObserveOptions, options),
             gains=chosen(GainOptions, options),
         )
         identify_s = time.perf_counter() - started
     console = terminal()
     if options.json:
-        for note in notes:
+        for note in found.notes:
             print(f"rx90: {note}", file=sys.stderr)  # noqa: T201
-        console.out(to_json(estimate_document(estimate, identify_s)), highlight=False)
+        console.out(to_json(estimate_document(found.estimate, identify_s)), highlight=False)
     else:
-        print_estimate(estimate, notes, console)
+        print_estimate(found.estimate, found.notes, console)
     return Status.PASSED

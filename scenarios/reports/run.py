@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ident.gains import GainEstimate
+from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from scenarios.judge import GainVerdict
 from scenarios.run import Run
 
@@ -55,21 +55,21 @@ def print_estimate(estimate: GainEstimate, notes: Sequence[str], console: Consol
     """
     grid = table("Joint", "Name", "Gain", "2 sigma", "payload", "Residual", "Verdict")
     for index, joint in enumerate(estimate.joints, 1):
-        given = joint.value is not None and joint.std is not None
-        payload = 2.0 * joint.payload_rel_std * abs(joint.value) if joint.value is not None else None
+        gain = joint if isinstance(joint, IdentifiedGain) else None
+        share = estimate.residual_share(index - 1)
         grid.add_row(
             str(index),
             joint.joint,
-            number(joint.value, ".4f"),
-            number(2.0 * joint.std if joint.std is not None else None, ".4f"),
-            number(payload, ".4f"),
-            f"{100.0 * joint.error_norm / joint.current_norm:.1f} %" if joint.rows else "-",
-            Text("identified", style="green") if given else Text("refused", style="yellow"),
+            number(gain and gain.value, ".4f"),
+            number(gain and 2.0 * gain.std, ".4f"),
+            number(gain and 2.0 * gain.payload_std, ".4f"),
+            number(None if share is None else 100.0 * share, ".1f", " %"),
+            Text("identified", style="green") if gain else Text("refused", style="yellow"),
         )
     console.print(grid)
     _print_notes(console, notes)
     for index, joint in enumerate(estimate.joints, 1):
-        if joint.reason is not None:
+        if isinstance(joint, RefusedGain):
             console.print(f"Joint {index}: {joint.reason}.")
     found = int(estimate.identifiable.sum())
     console.print(

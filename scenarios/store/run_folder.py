@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from ident.gains import GainEstimate, GainOptions
+from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.observation import ObserveOptions
+from ident.options import GainOptions
 from ident.payload_files import write_payload
 from ident.recording_files import write_recording
 from scenarios.run import Run
@@ -32,14 +33,14 @@ def estimate_document(estimate: GainEstimate, identify_s: float) -> dict[str, ob
         {
             "joint": number,
             "true": None,
-            "estimate": joint.value,
-            "std": joint.std,
+            "estimate": joint.value if isinstance(joint, IdentifiedGain) else None,
+            "std": joint.std if isinstance(joint, IdentifiedGain) else None,
             "rel_error": None,
             "z": None,
             "tolerance": None,
-            "identifiable": joint.value is not None,
+            "identifiable": isinstance(joint, IdentifiedGain),
             "passed": None,
-            "reason": joint.reason,
+            "reason": joint.reason if isinstance(joint, RefusedGain) else None,
         }
         for number, joint in enumerate(estimate.joints, 1)
     ]
@@ -83,7 +84,7 @@ def save_run(run: Run, folder: Path) -> None:
 def identify_command(run: Run, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
     chosen = run.bench.scenario.table.identification
-    words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.mjcf)]
+    words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.robot.model)]
     for name in ("unloaded", "loaded"):
         words += [f"--{name}", str(folder / f"{name}.parquet")]
     words += ["--payload", str(folder / "payload.toml"), "--method", chosen.method]
@@ -91,7 +92,9 @@ def identify_command(run: Run, folder: Path) -> str:
         for field in fields(options):
             value = getattr(options, field.name)
             if value != getattr(defaults, field.name):
-                words += [f"--{field.name.replace('_', '-')}", repr(value)]
+                words += [f"--{field.name.replace('_', '-')}", str(value)]
+    for name, value in chosen.options.items():
+        words += ["--option", f"{name}={value}"]
     return shlex.join(words)
 
 

@@ -92,10 +92,15 @@ def _adapter(kind: type) -> TypeAdapter[Any]:
 def _entries(node: object) -> dict[str, Any]:
     """What a table holds by key; nothing if it is none."""
     if isinstance(node, BaseModel):
-        return {name: getattr(node, name) for name in type(node).model_fields}
+        return dict(node.__dict__)
     if is_dataclass(node):
-        return {field.name: getattr(node, field.name) for field in fields(node)}
+        return {name: getattr(node, name) for name in _names(type(node))}
     return {str(key): value for key, value in node.items()} if isinstance(node, Mapping) else {}
+
+
+@lru_cache(maxsize=32)
+def _names(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
 
 
 def _is_number(value: object) -> bool:

@@ -43,11 +43,13 @@ class Sources:
         scenario: With its `sources` tables.
         table: Its table, every number stated.
         width: Uniform numbers that each source takes, in the order of the tables.
+        off: Settings that switch every source off.
     """
 
     scenario: Scenario
     table: ScenarioTable
     width: Mapping[str, int]
+    off: Mapping[str, Value]
 
     @property
     def names(self) -> list[str]:
@@ -73,14 +75,14 @@ def sources_of(scenario: Scenario) -> Sources:
     table = resolved(scenario).table
     if not scenario.table.sources:
         raise NoSources(f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
-    width = {}
+    width, off = dict[str, int](), dict[str, Value]()
     for name, source in scenario.table.sources.items():
         try:
             width[name] = 1 if source.stream is not None else numbers_needed(source, table)
-            _off(source, table)
+            off |= _off(source, table)
         except ScenarioError as error:
             raise WrongDraw(f"{scenario.name}: sources.{name}: {error}") from error
-    return Sources(scenario=scenario, table=table, width=width)
+    return Sources(scenario=scenario, table=table, width=width, off=off)
 
 
 def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) -> Study:
@@ -134,9 +136,7 @@ def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
         sources: All there are.
         on: Uniform numbers of those that are on, by name; all others are off.
     """
-    settings, seeds = dict[str, Value](), dict[str, int]()
-    for source in sources.scenario.table.sources.values():
-        settings |= _off(source, sources.table)
+    settings, seeds = dict(sources.off), dict[str, int]()
     for name, uniform in on.items():
         source = sources.scenario.table.sources[name]
         if source.stream is None:

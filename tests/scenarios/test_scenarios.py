@@ -99,7 +99,7 @@ FAULTS = {
     'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling = 2: expected a share from 0 to 1",
     'extends = "nominal"\n[plant.errors]\njoint_compliance = [1e-5]': "joint_compliance: 1 values .* expected 6",
     'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "sensors: encoder_noise = -1.0 is negative",
-    'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "cutoff_hz = -1.0: expected a positive number",
+    'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "identification.observe: .*cutoff_hz = -1: expected a number",
 }
 
 

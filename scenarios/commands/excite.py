@@ -4,6 +4,7 @@ import argparse
 import sys
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.lifetime import tell
 from scenarios.commands.status import Status
 from scenarios.errors import ScenarioError
 
@@ -24,7 +25,6 @@ def main(options: argparse.Namespace) -> Status:
     import numpy as np
 
     from scenarios.build import bench
-    from scenarios.commands.output import terminal
     from scenarios.design.excitation import START, Design, robot_limits, search
     from scenarios.files.motions import write_motion
     from scenarios.files.schema import load_scenario
@@ -58,5 +58,5 @@ def main(options: argparse.Namespace) -> Status:
         "(for a residual of 2 % of each joint's rms torque at 20 rows a second)",
     ]
     write_motion(motion, options.out, comments)
-    terminal().print(f"{options.out}: predicted standard deviation of the gains [%]: {predicted}")
+    tell(f"{options.out}: predicted standard deviation of the gains [%]: {predicted}\n")
     return Status.PASSED

@@ -1,7 +1,6 @@
 """`rx90 identify`."""
 
 import argparse
-import sys
 import time
 
 import scenarios.commands.arguments as arguments
@@ -9,6 +8,8 @@ from ident.gains import GainOptions
 from ident.identify import METHODS, identify
 from ident.observation import ObserveOptions
 from scenarios.commands.options import add_options, chosen
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.parser import complain
 from scenarios.commands.status import Status
 
 
@@ -29,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
     )
     add("--method", choices=METHODS, default="ls-2011", help="estimator (default %(default)s)")
-    add("--json", action="store_true", help="print one JSON object instead of a table")
+    add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
         add_options(parser, kind)
 
@@ -42,9 +43,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.payload_files import read_payload
     from ident.recording_files import read_recording
     from ident.structure import structure_of
-    from scenarios.commands.output import terminal
-    from scenarios.reports.run import print_estimate
-    from scenarios.store.run_folder import estimate_document, to_json
+    from scenarios.reports.identify import estimate_report
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         structure = structure_of(load_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
@@ -61,11 +60,8 @@ def main(options: argparse.Namespace) -> Status:
             gains=chosen(GainOptions, options),
         )
         identify_s = time.perf_counter() - started
-    console = terminal()
     if options.json:
         for note in notes:
-            print(f"rx90: {note}", file=sys.stderr)  # noqa: T201
-        console.out(to_json(estimate_document(estimate, identify_s)), highlight=False)
-    else:
-        print_estimate(estimate, notes, console)
+            complain(note)
+    show(estimate_report(estimate, notes, identify_s), options)
     return Status.PASSED

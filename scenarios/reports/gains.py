@@ -13,7 +13,8 @@ INTERVAL = (
 )
 """The interval of a gain beside its parts, in percent of the gain."""
 MEANING = Paragraph(
-    "Gains in N m per drive unit. 2 sigma: two standard deviations, from the residual and from the payload's stated uncertainty together. "
+    "Gains in N m per drive unit. 2 sigma: two standard deviations, from the residual and from the payload's stated "
+    "uncertainty together. "
     "No error of the model is in it: of geometry, friction law, couplings."
 )
 

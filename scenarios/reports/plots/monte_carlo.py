@@ -61,7 +61,8 @@ def quantiles(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
 
 def against_true(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
     """Errors over the gain that was injected."""
-    return _figure(found, subject, _against_true)
+    reach = NEAR * max(_reach(rows) for rows in found.values())
+    return _figure(found, subject, lambda axis, rows: _against_true(axis, rows, reach))
 
 
 def _figure(found: Mapping[int, pd.DataFrame], subject: Subject, draw: Callable[[Axes, pd.DataFrame], None]) -> Figure:
@@ -76,7 +77,10 @@ def _figure(found: Mapping[int, pd.DataFrame], subject: Subject, draw: Callable[
         axis.tick_params(labelbottom=True, labelleft=True)
     for axis in axes[len(found) :]:
         axis.set_axis_off()
-    without = f"\nno gain, or always the same: joint {', '.join(map(str, subject.without))}" if subject.without else ""
+    names = ", ".join(map(str, subject.without))
+    without = (
+        f"\nno panel: joint {names}, refused in all trials but one at most, or always the same error" if names else ""
+    )
     figure.suptitle(f"{subject.title}{without}", fontsize=11)
     return figure
 
@@ -96,7 +100,7 @@ def _histogram(axis: Axes, rows: pd.DataFrame, edges: Array) -> None:
         axis.plot([], [], color="C3", linestyle="--", label=f"tolerance: beyond, ± {tolerance:.3g} %")
     axis.set_xlabel("error of the gain [%]")
     axis.set_ylabel("density [1/%]")
-    axis.legend(fontsize=7, frameon=False)
+    axis.legend(loc="upper right", fontsize=7, framealpha=1.0, edgecolor="none")
 
 
 def _qq(axis: Axes, rows: pd.DataFrame) -> None:
@@ -109,15 +113,17 @@ def _qq(axis: Axes, rows: pd.DataFrame) -> None:
     axis.set_ylabel("z = error / claimed sigma")
 
 
-def _against_true(axis: Axes, rows: pd.DataFrame) -> None:
+def _against_true(axis: Axes, rows: pd.DataFrame, reach: float) -> None:
     some = rows.iloc[:: max(1, len(rows) // MOST_POINTS)]
-    tolerance = 100.0 * float(rows["tolerance"].iloc[0])
     axis.axhline(0.0, color="0.5", linewidth=1.0)
-    error = 100.0 * some["rel_error"]
-    axis.plot(some["true"] / rows["true"].median(), error, ".", markersize=3, color="C0")
-    if tolerance <= NEAR * np.abs(error).max():
+    axis.plot(some["true"] / rows["true"].median(), 100.0 * some["rel_error"], ".", markersize=3, color="C0")
+    tolerance = 100.0 * float(rows["tolerance"].iloc[0])
+    if tolerance <= reach:
         for side in (-tolerance, tolerance):
-            axis.axhline(side, color="C3", linestyle="--", linewidth=1.0)
+            axis.axhline(side, color="C3", linestyle="--", linewidth=1.0, label="tolerance" if side > 0 else None)
+    else:
+        axis.plot([], [], color="C3", linestyle="--", label=f"tolerance: beyond, ± {tolerance:.3g} %")
+    axis.legend(loc="upper right", fontsize=7, framealpha=1.0, edgecolor="none")
     axis.set_xlabel("injected gain over its median")
     axis.set_ylabel("error [%]")
 

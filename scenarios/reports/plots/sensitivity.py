@@ -30,7 +30,7 @@ def chart(budgets: Sequence[JointBudget], scenario: Scenario) -> Figure:
             axis.plot([], [], color="C3", linestyle=":", label=f"tolerance: beyond, {allowed:.3g} %")
         axis.set_title(f"joint {budget.joint}", fontsize=10)
         axis.set_xlabel("rms error [%]")
-        axis.legend(loc="lower right", fontsize=7, frameon=False)
+        axis.legend(loc="lower right", fontsize=7, framealpha=1.0, edgecolor="none")
     axes[0].set_yticks(at, order)
     return figure
 

@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow lint bench docs lock clean
+.PHONY: demo test test-slow mutants lint bench docs lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -16,6 +16,9 @@ test: .venv/ready
 
 test-slow: .venv/ready
 	$(BIN)/pytest -m slow
+
+mutants: .venv/ready  # about half an hour
+	$(BIN)/python -m bench.mutants
 
 lint: .venv/ready
 	$(BIN)/ruff check .

@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 import rx90_mjcf
 from ident.arm import load_pinocchio
-from ident.identify import identify
+from ident.identification import identify
 from ident.regressor import regressor_blocks
 from scenarios.build import bench
 from scenarios.files.schema import load_scenario

@@ -23,11 +23,11 @@ import sim.record
 from scenarios.build import bench
 from scenarios.files.schema import load_scenario
 from scenarios.run import pair_streams
-from scenarios.store.study_folder import study_folder
+from scenarios.store.study_folder import WHOLE, Part, study_folder
 from scenarios.studies.study import CHUNK
 from scenarios.trials import Trial, run_trials, trial_schema
 from scenarios.versions import versions
-from scenarios.workers.executors import local_processes
+from scenarios.workers.processes import local_processes
 from scenarios.workers.tasks import Task, run_task
 from sim.engine import Engine, Simulation
 from sim.model import plant_model
@@ -41,13 +41,13 @@ ROUNDS = 3
 
 START_UP = """
 import sys
-from scenarios.workers.executors import prepare_processes
+from scenarios.workers.processes import prepare_processes
 if __name__ == "__main__":
     prepare_processes()  # as the command does
     from concurrent.futures import wait
     import scenarios.cli
     from scenarios.files.schema import load_scenario
-    from scenarios.workers.executors import local_processes
+    from scenarios.workers.processes import local_processes
     from scenarios.studies.monte_carlo import monte_carlo
     from scenarios.studies.study import carry_out
     from scenarios.workers.tasks import Task, run_task
@@ -141,7 +141,7 @@ def split() -> None:
         started = time.perf_counter()
         rows = run_trials(SCENARIO, trials(0), SCHEMA, threads=1)
         with study_folder(Path(folder), {}, count=CHUNK, command="", rows_per_trial=6) as place:
-            timed("writing", place.write_part)(0, CHUNK - 1, rows)
+            timed("writing", place.write_part)(Part(range(CHUNK), WHOLE), rows)
         total = time.perf_counter() - started
     spent["controller and encoders"] = spent.pop("loop") - spent["physics"]
     spent["the rest"] = total - sum(spent.values())

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ident.gains import GainEstimate
-from ident.identify import identify
+from ident.estimate import GainEstimate, IdentifiedGain
+from ident.identification import identify
 from ident.observation import ObserveOptions
 from ident.recording import Recording
 from scenarios.build import Bench, bench
@@ -28,12 +28,12 @@ def estimate(prepared: Bench, pair: tuple[Recording, Recording], observing: Obse
     chosen = prepared.scenario.table.identification
     return identify(
         *pair, prepared.structure, prepared.payload, method=chosen.method, observing=observing, gains=chosen.gains
-    )[0]
+    ).estimate
 
 
 def row(label: str, prepared: Bench, found: GainEstimate) -> str:
     errors = [
-        "refused" if joint.value is None else f"{joint.value / true - 1:+.1e}"
+        f"{joint.value / true - 1:+.1e}" if isinstance(joint, IdentifiedGain) else "refused"
         for joint, true in zip(found.joints, prepared.true_gain, strict=True)
     ]
     return f"| {label} | {' | '.join(errors)} | {found.rel_error_norm:.1e} | {found.rows} |"

@@ -19,3 +19,15 @@ class PayloadError(IdentificationError):
 
 class NotIdentifiable(IdentificationError):
     """Data that cannot give a single drive gain, whatever the joint."""
+
+
+class OptionError(IdentificationError):
+    """An option of the identification that does not exist or has a value that makes no sense."""
+
+
+class TooFewRows(IdentificationError):
+    """A linear system with too few equations for its unknowns."""
+
+
+class NotExcited(IdentificationError):
+    """A linear system that does not show every unknown: the motion leaves some of them free."""

@@ -1,13 +1,12 @@
 """Linear least squares with scaled columns by orthogonal factorisation (paper, eq. 17 to 22)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 
 from ident.arrays import Array, Indices
-from ident.errors import IdentificationError
+from ident.errors import NotExcited, TooFewRows
 
 DEPENDENT = 1e-9
 """Relative singular value of unit columns under which one group of rows does not see a combination of them."""
@@ -36,26 +35,6 @@ class LeastSquares:
         """Covariance of x for white residuals (eq. 20), shape (b, b)."""
         return self.sigma**2 * self.cofactor
 
-    def serial_std(self, k: int, rows: Sequence[Indices], lags: int, W: Array) -> float:
-        """Standard deviation of x[k] that allows for residuals correlated in time (Newey and West 1987).
-
-        Args:
-            k: Which unknown.
-            rows: Position in time of each row, in row periods, one array a motion, in the order of the rows of W.
-            lags: Row periods after which residuals are unrelated; weights fall linearly to it (Bartlett).
-            W: The observation matrix, shape (r, b).
-        """
-        influence = (W @ self.cofactor[k]) * self.residual  # each row's share of the error of x[k]
-        variance, start = 0.0, 0
-        for at in rows:
-            series = np.zeros(int(at.max()) + 1 + lags)  # rows that were left out count as zero
-            series[at] = influence[start : start + len(at)]
-            start += len(at)
-            variance += series @ series
-            for lag in range(1, lags):
-                variance += 2.0 * (1.0 - lag / lags) * (series[:-lag] @ series[lag:])
-        return float(np.sqrt(max(variance, 0.0)))
-
     @property
     def std(self) -> Array:
         """Standard deviations of x, shape (b,)."""
@@ -77,18 +56,19 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
         The solution with its covariance.
 
     Raises:
-        IdentificationError: If rows are fewer than unknowns plus one, a column is zero, or W is rank deficient.
+        TooFewRows: If rows are fewer than unknowns plus one.
+        NotExcited: If a column is zero, or W is rank deficient.
     """
     r, b = W.shape
     if r <= b:
-        raise IdentificationError(f"{r} rows cannot give {b} unknowns; record a longer motion")
+        raise TooFewRows(f"{r} rows cannot give {b} unknowns; record a longer motion")
     scale = np.linalg.norm(W, axis=0)
     if not scale.all():
-        raise IdentificationError(f"column {int(np.argmin(scale))} of the observation matrix is zero")
+        raise NotExcited(f"column {int(np.argmin(scale))} of the observation matrix is zero")
     Q, R = linalg.qr(W / scale, mode="economic")
     singular = np.linalg.svd(R, compute_uv=False)
     if singular[-1] < rank_tol * singular[0]:
-        raise IdentificationError(
+        raise NotExcited(
             f"the motion does not excite every parameter: relative singular value {singular[-1] / singular[0]:.1e} "
             f"is below {rank_tol:.0e}"
         )

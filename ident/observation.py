@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Array, Indices, Mask, readonly
-from ident.errors import IdentificationError, RecordingError
+from ident.errors import OptionError, RecordingError
+from ident.options import check_range
 from ident.parameters import STANDARD
 from ident.recording import JITTER_TOL, Recording, resampled
 from ident.regressor import BLOCK, regressor_blocks
@@ -30,6 +31,8 @@ PIECE = 128
 """Samples that D is applied to at once: D is banded, and long pieces multiply mostly zeros."""
 FASTEST_PERIOD = 1e-5
 """Sampling interval below which a clock is not believed [s]."""
+LONGEST_DELAY = 1.0
+"""Longest time that a current may act after its stamp [s]; a real one is a few periods of the controller."""
 REGRESSOR_RATE = 32.0
 """Rate at which the regressor is evaluated at least, in cut-offs of the positions.
 
@@ -63,15 +66,15 @@ class ObserveOptions:
         """Check the values.
 
         Raises:
-            IdentificationError: If one makes no sense.
+            OptionError: If one makes no sense.
         """
         for name in ("cutoff_hz", "decimation_cutoff_hz", "rows_per_second"):
-            if not getattr(self, name) > 0.0:
-                raise IdentificationError(f"{name} = {getattr(self, name)}: expected a positive number")
-        if min(self.reversal_speed, self.current_delay) < 0.0:
-            raise IdentificationError("reversal_speed and current_delay must not be negative")
+            check_range(name, getattr(self, name), least=1e-3, upto=1e5, unit="Hz")
+        check_range("reversal_speed", self.reversal_speed, least=0.0, upto=10.0)
+        check_range("current_delay", self.current_delay, least=0.0, upto=LONGEST_DELAY, unit="s")
+        check_range("min_weight", self.min_weight, least=-1.0, upto=1.0)
         if self.rows_per_second > 3.0 * self.decimation_cutoff_hz:
-            raise IdentificationError(
+            raise OptionError(
                 f"rows_per_second = {self.rows_per_second:g}: rows closer than a third of the period of "
                 f"decimation_cutoff_hz = {self.decimation_cutoff_hz:g} repeat each other; ask for fewer"
             )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Array, Indices
-from ident.errors import IdentificationError, PayloadError
+from ident.errors import NotIdentifiable, PayloadError
 from ident.least_squares import LeastSquares, least_squares, row_weights
 from ident.parameters import INERTIAL
 from ident.stacked import StackedSystem
@@ -115,7 +115,8 @@ def payload_parameters(
 
     Raises:
         PayloadError: If gains have the wrong length or are not finite, or a known parameter has no such name.
-        IdentificationError: If the motions do not show every unknown, or no row carries a payload.
+        NotIdentifiable: If no row carries a payload.
+        NotExcited: If the motions do not show every unknown.
     """
     n = int(system.joint.max()) + 1
     gain, gain_std = np.asarray(gain, dtype=np.float64), np.asarray(gain_std, dtype=np.float64)
@@ -128,7 +129,7 @@ def payload_parameters(
         if name not in INERTIAL:
             raise PayloadError(f"payload parameter {name!r} is not one of {', '.join(INERTIAL)}")
     if not system.loaded.any():
-        raise IdentificationError("no loaded motion: nothing shows the payload")
+        raise NotIdentifiable("no loaded motion: nothing shows the payload")
     given = np.array([name in known for name in INERTIAL])
     chi = np.array([known.get(name, 0.0) for name in INERTIAL])
     torque = gain[system.joint] * system.V

@@ -7,9 +7,11 @@ otherwise look like an answer.
 import numpy as np
 
 from ident.arm import Arm
+from ident.arrays import Array
 from ident.errors import NotIdentifiable, RecordingError
-from ident.gains import GainEstimate
+from ident.estimate import GainEstimate, RefusedGain
 from ident.recording import Recording
+from ident.uncertainty import UNCERTAINTIES
 
 LOAD_Z = 4.0
 """Standard deviations that 1/g must differ from zero by on some joint for a load to be there."""
@@ -66,24 +68,39 @@ def check_load(estimate: GainEstimate) -> None:
     Raises:
         NotIdentifiable: Saying which.
     """
-    seen = [joint for joint in estimate.joints if abs(joint.load_z) > LOAD_Z]
-    if not seen and any(joint.rows for joint in estimate.joints):
+    load_z, friction_z = _load_z(estimate), _friction_z(estimate)
+    seen = np.abs(load_z) > LOAD_Z
+    if len(load_z) and not seen.any():
         raise NotIdentifiable("the loaded motion shows no load on any joint; was the payload mounted?")
     if not estimate.identifiable.any():
-        reason = f"joint 1: {estimate.joints[0].reason}"
-        raise NotIdentifiable(f"no drive gain can be identified; {reason}")
-    agree = [joint.load_z * (joint.friction_z if abs(joint.friction_z) > FRICTION_Z else 1.0) > 0.0 for joint in seen]
-    if not any(agree):
+        reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
+        raise NotIdentifiable(f"no drive gain can be identified; joint 1: {reason}")
+    sign = np.where(np.abs(friction_z) > FRICTION_Z, np.sign(friction_z), 1.0)
+    if not (load_z * sign > 0.0)[seen].any():
         raise NotIdentifiable(
             "every joint shows a payload of negative mass; the unloaded and loaded files are probably swapped"
         )
 
 
+def _load_z(estimate: GainEstimate) -> Array:
+    """Each solved 1/g over its standard deviation: how visible the payload is, shape (k,)."""
+    return estimate.solution.inverse / np.sqrt(np.diag(estimate.covariance))
+
+
+def _friction_z(estimate: GainEstimate) -> Array:
+    """The same for the friction over g, whose sign is that of g, shape (k,)."""
+    solution, options = estimate.solution, estimate.options
+    covariance = UNCERTAINTIES[options.uncertainty](solution.rows, solution.friction_influence, options.serial_s)
+    std = np.sqrt(np.diag(covariance))
+    return np.divide(solution.friction, std, out=np.zeros_like(std), where=std > 0.0)
+
+
 def residual_notes(estimate: GainEstimate) -> tuple[str, ...]:
     """A note on every joint whose current the model explains badly."""
+    shares = ((j + 1, estimate.residual_share(j)) for j in range(len(estimate.joints)))
     return tuple(
-        f"joint {number}: the model leaves {100.0 * joint.error_norm / joint.current_norm:.0f} % of the current "
+        f"joint {number}: the model leaves {100.0 * share:.0f} % of the current "
         "unexplained; is it the model of this robot, with this friction and base?"
-        for number, joint in enumerate(estimate.joints, 1)
-        if joint.rows and joint.error_norm > LARGE_RESIDUAL * joint.current_norm
+        for number, share in shares
+        if share is not None and share > LARGE_RESIDUAL
     )

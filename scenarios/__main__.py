@@ -2,15 +2,18 @@
 
 import os
 import sys
-import warnings
 
-from scenarios.cli import main as command_line
+from scenarios.import_path import leave_working_folder
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main() -> int:
     """Run the command line as a process of its own."""
+    import warnings  # after the import path is settled
+
+    from scenarios.cli import main as command_line
+
     for name in ONE_THREAD:  # small matrices gain nothing from a threaded BLAS, and stall now and then
         os.environ.setdefault(name, "1")
     if not sys.warnoptions:
@@ -19,4 +22,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    leave_working_folder()
     sys.exit(main())

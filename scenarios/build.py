@@ -16,8 +16,10 @@ from scenarios.errors import ScenarioError
 from scenarios.files.motions import read_motion
 from scenarios.files.schema import Scenario
 from scenarios.files.tables import nearest
+from scenarios.robots import robot
 from sim.controller import ControllerBelief
-from sim.plant import DriveTruth, PayloadBody, Plant
+from sim.drives import DriveTruth
+from sim.plant import PayloadBody, Plant
 from sim.record import Experiment
 
 
@@ -61,9 +63,9 @@ def bench(scenario: Scenario) -> Bench:
             f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {structure.arm.n}"
         )
     belief = ControllerBelief(
-        mjcf=rx90_mjcf.MJCF,
+        mjcf=plant.robot.model,
         gain=table.belief.controller_gain,
-        rotor_inertia=tuple(rx90_mjcf.nominal_drives().rotor_inertia.tolist()),
+        rotor_inertia=tuple(plant.robot.drives.rotor_inertia.tolist()),
     )
     unloaded, loaded = (
         Experiment(
@@ -83,14 +85,12 @@ def bench(scenario: Scenario) -> Bench:
 
 def true_plant(scenario: Scenario) -> Plant:
     """The truth of a scenario; what it does not state is nominal."""
-    stated, nominal = scenario.table.plant, rx90_mjcf.nominal_drives()
+    stated, arm = scenario.table.plant, robot()
     values = {}
     for field in fields(DriveTruth):
         value = getattr(stated, field.name)
-        values[field.name] = np.array(value) if value is not None else getattr(nominal, field.name)
-    return Plant(
-        mjcf=rx90_mjcf.MJCF, drives=DriveTruth(**values), payload=_true_payload(scenario), errors=stated.errors
-    )
+        values[field.name] = np.array(value) if value is not None else getattr(arm.drives, field.name)
+    return Plant(robot=arm, drives=DriveTruth(**values), payload=_true_payload(scenario), errors=stated.errors)
 
 
 def believed_payload(scenario: Scenario) -> Payload:
@@ -109,7 +109,7 @@ def believed_payload(scenario: Scenario) -> Payload:
 @lru_cache(maxsize=1)
 def _believed_structure() -> Structure:
     """Of the arm as drawn: the same for every trial."""
-    return structure_of(load_arm(rx90_mjcf.MJCF))
+    return structure_of(load_arm(robot().model))
 
 
 def _true_payload(scenario: Scenario) -> PayloadBody:

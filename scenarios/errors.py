@@ -1,9 +1,77 @@
-"""What a user of the command line can get wrong, besides what `ident` and `sim` refuse."""
+"""What a user of the command line can get wrong, besides what `ident` and `sim` refuse.
+
+One class per cause; `ScenarioError` and `StudyError` are what they have in common and are never raised. Every message
+is one line for the user.
+"""
 
 
 class ScenarioError(ValueError):
-    """A scenario or motion file that cannot be used; its message is one line for the user."""
+    """A scenario, or what it is used for, that cannot be."""
 
 
 class StudyError(ScenarioError):
-    """A study folder or executor that cannot be used; its message is one line for the user."""
+    """A study that cannot be carried out."""
+
+
+class StudyTooLarge(StudyError):
+    """More trials than seeds, or than a design can have."""
+
+
+class NoDesign(StudyError):
+    """Numbers that no design of a sensitivity study has."""
+
+
+class NoSources(StudyError):
+    """A sensitivity study of a scenario without error sources, or without a gain they could cost."""
+
+
+class NoGains(StudyError):
+    """A sensitivity study in which no trial gave some joint a gain."""
+
+
+class ForeignFolder(StudyError):
+    """A folder that is no study, or a file in it that is no part of one."""
+
+
+class OtherStudy(StudyError):
+    """The folder of a study that another scenario, seed, version or file has begun."""
+
+
+class FolderInUse(StudyError):
+    """A folder that another process is at work in."""
+
+
+class FolderNotWritable(StudyError):
+    """A folder that cannot be made or written."""
+
+
+class DamagedFolder(StudyError):
+    """A record or part that is not whole."""
+
+
+class DaskMissing(StudyError):
+    """Workers of a cluster without Dask installed."""
+
+
+class SchedulerSilent(StudyError):
+    """No Dask scheduler where one should be."""
+
+
+class SchedulerGone(StudyError):
+    """The scheduler that hands out the work has died."""
+
+    def __init__(self) -> None:
+        """Say how to go on."""
+        super().__init__("the scheduler that hands out the work is gone; what is finished is kept, repeat the command")
+
+    def __reduce__(self) -> tuple[type["SchedulerGone"], tuple[()]]:
+        """Pickle without the message, which is always the same."""
+        return type(self), ()
+
+
+class UnfitWorker(StudyError):
+    """A worker that cannot run trials, or would run others."""
+
+
+class WorkersLost(StudyError):
+    """Every worker is lost at its first task."""

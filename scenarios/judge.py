@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Array
-from ident.gains import GainEstimate, JointGain
+from ident.estimate import GainEstimate, JointResult, RefusedGain
 from scenarios.files.schema import ToleranceTable
 
 
@@ -67,8 +67,8 @@ def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable) -
     )
 
 
-def _judge_joint(number: int, joint: JointGain, true: float, tolerance: float, expected: bool) -> GainVerdict:
-    if joint.value is None or joint.std is None:
+def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float, expected: bool) -> GainVerdict:
+    if isinstance(joint, RefusedGain):
         return GainVerdict(
             joint=number,
             true=true,

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.errors import IdentificationError
-from ident.gains import GainEstimate
-from ident.identify import identify
+from ident.estimate import GainEstimate
+from ident.identification import identify
 from ident.recording import Recording
 from scenarios.build import Bench, bench
 from scenarios.files.draws import drawn_settings
@@ -123,12 +123,13 @@ def _identified(
     table, started = prepared.scenario.table, time.perf_counter()
     chosen = table.identification
     try:
-        estimate, notes = identify(
+        found = identify(
             unloaded,
             loaded,
             prepared.structure,
             prepared.payload,
             method=chosen.method,
+            options=chosen.method_options,
             observing=chosen.observe,
             gains=chosen.gains,
         )
@@ -139,9 +140,9 @@ def _identified(
         bench=prepared,
         seed=seed,
         recordings=(unloaded, loaded),
-        estimate=estimate,
-        verdict=judge(estimate, prepared.true_gain, table.tolerance),
-        notes=notes,
+        estimate=found.estimate,
+        verdict=judge(found.estimate, prepared.true_gain, table.tolerance),
+        notes=found.notes,
         simulate_s=simulate_s,
         identify_s=identify_s,
     )

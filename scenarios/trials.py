@@ -8,6 +8,7 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from ident.errors import IdentificationError
+from ident.estimate import IdentifiedGain
 from scenarios.build import Bench, bench
 from scenarios.errors import ScenarioError
 from scenarios.files.draws import drawn_settings
@@ -40,6 +41,9 @@ CONTRACT = pa.schema(
 `payload_std` [N m / drive unit] is the deviation that the payload's stated uncertainty adds, not contained in `std`;
 `failure` the kind of error that left the trial without any estimate, null if there was none.
 """
+
+OUTSIDE = ("WorkerDied", "WorkerFailed", "MemoryError")
+"""Failures for a reason outside the trial, which may not fail so when it is tried again."""
 
 TIDY_EVERY = 8
 """Trials after which free memory is given back."""
@@ -102,7 +106,8 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> list[dic
         return _batch_rows(scenario, trials, threads)
     except Exception as error:
         if len(trials) == 1:
-            return failed_rows(scenario, trials[0], type(error).__name__, str(error) or type(error).__name__, {})
+            kind = "MemoryError" if isinstance(error, MemoryError) else type(error).__name__  # NumPy has one of its own
+            return failed_rows(scenario, trials[0], kind, str(error) or kind, {})
     return [row for trial in trials for row in _rows(scenario, [trial], threads)]
 
 
@@ -165,7 +170,7 @@ def _judged_rows(trial: Trial, run: Run, settings: Mapping[str, Value]) -> list[
             "trial": trial.number,
             "seed": trial.seed,
             **asdict(verdict),
-            "payload_std": None if gain.value is None else gain.payload_rel_std * abs(gain.value),
+            "payload_std": gain.payload_std if isinstance(gain, IdentifiedGain) else None,
             **trial.labels,
             **_columns(settings),
         }

@@ -21,7 +21,7 @@ class Clearance:
             plant: The arm; a cylinder of the payload's principal inertia stands for the payload.
             margin: Distances above it are not measured [m].
         """
-        spec = mujoco.MjSpec.from_file(str(plant.mjcf))
+        spec = mujoco.MjSpec.from_file(str(plant.robot.model))
         spec.option.disableflags = 0
         body = mount_payload(spec, plant.payload)
         add_payload_shape(body, plant.payload)

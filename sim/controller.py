@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
-from sim.errors import PlantError
+from sim.errors import ControllerError
 from sim.model import bare_arm
 from sim.trajectory import FourierTrajectory
 
@@ -47,15 +47,15 @@ class ControllerOptions:
         """Check the values.
 
         Raises:
-            PlantError: If one makes no sense.
+            ControllerError: If one makes no sense.
         """
         for name in ("rate_hz", "bandwidth_hz", "velocity_cutoff_hz"):
             if not getattr(self, name) > 0.0:
-                raise PlantError(f"controller: {name} = {getattr(self, name)}: expected a positive number")
+                raise ControllerError(f"controller: {name} = {getattr(self, name)}: expected a positive number")
         if self.rate_hz > FASTEST_HZ:
-            raise PlantError(f"controller: rate_hz = {self.rate_hz:g}: expected {FASTEST_HZ:g} at most")
+            raise ControllerError(f"controller: rate_hz = {self.rate_hz:g}: expected {FASTEST_HZ:g} at most")
         if min(self.damping, self.integral_hz, self.feedforward) < 0.0:
-            raise PlantError("controller: damping, integral_hz and feedforward must not be negative")
+            raise ControllerError("controller: damping, integral_hz and feedforward must not be negative")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,14 +76,14 @@ class ControllerBelief:
         """Check the values.
 
         Raises:
-            PlantError: If gains and rotors do not fit each other, or a gain is zero.
+            ControllerError: If gains and rotors do not fit each other, or a gain is zero.
         """
         if len(self.gain) != len(self.rotor_inertia):
-            raise PlantError(
+            raise ControllerError(
                 f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected one a joint"
             )
         if not all(self.gain):
-            raise PlantError(f"controller: gain {list(self.gain)} has a zero, which commands nothing")
+            raise ControllerError(f"controller: gain {list(self.gain)} has a zero, which commands nothing")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,12 +121,12 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
         options: Tuning.
 
     Raises:
-        PlantError: If the believed arm cannot be compiled or does not fit.
+        ControllerError: If the believed arm cannot be compiled or does not fit.
     """
     gain = np.array(belief.gain, dtype=np.float64)
     model = bare_arm(belief.mjcf, np.array(belief.rotor_inertia, dtype=np.float64))
     if trajectory.n != model.nv:
-        raise PlantError(f"controller: the motion moves {trajectory.n} joints of an arm with {model.nv}")
+        raise ControllerError(f"controller: the motion moves {trajectory.n} joints of an arm with {model.nv}")
     period = 1.0 / options.rate_hz
     samples = round(trajectory.duration * options.rate_hz) + 1
     q, dq, ddq = trajectory(period * np.arange(samples, dtype=np.float64))

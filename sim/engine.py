@@ -16,7 +16,7 @@ from mujoco.batch import Batch
 
 from ident.arrays import Array
 from sim.friction import FrictionLaw, dry_friction
-from sim.mechanisms import coupling_tendon
+from sim.mechanisms import coupling_tendons
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -68,8 +68,8 @@ class Engine:
         """Step every simulation by one control period."""
         if self._law is not None:
             rows = dry_friction(self._law, self._dq[self._varying], self.current[self._varying])
-            for (joints, coupling), row in zip(self._written, rows, strict=True):
-                joints[:], coupling[:] = row[:-1], row[-1]
+            for (joints, couplings), row in zip(self._written, rows, strict=True):
+                joints[:], couplings[:] = row[: len(joints)], row[len(joints) :]
             self._batch.set_models(self._models)  # as the batch asks for after an edit
         self._batch.step(nstep=self._substeps)
 
@@ -87,5 +87,5 @@ def _stacked(laws: Sequence[FrictionLaw]) -> FrictionLaw | None:
 
 
 def _friction_fields(model: mujoco.MjModel) -> tuple[Array, Array]:
-    """Live views of a model's dry friction: driven joints (n,), and the wrist coupling, (1,) or (0,)."""
-    return model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendon(model)]
+    """Live views of a model's dry friction: driven joints (n,), and coupled motors (c,)."""
+    return model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]

@@ -6,7 +6,35 @@ class SimulationError(RuntimeError):
 
 
 class PlantError(SimulationError):
-    """A plant that cannot be built: wrong shapes, impossible values."""
+    """Base of what keeps a plant, its controller or its sensors from being built."""
+
+
+class RobotError(PlantError):
+    """A robot file that cannot be read, or whose parts do not fit each other."""
+
+
+class ModelFileError(PlantError):
+    """A model file that MuJoCo cannot compile, or that is of another arm."""
+
+
+class DriveError(PlantError):
+    """Drives with wrong shapes or impossible values."""
+
+
+class EffectError(PlantError):
+    """A model error that is out of range, or that this robot, its drives or the step do not allow."""
+
+
+class ControllerError(PlantError):
+    """A controller with impossible values, or one that believes in another arm."""
+
+
+class SensorError(PlantError):
+    """Sensors with impossible values, or ones that do not fit the rate."""
+
+
+class StepError(PlantError):
+    """A physics step that does not fit the control period."""
 
 
 class TrajectoryError(SimulationError):

@@ -15,8 +15,8 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
-from sim.errors import PlantError
-from sim.mechanisms import add_model_errors, coupling_tendon, own_parts, transmission_tendons
+from sim.errors import ModelFileError
+from sim.mechanisms import add_model_errors, coupling_tendons, own_parts, transmission_tendons
 from sim.plant import PayloadBody, Plant
 
 FRICTION_SOLREF = (2.0, 1.0)
@@ -38,24 +38,26 @@ def plant_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
         step: Physics step [s].
 
     Raises:
-        PlantError: If the model file cannot be compiled, does not have one drive a joint, or lacks what a model error
-            needs.
+        ModelFileError: If the model file cannot be compiled or is of another arm.
+        EffectError: If a model error is more than the robot, its drives or the step allow.
     """
-    n = len(plant.drives.gain)
+    n = plant.robot.n
     try:
-        spec = mujoco.MjSpec.from_file(str(plant.mjcf))
+        spec = mujoco.MjSpec.from_file(str(plant.robot.model))
+        if len(spec.joints) != n:
+            raise ModelFileError(
+                f"robot model {plant.robot.model}: {len(spec.joints)} joints, but {plant.robot.name} has {n}"
+            )
         mount_payload(spec, plant.payload if loaded else None)
-        if len(spec.joints) == len(spec.actuators) == n:
-            add_model_errors(spec, plant, step)
+        _give_drives(spec)
+        add_model_errors(spec, plant, step)
         spec.option.timestep = step
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
         model = spec.compile()
     except ValueError as error:
         mounted = f" with a payload of {plant.payload.mass:g} kg" if loaded else ""
-        raise PlantError(f"robot model {plant.mjcf}{mounted}: {str(error).splitlines()[0]}") from error
-    links = n if plant.errors.joint_compliance is not None else 0
-    if model.nv != links + n or model.nu != n:
-        raise PlantError(f"robot model {plant.mjcf}: {model.nv} joints and {model.nu} drives, but the plant has {n}")
+        raise ModelFileError(f"robot model {plant.robot.model}{mounted}: {str(error).splitlines()[0]}") from error
     _inject(model, plant, loaded=loaded, step=step)
     return model
 
@@ -68,16 +70,19 @@ def bare_arm(mjcf: Path, rotor_inertia: Array) -> mujoco.MjModel:
         rotor_inertia: Ia [kg m^2], shape (n,).
 
     Raises:
-        PlantError: If the model file cannot be compiled or has another number of joints.
+        ModelFileError: If the model file cannot be compiled or has another number of joints.
     """
     try:
         spec = mujoco.MjSpec.from_file(str(mjcf))
         mount_payload(spec, None)
+        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
         model = spec.compile()
     except ValueError as error:
-        raise PlantError(f"robot model {mjcf}: {str(error).splitlines()[0]}") from error
+        raise ModelFileError(f"robot model {mjcf}: {str(error).splitlines()[0]}") from error
     if model.nv != len(rotor_inertia):
-        raise PlantError(f"robot model {mjcf}: {model.nv} joints, but the controller believes in {len(rotor_inertia)}")
+        raise ModelFileError(
+            f"robot model {mjcf}: {model.nv} joints, but the controller believes in {len(rotor_inertia)}"
+        )
     model.dof_armature[:] = rotor_inertia
     model.dof_damping[:] = model.dof_frictionloss[:] = 0.0
     model.jnt_limited[:] = 0
@@ -92,6 +97,15 @@ def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.Mj
     if payload is not None:
         body.mass, body.ipos, body.fullinertia = payload.mass, payload.com, payload.inertia
     return body
+
+
+def _give_drives(spec: mujoco.MjSpec) -> None:
+    """One torque drive a joint, whatever the model file has: a servo there is not this plant's."""
+    for actuator in spec.actuators:
+        spec.delete(actuator)
+    for j, joint in enumerate(spec.joints):
+        drive = spec.add_actuator(name=f"drive{j + 1}", target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        drive.gaintype, drive.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
 
 
 def resting(model: mujoco.MjModel, q: Array) -> Array:
@@ -119,9 +133,9 @@ def resting(model: mujoco.MjModel, q: Array) -> Array:
     return state
 
 
-def friction_constants(model: mujoco.MjModel) -> tuple[Array, float]:
-    """Dry friction of the driven joints (n,) and of the wrist coupling, 0 without one [N m]."""
-    return model.dof_frictionloss[-model.nu :].copy(), float(model.tendon_frictionloss[coupling_tendon(model)].sum())
+def friction_constants(model: mujoco.MjModel) -> Array:
+    """Dry friction of the driven joints, then of the coupled motors [N m], shape (n + c,)."""
+    return np.concatenate((model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]))
 
 
 def _inject(model: mujoco.MjModel, plant: Plant, *, loaded: bool, step: float) -> None:
@@ -149,4 +163,4 @@ def _drift(model: mujoco.MjModel, plant: Plant) -> None:
     model.dof_frictionloss *= dry
     model.tendon_frictionloss *= dry
     model.dof_damping *= viscous
-    model.tendon_damping[coupling_tendon(model)] *= viscous
+    model.tendon_damping[coupling_tendons(model)] *= viscous

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from math import inf, isfinite
 
-from sim.errors import PlantError
+from sim.errors import EffectError
 
 _RANGES = {
     "base_tilt_x": (-0.5, 0.5, "0.5 rad at most"),
@@ -59,21 +59,21 @@ class ModelErrors:
         """Check the values.
 
         Raises:
-            PlantError: If one is not finite or outside its range.
+            EffectError: If one is not finite or outside its range.
         """
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(value, float | int) and not isfinite(value):
-                raise PlantError(f"errors: {field.name} = {value}: expected a finite number")
+                raise EffectError(f"errors: {field.name} = {value}: expected a finite number")
         for name, (low, high, expected) in _RANGES.items():
             if not low <= getattr(self, name) <= high:
-                raise PlantError(f"errors: {name} = {getattr(self, name):g}: expected {expected}")
+                raise EffectError(f"errors: {name} = {getattr(self, name):g}: expected {expected}")
         if not self.stribeck_speed > 0.0:
-            raise PlantError(f"errors: stribeck_speed = {self.stribeck_speed:g} rad/s: expected a positive number")
+            raise EffectError(f"errors: stribeck_speed = {self.stribeck_speed:g} rad/s: expected a positive number")
         if self.joint_compliance is not None and not any(self.joint_compliance):
             object.__setattr__(self, "joint_compliance", None)
         if self.joint_compliance is not None and not all(isfinite(c) and c > 0.0 for c in self.joint_compliance):
-            raise PlantError(
+            raise EffectError(
                 f"errors: joint_compliance = {list(self.joint_compliance)} rad/(N m): expected positive numbers, "
                 "one a joint; all zero for rigid joints"
             )

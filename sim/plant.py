@@ -1,13 +1,11 @@
 """The plant: everything that is true of the simulated robot, and that identification must not see."""
 
-from dataclasses import dataclass, field, fields
-from pathlib import Path
+from dataclasses import dataclass, field
 
-import numpy as np
-
-from ident.arrays import Array
-from sim.errors import PlantError
+from sim.drives import DriveTruth
+from sim.errors import DriveError, EffectError
 from sim.model_errors import ModelErrors
+from sim.robot import Robot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,64 +23,32 @@ class PayloadBody:
     inertia: tuple[float, float, float, float, float, float]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DriveTruth:
-    """The drives as they are, joint side; every array has shape (n,).
-
-    Attributes:
-        gain: g [N m / drive unit]; negative for a drive wired backwards, never zero.
-        amplifier_offset: v0 [drive units].
-        rotor_inertia: Ia [kg m^2].
-        viscous_friction: Fv [N m s/rad].
-        coulomb_friction: Fc [N m].
-        coulomb_asymmetry: Fcoff [N m].
-        current_limit: Saturation of the current reference [drive units].
-    """
-
-    gain: Array
-    amplifier_offset: Array
-    rotor_inertia: Array
-    viscous_friction: Array
-    coulomb_friction: Array
-    coulomb_asymmetry: Array
-    current_limit: Array
-
-    def __post_init__(self) -> None:
-        """Check shapes and signs."""
-        n = len(self.gain)
-        for name in (drive.name for drive in fields(self)):
-            values = np.asarray(getattr(self, name), dtype=np.float64)
-            if values.shape != (n,) or not np.isfinite(values).all():
-                raise PlantError(f"drives: {name} {values.tolist()}: expected {n} finite numbers")
-            if name not in ("gain", "amplifier_offset", "coulomb_asymmetry") and (values < 0.0).any():
-                raise PlantError(f"drives: {name} {values.tolist()} has a negative value")
-        if not np.asarray(self.gain).all():
-            raise PlantError(f"drives: gain {np.asarray(self.gain).tolist()} has a zero")
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plant:
     """The whole truth of one robot.
 
     Attributes:
-        mjcf: Model file of the bare arm; bodies, joints and actuators from base to flange.
-        drives: Its drives.
+        robot: The arm, and what is its alone.
+        drives: Its drives as they are; the robot's own are nominal.
         payload: What the loaded motions carry.
         errors: What it has and the identification model has not.
 
     Raises:
-        PlantError: If compliances do not fit the drives.
+        DriveError: If the drives are of another arm.
+        EffectError: If the robot has no place for a model error.
     """
 
-    mjcf: Path
+    robot: Robot
     drives: DriveTruth
     payload: PayloadBody
     errors: ModelErrors = field(default_factory=ModelErrors)
 
     def __post_init__(self) -> None:
-        """Check that the errors fit the drives."""
+        """Check that drives and errors fit the robot."""
         compliance, n = self.errors.joint_compliance, len(self.drives.gain)
+        if n != self.robot.n:
+            raise DriveError(f"drives: {n} gains for {self.robot.name}, which has {self.robot.n} joints")
         if compliance is not None and len(compliance) != n:
-            raise PlantError(
+            raise EffectError(
                 f"errors: joint_compliance: {len(compliance)} values [rad/(N m)], expected {n}, one a joint"
             )

@@ -13,7 +13,7 @@ from ident.recording import Recording
 from sim.closed_loop import closed_loop
 from sim.controller import Controller, ControllerBelief, ControllerOptions, tuned
 from sim.engine import Engine, Simulation
-from sim.errors import Diverged, LimitReached, PlantError, Saturated, SimulationError
+from sim.errors import Diverged, LimitReached, PlantError, Saturated, SimulationError, StepError
 from sim.friction import friction_law
 from sim.mechanisms import Layout, layout
 from sim.model import friction_constants, plant_model, resting
@@ -123,7 +123,7 @@ def _prepared(
         models[key] = plant_model(plant, loaded=loaded, step=step)
     model = models[key]
     start = resting(model, controller.q_ref[0])
-    friction = friction_law(plant, *friction_constants(model))
+    friction = friction_law(plant, friction_constants(model))
     own = model if friction is None else copy(model)
     return _Run(
         experiment=experiment,
@@ -137,7 +137,7 @@ def _prepared(
 def _substeps(experiment: Experiment) -> int:
     ratio = 1.0 / (experiment.controller.rate_hz * experiment.step)
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6:
-        raise PlantError(
+        raise StepError(
             f"step {experiment.step:g} s does not divide the control period {1.0 / experiment.controller.rate_hz:g} s"
         )
     return round(ratio)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy import signal
 
 from ident.arrays import Array
-from sim.errors import PlantError
+from sim.errors import SensorError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,15 +37,15 @@ class SensorOptions:
         """Check the values.
 
         Raises:
-            PlantError: If one is negative that must not be, or no finite number.
+            SensorError: If one is negative that must not be, or no finite number.
         """
         for field in fields(self):
             if not np.isfinite(getattr(self, field.name)):
-                raise PlantError(f"sensors: {field.name} = {getattr(self, field.name)} is not a finite number")
+                raise SensorError(f"sensors: {field.name} = {getattr(self, field.name)} is not a finite number")
             if getattr(self, field.name) < 0.0 and field.name != "current_delay":
-                raise PlantError(f"sensors: {field.name} = {getattr(self, field.name)} is negative")
+                raise SensorError(f"sensors: {field.name} = {getattr(self, field.name)} is negative")
         if self.current_coloured and not self.coloured_cutoff_hz:
-            raise PlantError("sensors: coloured noise needs coloured_cutoff_hz above 0")
+            raise SensorError("sensors: coloured noise needs coloured_cutoff_hz above 0")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,15 +75,15 @@ def check_rate(options: SensorOptions, rate_hz: float) -> None:
     """Check that sensors fit the rate they log at.
 
     Raises:
-        PlantError: If coloured noise has its cut-off at half the rate or above, or time stamps could change order.
+        SensorError: If coloured noise has its cut-off at half the rate or above, or time stamps could change order.
     """
     if options.current_coloured and options.coloured_cutoff_hz >= 0.5 * rate_hz:
         needed = 2.0 * options.coloured_cutoff_hz
-        raise PlantError(
+        raise SensorError(
             f"sensors: coloured_cutoff_hz = {options.coloured_cutoff_hz:g} needs a log faster than {needed:g} Hz"
         )
     if options.clock_jitter > 0.25 / rate_hz:
-        raise PlantError(
+        raise SensorError(
             f"sensors: clock_jitter = {options.clock_jitter:g} s at {rate_hz:g} Hz: expected a quarter of the period, "
             f"{0.25 / rate_hz:g} s, at most"
         )

@@ -25,7 +25,7 @@ def main(options: argparse.Namespace) -> Status:
     import numpy as np
 
     from scenarios.build import bench
-    from scenarios.design.excitation import START, Design, robot_limits, search
+    from scenarios.design.excitation import Design, robot_limits, search
     from scenarios.files.motions import write_motion
     from scenarios.files.schema import load_scenario
 
@@ -39,7 +39,7 @@ def main(options: argparse.Namespace) -> Status:
     design = Design(plant, prepared.structure, robot_limits(plant), wanted)
     motion = search(
         design,
-        START,
+        plant.robot.home,
         options.seed,
         harmonics=options.harmonics,
         duration=options.duration,

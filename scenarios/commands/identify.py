@@ -4,9 +4,10 @@ import argparse
 import time
 
 import scenarios.commands.arguments as arguments
-from ident.gains import GainOptions
-from ident.identify import METHODS, identify
+from ident.estimators import ESTIMATORS
+from ident.identification import identify
 from ident.observation import ObserveOptions
+from ident.options import GainOptions, options_from_words
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.parser import complain
@@ -29,7 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar=("I", "J"),
         help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
     )
-    add("--method", choices=METHODS, default="ls-2011", help="estimator (default %(default)s)")
+    add("--method", choices=ESTIMATORS, default="ls-2011", help="estimator (default %(default)s)")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
         add_options(parser, kind)
@@ -50,18 +52,19 @@ def main(options: argparse.Namespace) -> Status:
         unloaded, loaded = read_recording(options.unloaded), read_recording(options.loaded)
         payload = read_payload(options.payload)
         started = time.perf_counter()
-        estimate, notes = identify(
+        found = identify(
             unloaded,
             loaded,
             structure,
             payload,
             method=options.method,
+            options=options_from_words(ESTIMATORS[options.method].options, options.option),
             observing=chosen(ObserveOptions, options),
             gains=chosen(GainOptions, options),
         )
         identify_s = time.perf_counter() - started
     if options.json:
-        for note in notes:
+        for note in found.notes:
             complain(note)
-    show(estimate_report(estimate, notes, identify_s), options)
+    show(estimate_report(found, identify_s), options)
     return Status.PASSED

@@ -8,11 +8,11 @@ from scenarios.commands.status import Status
 from scenarios.commands.study import (
     add_study_arguments,
     carried_out,
-    prepare_workers,
     resuming_command,
     summary_of,
     with_files,
 )
+from scenarios.workers.choice import prepare_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

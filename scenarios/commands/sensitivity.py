@@ -8,12 +8,12 @@ from scenarios.commands.status import Status
 from scenarios.commands.study import (
     add_study_arguments,
     carried_out,
-    prepare_workers,
     resuming_command,
     summary_of,
     with_files,
 )
-from scenarios.errors import StudyError
+from scenarios.errors import NoGains
+from scenarios.workers.choice import prepare_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def main(options: argparse.Namespace) -> Status:
     found = budgets(folder.table(), list(scenario.table.sources), joints, options.seed)
     if not all(budget.costs for budget in found):
         silent = ", ".join(str(budget.joint) for budget in found if not budget.costs)
-        raise StudyError(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
+        raise NoGains(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
     report = sensitivity_report(BudgetResult(scenario=scenario, trials=study.count, budgets=found))
     with summary_of(options.out):
         written = [write_budget(found, options.out), write_markdown(report, options.out / "budget.md")]

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import scenarios.commands.arguments as arguments
 from scenarios.commands.lifetime import ending
 from scenarios.commands.parser import complain
-from scenarios.errors import StudyError
+from scenarios.errors import FolderNotWritable
 from scenarios.reports.content import Paragraph, Report
-from scenarios.workers.executors import Workers, dask_workers, local_processes, prepare_processes, usable_cores
+from scenarios.workers.choice import add_worker_options, open_workers, worker_words
 
 if TYPE_CHECKING:
     from scenarios.store.study_folder import StudyFolder
@@ -36,17 +36,7 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder of the study; what it already holds is kept",
     )
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--jobs", type=arguments.count, metavar="J", help="processes on this machine (default: one a core)"
-    )
-    where.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster, tcp://HOST:PORT or its file")
-
-
-def prepare_workers(options: argparse.Namespace) -> None:
-    """Let workers import what they need while this process does; to be called before anything large is imported."""
-    if not options.dask:
-        prepare_processes()
+    add_worker_options(parser)
 
 
 def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "StudyFolder":
@@ -61,7 +51,7 @@ def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "S
 
     from scenarios.studies.study import carry_out
 
-    with _interruptible(command), _workers(options) as workers:
+    with _interruptible(command), open_workers(options) as workers:
         return carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
 
 
@@ -74,11 +64,7 @@ def resuming_command(name: str, options: argparse.Namespace, own: Sequence[str])
         own: Options that this command alone has, with their values.
     """
     words = ["rx90", name, options.scenario, *own, "--out", str(options.out), "--seed", str(options.seed)]
-    if options.dask:
-        words += ["--dask", options.dask]
-    elif options.jobs:
-        words += ["--jobs", str(options.jobs)]
-    return shlex.join(words)
+    return shlex.join([*words, *worker_words(options)])
 
 
 @contextmanager
@@ -87,7 +73,7 @@ def summary_of(folder: Path) -> Generator[None]:
     try:
         yield
     except OSError as error:
-        raise StudyError(
+        raise FolderNotWritable(
             f"{folder}: the summary cannot be written: {error.strerror or error}; the rows are there, make room and "
             "repeat the command"
         ) from error
@@ -97,12 +83,6 @@ def with_files(report: Report, folder: Path, written: Sequence[Path]) -> Report:
     """The report with a last line that says where rows and files are."""
     files = ", ".join(path.name for path in written)
     return replace(report, parts=(*report.parts, Paragraph(f"Rows in {folder / 'trials'}; {files} in {folder}.")))
-
-
-@contextmanager
-def _workers(options: argparse.Namespace) -> Generator[Workers]:
-    with dask_workers(options.dask) if options.dask else local_processes(options.jobs or usable_cores()) as workers:
-        yield workers
 
 
 @contextmanager

@@ -16,7 +16,6 @@ import cma
 import numpy as np
 from scipy import linalg, special
 
-import rx90_mjcf
 from ident.arm import load_arm, load_pinocchio
 from ident.arrays import Array, Indices
 from ident.payload import standard_parameters
@@ -38,8 +37,6 @@ TORQUE_SHARE = 0.8
 """Share of the torque at the current limit."""
 LEAST_SHARE = 0.25
 """Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
-START = np.array([0.0, 0.3, 1.2, 0.0, 0.3, 0.0])
-"""Positions the candidates move about [rad]. Constant, so that a command finds its motion again."""
 EXCESS = 0.03
 """Excess over these shares and over the clearance that a found motion may have between the samples of the search."""
 CLEARANCE = 0.03
@@ -66,13 +63,13 @@ class Limits:
 
 
 def robot_limits(plant: Plant) -> Limits:
-    """Limits of an RX-90 with a plant's drives."""
-    nominal, ranges = rx90_mjcf.nominal_drives(), load_arm(plant.mjcf)
+    """Limits of a plant's robot, with the plant's drives."""
+    robot, ranges = plant.robot, load_arm(plant.robot.model)
     return Limits(
         lower=ranges.lower,
         upper=ranges.upper,
-        velocity=nominal.max_velocity,
-        acceleration=nominal.max_acceleration,
+        velocity=robot.max_velocity,
+        acceleration=robot.max_acceleration,
         torque=plant.drives.current_limit * np.abs(plant.drives.gain),
     )
 
@@ -172,7 +169,7 @@ class Design:
 
 def arm_parameters(plant: Plant, structure: Structure) -> Array:
     """Standard parameters of the bare arm and its drives, shape (14 n,); offsets are left to the bias."""
-    model = load_pinocchio(plant.mjcf)
+    model = load_pinocchio(plant.robot.model)
     n = structure.arm.n
     chi = np.zeros((n, 14))
     for j in range(n):

@@ -8,9 +8,10 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ident.gains import GainOptions
-from ident.identify import METHODS
+from ident.errors import OptionError
+from ident.estimators import ESTIMATORS
 from ident.observation import ObserveOptions
+from ident.options import GainOptions, options_from_table
 from scenarios.errors import ScenarioError
 from scenarios.files.tables import nearest, scenario_table
 from sim.controller import ControllerOptions
@@ -93,11 +94,17 @@ class BeliefTable(_Table):
 
 
 class IdentificationTable(_Table):
-    """How gains are identified."""
+    """How gains are identified; `options` are the method's own."""
 
     method: str = "ls-2011"
+    options: dict[str, bool | float | str] = {}
     observe: ObserveOptions = ObserveOptions()
     gains: GainOptions = GainOptions()
+
+    @property
+    def method_options(self) -> object:
+        """The method's own options, of its own class."""
+        return options_from_table(ESTIMATORS[self.method].options, self.options)
 
 
 class ToleranceTable(_Table):
@@ -255,8 +262,12 @@ def _check_lengths(table: ScenarioTable, path: str) -> None:
     if not all(table.belief.controller_gain):
         raise ScenarioError(f"{path}: belief.controller_gain: a gain of zero commands nothing")
     method = table.identification.method
-    if method not in METHODS:
-        raise ScenarioError(f"{path}: identification.method: unknown {method!r}{nearest(method, METHODS)}")
+    if method not in ESTIMATORS:
+        raise ScenarioError(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")
+    try:
+        _ = table.identification.method_options
+    except OptionError as error:
+        raise ScenarioError(f"{path}: identification.options: {error}") from error
 
 
 def _check_draws(table: ScenarioTable, path: str) -> None:

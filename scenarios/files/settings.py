@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import fields
 
-import rx90_mjcf
 from ident.payload_files import payload_to_table
 from scenarios.build import believed_payload, true_plant
 from scenarios.errors import ScenarioError
 from scenarios.files.schema import Scenario, scenario_from_table
 from scenarios.files.tables import nearest
-from sim.plant import DriveTruth
+from scenarios.robots import robot
+from sim.drives import DriveTruth
 
 Value = float | str | list[float]
 """What a place in a scenario can hold: a number, a name, one number a joint or axis."""
@@ -22,7 +22,7 @@ def explicit_table(scenario: Scenario) -> dict[str, object]:
         ScenarioError: If it names a payload that does not exist.
     """
     table = scenario.table.model_dump(mode="json")
-    nominal, plant = rx90_mjcf.nominal_drives(), table["plant"]
+    nominal, plant = robot().drives, table["plant"]
     for field in fields(DriveTruth):
         if plant[field.name] is None:
             plant[field.name] = getattr(nominal, field.name).tolist()

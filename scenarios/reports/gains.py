@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from ident.gains import JointGain
-from scenarios.reports.content import Column, Paragraph, percent
-from scenarios.store.documents import gain_parts
+from ident.estimate import FoundParameter, IdentifiedGain, JointResult
+from ident.parameters import UNITS
+from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
@@ -19,17 +19,14 @@ MEANING = Paragraph(
 )
 
 
-def interval(joint: JointGain) -> tuple[str, str, str]:
+def interval(joint: JointResult) -> tuple[str, str, str]:
     """The cells of `INTERVAL`."""
-    parts = gain_parts(joint)
-    if parts is None:
-        return percent(None), percent(None), percent(None)
-    size = abs(parts.value) / 2.0
-    return (
-        percent(parts.total_std / size, ".2f"),
-        percent(parts.std / size, ".2f"),
-        percent(parts.payload_std / size, ".2f"),
+    if not isinstance(joint, IdentifiedGain):
+        return NONE, NONE, NONE
+    total, residual, payload = (
+        percent(2.0 * std / abs(joint.value), ".2f") for std in (joint.total_std, joint.std, joint.payload_std)
     )
+    return total, residual, payload
 
 
 def note_paragraphs(notes: Sequence[str]) -> list[Paragraph]:
@@ -40,3 +37,15 @@ def note_paragraphs(notes: Sequence[str]) -> list[Paragraph]:
 def reason_paragraph(joint: int, reason: str) -> Paragraph:
     """Why a joint has no gain, or has missed."""
     return Paragraph(f"Joint {joint}: {reason}.")
+
+
+def payload_tables(found: Sequence[FoundParameter]) -> list[Table]:
+    """The payload parameters that a method found on its way, in a table if there are any."""
+    rows = tuple(cells(p.name, f"{p.value:.4f}", f"{2.0 * p.std:.4f}", UNITS[p.name]) for p in found)
+    columns = (
+        Column(title="Payload", words=True),
+        Column(title="Found"),
+        Column(title="2 sigma"),
+        Column(title="Unit", words=True),
+    )
+    return [Table(columns=columns, rows=rows)] if rows else []

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 import scenarios.paper.published as published
+from ident.estimate import IdentifiedGain
 from ident.parameters import INERTIAL, UNITS
 from ident.payload_parameters import PayloadEstimate
 from scenarios.paper.experiment import IDENTIFIED, Check, PaperRun
@@ -70,7 +71,7 @@ def _table_3(run: PaperRun) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for j, (joint, true) in enumerate(zip(run.gains.joints, run.true_gain, strict=True)):
         ours = ("refused", "-")
-        if joint.value is not None and joint.std is not None:
+        if isinstance(joint, IdentifiedGain):
             ours = (f"{joint.value:.4f}", f"{2 * joint.std:.4f}")
         theirs = ("-", "-")
         if j < IDENTIFIED:

@@ -2,7 +2,7 @@
 
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
-from scenarios.reports.gains import INTERVAL, interval, note_paragraphs, reason_paragraph
+from scenarios.reports.gains import INTERVAL, interval, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.run import Run
 from scenarios.store.documents import run_document
 
@@ -34,6 +34,7 @@ def run_report(run: Run) -> Report:
     parts: list[Part] = [Table(columns=columns, rows=rows)]
     parts += note_paragraphs(run.notes)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
+    parts += payload_tables(run.estimate.payload)
     parts.append(
         Paragraph(
             f"{run.estimate.rows} rows, relative residual {100.0 * run.estimate.rel_error_norm:.2f} %; "

@@ -1,33 +1,14 @@
 """Results for programs: the JSON objects of `--json`, whose keys are a contract."""
 
 import json
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict
 
-from ident.gains import GainEstimate, JointGain
+from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
+from ident.identification import Identification
+from ident.parameters import INERTIAL
+from ident.payload import standard_parameters
 from scenarios.run import Run
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GainParts:
-    """An identified gain with its standard deviation and the parts of it [N m / drive unit]."""
-
-    value: float
-    std: float
-    payload_std: float
-
-    @property
-    def total_std(self) -> float:
-        """From the residual and the payload together."""
-        return math.hypot(self.std, self.payload_std)
-
-
-def gain_parts(joint: JointGain) -> GainParts | None:
-    """The gain of a joint, None if it was refused."""
-    if joint.value is None or joint.std is None:
-        return None
-    return GainParts(value=joint.value, std=joint.std, payload_std=joint.payload_rel_std * abs(joint.value))
 
 
 def run_document(run: Run) -> dict[str, object]:
@@ -35,32 +16,35 @@ def run_document(run: Run) -> dict[str, object]:
     gains = [
         {**asdict(gain), **_more(joint)} for gain, joint in zip(run.verdict.gains, run.estimate.joints, strict=True)
     ]
+    body = run.bench.experiments[0].plant.payload
+    true = dict(zip(INERTIAL, standard_parameters(body.mass, body.com, body.inertia).tolist(), strict=True))
     return {
         "scenario": run.bench.scenario.name,
         "seed": run.seed,
         "passed": run.verdict.passed,
         "gains": gains,
-        "payload": [],
+        "payload": _payload(run.estimate, true),
         "fit": _fit(run.estimate),
         "timing": {"simulate_s": run.simulate_s, "identify_s": run.identify_s},
         "notes": list(run.notes),
     }
 
 
-def estimate_document(estimate: GainEstimate, notes: Sequence[str], identify_s: float) -> dict[str, object]:
+def estimate_document(found: Identification, identify_s: float) -> dict[str, object]:
     """The result of `rx90 identify` as one JSON object of the same form; what needs a truth is null."""
+    estimate = found.estimate
     gains = [
         {
             "joint": number,
             "true": None,
-            "estimate": joint.value,
-            "std": joint.std,
+            "estimate": joint.value if isinstance(joint, IdentifiedGain) else None,
+            "std": joint.std if isinstance(joint, IdentifiedGain) else None,
             "rel_error": None,
             "z": None,
             "tolerance": None,
-            "identifiable": joint.value is not None,
+            "identifiable": isinstance(joint, IdentifiedGain),
             "passed": None,
-            "reason": joint.reason,
+            "reason": joint.reason if isinstance(joint, RefusedGain) else None,
             **_more(joint),
         }
         for number, joint in enumerate(estimate.joints, 1)
@@ -70,10 +54,10 @@ def estimate_document(estimate: GainEstimate, notes: Sequence[str], identify_s: 
         "seed": None,
         "passed": None,
         "gains": gains,
-        "payload": [],
+        "payload": _payload(estimate, {}),
         "fit": _fit(estimate),
         "timing": {"simulate_s": None, "identify_s": identify_s},
-        "notes": list(notes),
+        "notes": list(found.notes),
     }
 
 
@@ -82,15 +66,30 @@ def to_json(document: Mapping[str, object]) -> str:
     return json.dumps(document, indent=2, allow_nan=False)
 
 
-def _more(joint: JointGain) -> dict[str, object]:
+def _more(joint: JointResult) -> dict[str, object]:
     """What is known of a joint with or without a truth: its name, the parts of its deviation, what was predicted."""
-    parts = gain_parts(joint)
+    gain = joint if isinstance(joint, IdentifiedGain) else None
     return {
         "name": joint.joint,
-        "payload_std": parts and parts.payload_std,
-        "total_std": parts and parts.total_std,
-        "predicted_rel_std": joint.predicted_rel_std if math.isfinite(joint.predicted_rel_std) else None,
+        "payload_std": gain and gain.payload_std,
+        "total_std": gain and gain.total_std,
+        "predicted_rel_std": joint.predicted_rel_std,
     }
+
+
+def _payload(estimate: GainEstimate, true: Mapping[str, float]) -> list[dict[str, object]]:
+    """The payload parameters that the method found on its way, beside the true ones where there are any."""
+    return [
+        {
+            "parameter": found.name,
+            "true": true.get(found.name),
+            "estimate": found.value,
+            "std": found.std,
+            "tolerance": None,
+            "passed": None,
+        }
+        for found in estimate.payload
+    ]
 
 
 def _fit(estimate: GainEstimate) -> dict[str, object]:

@@ -4,8 +4,8 @@ import shlex
 from dataclasses import asdict, fields
 from pathlib import Path
 
-from ident.gains import GainOptions
 from ident.observation import ObserveOptions
+from ident.options import GainOptions
 from ident.payload_files import write_payload
 from ident.recording_files import write_recording
 from scenarios.run import Run
@@ -36,7 +36,7 @@ def save_run(run: Run, folder: Path) -> None:
 def identify_command(run: Run, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
     chosen = run.bench.scenario.table.identification
-    words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.mjcf)]
+    words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.robot.model)]
     for name in ("unloaded", "loaded"):
         words += [f"--{name}", str(folder / f"{name}.parquet")]
     words += ["--payload", str(folder / "payload.toml"), "--method", chosen.method]
@@ -44,5 +44,7 @@ def identify_command(run: Run, folder: Path) -> str:
         for field in fields(options):
             value = getattr(options, field.name)
             if value != getattr(defaults, field.name):
-                words += [f"--{field.name.replace('_', '-')}", repr(value)]
+                words += [f"--{field.name.replace('_', '-')}", str(value)]
+    for name, value in chosen.options.items():
+        words += ["--option", f"{name}={value}"]
     return shlex.join(words)

@@ -1,7 +1,8 @@
 """A study's folder: `study.json`, and in `trials/` one Parquet part a finished chunk, written whole or not at all.
 
 The name of a part says which trials it holds, `00000064-00000095.parquet`, so that what is missing after a crash can be
-read off the folder.
+read off the folder. Trials that failed for a reason outside themselves are in parts of their own,
+`00000003-00000003.lost.parquet`: whoever reads the folder sees them, and the next to work in it tries them again.
 """
 
 import io
@@ -18,10 +19,30 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from filelock import FileLock, Timeout
 
-from scenarios.errors import StudyError
-from scenarios.versions import versions
+from scenarios.errors import DamagedFolder, FolderInUse, FolderNotWritable, ForeignFolder, OtherStudy
+from scenarios.versions import files, versions
 
 STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
+WHOLE, LOST = ".parquet", ".lost.parquet"
+"""How the names of parts end: finished trials, and trials to be tried again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A file of rows.
+
+    Attributes:
+        trials: Numbers of its trials.
+        ending: `WHOLE` or `LOST`.
+    """
+
+    trials: range
+    ending: str
+
+    @property
+    def name(self) -> str:
+        """Of its file."""
+        return f"{self.trials.start:08d}-{self.trials.stop - 1:08d}{self.ending}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,51 +62,61 @@ class StudyFolder:
         """Folder of the parts."""
         return self.path / TRIALS
 
-    def finished(self) -> list[range]:
-        """Trials that are there, by part, in order.
+    def parts(self) -> list[Part]:
+        """The parts that are there, in order of their trials.
 
         Raises:
-            StudyError: If a file is no part, or not whole.
+            ForeignFolder: If a file is no part.
+            DamagedFolder: If one is not what its name says.
         """
-        parts = sorted((self._part(path) for path in self.trials.iterdir()), key=lambda part: part.start)
+        parts = sorted((self._part(path) for path in self.trials.iterdir()), key=lambda part: part.trials.start)
         for before, after in itertools.pairwise(parts):
-            if after.start < before.stop:
-                raise StudyError(
-                    f"{self.trials / part_name(after)}: its trials are in {part_name(before)} too; move one away"
-                )
+            if after.trials.start < before.trials.stop:
+                raise DamagedFolder(f"{self.trials / after.name}: its trials are in {before.name} too; move one away")
         return parts
 
-    def _part(self, path: Path) -> range:
-        """The trials of one file, if it is a whole part under its own name."""
+    def _part(self, path: Path) -> Part:
+        """One file, if it is a whole part under its own name."""
         try:
-            first, last = (int(number) for number in path.stem.split("-"))
-            part = range(first, last + 1)
+            numbers, ending = path.name.partition(".")[::2]
+            first, last = (int(number) for number in numbers.split("-"))
+            part = Part(range(first, last + 1), f".{ending}")
             found = pq.read_metadata(path)
             at = found.schema.names.index("trial")
             groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
             held = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
         except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
-            raise StudyError(f"{path}: no part of a study; move it away") from error
-        if path.name != part_name(part) or held != part:
-            raise StudyError(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
-        if found.num_rows != len(part) * self.rows_per_trial:
-            raise StudyError(f"{path}: {found.num_rows} rows, not those of trials {first} to {last}; move it away")
+            raise ForeignFolder(f"{path}: no part of a study; move it away") from error
+        if part.ending not in (WHOLE, LOST) or path.name != part.name or held != part.trials:
+            raise DamagedFolder(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
+        if found.num_rows != len(part.trials) * self.rows_per_trial:
+            raise DamagedFolder(f"{path}: {found.num_rows} rows, not those of trials {first} to {last}; move it away")
         return part
 
-    def missing(self, count: int) -> list[int]:
-        """Those of the first `count` trials that are not there."""
-        there = {number for part in self.finished() for number in part}
-        return [number for number in range(count) if number not in there]
+    def missing(self, count: int) -> list[range]:
+        """Those of the first `count` trials that are not finished, lost ones among them, in order."""
+        gaps, start = list[range](), 0
+        for part in self.parts():
+            if part.ending == WHOLE:
+                gaps.append(range(start, min(part.trials.start, count)))
+                start = part.trials.stop
+        return [gap for gap in (*gaps, range(start, count)) if gap]
 
-    def write_part(self, first: int, last: int, rows: pa.Table) -> None:
+    def forget_lost(self) -> None:
+        """Remove the rows of lost trials, because these are about to be tried again."""
+        for part in self.parts():
+            if part.ending == LOST:
+                (self.trials / part.name).unlink()
+
+    def write_part(self, part: Part, rows: pa.Table) -> None:
         """Add a part; a crash leaves either all of it or nothing.
 
         Raises:
-            StudyError: If it cannot be written; the parts before it stay.
+            FolderNotWritable: If it cannot be written; the parts before it stay.
         """
         buffer = io.BytesIO()
         pq.write_table(rows, buffer)
-        _write_whole(self.trials / part_name(range(first, last + 1)), buffer.getvalue(), self.path / UNFINISHED)
+        _write_whole(self.trials / part.name, buffer.getvalue(), self.path / UNFINISHED)
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
         """All rows that are there, by trial and joint.
@@ -94,19 +125,16 @@ class StudyFolder:
             columns: Those wanted, all if None.
 
         Raises:
-            StudyError: If a part cannot be read.
+            DamagedFolder: If a part cannot be read.
         """
-        paths = [self.trials / part_name(part) for part in self.finished()]
+        paths = [self.trials / part.name for part in self.parts()]
         try:
             rows = pq.read_table(paths, columns=None if columns is None else list(columns)).to_pandas()
         except (OSError, pa.ArrowException) as error:
-            raise StudyError(f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}") from error
+            raise DamagedFolder(
+                f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}"
+            ) from error
         return rows.sort_values(["trial", "joint"], ignore_index=True)
-
-
-def part_name(part: range) -> str:
-    """Name of the file that holds these trials."""
-    return f"{part.start:08d}-{part.stop - 1:08d}.parquet"
 
 
 @contextmanager
@@ -123,22 +151,26 @@ def study_folder(
         rows_per_trial: One a joint.
 
     Raises:
-        StudyError: If it holds another study, something else, or is open elsewhere.
+        FolderNotWritable: If it cannot be made or written.
+        ForeignFolder: If it holds something else.
+        OtherStudy: If it holds another study; the message names the first difference.
+        FolderInUse: If it is open elsewhere.
+        DamagedFolder: If its record cannot be read.
     """
     path = path.absolute()
     try:
         _refuse_foreign(path)
         (path / TRIALS).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StudyError(f"{path}: cannot hold a study: {error.strerror}; use another --out") from error
+        raise FolderNotWritable(f"{path}: cannot hold a study: {error.strerror}; use another --out") from error
     lock = FileLock(path / LOCK)
     try:
         lock.acquire(timeout=0)
     except Timeout as error:
-        raise StudyError(f"{path}: another process is at work here; wait for it or use another --out") from error
+        raise FolderInUse(f"{path}: another process is at work here; wait for it or use another --out") from error
     try:
         (path / UNFINISHED).unlink(missing_ok=True)
-        wanted = json.loads(json.dumps({**identity, "versions": versions()}))
+        wanted = json.loads(json.dumps({**identity, "files": files(), "versions": versions()}))
         known = _read_record(path / STUDY)
         if known is not None:
             _refuse_other(path, known, wanted)
@@ -155,7 +187,7 @@ def _refuse_foreign(path: Path) -> None:
         strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
         if strange or any((path / TRIALS).glob("*")):
             named = strange[0] if strange else TRIALS
-            raise StudyError(f"{path}: holds {named!r} but no {STUDY}; it is no study, use another --out")
+            raise ForeignFolder(f"{path}: holds {named!r} but no {STUDY}; it is no study, use another --out")
 
 
 def _read_record(path: Path) -> dict[str, object] | None:
@@ -167,14 +199,14 @@ def _read_record(path: Path) -> dict[str, object] | None:
         return None
     except ValueError:
         pass
-    raise StudyError(f"{path}: not the record of a study; use another --out")
+    raise DamagedFolder(f"{path}: not the record of a study; use another --out")
 
 
 def _refuse_other(path: Path, known: Mapping[str, object], wanted: Mapping[str, object]) -> None:
     difference = _first_difference({key: known.get(key) for key in wanted}, wanted, "")
     if difference is not None:
         place, there, here = difference
-        raise StudyError(
+        raise OtherStudy(
             f"{path}: belongs to another study: {place} is {_short(there)} there and {_short(here)} here; "
             "use another --out"
         )
@@ -207,6 +239,6 @@ def _write_whole(path: Path, content: bytes, unfinished: Path) -> None:
         unfinished.replace(path)
     except OSError as error:
         unfinished.unlink(missing_ok=True)
-        raise StudyError(
+        raise FolderNotWritable(
             f"{path}: cannot be written: {error.strerror}; what is finished is kept, make room and repeat the command"
         ) from error

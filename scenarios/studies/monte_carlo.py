@@ -3,9 +3,11 @@
 Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
 """
 
+from scenarios.commands.arguments import SEEDS
+from scenarios.errors import StudyTooLarge
 from scenarios.files.draws import check_draws, places_of
 from scenarios.files.schema import Scenario
-from scenarios.studies.study import Study
+from scenarios.studies.study import MOST_TRIALS, Study
 from scenarios.trials import Trial, trial_schema
 
 
@@ -18,8 +20,13 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         seed: Of the first.
 
     Raises:
+        StudyTooLarge: If there are not that many seeds, or part names.
         ScenarioError: If the scenario draws what it does not have, or from what scipy.stats has not.
     """
+    if count > MOST_TRIALS:
+        raise StudyTooLarge(f"a study has {MOST_TRIALS} trials at most; ask for fewer")
+    if seed + count > SEEDS:
+        raise StudyTooLarge(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
     check_draws(scenario)
     return Study(
         kind="monte-carlo",

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ident.arrays import Array
-from scenarios.errors import ScenarioError
+from scenarios.errors import NoDesign, NoSources, ScenarioError
 from scenarios.files.draws import check_draws, numbers_needed, places_of, settings_from
 from scenarios.files.schema import Scenario, SourceTable
 from scenarios.files.settings import Value, explicit_table, value_at
@@ -25,8 +25,12 @@ from scenarios.trials import Trial, trial_schema
 NONE, ALL = "(none)", "(all)"
 """What is on in a trial where it is not one source alone."""
 ALONE, SOBOL = "one-at-a-time", "sobol"
+TOGETHER = 4
+"""Trials of all sources together for each of one alone."""
 LABELS: tuple[str, ...] = ("design", "source", "sample")
 STREAM_SEEDS = 2**31
+LARGEST = 2**16
+"""Repeats or samples at most: a Sobol design that large is two hundred core hours."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,9 +70,7 @@ def sources_of(scenario: Scenario) -> Sources:
     """
     table = explicit_table(scenario)
     if not scenario.table.sources:
-        raise ScenarioError(
-            f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has"
-        )
+        raise NoSources(f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
     width = {}
     for name, source in scenario.table.sources.items():
         try:
@@ -84,42 +86,51 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
 
     Args:
         scenario: With its `sources`.
-        repeats: Trials of each source alone, a power of 2; all together get four times as many.
-        samples: Rows of the Sobol matrices, a power of 2; the design takes (sources + 2) times as many trials.
+        repeats: Trials of each source alone, a power of 2 from 2 to `LARGEST`; all together get four times as many.
+        samples: Rows of the Sobol matrices, likewise; the design takes (sources + 2) times as many trials.
         seed: Of both designs.
 
     Raises:
-        ScenarioError: If the scenario declares no or wrong sources, or a number is no power of 2.
+        NoDesign: If a number is no such power of 2.
+        ScenarioError: If the scenario declares no or wrong sources.
     """
     for name, number in (("repeats", repeats), ("samples", samples)):
-        if number < 2 or number & (number - 1):
-            raise ScenarioError(f"{name} = {number}: expected a power of 2, as 16 or 64")
+        if not 2 <= number <= LARGEST or number & (number - 1):
+            raise NoDesign(f"{name} = {_short(number)}: expected a power of 2 up to {LARGEST}, as 16 or 64")
     check_draws(scenario)
     if not any(scenario.table.tolerance.identifiable):
-        raise ScenarioError(
-            f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share"
-        )
+        raise NoSources(f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share")
     sources = sources_of(scenario)
-    plan = _plan(sources.names, repeats, samples)
+    plan = Plan(names=tuple(sources.names), repeats=repeats, samples=samples)
     return Study(
         kind="sensitivity",
         scenario=scenario,
-        count=len(plan),
-        trial=lambda number: _trial(sources, number, plan[number], repeats, samples, seed),
+        count=plan.count,
+        trial=lambda number: _trial(sources, number, plan, seed),
         schema=trial_schema(scenario, places_of(scenario.table.sources), LABELS),
         identity={"seed": seed, "repeats": repeats, "samples": samples},
     )
 
 
-def settings_with(sources: Sources, on: Mapping[str, Array]) -> tuple[dict[str, Value], dict[str, int]]:
+@dataclass(frozen=True, slots=True)
+class Switched:
+    """Sources switched on and off.
+
+    Attributes:
+        settings: Values of the scenario by place.
+        streams: Seeds of the noise streams that are on, by name.
+    """
+
+    settings: Mapping[str, Value]
+    streams: Mapping[str, int]
+
+
+def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
     """Switch sources.
 
     Args:
         sources: All there are.
         on: Uniform numbers of those that are on, by name; all others are off.
-
-    Returns:
-        Settings of the scenario, and seeds of the noise streams that are on.
     """
     settings, seeds = dict[str, Value](), dict[str, int]()
     for source in sources.scenario.table.sources.values():
@@ -131,40 +142,81 @@ def settings_with(sources: Sources, on: Mapping[str, Array]) -> tuple[dict[str, 
         else:
             seeds[source.stream] = int(uniform[0] * STREAM_SEEDS)
             settings |= {place: _size(source, place, sources.table) for place in source.targets}
-    return settings, seeds
+    return Switched(settings, seeds)
 
 
-def _plan(names: list[str], repeats: int, samples: int) -> list[tuple[str, str, int]]:
-    """Design, source and sample of every trial."""
-    alone = [(ALONE, NONE, 0)]
-    alone += [(ALONE, name, sample) for name in names for sample in range(repeats)]
-    alone += [(ALONE, ALL, sample) for sample in range(4 * repeats)]
-    return alone + [(SOBOL, name, sample) for sample in range(samples) for name in ("A", "B", *names)]
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """What a trial is of: a design, what is on in it, and the row of uniform numbers it takes."""
+
+    design: str
+    source: str
+    sample: int
 
 
-def _trial(
-    sources: Sources, number: int, planned: tuple[str, str, int], repeats: int, samples: int, seed: int
-) -> Trial:
-    design, source, sample = planned
-    width = sum(sources.width.values())
-    on: dict[str, Array] = {}
-    if design == SOBOL:
-        both = _uniform(2 * width, samples, seed, 0)[sample]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """Every trial of both designs, by number: none alone, each source alone, all together, then Saltelli's matrices.
+
+    Attributes:
+        names: Of the sources.
+        repeats: Trials of each source alone.
+        samples: Rows of the matrices.
+    """
+
+    names: tuple[str, ...]
+    repeats: int
+    samples: int
+
+    @property
+    def count(self) -> int:
+        """Trials."""
+        return 1 + (len(self.names) + TOGETHER) * self.repeats + (len(self.names) + 2) * self.samples
+
+    def __getitem__(self, number: int) -> Planned:
+        """The trial of a number, from 0."""
+        if number == 0:
+            return Planned(ALONE, NONE, 0)
+        source, sample = divmod(number - 1, self.repeats)
+        if source < len(self.names):
+            return Planned(ALONE, self.names[source], sample)
+        rest = number - 1 - len(self.names) * self.repeats
+        if rest < TOGETHER * self.repeats:
+            return Planned(ALONE, ALL, rest)
+        sample, column = divmod(rest - TOGETHER * self.repeats, len(self.names) + 2)
+        return Planned(SOBOL, ("A", "B", *self.names)[column], sample)
+
+
+def _trial(sources: Sources, number: int, plan: Plan, seed: int) -> Trial:
+    planned = plan[number]
+    switched = settings_with(sources, _uniform_of(sources, planned, plan, seed))
+    labels = dict(zip(LABELS, (planned.design, planned.source, str(planned.sample)), strict=True))
+    return Trial(number=number, seed=seed, settings=switched.settings, streams=switched.streams, labels=labels)
+
+
+def _uniform_of(sources: Sources, planned: Planned, plan: Plan, seed: int) -> dict[str, Array]:
+    """Uniform numbers of the sources that are on in a trial, by name."""
+    source, width = planned.source, sum(sources.width.values())
+    if planned.design == SOBOL:
+        both = _uniform(2 * width, plan.samples, seed, 0)[planned.sample]
         row, other = both[:width].copy(), both[width:]
         if source == "B":
             row = other
         elif source != "A":
             row[sources.columns(source)] = other[sources.columns(source)]
-        on = {name: row[sources.columns(name)] for name in sources.names}
     elif source == ALL:
-        row = _uniform(width, 4 * repeats, seed, 1)[sample]
-        on = {name: row[sources.columns(name)] for name in sources.names}
-    elif source != NONE:
+        row = _uniform(width, TOGETHER * plan.repeats, seed, 1)[planned.sample]
+    elif source == NONE:
+        return {}
+    else:
         index = 2 + sources.names.index(source)
-        on = {source: _uniform(sources.width[source], repeats, seed, index)[sample]}
-    settings, streams = settings_with(sources, on)
-    labels: dict[str, str] = dict(zip(LABELS, (design, source, str(sample)), strict=True))
-    return Trial(number=number, seed=seed, settings=settings, streams=streams, labels=labels)
+        return {source: _uniform(sources.width[source], plan.repeats, seed, index)[planned.sample]}
+    return {name: row[sources.columns(name)] for name in sources.names}
+
+
+def _short(number: int) -> str:
+    text = str(number)
+    return text if len(text) < 20 else f"{text[:6]}... ({len(text)} digits)"
 
 
 @lru_cache(maxsize=64)

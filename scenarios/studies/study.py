@@ -1,23 +1,25 @@
 """A study: a numbered list of trials of one scenario, carried out in a folder on any executor."""
 
-from collections.abc import Callable, Iterator, Mapping
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import pyarrow as pa
+import pyarrow.compute as pc
 from rich.console import Console
 
 from scenarios.build import bench
 from scenarios.files.motions import motion_digest
 from scenarios.files.schema import Scenario
 from scenarios.files.settings import explicit_table
-from scenarios.store.study_folder import StudyFolder, study_folder
-from scenarios.trials import Trial, failed_rows
+from scenarios.store.study_folder import LOST, WHOLE, Part, StudyFolder, study_folder
+from scenarios.trials import OUTSIDE, Trial, failed_rows
 from scenarios.versions import versions
 from scenarios.workers.execute import GivenUp, completed
-from scenarios.workers.executors import Workers
+from scenarios.workers.kinds import Workers
 from scenarios.workers.progress import reporter
 from scenarios.workers.tasks import Task, run_task
 
@@ -25,6 +27,8 @@ CHUNK = 32
 """Trials that a worker runs at once at most, hence all that a crash can cost it: 64 simulations in a batch."""
 CHUNKS_EACH = 4
 """Chunks per worker that a small study is cut into, so that all workers end at about the same time."""
+MOST_TRIALS = 10**8
+"""Trials of a study at most: the names of its parts count to eight digits."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,8 +66,9 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         The folder, finished.
 
     Raises:
-        StudyError: If the folder holds another study or cannot be written, or workers cannot run trials.
-        ScenarioError: If the scenario or its draws are wrong.
+        StudyError: One of its kinds, if the folder holds another study or cannot be written, or workers cannot run
+            trials.
+        ScenarioError: One of its kinds, if the scenario or its draws are wrong.
     """
     bench(study.scenario)  # what is wrong with the scenario itself is an error, not a thousand failed trials
     opened = study_folder(
@@ -77,12 +82,13 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         missing = place.missing(study.count)
         label = f"{study.kind} {study.scenario.name}"
         if missing:
-            with reporter(label, study.count, study.count - len(missing), console) as progress:
+            place.forget_lost()
+            with reporter(label, study.count, study.count - sum(map(len, missing)), console) as progress:
                 tasks = _tasks(study, missing, workers.count())
                 with closing(completed(workers, run_task, tasks, tick=progress.tick)) as results:
                     for task, outcome in results:
                         rows = _given_up(task, outcome) if isinstance(outcome, GivenUp) else outcome
-                        place.write_part(task.trials[0].number, task.trials[-1].number, rows)
+                        _keep(place, task, rows)
                         progress.advance(len(task.trials), _failures(rows))
         return place
 
@@ -104,21 +110,29 @@ def study_identity(study: Study) -> dict[str, object]:
     }
 
 
-def _tasks(study: Study, missing: list[int], workers: int) -> Iterator[Task]:
+def _tasks(study: Study, missing: Sequence[range], workers: int) -> Iterator[Task]:
     """Chunks of consecutive trials, small enough for every worker to get some."""
-    size = max(1, min(CHUNK, -(-len(missing) // (CHUNKS_EACH * workers))))
+    size = max(1, min(CHUNK, -(-sum(map(len, missing)) // (CHUNKS_EACH * workers))))
     make = partial(Task, study.scenario, schema=study.schema, versions=versions())
-    start = 0
-    while start < len(missing):
-        stop = start + 1
-        while stop < len(missing) and stop - start < size and missing[stop] == missing[stop - 1] + 1:
-            stop += 1
-        yield make(trials=tuple(study.trial(number) for number in missing[start:stop]))
-        start = stop
+    for gap in missing:
+        for start in range(gap.start, gap.stop, size):
+            yield make(trials=tuple(study.trial(number) for number in gap[start - gap.start :][:size]))
+
+
+def _keep(place: StudyFolder, task: Task, rows: pa.Table) -> None:
+    """Write what came back of a task: finished trials and lost ones apart, each run of them one part."""
+    lost = set(rows.filter(pc.is_in(rows["failure"], pa.array(OUTSIDE)))["trial"].to_pylist())
+    numbers = [trial.number for trial in task.trials]
+    for ending, run in itertools.groupby(numbers, key=lambda number: LOST if number in lost else WHOLE):
+        members = list(run)
+        part = Part(range(members[0], members[-1] + 1), ending)
+        place.write_part(part, rows.filter(pc.is_in(rows["trial"], pa.array(part.trials, pa.int64()))))
 
 
 def _given_up(task: Task, outcome: GivenUp) -> pa.Table:
-    rows = [row for trial in task.trials for row in failed_rows(task.scenario, trial, "WorkerDied", outcome.reason, {})]
+    rows = [
+        row for trial in task.trials for row in failed_rows(task.scenario, trial, outcome.failure, outcome.reason, {})
+    ]
     return pa.Table.from_pylist(rows, task.schema)
 
 

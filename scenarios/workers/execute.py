@@ -1,22 +1,26 @@
 """Run tasks on an executor, a few ahead of the workers, and survive workers that die.
 
 A task whose worker dies may be the cause or a bystander (a process pool breaks as a whole). Each is therefore
-tried once more with nothing beside it; one that fails alone too is given up, with the reason.
+tried once more with nothing beside it; one that fails alone too is given up, with the reason. Where the first few are
+all given up and none has ever come back, the workers are to blame, and nothing more is tried.
 """
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from scenarios.errors import StudyError
-from scenarios.workers.executors import GONE, Workers
+from scenarios.errors import SchedulerGone, StudyError, UnfitWorker, WorkersLost
+from scenarios.workers.kinds import Workers
 
 AHEAD = 2
 """Tasks handed out per worker, so that none waits for its next one."""
 TICK = 0.5
 """How often `tick` is called while nothing finishes [s]."""
+HOPELESS = 3
+"""Tasks given up, and none ever done, after which the workers are to blame."""
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -24,8 +28,14 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, slots=True)
 class GivenUp:
-    """Why a task has no result."""
+    """Why a task has no result.
 
+    Attributes:
+        failure: `WorkerDied` or `WorkerFailed`.
+        reason: In words.
+    """
+
+    failure: str
     reason: str
 
 
@@ -48,8 +58,30 @@ def completed(
         Each task with its result, in the order they finish.
 
     Raises:
-        StudyError: If the function does, or if the workers cannot be reached or cannot import it.
+        StudyError: As the function does.
+        SchedulerGone: If the workers cannot be reached any more.
+        UnfitWorker: If they cannot import the function.
+        WorkersLost: If the first tasks are all given up.
     """
+    done, given_up = 0, 0
+    with closing(_each(workers, function, tasks, tick)) as outcomes:
+        for task, outcome in outcomes:
+            yield task, outcome
+            if not isinstance(outcome, GivenUp):
+                done += 1
+                continue
+            given_up += 1
+            if given_up == HOPELESS and not done:
+                raise WorkersLost(
+                    f"of the first {HOPELESS} chunks of trials none came back: {outcome.reason}; mend that and repeat "
+                    "the command"
+                )
+
+
+def _each(
+    workers: Workers, function: Callable[[Task], Result], tasks: Iterable[Task], tick: Callable[[], None]
+) -> Generator[tuple[Task, Result | GivenUp]]:
+    """As `completed`, whatever comes back."""
     pool = _Pool[Task, Result](workers, function)
     queue, suspects = iter(tasks), deque[Task]()
     try:
@@ -98,7 +130,7 @@ class _Pool(Generic[Task, Result]):
         """Wait until some tasks finish."""
         while not (done := wait(self.running, timeout=TICK, return_when=FIRST_COMPLETED).done):
             if not self._workers.reachable():
-                raise StudyError(GONE)
+                raise SchedulerGone
             tick()
         outcomes: list[tuple[Task, Result | GivenUp]] = []
         for future in done:
@@ -116,15 +148,15 @@ class _Pool(Generic[Task, Result]):
         except StudyError:
             raise
         except CancelledError as error:  # by nobody here
-            raise StudyError(GONE) from error
+            raise SchedulerGone from error
         except self._workers.died as error:
             if isinstance(error, BrokenExecutor):
                 self.close()
-            return GivenUp("its worker died")
+            return GivenUp("WorkerDied", "its worker died")
         except Exception as error:
             absent = error if isinstance(error, ImportError) else error.__cause__
             if isinstance(absent, ImportError):
-                raise StudyError(
+                raise UnfitWorker(
                     f"a worker or scheduler cannot run trials: {absent}; install this version there"
                 ) from error
-            return GivenUp(f"its worker failed: {type(error).__name__}: {error}".splitlines()[0])
+            return GivenUp("WorkerFailed", f"its worker failed: {type(error).__name__}: {error}".splitlines()[0])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pyarrow as pa
 
-from scenarios.errors import StudyError
+from scenarios.errors import UnfitWorker
 from scenarios.files.schema import Scenario
 from scenarios.trials import Trial, run_trials
 from scenarios.versions import versions
@@ -33,12 +33,12 @@ def run_task(task: Task) -> pa.Table:
     """Run one chunk, on a worker, on one thread.
 
     Raises:
-        StudyError: If the worker has other versions than the one who asks: rows would not be the same.
+        UnfitWorker: If the worker has other versions than the one who asks: rows would not be the same.
     """
     here = versions()
     for name, wanted in task.versions.items():
         if here.get(name) != wanted:
-            raise StudyError(
+            raise UnfitWorker(
                 f"a worker has {name} {here.get(name)}, the study was begun with {wanted}; install that there"
             )
     rows = run_trials(task.scenario, task.trials, task.schema, threads=1)

@@ -4,9 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.gains import GainEstimate, GainOptions
+from ident.estimate import GainEstimate, IdentifiedGain
+from ident.estimators import ESTIMATORS
 from ident.observation import JointObservation, Observation
+from ident.options import GainOptions
 from ident.payload import Payload
+from ident.problem import pair
 from ident.regressor import regressor
 from ident.structure import Structure
 
@@ -17,7 +20,27 @@ EXACT = 1e4 * np.finfo(float).eps
 
 
 def values(estimate: GainEstimate) -> np.ndarray:
-    return np.array([np.nan if joint.value is None else joint.value for joint in estimate.joints])
+    return np.array([joint.value if isinstance(joint, IdentifiedGain) else np.nan for joint in estimate.joints])
+
+
+def estimated(
+    method: str, unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions = TRUSTING
+) -> GainEstimate:
+    """The estimate of a method with its default options."""
+    estimator = ESTIMATORS[method]
+    return estimator.estimate(pair(unloaded, loaded, payload, options), estimator.options())
+
+
+def drive_gains(
+    unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions = TRUSTING
+) -> GainEstimate:
+    return estimated("ls-2011", unloaded, loaded, payload, options)
+
+
+def sequential_gains(
+    unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions = TRUSTING
+) -> GainEstimate:
+    return estimated("sequential-2011", unloaded, loaded, payload, options)
 
 
 def lopsided(payload: Payload) -> Payload:

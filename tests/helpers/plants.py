@@ -7,8 +7,9 @@ import numpy as np
 import rx90_mjcf
 from sim.controller import ControllerBelief, ControllerOptions
 from sim.model_errors import ModelErrors
-from sim.plant import DriveTruth, PayloadBody, Plant
+from sim.plant import PayloadBody, Plant
 from sim.record import Experiment
+from sim.robot_files import read_robot
 from sim.sensors import NoiseStreams, SensorOptions, noise_streams
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -16,23 +17,12 @@ CYLINDER = PayloadBody(mass=7.025, com=(0.0, 0.0, 0.142776), inertia=(0.012146, 
 NOISY = SensorOptions(encoder_quantum=2e-6, encoder_noise=2e-6, current_white=0.05, current_coloured=0.02)
 
 
-BELIEF = ControllerBelief(
-    mjcf=rx90_mjcf.MJCF, gain=(1.0,) * 6, rotor_inertia=tuple(rx90_mjcf.nominal_drives().rotor_inertia.tolist())
-)
+RX90 = read_robot(rx90_mjcf.ROBOT)
+BELIEF = ControllerBelief(mjcf=RX90.model, gain=(1.0,) * 6, rotor_inertia=tuple(RX90.drives.rotor_inertia.tolist()))
 
 
 def nominal_plant(payload: PayloadBody = CYLINDER, errors: ModelErrors | None = None, **drives: np.ndarray) -> Plant:
-    nominal = rx90_mjcf.nominal_drives()
-    truth = DriveTruth(
-        gain=nominal.gain,
-        amplifier_offset=nominal.amplifier_offset,
-        rotor_inertia=nominal.rotor_inertia,
-        viscous_friction=nominal.viscous_friction,
-        coulomb_friction=nominal.coulomb_friction,
-        coulomb_asymmetry=nominal.coulomb_asymmetry,
-        current_limit=nominal.current_limit,
-    )
-    return Plant(mjcf=rx90_mjcf.MJCF, drives=replace(truth, **drives), payload=payload, errors=errors or ModelErrors())
+    return Plant(robot=RX90, drives=replace(RX90.drives, **drives), payload=payload, errors=errors or ModelErrors())
 
 
 def streams(*seeds: int) -> list[NoiseStreams]:

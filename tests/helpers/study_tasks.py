@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from scenarios.errors import StudyError
+from scenarios.errors import UnfitWorker
 
 
 def double(x: int) -> int:
@@ -37,5 +37,9 @@ def fail(x: int) -> int:
     raise ValueError(f"cannot double {x}")
 
 
+def fail_above_4(x: int) -> int:
+    return double(x) if x <= 4 else fail(x)
+
+
 def refuse(x: int) -> int:
-    raise StudyError("this worker is of another version")
+    raise UnfitWorker("this worker is of another version")

@@ -2,12 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, TRUSTING, exact_pair, lopsided, values
+from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, lopsided, values
 from pinocchio_arms import random_arm
 
 from ident.arm import arm_from_pinocchio
-from ident.gains import GainOptions, drive_gains
+from ident.estimate import RefusedGain
 from ident.observation import JointObservation, Observation
+from ident.options import GainOptions
 from ident.payload import Payload
 from ident.structure import structure_of
 
@@ -34,8 +35,8 @@ def test_the_mass_alone_gives_joints_1_to_3_exactly_and_refuses_the_rest(structu
     estimate = drive_gains(*pair, Payload(mass=payload.mass, known="mass"), TRUSTING)
     np.testing.assert_allclose(values(estimate)[:3], GAIN[:3], rtol=EXACT)
     for joint in estimate.joints[3:]:
-        assert joint.value is None
-        assert joint.predicted_rel_std == np.inf
+        assert isinstance(joint, RefusedGain)
+        assert joint.predicted_rel_std is None
         assert "mass alone puts no torque of its own on this joint" in joint.reason
 
 
@@ -67,7 +68,7 @@ def test_reversed_currents_reverse_every_gain(structure, payload, rng):
 def test_an_axisymmetric_payload_is_refused_on_joint_6_with_the_predicted_deviation(structure, payload, rng):
     pair = exact_pair(structure, payload, GAIN, rng, noise=0.2)
     joint = drive_gains(*pair, payload, GainOptions()).joints[5]
-    assert joint.value is None
+    assert isinstance(joint, RefusedGain)
     assert joint.predicted_rel_std > GainOptions().max_rel_std
     assert f"predicted standard deviation {100 * joint.predicted_rel_std:.3g} %" in joint.reason
 

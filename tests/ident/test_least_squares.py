@@ -67,36 +67,3 @@ def test_independent_columns_prefer_the_first_tier_and_ignore_rounding(rng):
     W = np.column_stack((A[:, 0] + A[:, 1], A, 1e-17 * rng.normal(size=50), 1e6 * A[:, 2]))
     assert sorted(independent_columns(W, [np.array([0, 1]), np.array([2, 3, 4, 5])])) in ([0, 1, 3], [0, 1, 5])
     assert sorted(independent_columns(W, [np.array([5, 4]), np.array([1, 2]), np.array([0, 3])])) == [1, 2, 5]
-
-
-def serial(motions: int, left_out: bool) -> tuple[float, float, float]:
-    """Spread of the estimates, rms of white and of serial deviations, over 400 draws of AR(1) residuals."""
-    rng, found, white, own = np.random.default_rng(1), [], [], []
-    n, phi = 400, 0.7
-    positions = [np.sort(rng.choice(n, 300, replace=False)) if left_out else np.arange(n) for _ in range(motions)]
-    W = np.vstack([np.column_stack((np.ones(n), np.sin(np.arange(n) / 40.0)))[p] for p in positions])
-    for _ in range(400):
-        noise = np.zeros((motions, n + 50))
-        for k in range(1, n + 50):
-            noise[:, k] = phi * noise[:, k - 1] + rng.normal(size=motions)
-        Y = W @ [1.0, 2.0] + np.concatenate([noise[m, 50:][p] for m, p in enumerate(positions)])
-        fit = least_squares(W, Y, rank_tol=1e-9)
-        found.append(fit.x[1])
-        white.append(fit.std[1])
-        own.append(fit.serial_std(1, positions, 20, W))
-    return float(np.std(found)), float(np.sqrt(np.mean(np.square(white)))), float(np.sqrt(np.mean(np.square(own))))
-
-
-@pytest.mark.parametrize("left_out", [False, True])
-def test_serial_deviations_hold_where_residuals_are_correlated_and_white_ones_do_not(left_out):
-    # AR(1) with 0.7: the white formula is short by up to sqrt(1.7 / 0.3) = 2.4. The spread is known to 3.5 %;
-    # Bartlett weights up to 20 rows keep some 85 to 100 % of the true deviation.
-    spread, white, own = serial(2, left_out)
-    assert white < 0.65 * spread
-    assert 0.8 * spread < own < 1.15 * spread
-
-
-def test_serial_deviations_of_white_residuals_are_the_white_ones(rng):
-    W = np.column_stack((np.ones(4000), rng.normal(size=4000)))
-    fit = least_squares(W, W @ [1.0, 2.0] + rng.normal(size=4000), rank_tol=1e-9)
-    np.testing.assert_allclose(fit.serial_std(1, [np.arange(4000)], 10, W), fit.std[1], rtol=0.25)

@@ -4,11 +4,14 @@ from exact import EXACT, exact_observation, lopsided
 
 from ident.errors import IdentificationError, PayloadError
 from ident.parameters import INERTIAL
+from ident.payload import Payload
 from ident.payload_parameters import PayloadEstimate, payload_parameters
+from ident.problem import Motion
 from ident.stacked import StackedSystem, stacked_system
 
 GAIN = np.array([0.9401, 0.9619, 1.1148, -0.9146, 2.0, 0.5])
 NONE = np.zeros(6)
+WEIGHED = Payload(mass=3.3, known="mass")
 
 
 def system(
@@ -19,7 +22,7 @@ def system(
         exact_observation(structure, chi, load, GAIN, rng, noise=noise, rows=rows)
         for load in (np.zeros(10), chi_payload)
     )
-    return stacked_system([bare], [heavy])
+    return stacked_system([Motion(bare, None), Motion(heavy, WEIGHED)])
 
 
 def values(estimate: PayloadEstimate) -> np.ndarray:
@@ -93,4 +96,4 @@ def test_wrong_inputs_are_named(structure, chi, rng):
         payload_parameters(rows, GAIN, gain_std=NONE, known={"mass": 7.0}, weighted=True)
     bare = exact_observation(structure, np.ones(84), np.zeros(10), GAIN, rng, noise=0.01, rows=100)
     with pytest.raises(IdentificationError, match="no loaded motion: nothing shows the payload"):
-        payload_parameters(stacked_system([bare], []), GAIN, gain_std=NONE, known={}, weighted=True)
+        payload_parameters(stacked_system([Motion(bare, None)]), GAIN, gain_std=NONE, known={}, weighted=True)

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from ident.arm import load_arm
-from ident.gains import GainOptions
-from ident.identify import identify
+from ident.identification import identify
 from ident.least_squares import least_squares
 from ident.observation import ObserveOptions, observe
+from ident.options import GainOptions
 from ident.payload_files import read_payload
+from ident.problem import Motion
 from ident.recording_files import read_recording
 from ident.stacked import stacked_system
 from ident.structure import structure_of
@@ -20,7 +21,7 @@ pytestmark = pytest.mark.real
 
 def test_ur10e_gives_the_joints_that_the_mass_loads_and_refuses_the_others(real: Path):
     folder = real / "ur10e"
-    estimate, notes = identify(
+    found = identify(
         read_recording(folder / "unloaded.parquet"),
         read_recording(folder / "loaded.parquet"),
         structure_of(load_arm(folder / "ur10e.urdf")),
@@ -29,10 +30,11 @@ def test_ur10e_gives_the_joints_that_the_mass_loads_and_refuses_the_others(real:
         observing=ObserveOptions(),
         gains=GainOptions(),
     )
+    estimate = found.estimate
     assert list(estimate.identifiable) == [False, True, True, True, False, False]
     assert "predicted standard deviation" in str(estimate.joints[0].reason)
     assert all("mass alone" in str(joint.reason) for joint in estimate.joints[4:])
-    assert len(notes) == 2  # both clocks jitter
+    assert len(found.notes) == 2  # both clocks jitter
     # No published gain to compare with: a plausible range (a torque constant near 0.1 N m/A, a gear near 100) only.
     assert all(8.0 < joint.value < 16.0 for joint in estimate.joints[1:4])
 
@@ -41,7 +43,7 @@ def test_tx40_fits_its_own_model_to_about_5_percent(real: Path):
     folder = real / "tx40"
     structure = structure_of(load_arm(folder / "tx40.urdf", couplings=((4, 5),)))
     observation = observe(read_recording(folder / "recording.parquet"), structure, ObserveOptions())
-    system = stacked_system([observation], [])  # logged in N m: gains are 1
+    system = stacked_system([Motion(observation, None)])  # logged in N m: gains are 1
     assert system.W.shape[1] == 58 + 3
     fit = least_squares(system.W, system.V, rank_tol=1e-7)
     assert np.linalg.norm(fit.residual) / np.linalg.norm(system.V) < 0.06

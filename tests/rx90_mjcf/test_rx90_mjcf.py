@@ -10,6 +10,7 @@ import rx90_mjcf
 from ident.base import base_parameters
 from ident.parameters import STANDARD, labels
 from ident.payload_files import read_payload
+from sim.robot_files import read_robot
 
 # Gautier & Briot 2011, table 1: alpha, d, r of frames 1 to 6 (modified Denavit-Hartenberg), controller's offsets.
 ALPHA = np.deg2rad([0, -90, 0, 90, -90, 90])
@@ -141,7 +142,7 @@ def test_base_parameters_of_the_humans_model_keep_their_published_values(arm, rn
     # INRIA HuMAnS: the values that its generated code carries for combinations of S1's unchanged entries.
     chi = np.zeros((6, len(STANDARD)))
     chi[:, :10] = standard_parameters_of(pin.buildModelFromMJCF(str(rx90_mjcf.MJCF)))
-    chi[:, 10] = rx90_mjcf.nominal_drives().rotor_inertia
+    chi[:, 10] = read_robot(rx90_mjcf.ROBOT).drives.rotor_inertia
     base = base_parameters(arm, rng)
     values = dict(zip(base.names, base.regrouping @ chi.ravel(), strict=True))
     for name, published in {
@@ -172,8 +173,54 @@ def test_payloads_are_cylinders_of_steel_flush_on_the_flange(name):
     np.testing.assert_allclose(payload.com[2] - length / 2, 0.085, atol=1e-4)
 
 
-def test_every_number_of_the_drives_has_a_source():
-    table = tomllib.loads(rx90_mjcf.DRIVES.read_text())
-    for entry in table.values():
-        assert len(entry["value"]) == 6
-        assert len(entry["source"]) >= len("assumed")
+def numbers(table: dict, place: str = "") -> list[tuple[str, object]]:
+    """Every table that holds a value, with its place."""
+    if "value" in table:
+        return [(place, table)]
+    found = []
+    for key, inner in table.items():
+        for each in inner if isinstance(inner, list) else [inner]:
+            found += numbers(each, f"{place}.{key}") if isinstance(each, dict) else []
+    return found
+
+
+def test_every_number_of_the_robot_has_an_origin_and_a_source_in_words():
+    found = numbers(tomllib.loads(rx90_mjcf.ROBOT.read_text()))
+    assert len(found) == 9 + 1 + 2 + 4  # drives, home, coupling, spring
+    for place, entry in found:
+        origins = [entry["origin"]] if isinstance(entry["origin"], str) else entry["origin"]
+        assert set(origins) <= {"published", "measured", "assumed"}, place
+        assert entry["source"] == "the same" or len(entry["source"].split()) >= 3, place
+        if "published" in origins and entry["source"] != "the same":
+            # A name that can be looked up; what is assumed alone has none to give.
+            assert any(name in entry["source"] for name in ("Gautier & Briot", "INRIA HuMAnS", "ROS driver")), place
+
+
+def test_the_published_numbers_are_those_of_their_sources():
+    robot = read_robot(rx90_mjcf.ROBOT)
+    assert robot.model == rx90_mjcf.MJCF
+    np.testing.assert_array_equal(robot.drives.gain[:4], [0.9401, 0.9619, 1.1148, 0.9146])  # table 3, case 1
+    degrees = np.rad2deg(robot.max_velocity)
+    np.testing.assert_allclose(
+        degrees, [236, 200, 286, 401, 320, 580], rtol=0, atol=0.06
+    )  # 10.122 for 580 deg/s, digits printed
+    assert robot.gravity_spring is not None
+    # SpringForce.c: 6257.75 N of prestress at 20295 N/m, on arms of 0.06 and 0.45 m.
+    np.testing.assert_allclose(20295.0 * robot.gravity_spring.free_length, 6257.75, rtol=1e-12)  # rounding
+    assert (robot.gravity_spring.radius, robot.gravity_spring.distance) == (0.06, 0.45)
+    assert robot.gravity_spring.joint == 1
+
+
+def test_the_home_position_is_inside_the_ranges_and_bends_the_elbow(model):
+    home = read_robot(rx90_mjcf.ROBOT).home
+    assert (model.jnt_range[:, 0] < home).all()
+    assert (home < model.jnt_range[:, 1]).all()
+    assert home[2] > 0.5
+
+
+def test_motor_6_turns_with_axis_5_and_d3_and_r4_lead_to_links_3_and_4(model):
+    robot = read_robot(rx90_mjcf.ROBOT)
+    ((motor, turns_with),) = [(c.motor, c.turns_with) for c in robot.couplings]
+    assert (model.joint(motor).name, model.joint(turns_with).name) == ("joint6", "joint5")
+    for frame, length in (("d3", 0.45), ("r4", 0.45)):
+        np.testing.assert_allclose(np.linalg.norm(model.body(robot.frames[frame]).pos), length, rtol=1e-15)  # one root

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import rx90_mjcf
 from ident.structure import Structure
 from scenarios.build import Bench, bench
 from scenarios.design.excitation import EXCESS, Design, robot_limits
@@ -52,9 +51,9 @@ def test_the_built_in_motion_keeps_every_limit_and_its_distance(structure: Struc
     design = Design(experiment.plant, structure, robot_limits(experiment.plant), np.arange(5))
     motion = design.sampled(experiment.trajectory, 100.0)
     assert design.excess(motion, design.predicted_std(experiment.trajectory, 100.0)[1]).max() <= EXCESS
-    nominal = rx90_mjcf.nominal_drives()
-    assert (np.abs(motion[1]) < nominal.max_velocity).all()
-    assert (np.abs(motion[2]) < nominal.max_acceleration).all()
+    robot = experiment.plant.robot
+    assert (np.abs(motion[1]) < robot.max_velocity).all()
+    assert (np.abs(motion[2]) < robot.max_acceleration).all()
     assert Clearance(experiment.plant, 0.05)(motion[0]).min() > 0.029
 
 

@@ -17,8 +17,9 @@ from scenarios.errors import StudyError
 from scenarios.files.schema import load_scenario
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
+from scenarios.workers.dask import dask_workers
 from scenarios.workers.execute import GivenUp, completed
-from scenarios.workers.executors import dask_workers, local_processes
+from scenarios.workers.processes import local_processes
 
 START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
 
@@ -78,7 +79,7 @@ def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
 
 def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
     found = dict(completed(workers, double_or_die, range(11, 16), tick=lambda: None))
-    assert found.pop(13) == GivenUp("its worker died")
+    assert found.pop(13) == GivenUp("WorkerDied", "its worker died")
     assert found == {x: 2 * x for x in range(11, 16) if x != 13}
 
 

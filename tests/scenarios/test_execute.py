@@ -7,11 +7,12 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from study_tasks import die_once, double, double_or_die, fail, refuse
+from study_tasks import die_once, double, double_or_die, fail, fail_above_4, refuse
 
-from scenarios.errors import StudyError
+from scenarios.errors import UnfitWorker, WorkersLost
 from scenarios.workers.execute import GivenUp, completed
-from scenarios.workers.executors import Workers, local_processes
+from scenarios.workers.kinds import Workers
+from scenarios.workers.processes import local_processes
 
 
 def threads(count: int) -> Workers:
@@ -38,7 +39,7 @@ def test_tasks_are_taken_as_workers_become_free():
 def test_a_task_that_kills_its_worker_is_given_up_and_the_others_are_not():
     with local_processes(2) as workers:
         found = results(workers, double_or_die, range(8, 20))
-    assert found.pop(13) == GivenUp("its worker died")
+    assert found.pop(13) == GivenUp("WorkerDied", "its worker died")
     assert found == {x: 2 * x for x in range(8, 20) if x != 13}
 
 
@@ -49,12 +50,25 @@ def test_a_task_whose_worker_died_of_something_else_is_done_again(tmp_path):
 
 
 def test_whatever_a_task_fails_of_is_its_reason():
-    assert results(threads(1), fail, [4]) == {4: GivenUp("its worker failed: ValueError: cannot double 4")}
+    assert results(threads(1), fail, [4]) == {
+        4: GivenUp("WorkerFailed", "its worker failed: ValueError: cannot double 4")
+    }
 
 
 def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
-    with pytest.raises(StudyError, match="another version"):
+    with pytest.raises(UnfitWorker, match="another version"):
         results(threads(2), refuse, range(4))
+
+
+def test_workers_that_never_bring_anything_back_end_it():
+    with pytest.raises(WorkersLost, match="of the first 3 chunks of trials none came back: its worker failed: Value"):
+        results(threads(1), fail, range(100))
+
+
+def test_failures_after_a_success_do_not_end_it():
+    found = results(threads(1), fail_above_4, range(4, 9))
+    assert found[4] == 8
+    assert sum(isinstance(outcome, GivenUp) for outcome in found.values()) == 4
 
 
 def test_time_passes_while_nothing_finishes():
@@ -77,7 +91,7 @@ def test_worker_processes_are_gone_afterwards():
 def test_workers_end_when_the_process_that_started_them_is_killed():
     code = (
         "import os, signal\n"
-        "from scenarios.workers.executors import local_processes\n"
+        "from scenarios.workers.processes import local_processes\n"
         "if __name__ == '__main__':\n"
         "    with local_processes(1) as workers:\n"
         "        print(workers.open().submit(os.getpid).result(), flush=True)\n"

@@ -22,7 +22,7 @@ from scenarios.files.schema import load_scenario
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
 from scenarios.workers import tasks
-from scenarios.workers.executors import Workers
+from scenarios.workers.kinds import Workers
 
 CONTRACT = [
     "trial",

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from estimates import gain_estimate
 
 import rx90_mjcf
 from ident.errors import IdentificationError
-from ident.gains import GainEstimate, JointGain
 from scenarios.build import bench
 from scenarios.cli import main
 from scenarios.errors import ScenarioError
@@ -16,6 +16,7 @@ from scenarios.files.motions import read_motion, write_motion
 from scenarios.files.schema import ToleranceTable, load_scenario
 from scenarios.files.tables import builtin_names
 from scenarios.judge import judge
+from scenarios.robots import robot
 from sim.errors import PlantError
 
 
@@ -25,25 +26,8 @@ def scenario_file(folder: Path, text: str) -> str:
     return str(path)
 
 
-def joint_gain(value: float | None, std: float | None = 0.01) -> JointGain:
-    return JointGain(
-        joint="j",
-        value=value,
-        std=None if value is None else std,
-        payload_rel_std=0.0,
-        predicted_rel_std=0.01,
-        reason="too little load" if value is None else None,
-        rows=100,
-        unknowns=10,
-        error_norm=1.0,
-        current_norm=10.0,
-        load_z=50.0,
-        friction_z=50.0,
-    )
-
-
 def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
-    estimate = GainEstimate("ls-2011", tuple(joint_gain(v) for v in (1.009, 1.011, None, None, 1.0, -0.995)))
+    estimate = gain_estimate(1.009, 1.011, None, None, 1.0, -0.995, std=0.01, reason="too little load")
     tolerance = ToleranceTable(gain=(0.01,) * 6, identifiable=(True, True, False, True, False, True))
     verdict = judge(estimate, np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0]), tolerance)
     assert [gain.passed for gain in verdict.gains] == [True, False, True, False, False, True]
@@ -72,7 +56,7 @@ def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
     np.testing.assert_array_equal(prepared.true_gain, [1, 2, 3, 4, 5, 6])
     assert prepared.payload.known == "mass"
     assert prepared.experiments[0].plant.payload.mass == 7.025  # the truth is not what is believed
-    nominal = rx90_mjcf.nominal_drives()
+    nominal = robot().drives
     np.testing.assert_array_equal(prepared.experiments[0].plant.drives.viscous_friction, nominal.viscous_friction)
 
 
@@ -85,7 +69,7 @@ def test_model_errors_of_a_scenario_are_the_plant_s_and_not_the_controller_s(tmp
     unloaded = bench(load_scenario(path)).experiments[0]
     assert unloaded.plant.errors.base_tilt_x == 0.01
     assert unloaded.plant.errors.joint_compliance == (1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 2e-4)
-    np.testing.assert_array_equal(unloaded.belief.rotor_inertia, rx90_mjcf.nominal_drives().rotor_inertia)
+    np.testing.assert_array_equal(unloaded.belief.rotor_inertia, robot().drives.rotor_inertia)
 
 
 FAULTS = {

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from scenarios.errors import ScenarioError
+from scenarios.errors import NoDesign, NoSources
 from scenarios.files.schema import Scenario, load_scenario
 from scenarios.studies.budget import budgets, sobol_indices
 from scenarios.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity, settings_with, sources_of
@@ -30,24 +30,24 @@ def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
     for name in ("nominal", "paper-noise"):
         sources = sources_of(load_scenario(name))
         assert len(sources.names) >= 16
-        settings, streams = settings_with(sources, {})
-        assert streams == {}
+        switched = settings_with(sources, {})
+        settings = switched.settings
+        assert switched.streams == {}
         assert settings["experiment.sensors.current_white"] == 0.0
         assert settings["plant.payload.mass"] == 7.025
         half = {k: np.full(w, 0.5) for k, w in sources.width.items()}
-        _, streams = settings_with(sources, half)
-        assert set(streams) == {"encoder", "white", "coloured", "clock"}
+        assert set(settings_with(sources, half).streams) == {"encoder", "white", "coloured", "clock"}
 
 
 def test_a_source_alone_moves_its_own_places_and_no_other(tmp_path):
     sources = sources_of(two_sources(tmp_path))
-    off, _ = settings_with(sources, {})
-    heavy, _ = settings_with(sources, {"mass": np.array([0.8])})
+    off = settings_with(sources, {}).settings
+    heavy = settings_with(sources, {"mass": np.array([0.8])}).settings
     assert heavy["plant.payload.mass"] != off["plant.payload.mass"] == 7.025
     assert heavy["experiment.sensors.current_white"] == 0.0
-    noisy, streams = settings_with(sources, {"white": np.array([0.25])})
-    assert noisy == {"plant.payload.mass": 7.025, "experiment.sensors.current_white": 0.05}
-    assert streams == {"white": 2**29}
+    noisy = settings_with(sources, {"white": np.array([0.25])})
+    assert noisy.settings == {"plant.payload.mass": 7.025, "experiment.sensors.current_white": 0.05}
+    assert noisy.streams == {"white": 2**29}
 
 
 def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
@@ -68,16 +68,16 @@ def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
         assert white.streams == B.streams != A.streams == mass.streams
 
 
-@pytest.mark.parametrize("number", [0, 3, 12])
+@pytest.mark.parametrize("number", [0, 1, 3, 12, 2**17, 2**40])
 def test_numbers_that_are_no_power_of_two_are_refused(number):
-    with pytest.raises(ScenarioError, match=f"samples = {number}: expected a power of 2"):
+    with pytest.raises(NoDesign, match=f"samples = {number}: expected a power of 2"):
         sensitivity(load_scenario("nominal"), repeats=4, samples=number, seed=0)
 
 
 def test_a_scenario_without_sources_is_refused(tmp_path):
     plain = two_sources(tmp_path)
     bare = Scenario(plain.name, plain.folder, plain.table.model_copy(update={"sources": {}}))
-    with pytest.raises(ScenarioError, match="declares no error sources"):
+    with pytest.raises(NoSources, match="declares no error sources"):
         sensitivity(bare, repeats=4, samples=4, seed=0)
 
 

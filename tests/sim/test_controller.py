@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from plants import BELIEF, experiment, nominal_plant, short_motion, streams
+from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
 import rx90_mjcf
 from sim.controller import ControllerBelief, ControllerOptions, tuned
@@ -34,7 +34,7 @@ def test_one_motion_is_tabulated_once():
 
 def test_the_controller_does_not_know_the_true_rotors():
     # The first current depends on the controller alone: the arm has not moved yet.
-    true, heavier = (nominal_plant(rotor_inertia=k * rx90_mjcf.nominal_drives().rotor_inertia) for k in (1.0, 1.5))
+    true, heavier = (nominal_plant(rotor_inertia=k * RX90.drives.rotor_inertia) for k in (1.0, 1.5))
     first, second = (record([experiment(plant=p)], streams(0), threads=1)[0] for p in (true, heavier))
     assert np.abs(first.q[500] - second.q[500]).max() > 1e-6
     exact = replace(experiment().sensors, current_white=0.0, current_coloured=0.0)

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from plants import experiment, nominal_plant, streams
+from plants import RX90, experiment, nominal_plant, streams
 
 import rx90_mjcf
 from ident.payload import standard_parameters
@@ -90,7 +90,7 @@ def test_the_gravity_spring_has_its_published_torque(q2):
 
 def coupling(share: float, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
     """Torque that motor 6 costs because it turns with q5 + q6, less what it costs turning with q6 [N m]."""
-    inertia, viscous, coulomb = rx90_mjcf.nominal_drives().rotor_inertia[5], 2.4, 2.5
+    inertia, viscous, coulomb = RX90.drives.rotor_inertia[5], 2.4, 2.5
     dry = coulomb * np.sign(dq[4] + dq[5])
     cost = np.zeros(6)
     cost[4] = inertia * ddq[5] + viscous * dq[5] + dry
@@ -185,7 +185,7 @@ def test_varying_friction_is_the_stated_law_at_the_start_of_every_period(elastic
     plant, n, substeps = nominal_plant(errors=errors), 6, 2
     constant = nominal_plant(errors=replace(errors, stribeck=0.0, load_friction=0.0))
     models = [plant_model(p, loaded=True, step=5e-4) for p in (plant, constant)]
-    laws = [friction_law(p, *friction_constants(m)) for p, m in zip((plant, constant), models, strict=True)]
+    laws = [friction_law(p, friction_constants(m)) for p, m in zip((plant, constant), models, strict=True)]
     assert laws[1] is None
     start = [resting(model, Q) for model in models]
     entries = [Simulation(model=m, start=s, friction=f) for m, s, f in zip(models, start, laws, strict=True)]
@@ -207,7 +207,7 @@ def test_varying_friction_is_the_stated_law_at_the_start_of_every_period(elastic
                 load = np.abs(p.drives.gain * (v - p.drives.amplifier_offset))
                 model.dof_frictionloss[-n:] = coulomb * (1 + 0.4 * np.exp(-((dq / 0.2) ** 2))) + 0.05 * load
                 peak = 1 + 0.4 * np.exp(-(((dq[4] + dq[5]) / 0.2) ** 2))
-                model.tendon_frictionloss[model.tendon("wrist_coupling").id] = 1.1 * 2.5 * peak
+                model.tendon_frictionloss[model.tendon("joint6_coupling").id] = 1.1 * 2.5 * peak
             data.ctrl[:] = v
             for _ in range(substeps):
                 mujoco.mj_step(model, data)
@@ -234,7 +234,7 @@ def test_friction_drifts_between_the_unloaded_and_the_loaded_motion_and_transmis
     np.testing.assert_allclose(loaded.dof_damping, 0.9 * bare.dof_damping, rtol=1e-15)
     np.testing.assert_allclose(loaded.tendon_frictionloss, 1.2 * bare.tendon_frictionloss, rtol=1e-15)
     for k in range(bare.ntendon):
-        factor = 0.9 if bare.tendon(k).name == "wrist_coupling" else 1.0
+        factor = 0.9 if bare.tendon(k).name == "joint6_coupling" else 1.0
         np.testing.assert_allclose(loaded.tendon_damping[k], factor * bare.tendon_damping[k], rtol=1e-15)
     np.testing.assert_array_equal(bare.dof_frictionloss[6:10], nominal_plant().drives.coulomb_friction[:4])
 

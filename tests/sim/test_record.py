@@ -6,7 +6,7 @@ from plants import CYLINDER, NOISY, experiment, nominal_plant, short_motion, str
 
 from ident.recording import Recording
 from sim.controller import ControllerOptions
-from sim.errors import LimitReached, PlantError, Saturated
+from sim.errors import EffectError, LimitReached, Saturated, SensorError, StepError
 from sim.model_errors import ModelErrors
 from sim.record import record, try_record
 from sim.sensors import SensorOptions, coloured_noise, delayed, logged_current, logged_time, noise_streams
@@ -108,7 +108,7 @@ def test_one_failure_in_a_batch_leaves_the_others_their_recordings():
 
 
 def test_a_step_that_does_not_fit_is_refused():
-    with pytest.raises(PlantError, match=r"step 0\.0007 s does not divide the control period 0\.001 s"):
+    with pytest.raises(StepError, match=r"step 0\.0007 s does not divide the control period 0\.001 s"):
         record([experiment(step=7e-4)], streams(0), threads=1)
 
 
@@ -139,7 +139,7 @@ def test_a_plant_that_cannot_be_built_is_the_outcome_of_its_own_experiment():
     noisy = replace(NOISY, coloured_cutoff_hz=600.0)
     several = [experiment(plant=stiff), experiment(sensors=noisy), experiment(step=7e-4), experiment()]
     outcomes = try_record(several, streams(0, 1, 2, 3), threads=1)
-    assert [type(outcome) for outcome in outcomes] == [PlantError, PlantError, PlantError, Recording]
+    assert [type(outcome) for outcome in outcomes] == [EffectError, SensorError, StepError, Recording]
     assert same(outcomes[3], record([experiment()], streams(3), threads=1)[0])
 
 
@@ -171,7 +171,7 @@ def test_clock_jitter_moves_time_stamps_by_its_deviation_and_nothing_else():
     # The variance of 1e5 even deviates is known to 0.28 % (kurtosis 1.8), the deviation to half of it; four of them.
     np.testing.assert_allclose(error.std(), 2.5e-4, rtol=0.006)
     assert np.abs(error).max() <= np.sqrt(3.0) * 2.5e-4 * (1 + 1e-9)
-    with pytest.raises(PlantError, match=r"clock_jitter = 0\.0003 s at 1000 Hz: expected a quarter .* 0\.00025 s"):
+    with pytest.raises(SensorError, match=r"clock_jitter = 0\.0003 s at 1000 Hz: expected a quarter .* 0\.00025 s"):
         record([experiment(sensors=replace(SILENT, clock_jitter=3e-4))], streams(0), threads=1)
 
 

@@ -78,9 +78,7 @@ def _figure(found: Mapping[int, pd.DataFrame], subject: Subject, draw: Callable[
     for axis in axes[len(found) :]:
         axis.set_axis_off()
     names = ", ".join(map(str, subject.without))
-    without = (
-        f"\nno panel: joint {names}, refused in all trials but one at most, or always the same error" if names else ""
-    )
+    without = f"\nno panel: joint {names}, refused or always with the same error" if names else ""
     figure.suptitle(f"{subject.title}{without}", fontsize=11)
     return figure
 

@@ -1,0 +1,54 @@
+"""Estimators by name: each a function `(problem, options) -> estimate` with an options class of its own."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from ident.errors import OptionError
+from ident.estimate import GainEstimate
+from ident.estimators import ls_2011, sequential_2011
+from ident.problem import Problem
+
+Options = TypeVar("Options")
+
+
+@dataclass(frozen=True, slots=True)
+class Estimator:
+    """A way to find gains.
+
+    Attributes:
+        options: Class of its own options, a frozen dataclass with a default for every field.
+        estimate: The estimate of a problem with options of that class.
+    """
+
+    options: type[object]
+    estimate: Callable[[Problem, object], GainEstimate]
+
+
+def plug_in(estimate: Callable[[Problem, Options], GainEstimate], options: type[Options]) -> Estimator:
+    """An estimator from a function and the class of its options."""
+
+    def checked(problem: Problem, chosen: object) -> GainEstimate:
+        if not isinstance(chosen, options):
+            raise OptionError(f"options are {type(chosen).__name__}; this estimator takes {options.__name__}")
+        return estimate(problem, chosen)
+
+    return Estimator(options, checked)
+
+
+ESTIMATORS: dict[str, Estimator] = {
+    ls_2011.NAME: plug_in(ls_2011.joint_by_joint_gains, ls_2011.JointByJointOptions),
+    sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
+}
+"""`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B)."""
+
+
+def estimator(name: str) -> Estimator:
+    """The estimator of that name.
+
+    Raises:
+        OptionError: If there is none.
+    """
+    if name not in ESTIMATORS:
+        raise OptionError(f"unknown method {name!r}; known: {', '.join(ESTIMATORS)}")
+    return ESTIMATORS[name]

@@ -1,0 +1,34 @@
+"""Drive gains joint by joint, each from its own rows (paper, eq. 27).
+
+Where the kinematics leave the column of 1/g empty, or the data leave its coefficient uncertain, the joint is refused,
+with the reason and the standard deviation one would have to expect.
+"""
+
+from dataclasses import dataclass
+
+from ident.conclusion import concluded
+from ident.estimate import GainEstimate
+from ident.joint_fit import joint_by_joint, joint_fit
+from ident.problem import Problem
+
+NAME = "ls-2011"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointByJointOptions:
+    """The method of eq. 27 has no options of its own."""
+
+
+def joint_by_joint_gains(problem: Problem, options: JointByJointOptions) -> GainEstimate:
+    """Estimate every joint's drive gain independently of the others' (paper, eq. 27).
+
+    Args:
+        problem: Motions and payloads; all that is known of a payload is used.
+        options: None yet.
+
+    Returns:
+        A gain or a reason for each joint.
+    """
+    known = [payload.known_part() for payload in problem.payloads]
+    fits = [joint_fit(problem, joint, known) for joint in range(problem.structure.arm.n)]
+    return concluded(NAME, problem, joint_by_joint(fits, problem.row_period))

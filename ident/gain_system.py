@@ -1,0 +1,112 @@
+"""The linear system of one joint: its current is linear in its base parameters, the payloads' and 1/g (paper, eq. 27).
+
+    V = [W_a  0     0           ] [chi / g   ]      V    (r,)    current reference  [drive units]
+        [W_b  W_ul  W_kl chi_kl ] [chi_ul / g]      W_*  (r, .)  regressors         [SI]
+                                  [1 / g     ]
+
+Only the last column carries newton metres. Each further payload brings unknown parameters of its own and adds the
+torque of its known ones to the last column.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array, Indices, Mask
+from ident.base import RANK_TOL, independent_columns
+from ident.payload import KnownPayload
+from ident.problem import Problem
+from ident.structure import Structure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GainSystem:
+    """Joint j's linear system `V = W @ x`, x ending with 1/g, the motions one after the other.
+
+    Attributes:
+        joint: The joint, from 0.
+        W: Observation matrix, shape (r, b); the last column is the torque of the known payload [N m].
+        V: Currents [drive units], shape (r,).
+        W_L: Columns of each payload, zero in the rows of other motions, shape (payloads, r, 10).
+        friction: Weights that make of x the joint's friction torque over g at typical speed, shape (b,).
+        motion: Motion of each row, shape (r,).
+        position: Number of each row in its motion, those left out counted, shape (r,).
+        loaded: Which rows are of a motion with a payload, shape (r,).
+    """
+
+    joint: int
+    W: Array
+    V: Array
+    W_L: Array
+    friction: Array
+    motion: Indices
+    position: Indices
+    loaded: Mask
+
+    @property
+    def load_rms(self) -> float:
+        """Root mean square of the known payload's torque on the rows that carry one [N m]."""
+        return float(np.sqrt(np.mean(self.W[self.loaded, -1] ** 2)))
+
+
+def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> GainSystem | None:
+    """Build the linear system of a joint (paper, eq. 27).
+
+    Args:
+        problem: Motions and payloads.
+        joint: The joint, from 0.
+        known: What of each of `problem.payloads` is taken as known.
+
+    Returns:
+        The system, None if the kinematics let no known parameter put a torque of its own on the joint.
+    """
+    structure, payloads = problem.structure, problem.payloads
+    parts = [motion.observation.joints[joint] for motion in problem.motions]
+    unknown = [_unknown_columns(structure, joint, each) for each in known]
+    if not any(_own_torque(structure, joint, each, free) for each, free in zip(known, unknown, strict=True)):
+        return None
+    columns = parts[0].columns
+    arm = np.isin(columns, structure.joint_independent[joint])
+    W_arm = np.vstack([part.W[:, arm] for part in parts])
+    W_L = np.stack(
+        [
+            np.vstack(
+                [
+                    part.W_L if motion.payload == payload else np.zeros_like(part.W_L)
+                    for part, motion in zip(parts, problem.motions, strict=True)
+                ]
+            )
+            for payload in payloads
+        ]
+    )
+    torque = sum(W_L[k][:, each.mask] @ each.chi[each.mask] for k, each in enumerate(known))
+    W = np.column_stack([W_arm, *(W_L[k][:, free] for k, free in enumerate(unknown)), torque])
+    friction = np.zeros(W.shape[1])
+    own = [structure.base.names[c] in (f"Fv{joint + 1}", f"Fc{joint + 1}") for c in columns[arm]]
+    bare = next(k for k, motion in enumerate(problem.motions) if motion.payload is None)
+    friction[: len(own)] = np.where(own, np.linalg.norm(parts[bare].W[:, arm], axis=0), 0.0)
+    return GainSystem(
+        joint=joint,
+        W=W,
+        V=np.concatenate([part.V for part in parts]),
+        W_L=W_L,
+        friction=friction,
+        motion=np.repeat(np.arange(len(parts)), [len(part.V) for part in parts]),
+        position=np.concatenate([part.position for part in parts]),
+        loaded=np.repeat([motion.payload is not None for motion in problem.motions], [len(part.V) for part in parts]),
+    )
+
+
+def _unknown_columns(structure: Structure, joint: int, known: KnownPayload) -> Indices:
+    """Columns of a payload that are not known and independent of each other on this joint."""
+    return independent_columns(structure.payload_probes[joint], [np.flatnonzero(~known.mask)])
+
+
+def _own_torque(structure: Structure, joint: int, known: KnownPayload, unknown: Indices) -> bool:
+    """Whether the known parameters of a payload put a torque on the joint that the unknown ones cannot imitate."""
+    probes = structure.payload_probes[joint]
+    torque = probes[:, known.mask] @ known.chi[known.mask]
+    left = torque - probes[:, unknown] @ np.linalg.lstsq(probes[:, unknown], torque)[0]
+    scale = np.linalg.norm(probes) * np.linalg.norm(known.chi[known.mask])
+    return bool(np.linalg.norm(left) > RANK_TOL * scale)

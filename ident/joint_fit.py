@@ -1,0 +1,113 @@
+"""One joint's gain system solved: the solution, and which row has what influence on it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array, Indices
+from ident.errors import NotExcited, TooFewRows
+from ident.estimate import GainSolution
+from ident.gain_system import GainSystem, gain_system
+from ident.least_squares import LeastSquares, least_squares
+from ident.payload import KnownPayload
+from ident.problem import Problem
+from ident.rows import Rows
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointFit:
+    """The solution of a joint's system, whose last unknown is 1/g."""
+
+    system: GainSystem
+    fit: LeastSquares
+
+    @property
+    def inverse(self) -> float:
+        """1/g."""
+        return float(self.fit.x[-1])
+
+    @property
+    def influence(self) -> Array:
+        """Derivative of 1/g by the current of each of the joint's rows, shape (r,)."""
+        return self.system.W @ self.fit.cofactor[-1]
+
+    @property
+    def sensitivity(self) -> Array:
+        """Relative change of g per unit of each payload parameter, shape (payloads, 10)."""
+        return self.influence @ self.system.W_L
+
+
+@dataclass(frozen=True, slots=True)
+class NoFit:
+    """A joint without solution, and why."""
+
+    joint: int
+    reason: str
+
+
+def joint_fit(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> JointFit | NoFit:
+    """Solve the system of a joint, from 0, or say why it has no solution (paper, eq. 27).
+
+    Args:
+        problem: Motions and payloads.
+        joint: The joint.
+        known: What of each payload is taken as known.
+    """
+    system = gain_system(problem, joint, known)
+    if system is None:
+        what = "the payload's mass alone" if all(each.names == ("M",) for each in known) else "the payload"
+        return NoFit(joint, f"{what} puts no torque of its own on this joint")
+    try:
+        return JointFit(system, least_squares(system.W, system.V, rank_tol=problem.options.rank_tol))
+    except (TooFewRows, NotExcited) as error:
+        return NoFit(joint, str(error))
+
+
+def joint_by_joint(fits: Sequence[JointFit | NoFit], row_period: float) -> GainSolution:
+    """The solution whose joints do not know of each other: the influence is block diagonal.
+
+    Args:
+        fits: One a joint, in their order.
+        row_period: Time from one row to the next [s].
+    """
+    solved = [fit for fit in fits if isinstance(fit, JointFit)]
+    rows = fitted_rows(solved, row_period)
+    influence, friction_influence = np.zeros((2, len(solved), len(rows.V)))
+    for k, each in enumerate(solved):
+        own = rows.of(each.system.joint)
+        influence[k, own] = each.influence
+        friction_influence[k, own] = each.system.W @ (each.fit.cofactor @ each.system.friction)
+    payloads = next((each.system.W_L.shape[0] for each in solved), 0)
+    return GainSolution(
+        rows=rows,
+        joints=np.array([each.system.joint for each in solved], dtype=np.intp),
+        inverse=np.array([each.inverse for each in solved]),
+        influence=influence,
+        sensitivity=np.array([each.sensitivity for each in solved]).reshape(len(solved), payloads, 10),
+        load_rms=np.array([each.system.load_rms for each in solved]),
+        friction=np.array([float(each.system.friction @ each.fit.x) for each in solved]),
+        friction_influence=friction_influence,
+        unsolved={fit.joint: fit.reason for fit in fits if isinstance(fit, NoFit)},
+    )
+
+
+def fitted_rows(solved: Sequence[JointFit], row_period: float) -> Rows:
+    """The rows of solved joints, one joint after the other."""
+    nothing = np.zeros(0)
+
+    def joined(parts: Sequence[Array]) -> Array:
+        return np.concatenate([nothing, *parts])
+
+    def numbers(parts: Sequence[Indices]) -> Indices:
+        return np.concatenate([nothing.astype(np.intp), *parts])
+
+    return Rows(
+        V=joined([each.system.V for each in solved]),
+        residual=joined([each.fit.residual for each in solved]),
+        joint=numbers([np.full(len(each.system.V), each.system.joint, dtype=np.intp) for each in solved]),
+        motion=numbers([each.system.motion for each in solved]),
+        position=numbers([each.system.position for each in solved]),
+        row_period=row_period,
+        unknowns={each.system.joint: each.system.W.shape[1] for each in solved},
+    )

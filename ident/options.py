@@ -1,0 +1,177 @@
+"""Options of an identification: frozen dataclasses that check themselves, made from a table or from words."""
+
+import types
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from ident.errors import OptionError
+from ident.uncertainty import UNCERTAINTIES
+
+Options = TypeVar("Options")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GainOptions:
+    """How sure a gain has to be, and how its uncertainty is found.
+
+    Attributes:
+        max_rel_std: Largest predicted relative standard deviation of a gain.
+        noise_floor: Residual that any real drive has, as a share of the joint's rms current. A prediction never
+            assumes less, so that a simulation without noise does not make a joint look identifiable.
+        serial_s: Time after which residuals are taken as unrelated [s].
+        rank_tol: Smallest relative singular value of the scaled observation matrix.
+        uncertainty: A name in `UNCERTAINTIES`.
+    """
+
+    max_rel_std: float = 0.1
+    noise_floor: float = 0.05
+    serial_s: float = 1.0
+    rank_tol: float = 1e-7
+    uncertainty: str = "larger"
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            OptionError: If one makes no sense.
+        """
+        check_range("max_rel_std", self.max_rel_std, above=0.0, upto=1e6)
+        check_range("noise_floor", self.noise_floor, least=0.0, upto=1e3)
+        check_range("serial_s", self.serial_s, least=0.0, upto=1e3, unit="s")
+        check_range("rank_tol", self.rank_tol, above=0.0, below=1.0)
+        if self.uncertainty not in UNCERTAINTIES:
+            raise OptionError(f"uncertainty = {self.uncertainty!r}: expected one of {', '.join(UNCERTAINTIES)}")
+
+
+def check_range(
+    name: str,
+    value: float,
+    *,
+    least: float | None = None,
+    above: float | None = None,
+    below: float | None = None,
+    upto: float | None = None,
+    unit: str = "",
+) -> None:
+    """Refuse a number outside its range, or none.
+
+    Args:
+        name: Of the option.
+        value: To check.
+        least: Smallest value that is allowed.
+        above: Value that it must exceed.
+        below: Value that it must stay under.
+        upto: Largest value that is allowed.
+        unit: Of the numbers, for the message.
+
+    Raises:
+        OptionError: Naming option, value and range.
+    """
+    bounds = {"at least": least, "above": above, "below": below, "at most": upto}
+    fits = (
+        np.isfinite(value)
+        and (least is None or value >= least)
+        and (above is None or value > above)
+        and (below is None or value < below)
+        and (upto is None or value <= upto)
+    )
+    if not fits:
+        wanted = " and ".join(f"{word} {bound:g}" for word, bound in bounds.items() if bound is not None)
+        raise OptionError(f"{name} = {value:g}: expected a number {wanted}{' ' if unit else ''}{unit}")
+
+
+def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Options:
+    """Make an options object from keys and values, as a TOML table holds them.
+
+    Args:
+        kind: A frozen dataclass with a default for every field.
+        table: Values by field name; what is left out keeps its default.
+
+    Raises:
+        OptionError: At an unknown key or a value of another type or outside its range.
+    """
+    hints = option_types(kind)
+    for name, value in table.items():
+        if name not in hints:
+            raise OptionError(f"unknown option {name!r}; known: {', '.join(hints) or 'none'}")
+        if not _fits(value, hints[name]):
+            raise OptionError(f"{name} = {value!r}: expected {_described(hints[name])}")
+    return kind(**{name: _converted(value, hints[name]) for name, value in table.items()})
+
+
+def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
+    """Make an options object from words `KEY=VALUE`, as a command line gives them.
+
+    Raises:
+        OptionError: At a word of another form, a key given twice, and as `options_from_table`.
+    """
+    hints, table = option_types(kind), dict[str, object]()
+    for word in words:
+        name, equals, text = word.partition("=")
+        name = name.strip().replace("-", "_")
+        if not equals or not name:
+            raise OptionError(f"option {word!r}: expected KEY=VALUE")
+        if name in table:
+            raise OptionError(f"option {name} is given twice")
+        table[name] = _read(text.strip(), hints.get(name, str))
+    return options_from_table(kind, table)
+
+
+def option_types(kind: type) -> dict[str, object]:
+    """Types of an options class by field name."""
+    if not is_dataclass(kind):
+        raise TypeError(f"{kind.__name__} is no dataclass")
+    hints = get_type_hints(kind)
+    return {field.name: hints[field.name] for field in fields(kind)}
+
+
+def _choices(hint: object) -> tuple[object, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+
+
+def _fits(value: object, hint: object) -> bool:
+    """Whether a value is of the type; whole numbers are numbers, truth values are not."""
+    for kind in _choices(hint):
+        if kind is None or kind is type(None):
+            if value is None:
+                return True
+        elif kind is float:
+            if isinstance(value, float | int) and not isinstance(value, bool):
+                return True
+        elif kind is int:
+            if isinstance(value, int) and not isinstance(value, bool):
+                return True
+        elif isinstance(kind, type) and isinstance(value, kind):
+            return True
+    return False
+
+
+def _converted(value: object, hint: object) -> object:
+    if isinstance(value, int) and not isinstance(value, bool) and float in _choices(hint) and int not in _choices(hint):
+        try:
+            return float(value)
+        except OverflowError:
+            return float("inf")
+    return value
+
+
+def _read(text: str, hint: object) -> object:
+    """The value a word stands for; the text itself where it is none of the type's."""
+    kinds = _choices(hint)
+    if bool in kinds and text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (int, float):
+        if kind in kinds:
+            try:
+                return kind(text)
+            except ValueError:
+                continue
+    return text
+
+
+def _described(hint: object) -> str:
+    names = {float: "a number", int: "a whole number", bool: "true or false", str: "a name"}
+    return " or ".join(names[kind] for kind in _choices(hint) if isinstance(kind, type) and kind in names)

@@ -1,0 +1,61 @@
+"""What an estimator is given: the arm's structure, the motions with what was mounted, and the options."""
+
+from dataclasses import dataclass
+
+from ident.errors import NotIdentifiable
+from ident.observation import Observation
+from ident.options import GainOptions
+from ident.payload import Payload
+from ident.structure import Structure
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """One motion: its linear system, and the payload mounted on it, None for a bare flange."""
+
+    observation: Observation
+    payload: Payload | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Motions of one arm, bare and loaded, from which gains are to be found.
+
+    Attributes:
+        structure: Identifiable structure of the arm.
+        motions: At least one bare and one loaded.
+        options: When a gain counts as identifiable, and how its uncertainty is found.
+
+    Raises:
+        NotIdentifiable: If no motion is bare, or none is loaded.
+    """
+
+    structure: Structure
+    motions: tuple[Motion, ...]
+    options: GainOptions
+
+    def __post_init__(self) -> None:
+        """Check that there is something to compare."""
+        if all(motion.payload is None for motion in self.motions):
+            raise NotIdentifiable("no motion carries a payload; without one the scale of the gains is free")
+        if all(motion.payload is not None for motion in self.motions):
+            raise NotIdentifiable("no motion is bare; record one without payload")
+
+    @property
+    def payloads(self) -> tuple[Payload, ...]:
+        """The payloads that differ from each other, in the order of their first motions."""
+        return tuple(dict.fromkeys(motion.payload for motion in self.motions if motion.payload is not None))
+
+    @property
+    def row_period(self) -> float:
+        """Time from one row to the next [s]."""
+        return self.motions[0].observation.joints[0].row_period
+
+    def joint_name(self, joint: int) -> str:
+        """Name of a joint, from 0."""
+        return self.structure.arm.joint_names[joint]
+
+
+def pair(unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions) -> Problem:
+    """The problem of one motion with a bare flange and one with the payload."""
+    return Problem(loaded.structure, (Motion(unloaded, None), Motion(loaded, payload)), options)

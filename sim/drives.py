@@ -1,0 +1,46 @@
+"""The drives of an arm: what turns a current reference into joint torque, and what it loses on the way."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from ident.arrays import Array
+from sim.errors import DriveError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DriveTruth:
+    """The drives as they are, joint side; every array has shape (n,).
+
+    Attributes:
+        gain: g [N m / drive unit]; negative for a drive wired backwards, never zero.
+        amplifier_offset: v0 [drive units].
+        rotor_inertia: Ia [kg m^2].
+        viscous_friction: Fv [N m s/rad].
+        coulomb_friction: Fc [N m].
+        coulomb_asymmetry: Fcoff [N m].
+        current_limit: Saturation of the current reference [drive units].
+
+    Raises:
+        DriveError: If shapes do not fit each other, or a value is impossible.
+    """
+
+    gain: Array
+    amplifier_offset: Array
+    rotor_inertia: Array
+    viscous_friction: Array
+    coulomb_friction: Array
+    coulomb_asymmetry: Array
+    current_limit: Array
+
+    def __post_init__(self) -> None:
+        """Check shapes and signs."""
+        n = len(self.gain)
+        for name in (drive.name for drive in fields(self)):
+            values = np.asarray(getattr(self, name), dtype=np.float64)
+            if values.shape != (n,) or not np.isfinite(values).all():
+                raise DriveError(f"drives: {name} {values.tolist()}: expected {n} finite numbers")
+            if name not in ("gain", "amplifier_offset", "coulomb_asymmetry") and (values < 0.0).any():
+                raise DriveError(f"drives: {name} {values.tolist()} has a negative value")
+        if not np.asarray(self.gain).all():
+            raise DriveError(f"drives: gain {np.asarray(self.gain).tolist()} has a zero")

@@ -1,0 +1,193 @@
+"""Robot files: a robot as TOML, every number with its origin and its source."""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    ValidationError,
+    model_validator,
+)
+
+from ident.arrays import Array
+from sim.drives import DriveTruth
+from sim.errors import DriveError, RobotError
+from sim.robot import Coupling, GravitySpring, Robot
+
+Origin = Literal["published", "measured", "assumed"]
+Source = Annotated[str, Field(min_length=1)]
+Joint = Annotated[int, Field(ge=1)]
+
+
+class _Table(BaseModel):
+    """A TOML table: unknown keys are errors, values are strictly typed."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
+
+
+class FrictionTable(_Table):
+    """A number that may be 0, where it comes from, and who says so."""
+
+    value: NonNegativeFloat
+    origin: Origin
+    source: Source
+
+
+class LengthTable(_Table):
+    """The same of a number above 0."""
+
+    value: PositiveFloat
+    origin: Origin
+    source: Source
+
+
+class JointsTable(_Table):
+    """Numbers, one a joint; an origin for all, or one a joint."""
+
+    value: list[float]
+    origin: Origin | list[Origin]
+    source: Source
+
+    @model_validator(mode="after")
+    def _one_origin_a_value(self) -> "JointsTable":
+        if isinstance(self.origin, list) and len(self.origin) != len(self.value):
+            raise ValueError(f"{len(self.origin)} words of origin for {len(self.value)} values")
+        return self
+
+    def array(self) -> Array:
+        """The values, which nobody changes."""
+        values = np.array(self.value, dtype=np.float64)
+        values.flags.writeable = False
+        return values
+
+
+class SpeedsTable(JointsTable):
+    """The same of numbers above 0."""
+
+    value: list[PositiveFloat]  # pyright: ignore[reportIncompatibleVariableOverride]  (frozen: nobody appends to it)
+
+
+class DrivesTable(_Table):
+    """Nominal drives: `sim.drives.DriveTruth`, and how fast they turn."""
+
+    gain: JointsTable
+    rotor_inertia: JointsTable
+    viscous_friction: JointsTable
+    coulomb_friction: JointsTable
+    coulomb_asymmetry: JointsTable
+    amplifier_offset: JointsTable
+    current_limit: JointsTable
+    max_velocity: SpeedsTable
+    max_acceleration: SpeedsTable
+
+
+class CouplingTable(_Table):
+    """`sim.robot.Coupling`; joints count from 1."""
+
+    motor: Joint
+    turns_with: Joint
+    viscous_friction: FrictionTable
+    coulomb_friction: FrictionTable
+
+
+class SpringTable(_Table):
+    """`sim.robot.GravitySpring`; its free length is prestress over stiffness."""
+
+    joint: Joint
+    stiffness: LengthTable
+    prestress: LengthTable
+    radius: LengthTable
+    distance: LengthTable
+
+
+class RobotTable(_Table):
+    """A robot file."""
+
+    name: Source
+    model: Source
+    home: JointsTable
+    drives: DrivesTable
+    coupling: list[CouplingTable] = []
+    frames: dict[str, str] = {}
+    gravity_spring: SpringTable | None = None
+
+
+def read_robot(path: Path) -> Robot:
+    """Read a robot file.
+
+    Args:
+        path: The TOML file; its model lies beside it.
+
+    Raises:
+        RobotError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
+    """
+    try:
+        table = RobotTable.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise RobotError(f"robot file {path}: {error.strerror}") from error
+    except ValidationError as error:
+        raise RobotError(f"robot file {path}: {_first_fault(error)}") from error
+    except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, too deep
+        raise RobotError(f"robot file {path}: {error}") from error
+    try:
+        robot = _robot(table, path.parent)
+    except (DriveError, RobotError) as error:
+        raise RobotError(f"robot file {path}: {error}") from error
+    if not robot.model.is_file():
+        raise RobotError(f"robot file {path}: model = {table.model!r}: there is no file {robot.model}")
+    return robot
+
+
+def _robot(table: RobotTable, folder: Path) -> Robot:
+    drives, spring = table.drives, table.gravity_spring
+    return Robot(
+        name=table.name,
+        model=folder / table.model,
+        drives=DriveTruth(
+            gain=drives.gain.array(),
+            amplifier_offset=drives.amplifier_offset.array(),
+            rotor_inertia=drives.rotor_inertia.array(),
+            viscous_friction=drives.viscous_friction.array(),
+            coulomb_friction=drives.coulomb_friction.array(),
+            coulomb_asymmetry=drives.coulomb_asymmetry.array(),
+            current_limit=drives.current_limit.array(),
+        ),
+        max_velocity=drives.max_velocity.array(),
+        max_acceleration=drives.max_acceleration.array(),
+        home=table.home.array(),
+        frames=table.frames,
+        couplings=tuple(
+            Coupling(
+                motor=each.motor - 1,
+                turns_with=each.turns_with - 1,
+                viscous_friction=each.viscous_friction.value,
+                coulomb_friction=each.coulomb_friction.value,
+            )
+            for each in table.coupling
+        ),
+        gravity_spring=None
+        if spring is None
+        else GravitySpring(
+            joint=spring.joint - 1,
+            free_length=spring.prestress.value / spring.stiffness.value,
+            radius=spring.radius.value,
+            distance=spring.distance.value,
+        ),
+    )
+
+
+def _first_fault(error: ValidationError) -> str:
+    """The fault that goes deepest, in the words of a file."""
+    fault = max(error.errors(), key=lambda each: len(each["loc"]))
+    place = ".".join(str(part) for part in fault["loc"] if not str(part).startswith(("literal", "list[")))
+    if fault["type"] == "extra_forbidden":
+        return f"unknown key {place}"
+    if fault["type"] == "missing":
+        return f"{place} is missing"
+    return f"{place}: {fault['msg'][0].lower()}{fault['msg'][1:]}, got {fault['input']!r}"

@@ -1,0 +1,241 @@
+from dataclasses import fields, replace
+
+import mujoco
+import numpy as np
+import pytest
+from plants import RX90, experiment, streams
+from robot_folders import arm_xml, drives, robot_folder
+
+from sim.controller import ControllerBelief
+from sim.drives import DriveTruth
+from sim.errors import DriveError, EffectError, PlantError, RobotError
+from sim.model import plant_model
+from sim.model_errors import ModelErrors
+from sim.plant import PayloadBody, Plant
+from sim.record import record
+from sim.robot import Coupling, GravitySpring, Robot
+from sim.robot_files import read_robot
+from sim.trajectory import at_rest
+
+BRICK = PayloadBody(mass=1.3, com=(0.03, -0.02, 0.09), inertia=(0.011, 0.012, 0.008, 0.001, -0.0005, 0.0007))
+COUPLING = """
+[[coupling]]
+motor = 3
+turns_with = 1
+viscous_friction = { value = 0.7, origin = "measured", source = "invented" }
+coulomb_friction = { value = 0.4, origin = "measured", source = "invented" }
+"""
+SPRING = """
+[gravity_spring]
+joint = 2
+stiffness = { value = 500.0, origin = "assumed", source = "invented" }
+prestress = { value = 100.0, origin = "assumed", source = "invented" }
+radius = { value = 0.05, origin = "assumed", source = "invented" }
+distance = { value = 0.2, origin = "assumed", source = "invented" }
+"""
+
+
+def plant_of(robot: Robot, **errors) -> Plant:
+    return Plant(robot=robot, drives=robot.drives, payload=BRICK, errors=ModelErrors(**errors))
+
+
+def motion_of(robot: Robot):
+    rng = np.random.default_rng(3)
+    return at_rest(robot.home, *(0.1 * rng.normal(size=(2, robot.n, 3))), 1.5)
+
+
+def recordings_of(robot: Robot, **errors):
+    belief = ControllerBelief(
+        mjcf=robot.model,
+        gain=tuple(robot.drives.gain.tolist()),
+        rotor_inertia=tuple(robot.drives.rotor_inertia.tolist()),
+    )
+    plain = experiment(plant=plant_of(robot, **errors), trajectory=motion_of(robot), belief=belief)
+    return record([plain, replace(plain, loaded=True)], streams(0, 1), threads=2)
+
+
+@pytest.mark.parametrize("joints", [1, 3, 7])
+def test_an_arm_of_any_number_of_joints_is_simulated_from_its_folder_alone(tmp_path, joints):
+    robot = read_robot(robot_folder(tmp_path, joints))
+    bare, loaded = recordings_of(robot)
+    assert bare.q.shape == loaded.v.shape == (1501, joints)
+    reference = motion_of(robot)(bare.t)[0]
+    # A loop of 8 Hz that is fed the right torques forward: friction leaves some hundredths of a radian.
+    assert np.abs(bare.q - reference).max() < 0.05
+    assert np.abs(loaded.v - bare.v).max() > 0.1
+
+
+@pytest.mark.parametrize("joints", [3, 7])
+def test_effects_that_every_arm_can_have_need_nothing_of_the_rx_90(tmp_path, joints):
+    robot = read_robot(robot_folder(tmp_path, joints))
+    errors = {"base_tilt_x": 0.02, "stribeck": 0.2, "load_friction": 0.01, "coulomb_drift": 0.1}
+    rigid, elastic = recordings_of(robot, **errors), recordings_of(robot, **errors, joint_compliance=(2e-4,) * joints)
+    assert np.abs(rigid[0].v - recordings_of(robot)[0].v).max() > 0.1
+    assert np.abs(elastic[0].v - rigid[0].v).max() > 0.01
+
+
+@pytest.mark.parametrize(
+    ("errors", "message"),
+    [
+        ({"d3_error": 0.004}, r"errors: d3_error = 0\.004 m: invented has no frame d3; leave it at 0"),
+        ({"r4_error": -0.003}, r"errors: r4_error = -0\.003 m: invented has no frame r4; leave it at 0"),
+        ({"gravity_spring": 900.0}, r"errors: gravity_spring = 900 N/m: invented has none; leave it at 0"),
+        ({"wrist_coupling": 0.5}, r"errors: wrist_coupling = 0\.5: invented has no coupling; leave it at 0"),
+    ],
+)
+def test_what_is_one_robot_s_alone_is_refused_on_another_by_name(tmp_path, errors, message):
+    robot = read_robot(robot_folder(tmp_path, 7))
+    with pytest.raises(EffectError, match=message):
+        plant_model(plant_of(robot, **errors), loaded=False, step=1e-3)
+
+
+def test_a_robot_file_that_states_them_has_frames_couplings_and_a_spring(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 4, extra=f'[frames]\nd3 = "part3"\n{COUPLING}{SPRING}'))
+    assert robot.frames == {"d3": "part3"}
+    assert robot.couplings == (Coupling(motor=2, turns_with=0, viscous_friction=0.7, coulomb_friction=0.4),)
+    assert robot.gravity_spring == GravitySpring(joint=1, free_length=0.2, radius=0.05, distance=0.2)
+    model = plant_model(plant_of(robot, d3_error=0.01), loaded=False, step=1e-3)
+    drawn = np.array([0.02, 0.0, 0.221])  # 0.31 m / 1.4
+    # 4 digits are drawn.
+    np.testing.assert_allclose(model.body("part3").pos, drawn * (1 + 0.01 / np.linalg.norm(drawn)), rtol=0, atol=1e-12)
+    with pytest.raises(EffectError, match="invented has no frame r4"):
+        plant_model(plant_of(robot, r4_error=0.01), loaded=False, step=1e-3)
+
+
+@pytest.mark.parametrize("elastic", [False, True])
+def test_a_coupled_motor_turns_with_the_sum_of_the_joints_that_its_robot_names(tmp_path, elastic):
+    robot = read_robot(robot_folder(tmp_path, 4, extra=COUPLING))
+    compliance = (1e-4, 2e-4, 3e-4, 5e-4) if elastic else None
+    model = plant_model(plant_of(robot, wrist_coupling=0.4, joint_compliance=compliance), loaded=False, step=5e-4)
+    free = plant_model(plant_of(robot, joint_compliance=compliance), loaded=False, step=5e-4)
+    M, own = (inertia_matrix(m)[-4:, -4:] for m in (model, free))
+    rotor = 0.4 * robot.drives.rotor_inertia[2]
+    expected = np.zeros((4, 4))
+    expected[0, 2] = expected[2, 0] = rotor  # its part: rotor (dq1 + dq3)^2 / 2 instead of rotor dq3^2 / 2, and joint 1
+    np.testing.assert_allclose(M - own, expected, rtol=0, atol=1e-12)  # has that much less of its own; rounding of M
+    assert model.tendon("axis3_coupling").id == model.ntendon - 1
+    np.testing.assert_allclose(model.tendon_damping[-1], 0.4 * 0.7, rtol=1e-15)
+    np.testing.assert_allclose(model.tendon_frictionloss[-1], 0.4 * 0.4, rtol=1e-15)
+    viscous = robot.drives.viscous_friction - 0.4 * 0.7 * np.array([1, 0, 1, 0])
+    np.testing.assert_allclose(model.dof_damping[-4:], viscous, rtol=1e-15)
+    coulomb = robot.drives.coulomb_friction - 0.4 * 0.4 * np.array([0, 0, 1, 0])
+    np.testing.assert_allclose(model.dof_frictionloss[-4:], coulomb, rtol=1e-15)
+
+
+def inertia_matrix(model: mujoco.MjModel) -> np.ndarray:
+    data, M = mujoco.MjData(model), np.empty((model.nv, model.nv))
+    data.qpos[:] = 0.3 * np.arange(1, model.nq + 1)
+    mujoco.mj_forward(model, data)
+    mujoco.mj_fullM(model, data, M)
+    return M
+
+
+def test_drives_of_the_model_file_are_replaced_by_those_of_the_plant(tmp_path):
+    # A position servo with a gear, as model collections have them, is no torque drive.
+    servo = '<actuator><position name="s" joint="axis1" kp="900" kv="7" gear="3"/></actuator>'
+    robot = read_robot(robot_folder(tmp_path, 2, model_extra=servo))
+    bare = read_robot(robot_folder(tmp_path / "bare", 2))
+    first, second = (plant_model(plant_of(r), loaded=False, step=1e-3) for r in (robot, bare))
+    for name in ("actuator_gainprm", "actuator_biasprm", "actuator_gear", "actuator_gaintype", "actuator_biastype"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))
+    assert first.nu == 2
+    assert not first.actuator_biasprm[:, 1:].any()
+
+
+def test_shapes_of_a_model_make_no_contact(tmp_path):
+    text = arm_xml(2).replace("<inertial", '<geom size="0.4" mass="0"/><inertial')
+    path = robot_folder(tmp_path, 2)
+    robot = read_robot(path)
+    empty = inertia_and_bias(robot)
+    robot.model.write_text(text)
+    np.testing.assert_array_equal(inertia_and_bias(robot), empty)
+
+
+def inertia_and_bias(robot: Robot) -> np.ndarray:
+    model = plant_model(plant_of(robot), loaded=False, step=1e-3)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = [0.3, 1.9], [0.5, -0.7]
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 0
+    return data.qacc.copy()
+
+
+def without(text: str, table: str) -> str:
+    return text.replace(f"[drives.{table}]", f"[drives.{table}_]")
+
+
+FAULTS = {
+    "not TOML": (lambda text: text + "[", r"robot\.toml: .*(at line|end of document)"),
+    "a missing table": (lambda text: without(text, "gain"), r"drives\.gain is missing|unknown key drives\.gain_"),
+    "an unknown key": (lambda text: "colour = 3\n" + text, "unknown key colour"),
+    "a string for a number": (lambda text: text.replace("value = [0.8,", 'value = ["0.8",'), "valid number, got '0.8'"),
+    "no origin": (lambda text: text.replace('origin = "assumed"\n', "", 1), r"home\.origin is missing"),
+    "an origin of another word": (lambda text: text.replace('"assumed"', '"guessed"', 1), "got 'guessed'"),
+    "no source": (
+        lambda text: text.replace('source = "invented"', 'source = ""', 1),
+        r"home\.source",
+    ),
+    "two words of origin": (
+        lambda text: text.replace('"assumed"', '["assumed", "measured"]', 1),
+        "2 words of origin for 3 values",
+    ),
+    "one value too few": (lambda text: text.replace("value = [3.0, 3.3, ", "value = [3.3, "), "max_velocity: 2 values"),
+    "a speed of 0": (lambda text: text.replace("value = [3.0, ", "value = [0.0, "), r"max_velocity.*greater than 0"),
+    "a gain of 0": (lambda text: text.replace("value = [0.8, ", "value = [0.0, "), "gain .* has a zero"),
+    "an infinite gain": (lambda text: text.replace("value = [0.8, ", "value = [inf, "), "finite number"),
+    "negative friction": (lambda text: text.replace("value = [3.1, ", "value = [-3.1, "), "has a negative value"),
+    "no model file": (lambda text: text.replace("arm.xml", "leg.xml"), "model = 'leg.xml': there is no file"),
+    "a coupling of joint 0": (lambda text: text + COUPLING.replace("= 1", "= 0"), "greater than or equal to 1, got 0"),
+    "a coupling of joint 4": (lambda text: text + COUPLING.replace("= 1", "= 4"), "3 with joint 4: expected two"),
+    "a coupling with itself": (
+        lambda text: text + COUPLING.replace("= 1", "= 3"),
+        "3 with joint 3: expected two",
+    ),
+    "a motor coupled twice": (lambda text: text + COUPLING + COUPLING.replace("= 1", "= 2"), "one is named twice"),
+    "negative coupled friction": (lambda text: text + COUPLING.replace("0.7", "-0.7"), r"viscous_friction\.value"),
+    "a spring at the last joint": (lambda text: text + SPRING.replace("joint = 2", "joint = 3"), "first 2 joints"),
+    "a spring without length": (lambda text: text + SPRING.replace("0.05", "0.0"), r"gravity_spring\.radius\.value"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path, fault):
+    path = robot_folder(tmp_path, 3)
+    corrupt, message = FAULTS[fault]
+    text = corrupt(path.read_text())
+    assert text != path.read_text()
+    path.write_text(text)
+    with pytest.raises(RobotError, match=message) as caught:
+        read_robot(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_robot_file_is_refused(tmp_path):
+    with pytest.raises(RobotError, match=r"robot file .*none\.toml: No such file"):
+        read_robot(tmp_path / "none.toml")
+
+
+def test_drives_of_another_arm_are_refused(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 3))
+    with pytest.raises(DriveError, match="6 gains for invented, which has 3 joints"):
+        Plant(robot=robot, drives=RX90.drives, payload=BRICK)
+
+
+def test_a_model_with_another_number_of_joints_than_its_robot_file_is_refused(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 3))
+    robot.model.write_text(arm_xml(2))
+    with pytest.raises(PlantError, match="2 joints, but invented has 3"):
+        plant_model(plant_of(robot), loaded=False, step=1e-3)
+
+
+def test_what_is_read_is_what_the_file_says(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 5))
+    stated = drives(5)
+    for field in fields(DriveTruth):
+        np.testing.assert_array_equal(getattr(robot.drives, field.name), stated[field.name])
+    np.testing.assert_array_equal(robot.max_velocity, stated["max_velocity"])
+    np.testing.assert_array_equal(robot.max_acceleration, stated["max_acceleration"])
+    np.testing.assert_array_equal(robot.home, 0.3 - 0.07 * np.arange(5))
+    with pytest.raises(ValueError, match="read-only"):
+        robot.home[0] = 1.0

@@ -3,6 +3,8 @@
 Identification needs no nominal inertia, only where the joint axes are, so that is all an `Arm` keeps.
 """
 
+import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,6 +13,12 @@ import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel ins
 
 from ident.arrays import Array, readonly
 from ident.errors import RobotModelError
+from ident.model_files import minimal_model
+from ident.naming import one_line
+from ident.quiet import captured_stderr
+
+MOST_JOINTS = 24
+"""Joints of an arm; the work grows with their fourth power and takes seconds here."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,22 +82,33 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = ()) -> A
 
 
 def load_pinocchio(path: str | Path) -> pin.Model:
-    """Read the Pinocchio model of an MJCF or URDF file.
+    """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
 
     Raises:
-        RobotModelError: If the file is missing, of an unknown kind or unreadable.
+        RobotModelError: If the file is missing, of an unknown kind or unreadable, or a number of it cannot be meant.
     """
-    path = Path(path)
-    readers = {".urdf": pin.buildModelFromUrdf, ".xml": pin.buildModelFromMJCF, ".mjcf": pin.buildModelFromMJCF}
-    if path.suffix.lower() not in readers:
-        raise RobotModelError(f"robot model {path}: expected a .urdf, .xml or .mjcf file")
-    if not path.is_file():
-        raise RobotModelError(f"robot model {path}: no such file")
-    try:
-        return readers[path.suffix.lower()](str(path))
-    except (ValueError, RuntimeError) as error:
-        reason = str(error).strip().splitlines() or ["unknown reason"]
-        raise RobotModelError(f"robot model {path}: Pinocchio cannot read it: {reason[-1].strip()}") from error
+    minimal = minimal_model(Path(path))
+    with captured_stderr() as printed:  # urdfdom prints its reasons and raises none
+        try:
+            model = READERS[minimal.kind](minimal.text)
+        except (ValueError, RuntimeError, IndexError) as error:
+            reason = error
+        else:
+            model.gravity.linear = np.array(minimal.gravity)
+            return model
+    said = (printed or str(reason).strip().splitlines() or ["unknown reason"])[-1]
+    raise RobotModelError(f"robot model {one_line(path)}: Pinocchio cannot read it: {one_line(said)}") from reason
+
+
+def _mjcf_from_text(text: str) -> pin.Model:
+    with tempfile.TemporaryDirectory() as folder:  # it reads files only
+        path = Path(folder) / "arm.xml"
+        path.write_text(text, encoding="utf-8")
+        return pin.buildModelFromMJCF(str(path))
+
+
+READERS: dict[str, Callable[[str], pin.Model]] = {"mjcf": _mjcf_from_text, "urdf": pin.buildModelFromXML}
+"""Pinocchio's readers by format."""
 
 
 def arm_from_pinocchio(model: pin.Model) -> Arm:
@@ -101,6 +120,8 @@ def arm_from_pinocchio(model: pin.Model) -> Arm:
     n = model.njoints - 1
     if n < 1:
         raise RobotModelError(f"robot {model.name}: it has no moving joint")
+    if n > MOST_JOINTS:
+        raise RobotModelError(f"robot {model.name}: {n} joints; arms of up to {MOST_JOINTS} are identified")
     axis, revolute = np.zeros((n, 3)), np.zeros(n, dtype=bool)
     lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
     for j in range(n):

@@ -11,8 +11,9 @@ from ident.errors import PayloadError
 from ident.parameters import INERTIAL
 
 INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-HEAVIEST, FARTHEST = 2000.0, 5.0
-"""Mass [kg] and distance of the centre of mass [m] beyond which a payload is given in other units."""
+MOMENTS = INERTIA_KEYS[:3]
+LIGHTEST, HEAVIEST, FARTHEST = 1e-3, 2000.0, 5.0
+"""Masses [kg] and distance of the centre of mass, or radius of gyration [m], beyond which units are others."""
 Known = Literal["all", "mass"]
 
 
@@ -47,19 +48,40 @@ class Payload:
             value = getattr(self, name)
             if value is not None and not np.isfinite(value).all():
                 raise PayloadError(f"payload: {name} = {value} is not finite")
-        if not 0.0 < self.mass <= HEAVIEST:
+        if not LIGHTEST <= self.mass <= HEAVIEST:
             raise PayloadError(
-                f"payload: mass = {self.mass:g} kg; expected a positive number up to {HEAVIEST:g}, in kg"
+                f"payload: mass = {self.mass:g} kg; expected a positive number from {LIGHTEST:g} to {HEAVIEST:g}, in kg"
             )
         if self.com is not None and max(abs(c) for c in self.com) > FARTHEST:
             raise PayloadError(f"payload: com = {list(self.com)}; farther than {FARTHEST:g} m; expected metres")
-        if min(self.mass_std, *self.com_std, *self.inertia_std) < 0.0:
-            raise PayloadError("payload: a standard deviation is negative")
+        self._check_deviations()
         if self.known == "all" and (self.com is None or self.inertia is None):
             missing = "com" if self.com is None else "inertia"
             raise PayloadError(f"payload: known = 'all' but {missing} is missing; add it, or set known = 'mass'")
         if self.inertia is not None:
+            self._check_size(self.inertia)
             check_inertia(self.inertia)
+
+    def _check_deviations(self) -> None:
+        """Deviations are not negative and no larger than what they belong to can be."""
+        largest = {"mass_std": self.mass, "com_std": FARTHEST, "inertia_std": self.mass * FARTHEST**2}
+        for name, most in largest.items():
+            value = getattr(self, name)
+            values = (value,) if name == "mass_std" else value
+            if min(values) < 0.0:
+                raise PayloadError(f"payload: {name} = {value}: a standard deviation is negative")
+            if max(values) > most:
+                what = "the mass itself" if name == "mass_std" else f"{most:g}"
+                raise PayloadError(f"payload: {name} = {value} exceeds {what}; check its unit")
+
+    def _check_size(self, inertia: tuple[float, ...]) -> None:
+        """Moments of a body of this mass that lies within `FARTHEST` of its centre of mass."""
+        name, value = max(zip(INERTIA_KEYS, inertia, strict=True), key=lambda pair: abs(pair[1]))
+        if abs(value) > self.mass * FARTHEST**2:
+            raise PayloadError(
+                f"payload: inertia.{name} = {value:g} is that of {self.mass:g} kg more than {FARTHEST:g} m away; "
+                "expected kg m^2 about the centre of mass"
+            )
 
     def known_part(self) -> "KnownPayload":
         """What an estimator may use of it."""

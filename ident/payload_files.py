@@ -1,11 +1,12 @@
 """Payload descriptions in TOML: the keys are the fields of `Payload`, inertia is a table."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
 from ident.errors import PayloadError
-from ident.payload import INERTIA_KEYS, Known, Payload
+from ident.naming import nearest, one_line, shown
+from ident.payload import INERTIA_KEYS, MOMENTS, Known, Payload
+from ident.toml_files import read_toml
 
 KEYS = ("mass", "mass_std", "com", "com_std", "inertia", "inertia_std", "known")
 
@@ -18,31 +19,31 @@ def read_payload(path: str | Path) -> Payload:
             of `Payload`.
     """
     path = Path(path)
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise PayloadError(f"{path}: {error.strerror or 'not readable'}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise PayloadError(f"{path}: not TOML: {error}") from error
+    table = read_toml(path, error=PayloadError)
     try:
         return payload_from_table(table)
     except PayloadError as error:
-        raise PayloadError(f"{path}: {error}") from error
+        raise PayloadError(f"{one_line(path)}: {error}") from error
 
 
 def payload_from_table(table: Mapping[str, object]) -> Payload:
     """Build a payload from a parsed TOML table.
+
+    Products of inertia (and their deviations) that are left out are 0.
 
     Raises:
         PayloadError: As `read_payload`.
     """
     for key in table:
         if key not in KEYS:
-            raise PayloadError(f"payload: unknown key {key!r}; expected {', '.join(KEYS)}")
+            raise PayloadError(f"payload: unknown key {shown(key)}{nearest(key, KEYS)}; expected {', '.join(KEYS)}")
     if "mass" not in table:
         raise PayloadError(
             "payload: mass is missing; without it nothing in the data has newtons, so neither gains nor payload follow"
         )
+    for key in ("com", "inertia"):
+        if f"{key}_std" in table and key not in table:
+            raise PayloadError(f"payload: {key}_std is given, but {key} is missing")
     com, com_std = _vector(table, "com"), _vector(table, "com_std")
     inertia, inertia_std = _inertia(table, "inertia"), _inertia(table, "inertia_std")
     return Payload(
@@ -59,12 +60,11 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
 def payload_to_table(payload: Payload) -> dict[str, object]:
     """The table that `payload_from_table` turns into this payload; what is not known is left out."""
     table: dict[str, object] = {"mass": payload.mass, "mass_std": payload.mass_std}
-    for key, vector in (("com", payload.com), ("com_std", payload.com_std)):
-        if vector is not None:
-            table[key] = list(vector)
-    for key, inertia in (("inertia", payload.inertia), ("inertia_std", payload.inertia_std)):
-        if inertia is not None:
-            table[key] = dict(zip(INERTIA_KEYS, inertia, strict=True))
+    if payload.com is not None:
+        table |= {"com": list(payload.com), "com_std": list(payload.com_std)}
+    if payload.inertia is not None:
+        for key, values in (("inertia", payload.inertia), ("inertia_std", payload.inertia_std)):
+            table[key] = dict(zip(INERTIA_KEYS, values, strict=True))
     return {**table, "known": payload.known}
 
 
@@ -85,12 +85,12 @@ def _known(value: object) -> Known:
         return "all"
     if value == "mass":
         return "mass"
-    raise PayloadError(f"payload: known = {value!r}; expected 'all' or 'mass'")
+    raise PayloadError(f"payload: known = {shown(value)}; expected 'all' or 'mass'")
 
 
 def _number(value: object, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise PayloadError(f"payload: {name} = {value!r} is not a number")
+        raise PayloadError(f"payload: {name} = {shown(value)} is not a number")
     try:
         return float(value)
     except OverflowError:
@@ -102,7 +102,7 @@ def _vector(table: Mapping[str, object], key: str) -> tuple[float, float, float]
     if value is None:
         return None
     if not isinstance(value, (list, tuple)) or len(value) != 3:
-        raise PayloadError(f"payload: {key} = {value!r}; expected three numbers [m]")
+        raise PayloadError(f"payload: {key} = {shown(value)}; expected three numbers [m]")
     x, y, z = (_number(item, key) for item in value)
     return x, y, z
 
@@ -111,7 +111,18 @@ def _inertia(table: Mapping[str, object], key: str) -> tuple[float, float, float
     value = table.get(key)
     if value is None:
         return None
-    if not isinstance(value, Mapping) or set(value) != set(INERTIA_KEYS):
-        raise PayloadError(f"payload: {key} = {value!r}; expected the keys {', '.join(INERTIA_KEYS)} [kg m^2]")
-    ixx, iyy, izz, ixy, ixz, iyz = (_number(value[name], f"{key}.{name}") for name in INERTIA_KEYS)
+    if not isinstance(value, Mapping):
+        raise PayloadError(f"payload: {key} = {shown(value)}; expected the keys {', '.join(INERTIA_KEYS)} [kg m^2]")
+    for name in value:
+        if name not in INERTIA_KEYS:
+            close = nearest(str(name), INERTIA_KEYS)
+            raise PayloadError(
+                f"payload: unknown key {key}.{one_line(name)}{close}; expected {', '.join(INERTIA_KEYS)}"
+            )
+    for name in MOMENTS:
+        if name not in value:
+            raise PayloadError(
+                f"payload: {key}.{name} is missing; ixx, iyy and izz are needed, products are 0 if left out"
+            )
+    ixx, iyy, izz, ixy, ixz, iyz = (_number(value.get(name, 0.0), f"{key}.{name}") for name in INERTIA_KEYS)
     return ixx, iyy, izz, ixy, ixz, iyz

@@ -10,6 +10,8 @@ from ident.errors import RecordingError
 
 LARGEST_GAP = 10.0
 """Sampling interval, in medians, above which samples count as missing instead of late."""
+LARGEST_POSITION, LARGEST_CURRENT = 1e6, 1e12
+"""Sizes that no position [rad or m] and no current in whatever drive unit has; squares of them stay finite."""
 JITTER_TOL = 1e-3
 """Deviation of a sampling interval from their mean, as a share of it, above which a clock counts as jittered."""
 
@@ -94,6 +96,14 @@ def _check(recording: Recording) -> None:
             raise RecordingError(
                 f"{name}: {column} is not a finite number at row {bad[0, 0] + 1} ({len(bad)} such values); "
                 "remove or repair those rows"
+            )
+    for label, values, largest in (("q", q, LARGEST_POSITION), ("v", v, LARGEST_CURRENT)):
+        large = np.abs(values) > largest
+        if large.any():
+            row, joint = np.argwhere(large)[0]
+            raise RecordingError(
+                f"{name}: {label}{joint + 1} = {values[row, joint]:.4g} at row {row + 1} ({int(large.sum())} such "
+                f"values); beyond {largest:g} nothing is a {'position' if label == 'q' else 'current'}, check its unit"
             )
     if len(t) < 2:
         raise RecordingError(f"{name}: {len(t)} samples are too few")

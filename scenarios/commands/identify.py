@@ -41,14 +41,14 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, tell."""
     from threadpoolctl import threadpool_limits
 
-    from ident.arm import load_arm
     from ident.payload_files import read_payload
     from ident.recording_files import read_recording
     from ident.structure import structure_of
     from scenarios.reports.identify import estimate_report
+    from scenarios.robot_models import read_arm
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
-        structure = structure_of(load_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
+        structure = structure_of(read_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
         unloaded, loaded = read_recording(options.unloaded), read_recording(options.loaded)
         payload = read_payload(options.payload)
         started = time.perf_counter()

@@ -1,18 +1,25 @@
 """Motion files: the Fourier coefficients of an exciting motion, with the command that found them."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from ident.arrays import Array
+from ident.file_access import read_bytes
+from ident.naming import nearest, shown
+from ident.toml_files import LARGEST as LARGEST_FILE
 from scenarios.errors import ScenarioError
-from scenarios.files.tables import CATALOG, nearest, read_table
+from scenarios.files.tables import CATALOG, read_table
 from sim.trajectory import FourierTrajectory, at_rest
 
 LONGEST = 600.0
 """Longest motion that is simulated [s]."""
+LARGEST = 1e4
+"""Largest number of a motion file; a joint turns a few rad."""
+KEYS = ("duration", "center", "sine", "cosine")
 MOTIONS = CATALOG / "motions"
 """Folder of the built-in motions."""
 
@@ -26,25 +33,17 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
     """
     path = _motion_path(name, folder)
     table = read_table(path)
-    try:
-        center, sine, cosine = (np.array(table[key], dtype=np.float64) for key in ("center", "sine", "cosine"))
-        duration = float(str(table["duration"]))
-    except (KeyError, ValueError, TypeError) as error:
-        raise ScenarioError(f"{path}: expected duration, center (n), sine and cosine (n x H); {error}") from error
-    values = np.concatenate((center.ravel(), sine.ravel(), cosine.ravel(), [duration]))
-    if not np.isfinite(values).all() or not 0.0 < duration <= LONGEST:
-        raise ScenarioError(f"{path}: expected finite coefficients and a duration up to {LONGEST:g} s")
-    unknown = set(table) - {"center", "sine", "cosine", "duration"}
-    if unknown:
-        raise ScenarioError(f"{path}: unknown key {min(unknown)!r}; known: duration, center, sine, cosine")
-    if (
-        center.ndim != 1
-        or sine.size == 0
-        or sine.ndim != 2
-        or sine.shape != cosine.shape
-        or len(sine) != len(center)
-        or not duration > 0
-    ):
+    for key in table:
+        if key not in KEYS:
+            raise ScenarioError(f"{path}: unknown key {shown(key)}{nearest(key, KEYS)}; known: {', '.join(KEYS)}")
+    for key in KEYS:
+        if key not in table:
+            raise ScenarioError(f"{path}: {key} is missing; expected {', '.join(KEYS)}")
+    duration = float(_numbers(path, table, "duration", 0))
+    if not 0.0 < duration <= LONGEST:
+        raise ScenarioError(f"{path}: duration = {duration:g}; expected up to {LONGEST:g} s")
+    center, sine, cosine = (_numbers(path, table, key, d) for key, d in (("center", 1), ("sine", 2), ("cosine", 2)))
+    if sine.size == 0 or sine.shape != cosine.shape or len(sine) != len(center):
         raise ScenarioError(f"{path}: center {center.shape}, sine {sine.shape} and cosine {cosine.shape} do not fit")
     motion = at_rest(center, sine, cosine, duration)
     change = max(np.abs(motion.sine - sine).max(), np.abs(motion.cosine - cosine).max())
@@ -53,20 +52,45 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
     return motion
 
 
+def _numbers(path: Path, table: Mapping[str, object], key: str, dimensions: int) -> Array:
+    """Numbers of a motion file, in an array of as many dimensions.
+
+    Raises:
+        ScenarioError: If they are none, not finite, too large or in rows of unequal length.
+    """
+    form = ("a number", "an array of numbers", "rows of numbers, all of one length")[dimensions]
+    if not _all_numbers(table[key], dimensions):
+        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}")
+    try:
+        values = np.array(table[key], dtype=np.float64)
+    except (ValueError, OverflowError):  # rows of unequal length, or a whole number beyond all floats
+        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
+    if not (np.abs(values) <= LARGEST).all():
+        raise ScenarioError(f"{path}: {key} holds a number that is not finite or beyond {LARGEST:g}")
+    return values
+
+
+def _all_numbers(value: object, dimensions: int) -> bool:
+    if dimensions:
+        return isinstance(value, list) and all(_all_numbers(inner, dimensions - 1) for inner in value)
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def motion_digest(name: str, folder: Path) -> str:
     """What tells a motion's file from another, 16 hexadecimal digits.
 
     Raises:
         ScenarioError: If there is none.
     """
-    return hashlib.sha256(_motion_path(name, folder).read_bytes()).hexdigest()[:16]
+    content = read_bytes(_motion_path(name, folder), most_bytes=LARGEST_FILE, error=ScenarioError)
+    return hashlib.sha256(content).hexdigest()[:16]
 
 
 def _motion_path(name: str, folder: Path) -> Path:
     builtin = sorted(path.stem for path in MOTIONS.glob("*.toml"))
     path = MOTIONS / f"{name}.toml" if name in builtin else folder / name
-    if not path.is_file():
-        raise ScenarioError(f"unknown motion {name!r}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
+    if not path.exists():
+        raise ScenarioError(f"unknown motion {shown(name)}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
     return path
 
 

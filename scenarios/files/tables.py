@@ -1,10 +1,11 @@
-"""TOML tables: reading, overlaying one on another (`extends`), and naming the nearest known key."""
+"""TOML tables: reading them, and overlaying one on another (`extends`)."""
 
-import difflib
-import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
+from ident.file_access import check_file
+from ident.naming import nearest, shown
+from ident.toml_files import DEEPEST, LARGEST, read_toml
 from scenarios.errors import ScenarioError
 
 CATALOG = Path(__file__).parents[1] / "catalog"
@@ -22,12 +23,7 @@ def read_table(path: Path) -> dict[str, object]:
     Raises:
         ScenarioError: If it is missing or no TOML.
     """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ScenarioError(f"{path}: {error.strerror or 'not readable'}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{path}: not TOML: {error}") from error
+    return read_toml(path, error=ScenarioError)
 
 
 def scenario_table(
@@ -49,12 +45,14 @@ def scenario_table(
     path = find_scenario(name, folder)
     if path in below:
         raise ScenarioError(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")
+    if len(below) >= DEEPEST:
+        raise ScenarioError(f"{path}: more than {DEEPEST} files extend one another")
     table = read_table(path)
     parent = table.pop("extends", None)
     if parent is None:
         return table, path
     if not isinstance(parent, str):
-        raise ScenarioError(f"{path}: extends = {parent!r}; expected the name of one scenario")
+        raise ScenarioError(f"{path}: extends = {shown(parent)}; expected the name of one scenario")
     try:
         base, _ = scenario_table(parent, path.parent, (*below, path))
     except ScenarioError as error:
@@ -73,11 +71,10 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
     if name in builtin_names():
         return CATALOG / f"{name}.toml"
     path = (folder or Path()) / name
-    if path.is_file():
-        return path.resolve()
-    if path.suffix == ".toml":
-        raise ScenarioError(f"{path}: no such file")
-    raise ScenarioError(f"unknown scenario {name!r}{nearest(name, builtin_names())}; `rx90 list` shows all")
+    if path.suffix != ".toml" and not path.is_file():
+        raise ScenarioError(f"unknown scenario {shown(name)}{nearest(name, builtin_names())}; `rx90 list` shows all")
+    check_file(path, most_bytes=LARGEST, error=ScenarioError)
+    return path.resolve()
 
 
 def overlaid(base: Mapping[str, object], over: Mapping[str, object]) -> dict[str, object]:
@@ -90,9 +87,3 @@ def overlaid(base: Mapping[str, object], over: Mapping[str, object]) -> dict[str
         else:
             merged[key] = value
     return merged
-
-
-def nearest(key: str, known: Iterable[str]) -> str:
-    """`; did you mean 'x'?` for the nearest known key, empty if none is near."""
-    close = difflib.get_close_matches(key, list(known), n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""

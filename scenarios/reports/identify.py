@@ -26,11 +26,8 @@ def estimate_report(found: Identification, identify_s: float) -> Report:
     estimate = found.estimate
     rows = tuple(_row(index, joint, estimate) for index, joint in enumerate(estimate.joints))
     parts: list[Part] = [Table(columns=COLUMNS, rows=rows), *note_paragraphs(found.notes)]
-    parts += [
-        reason_paragraph(k, joint.reason)
-        for k, joint in enumerate(estimate.joints, 1)
-        if isinstance(joint, RefusedGain)
-    ]
+    refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
+    parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
     parts += payload_tables(estimate.payload)
     many = int(estimate.identifiable.sum())
     parts.append(

@@ -17,7 +17,9 @@ def run_document(run: Run) -> dict[str, object]:
         {**asdict(gain), **_more(joint)} for gain, joint in zip(run.verdict.gains, run.estimate.joints, strict=True)
     ]
     body = run.bench.experiments[0].plant.payload
-    true = dict(zip(INERTIAL, standard_parameters(body.mass, body.com, body.inertia).tolist(), strict=True))
+    true: dict[str, float] = dict(
+        zip(map(str, INERTIAL), standard_parameters(body.mass, body.com, body.inertia).tolist(), strict=True)
+    )
     return {
         "scenario": run.bench.scenario.name,
         "seed": run.seed,

@@ -1,0 +1,33 @@
+"""Robot model files: checked here, reduced to their kinematics, then read by Pinocchio.
+
+`MODEL_FILES` names what each ending is; `minimal_model` reads any of them.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ident.errors import RobotModelError
+from ident.model_files.minimal import MinimalModel
+from ident.model_files.mjcf import minimal_mjcf
+from ident.model_files.urdf import minimal_urdf
+from ident.model_files.xml_tree import Element, read_xml
+from ident.naming import one_line
+
+MODEL_FILES: dict[str, Callable[[Element, Path], MinimalModel]] = {
+    ".urdf": minimal_urdf,
+    ".xml": minimal_mjcf,
+    ".mjcf": minimal_mjcf,
+}
+"""Readers by the ending of a file's name."""
+
+
+def minimal_model(path: Path) -> MinimalModel:
+    """Read a robot model and check every number of its kinematics.
+
+    Raises:
+        RobotModelError: If the file is missing, of an unknown kind, unreadable, or states what cannot be.
+    """
+    reader = MODEL_FILES.get(path.suffix.lower())
+    if reader is None:
+        raise RobotModelError(f"robot model {one_line(path)}: expected a .urdf, .xml or .mjcf file")
+    return reader(read_xml(path), path)

@@ -1,0 +1,28 @@
+"""What Pinocchio is given of a robot model: links and joints, every number checked, nothing else."""
+
+from dataclasses import dataclass
+from xml.sax.saxutils import quoteattr
+
+EARTH = (0.0, 0.0, -9.81)
+"""Gravity of a model that states none [m/s^2]."""
+
+
+@dataclass(frozen=True, slots=True)
+class MinimalModel:
+    """A robot model reduced to its kinematics.
+
+    Attributes:
+        kind: The format of `text`, "mjcf" or "urdf".
+        text: A complete document of that format.
+        gravity: Gravity in the world frame [m/s^2].
+    """
+
+    kind: str
+    text: str
+    gravity: tuple[float, float, float] = EARTH
+
+
+def tag(name: str, attributes: dict[str, str], *inside: str) -> str:
+    """An XML element as text."""
+    start = " ".join((name, *(f"{key}={quoteattr(value)}" for key, value in attributes.items())))
+    return f"<{start}>{''.join(inside)}</{name}>" if inside else f"<{start}/>"

@@ -1,0 +1,159 @@
+"""An MJCF file reduced to bodies and joints: files included, defaults resolved, every number checked with its line.
+
+Pinocchio's reader of MJCF takes 0 for what is no number, knows one worldbody with one body, and leaves out gravity, the
+orientation of a base body without joint, default classes under another name than `main`, and elements it does not know.
+What it is given here has none of that: one root body, explicit joints, and gravity beside the text.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ident.errors import RobotModelError
+from ident.model_files.includes import included
+from ident.model_files.minimal import EARTH, MinimalModel, tag
+from ident.model_files.mjcf_joints import joint_defaults, minimal_joint
+from ident.model_files.numbers import FARTHEST, SHORTEST, STRONGEST_GRAVITY, direction, vector
+from ident.model_files.xml_tree import Element
+from ident.naming import nearest, shown
+
+ORIENTATIONS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
+"""Attributes that turn a body, with their numbers."""
+PLACES = ("name", "childclass", "pos", *ORIENTATIONS)
+"""Attributes of a body that decide its kinematics, and its name."""
+MANIFOLD = ("frame", "replicate", "composite", "flexcomp", "attach")
+"""Elements that MuJoCo turns into bodies, and Pinocchio leaves out."""
+BODY = ("body", "joint", "inertial", "geom", "site", "camera", "light", "plugin", *MANIFOLD, "freejoint")
+LOOPS = ("connect", "weld", "joint", "tendon")
+"""Equalities that take a degree of freedom away."""
+INERTIA = tag("inertial", {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"})
+"""Not used, and wanted by readers."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """What is needed on the way down the bodies.
+
+    Attributes:
+        defaults: Attributes of joints by default class.
+        autolimits: Whether a range alone limits a joint.
+        names: Bodies and joints seen so far, by kind and name.
+    """
+
+    defaults: dict[str, dict[str, str]]
+    autolimits: bool
+    names: dict[tuple[str, str], Element] = field(default_factory=lambda: dict[tuple[str, str], Element]())
+
+
+def minimal_mjcf(root: Element, path: Path) -> MinimalModel:
+    """Reduce an MJCF file and what it includes.
+
+    Raises:
+        RobotModelError: Naming line and element, if a number, name or class is wrong, or something is not supported.
+    """
+    if root.tag != "mujoco":
+        raise RobotModelError(f"{root.where}: {root.tag} is no <mujoco>; URDF files end in .urdf")
+    root = included(root, path)
+    compiler = {k: v for section in root.all("compiler") for k, v in section.attributes.items()}
+    if compiler.get("coordinate", "local") != "local":
+        raise RobotModelError(f"{root.title}: compiler coordinate = {shown(compiler['coordinate'])} is not supported")
+    _refuse_loops(root)
+    reading = _Reading(joint_defaults(root), compiler.get("autolimits", "true") == "true")
+    bodies = [_body(body, "main", reading) for world in root.all("worldbody") for body in _bodies(world)]
+    kept = {key: compiler[key] for key in ("angle", "eulerseq") if key in compiler}
+    world = tag("worldbody", {}, tag("body", {"name": "world root"}, *bodies or ("",)))
+    name = root.attributes.get("model", path.stem)
+    return MinimalModel("mjcf", tag("mujoco", {"model": name}, tag("compiler", kept), world), _gravity(root))
+
+
+def _gravity(root: Element) -> tuple[float, float, float]:
+    gravity = EARTH
+    for option in root.all("option"):
+        if values := vector(option, "gravity", 3, largest=STRONGEST_GRAVITY):
+            gravity = (values[0], values[1], values[2])
+        for flag in option.all("flag"):
+            if flag.attributes.get("gravity", "enable") != "enable":
+                raise RobotModelError(f"{flag.title}: gravity is disabled; a payload without weight shows no gain")
+    return gravity
+
+
+def _refuse_loops(root: Element) -> None:
+    for section in root.all("equality"):
+        for loop in section.all(*LOOPS):
+            if loop.attributes.get("active", "true") != "false":
+                raise RobotModelError(
+                    f"{loop.title}: an equality of kind {loop.tag} ties joints; only arms with a drive on every joint "
+                    "and no closed loop are read"
+                )
+
+
+def _bodies(parent: Element) -> list[Element]:
+    """The bodies inside an element, where nothing else makes bodies."""
+    for child in parent.children:
+        if child.tag in MANIFOLD and (child.tag not in ("frame", "replicate") or _moves(child)):
+            raise RobotModelError(
+                f"{child.title}: {child.tag} is not supported; let MuJoCo write the model flat (mj_saveLastXML)"
+            )
+        if child.tag not in BODY:
+            raise RobotModelError(f"{child.title}: unknown element{nearest(child.tag, BODY)}")
+    return parent.all("body")
+
+
+def _moves(element: Element) -> bool:
+    return any(child.tag in ("body", "joint", "freejoint") or _moves(child) for child in element.children)
+
+
+def _body(body: Element, inherited: str, reading: _Reading) -> str:
+    _name_once(body, reading)
+    for attribute in body.attributes:
+        if attribute not in PLACES and (close := nearest(attribute, PLACES)):
+            raise RobotModelError(f"{body.title}: unknown attribute {shown(attribute)}{close}")
+    vector(body, "pos", 3, largest=FARTHEST)
+    turned = [key for key in ORIENTATIONS if key in body.attributes]
+    if len(turned) > 1:
+        raise RobotModelError(f"{body.title}: {' and '.join(turned)} both turn it; give one")
+    for key in turned:
+        _check_orientation(body, key)
+    inherited = _known_class(body, "childclass", inherited, reading)
+    joints = body.all("joint", "freejoint")
+    if len(joints) > 1:
+        raise RobotModelError(f"{joints[1].title}: a second joint in one body; give it a body of its own around it")
+    place = {key: body.attributes[key] for key in ("pos", *turned) if key in body.attributes}
+    inside = [_joint(joint, inherited, reading) for joint in joints] + [
+        _body(inner, inherited, reading) for inner in _bodies(body)
+    ]
+    return tag("body", {"name": body.attributes.get("name", f"body {len(reading.names)}"), **place}, INERTIA, *inside)
+
+
+def _check_orientation(body: Element, key: str) -> None:
+    values = vector(body, key, ORIENTATIONS[key]) or (0.0,) * ORIENTATIONS[key]
+    if key in ("quat", "zaxis"):
+        direction(body, key, ORIENTATIONS[key])
+    if key == "axisangle" and max(map(abs, values[:3])) < SHORTEST:
+        raise RobotModelError(f"{body.title}: axisangle has no direction")
+    if key == "xyaxes":
+        a, b, c, d, e, f = values
+        if max(abs(b * f - c * e), abs(c * d - a * f), abs(a * e - b * d)) < SHORTEST:
+            raise RobotModelError(f"{body.title}: the axes of xyaxes are parallel or zero")
+
+
+def _joint(joint: Element, inherited: str, reading: _Reading) -> str:
+    number = sum(kind == "joint" for kind, _ in reading.names) + 1
+    _name_once(joint, reading)
+    defaults = reading.defaults[_known_class(joint, "class", inherited, reading)]
+    return minimal_joint(joint, defaults, autolimits=reading.autolimits, number=number)
+
+
+def _name_once(element: Element, reading: _Reading) -> None:
+    kind = "joint" if element.tag == "freejoint" else element.tag
+    key = kind, element.attributes.get("name", f"unnamed {len(reading.names)}")
+    if key in reading.names:
+        first = reading.names[key].where.split(": ")[-1]
+        raise RobotModelError(f"{element.title} is there twice; the first one is in {first}")
+    reading.names[key] = element
+
+
+def _known_class(element: Element, attribute: str, inherited: str, reading: _Reading) -> str:
+    name = element.attributes.get(attribute, inherited)
+    if name not in reading.defaults:
+        raise RobotModelError(f"{element.title}: unknown default class {shown(name)}{nearest(name, reading.defaults)}")
+    return name

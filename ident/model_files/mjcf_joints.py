@@ -1,0 +1,81 @@
+"""Joints of an MJCF file: default classes resolved, every number checked."""
+
+from ident.errors import RobotModelError
+from ident.model_files.minimal import tag
+from ident.model_files.numbers import FARTHEST, direction, vector
+from ident.model_files.xml_tree import Element
+from ident.naming import nearest, shown
+
+JOINT = ("type", "axis", "pos", "range", "ref", "limited")
+"""Attributes of a joint that decide its kinematics."""
+KINDS = ("hinge", "slide")
+
+
+def joint_defaults(root: Element) -> dict[str, dict[str, str]]:
+    """Attributes of joints by default class, `main` where none is named.
+
+    Raises:
+        RobotModelError: If a class has no name or a number is wrong.
+    """
+    defaults: dict[str, dict[str, str]] = {"main": {}}
+    for section in root.all("default"):
+        name = section.attributes.get("class", "main")
+        _add_defaults(section, "main", defaults)
+        defaults[name] = defaults["main"]  # the outermost class may have another name
+    return defaults
+
+
+def minimal_joint(joint: Element, defaults: dict[str, str], *, autolimits: bool, number: int) -> str:
+    """A joint with every attribute that counts stated.
+
+    Args:
+        joint: A `joint` or `freejoint`.
+        defaults: Attributes of its class.
+        autolimits: Whether a range alone limits it.
+        number: Its place among the joints from 1, for its name if it has none.
+
+    Raises:
+        RobotModelError: If it is no hinge or slide, or a number is wrong.
+    """
+    _check_numbers(joint)
+    resolved = {**defaults, **_kinematic(joint)}
+    kind = "free" if joint.tag == "freejoint" else resolved.get("type", "hinge")
+    if kind in ("free", "ball"):
+        raise RobotModelError(
+            f"{joint.title}: a {kind} joint is not supported; only fixed-base arms of hinge and slide joints are"
+        )
+    if kind not in KINDS:
+        raise RobotModelError(
+            f"{joint.title}: type {shown(kind)} is unknown{nearest(kind, KINDS)}; known: hinge, slide"
+        )
+    limited = resolved.pop("limited", "auto")
+    if limited == "false" or (limited == "auto" and not autolimits):
+        resolved.pop("range", None)
+    return tag("joint", {"name": joint.attributes.get("name", f"joint{number}"), **resolved, "type": kind})
+
+
+def _add_defaults(section: Element, name: str, defaults: dict[str, dict[str, str]]) -> None:
+    """The class of a section and those inside, each starting from the one around it."""
+    for joint in section.all("joint"):
+        _check_numbers(joint)
+        defaults[name] = {**defaults[name], **_kinematic(joint)}
+    for inner in section.all("default"):
+        inner_name = inner.attributes.get("class")
+        if inner_name is None:
+            raise RobotModelError(f"{inner.where}: a default class inside another needs a name, class = ...")
+        defaults[inner_name] = {**defaults[name], **defaults.get(inner_name, {})}
+        _add_defaults(inner, inner_name, defaults)
+
+
+def _kinematic(joint: Element) -> dict[str, str]:
+    return {key: value for key, value in joint.attributes.items() if key in JOINT}
+
+
+def _check_numbers(joint: Element) -> None:
+    for attribute in joint.attributes:
+        if attribute not in (*JOINT, "name", "class") and (close := nearest(attribute, JOINT)):
+            raise RobotModelError(f"{joint.title}: unknown attribute {shown(attribute)}{close}")
+    direction(joint, "axis")
+    vector(joint, "pos", 3, largest=FARTHEST)
+    vector(joint, "range", 2)
+    vector(joint, "ref", 1)

@@ -1,0 +1,37 @@
+"""What messages say of the things a user wrote: the nearest known name, a value in one short line."""
+
+import difflib
+import reprlib
+from collections.abc import Iterable
+
+LONGEST = 60
+"""Characters of a value that a message shows."""
+
+
+def nearest(key: str, known: Iterable[str]) -> str:
+    """`; did you mean 'x'?` for the nearest known key, empty if none is near."""
+    close = difflib.get_close_matches(key, list(known), n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def shown(value: object) -> str:
+    """A value as Python writes it, cut in the middle where it is long, on one line whatever it holds."""
+    text = _SHORT.repr(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2 - 2]}...{text[2 - LONGEST // 2 :]}"
+
+
+def one_line(text: object) -> str:
+    """Text without line breaks or control characters, for names of files and messages of libraries."""
+    return "".join(c if c.isprintable() else " " for c in str(text)).strip()
+
+
+class _Short(reprlib.Repr):
+    """Whole numbers beyond the digits that Python converts are named by their size."""
+
+    def repr_int(self, x: int, level: int) -> str:
+        """A whole number, or how many bits it has."""
+        return repr(x) if x.bit_length() <= 128 else f"a whole number of {x.bit_length()} bits"
+
+
+_SHORT = _Short()
+_SHORT.maxstring = _SHORT.maxother = LONGEST

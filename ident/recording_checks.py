@@ -1,0 +1,97 @@
+"""What a log file shows that no robot does: a clock in other units, positions that jump, currents that are no currents.
+
+A spike of a few samples is small in no least-squares sense: it decides the gain, or hides it under a residual that
+says nothing of where it is. Each check compares with the other samples of the same channel, so that it needs no unit,
+and asks for what no motion does, so that it does not alarm on one:
+
+    step of q    faster than `FASTEST`, and `UNUSUAL` times what 99 % of the channel's steps stay below
+    v            `UNUSUAL` times as far from the median as 99 % of the samples, for at most `BURST` samples
+
+Of Gaussian noise alone, a sample would have to lie 50 standard deviations out. Spikes in more than 1 % of the samples,
+or smaller than these limits, are not found here.
+"""
+
+import numpy as np
+
+from ident.arrays import Array, Mask
+from ident.errors import RecordingError
+from ident.recording import Recording
+
+SLOWEST, FASTEST_CLOCK = 0.2, 1e-5
+"""Sampling intervals [s] beyond which time is in other units: at 5 Hz no motion of a robot can be differentiated."""
+FASTEST = 50.0
+"""Speed that no joint of a robot has [rad/s or m/s]; wrists of small arms reach 20."""
+UNUSUAL = 20.0
+"""Ratio to the 99 % quantile of the channel."""
+BURST = 10
+"""Samples that a spike lasts at most; what lasts longer is taken for a motion."""
+SHARE = 0.99
+TURNS = ((2.0 * np.pi, "2 pi", "np.unwrap(q, axis=0)"), (360.0, "360", "np.unwrap(q, period=360, axis=0)"))
+
+
+def check_log(recording: Recording) -> None:
+    """Refuse a recording whose clock, positions or currents no robot can have.
+
+    Raises:
+        RecordingError: Naming the channel and the rows, and what it looks like.
+    """
+    _check_clock(recording)
+    for j in range(recording.n):
+        _check_steps(recording, j)
+    for j in range(recording.n):
+        _check_currents(recording, j)
+
+
+def _check_clock(recording: Recording) -> None:
+    interval = float(np.median(np.diff(recording.t)))
+    if FASTEST_CLOCK <= interval < SLOWEST:
+        return
+    units = ((1e5, "nanoseconds"), (100.0, "microseconds"), (SLOWEST, "milliseconds"), (0.0, "hours"))
+    unit = next(name for least, name in units if interval >= least)
+    raise RecordingError(
+        f"{recording.name}: t advances by {interval:.3g} a row; is it in {unit}? t is in seconds, rows faster than "
+        f"{1.0 / SLOWEST:g} Hz"
+    )
+
+
+def _check_steps(recording: Recording, j: int) -> None:
+    step, interval = np.diff(recording.q[:, j]), np.diff(recording.t)
+    size = np.abs(step)
+    usual = float(np.quantile(size, SHARE))
+    jumps = (size > FASTEST * np.maximum(interval, np.median(interval))) & (size > UNUSUAL * usual)
+    if not jumps.any():
+        return
+    row = int(jumps.argmax())
+    what = f"{recording.name}: q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next"
+    for turn, name, repair in TURNS:
+        if abs(size[row] - turn) <= min(UNUSUAL * usual, 0.1 * turn):
+            raise RecordingError(f"{what}, a turn of {name}: the angles are wrapped; unwrap them with {repair}")
+    more = f", and {int(jumps.sum()) - 1} more such steps" if jumps.sum() > 1 else ""
+    raise RecordingError(
+        f"{what}, faster than {FASTEST:g} rad/s{more}; no joint moves like that, remove or repair those samples"
+    )
+
+
+def _check_currents(recording: Recording, j: int) -> None:
+    v = recording.v[:, j]
+    away = np.abs(v - np.median(v))
+    usual = float(np.quantile(away, SHARE))
+    spikes = _short(away > UNUSUAL * usual)
+    if not spikes.any():
+        return
+    row = int(spikes.argmax())
+    rows = np.flatnonzero(spikes)
+    listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
+    raise RecordingError(
+        f"{recording.name}: v{j + 1} = {v[row]:.4g} at row {row + 1}, while 99 % of it are within {usual:.3g} of "
+        f"{float(np.median(v)):.3g}; {len(rows)} such samples (rows {listed}): remove or repair them"
+    )
+
+
+def _short(far: Mask) -> Mask:
+    """Of the samples that are far out, those in runs of at most `BURST`."""
+    edges: Array = np.diff(np.concatenate(([0.0], far.astype(np.float64), [0.0])))
+    short = np.zeros_like(far)
+    for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        short[start:end] = end - start <= BURST
+    return short

@@ -3,8 +3,12 @@
 import argparse
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.arguments import add_force_argument
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
+
+TEXT = "paper.md"
+FIGURES = ("figure3.png", "figure3.svg")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -13,6 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=arguments.folder, metavar="DIR", help="write paper.md, figures and raw numbers there"
     )
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
+    add_force_argument(parser)
     add_form_arguments(parser)
 
 
@@ -21,14 +26,19 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.paper.experiment import run_paper
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.paper import paper_report
-    from scenarios.store.paper_folder import write_raw_numbers
+    from scenarios.store.claim import claim
+    from scenarios.store.paper_folder import FILES, write_raw_numbers
 
+    held = None
+    if options.out is not None:
+        names = (TEXT, *FIGURES, *FILES)
+        held = claim(options.out, names, command="rx90 paper --out", force=options.force)
     result = run_paper(options.seed)
     report = paper_report(result)
-    if options.out is not None:
-        options.out.mkdir(parents=True, exist_ok=True)
-        write_figures(report, options.out)
-        write_markdown(report, options.out / "paper.md")
-        write_raw_numbers(result, options.out)
+    if held is not None:
+        with held.writing():
+            write_figures(report, held.folder)
+            write_markdown(report, held.folder / TEXT)
+            write_raw_numbers(result, held.folder)
     show(report, options)
     return Status.PASSED if result.passed else Status.MISSED

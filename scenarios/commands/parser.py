@@ -76,5 +76,9 @@ class TrueOnce(StoreOnce):
 
 def complain(message: str, program: str = "rx90") -> None:
     """Say what is wrong in one line on stderr, whatever characters the message has."""
-    text = "".join(c if c.isprintable() or "\udc80" <= c <= "\udcff" else repr(c)[1:-1] for c in message)
-    print(f"{program}: {text}", file=sys.stderr)  # noqa: T201
+    print(f"{program}: {printable(message)}", file=sys.stderr)  # noqa: T201
+
+
+def printable(text: str) -> str:
+    """The text in one line of characters that any file and terminal takes; others are escaped as Python does."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

@@ -4,6 +4,7 @@ import argparse
 from dataclasses import replace
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.arguments import add_force_argument
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
 
@@ -15,6 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--save", type=arguments.folder, metavar="DIR", help="write recordings, payload, truth and result there"
     )
+    add_force_argument(parser)
     add_form_arguments(parser)
 
 
@@ -25,14 +27,19 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Line, Paragraph
     from scenarios.reports.run import run_report
     from scenarios.run import run
-    from scenarios.store.run_folder import identify_command, save_run
+    from scenarios.store.claim import claim
+    from scenarios.store.run_folder import FILES, identify_command, save_run
 
+    held = None
+    if options.save is not None:
+        held = claim(options.save, FILES, command="rx90 run --save", force=options.force)
     result = run(bench(load_scenario(options.scenario)), options.seed)
     report = run_report(result)
-    if options.save is not None:
-        save_run(result, options.save)
+    if held is not None:
+        with held.writing():
+            save_run(result, held.folder)
         saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
-        again = Line(identify_command(result, options.save))
+        again = Line(identify_command(result, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))
     show(report, options)
     return Status.PASSED if result.verdict.passed else Status.MISSED

@@ -11,6 +11,9 @@ from ident.recording_files import write_recording
 from scenarios.run import Run
 from scenarios.store.documents import run_document, to_json
 
+FILES = ("unloaded.parquet", "loaded.parquet", "payload.toml", "truth.json", "result.json")
+"""What is written."""
+
 
 def save_run(run: Run, folder: Path) -> None:
     """Write recordings, believed payload, truth and result.
@@ -20,7 +23,6 @@ def save_run(run: Run, folder: Path) -> None:
     Raises:
         OSError: If the folder cannot be written.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     for name, recording in zip(("unloaded", "loaded"), run.recordings, strict=True):
         write_recording(recording, folder / f"{name}.parquet")
     write_payload(run.bench.payload, folder / "payload.toml")

@@ -72,7 +72,11 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = ()) -> A
         RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
             and prismatic joints, or a coupling names a joint that is not there.
     """
-    arm = arm_from_pinocchio(load_pinocchio(path))
+    model = load_pinocchio(path)
+    try:
+        arm = arm_from_pinocchio(model)
+    except RobotModelError as error:
+        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
     if len(set(couplings)) < len(couplings):
         raise RobotModelError(f"robot {arm.name}: a coupling is given twice")
     for first, second in couplings:

@@ -11,7 +11,7 @@ LARGEST = 4_000_000
 """Bytes; the largest file of this project is a motion of a thousand harmonics, 0.3 MB."""
 DEEPEST = 16
 """Tables within tables, arrays within arrays."""
-_DOTTED = re.compile(rf"^[^#=\n]*(?:\.[^#=\n.]*){{{DEEPEST}}}", re.MULTILINE)
+_DOTTED = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]+[ \t]*\.[ \t]*){{{DEEPEST}}}""")
 
 
 def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:

@@ -35,8 +35,8 @@ def read_text(path: Path) -> bytes:
             except UnicodeDecodeError as error:
                 raise RecordingError(f"{one_line(path)}: broken {encoding.upper()} at byte {error.start}") from error
             break
-    if found := _CONTROL.search(content[:100_000]):
-        hint = "is it UTF-16? save it as UTF-8" if found[0] == b"\0" and b"\0" * 2 not in content[:100] else ""
+    if _CONTROL.search(content[:100_000]):
+        hint = "is it UTF-16? save it as UTF-8" if 2 * content[:100].count(0) >= len(content[:100]) - 1 else ""
         raise RecordingError(
             f"{one_line(path)}: not a text file; {hint or 'expected CSV, or a name ending in .parquet'}"
         )

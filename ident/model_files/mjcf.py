@@ -12,12 +12,11 @@ from ident.errors import RobotModelError
 from ident.model_files.includes import included
 from ident.model_files.minimal import EARTH, MinimalModel, tag
 from ident.model_files.mjcf_joints import joint_defaults, minimal_joint
-from ident.model_files.numbers import FARTHEST, SHORTEST, STRONGEST_GRAVITY, direction, vector
+from ident.model_files.mjcf_orientation import ORIENTATIONS, Angles, angles_of, orientation
+from ident.model_files.numbers import FARTHEST, STRONGEST_GRAVITY, vector
 from ident.model_files.xml_tree import Element
 from ident.naming import nearest, shown
 
-ORIENTATIONS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
-"""Attributes that turn a body, with their numbers."""
 PLACES = ("name", "childclass", "pos", *ORIENTATIONS)
 """Attributes of a body that decide its kinematics, and its name."""
 MANIFOLD = ("frame", "replicate", "composite", "flexcomp", "attach")
@@ -35,11 +34,13 @@ class _Reading:
 
     Attributes:
         defaults: Attributes of joints by default class.
+        angles: How angles are meant.
         autolimits: Whether a range alone limits a joint.
         names: Bodies and joints seen so far, by kind and name.
     """
 
     defaults: dict[str, dict[str, str]]
+    angles: Angles
     autolimits: bool
     names: dict[tuple[str, str], Element] = field(default_factory=lambda: dict[tuple[str, str], Element]())
 
@@ -57,12 +58,14 @@ def minimal_mjcf(root: Element, path: Path) -> MinimalModel:
     if compiler.get("coordinate", "local") != "local":
         raise RobotModelError(f"{root.title}: compiler coordinate = {shown(compiler['coordinate'])} is not supported")
     _refuse_loops(root)
-    reading = _Reading(joint_defaults(root), compiler.get("autolimits", "true") == "true")
+    angles = angles_of(root, compiler)
+    reading = _Reading(joint_defaults(root), angles, compiler.get("autolimits", "true") == "true")
     bodies = [_body(body, "main", reading) for world in root.all("worldbody") for body in _bodies(world)]
-    kept = {key: compiler[key] for key in ("angle", "eulerseq") if key in compiler}
     world = tag("worldbody", {}, tag("body", {"name": "world root"}, *bodies or ("",)))
     name = root.attributes.get("model", path.stem)
-    return MinimalModel("mjcf", tag("mujoco", {"model": name}, tag("compiler", kept), world), _gravity(root))
+    return MinimalModel(
+        "mjcf", tag("mujoco", {"model": name}, tag("compiler", {"angle": angles.unit}), world), _gravity(root)
+    )
 
 
 def _gravity(root: Element) -> tuple[float, float, float]:
@@ -108,32 +111,16 @@ def _body(body: Element, inherited: str, reading: _Reading) -> str:
         if attribute not in PLACES and (close := nearest(attribute, PLACES)):
             raise RobotModelError(f"{body.title}: unknown attribute {shown(attribute)}{close}")
     vector(body, "pos", 3, largest=FARTHEST)
-    turned = [key for key in ORIENTATIONS if key in body.attributes]
-    if len(turned) > 1:
-        raise RobotModelError(f"{body.title}: {' and '.join(turned)} both turn it; give one")
-    for key in turned:
-        _check_orientation(body, key)
+    turned = orientation(body, reading.angles)
     inherited = _known_class(body, "childclass", inherited, reading)
     joints = body.all("joint", "freejoint")
     if len(joints) > 1:
         raise RobotModelError(f"{joints[1].title}: a second joint in one body; give it a body of its own around it")
-    place = {key: body.attributes[key] for key in ("pos", *turned) if key in body.attributes}
+    place = {key: value for key, value in body.attributes.items() if key == "pos"} | turned
     inside = [_joint(joint, inherited, reading) for joint in joints] + [
         _body(inner, inherited, reading) for inner in _bodies(body)
     ]
     return tag("body", {"name": body.attributes.get("name", f"body {len(reading.names)}"), **place}, INERTIA, *inside)
-
-
-def _check_orientation(body: Element, key: str) -> None:
-    values = vector(body, key, ORIENTATIONS[key]) or (0.0,) * ORIENTATIONS[key]
-    if key in ("quat", "zaxis"):
-        direction(body, key, ORIENTATIONS[key])
-    if key == "axisangle" and max(map(abs, values[:3])) < SHORTEST:
-        raise RobotModelError(f"{body.title}: axisangle has no direction")
-    if key == "xyaxes":
-        a, b, c, d, e, f = values
-        if max(abs(b * f - c * e), abs(c * d - a * f), abs(a * e - b * d)) < SHORTEST:
-            raise RobotModelError(f"{body.title}: the axes of xyaxes are parallel or zero")
 
 
 def _joint(joint: Element, inherited: str, reading: _Reading) -> str:

@@ -19,9 +19,9 @@ def joint_defaults(root: Element) -> dict[str, dict[str, str]]:
     """
     defaults: dict[str, dict[str, str]] = {"main": {}}
     for section in root.all("default"):
-        name = section.attributes.get("class", "main")
+        if section.attributes.get("class", "main") != "main":
+            raise RobotModelError(f"{section.title}: the outermost default class is main and has no other name")
         _add_defaults(section, "main", defaults)
-        defaults[name] = defaults["main"]  # the outermost class may have another name
     return defaults
 
 

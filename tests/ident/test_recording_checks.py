@@ -1,0 +1,154 @@
+"""Each check just inside and just outside its limit, and silent on what robots really log."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident.errors import RecordingError
+from ident.recording import LARGEST_CURRENT, LARGEST_POSITION, Recording
+from ident.recording_checks import BURST, FASTEST, FASTEST_CLOCK, SLOWEST, UNUSUAL, check_log
+from ident.recording_files import read_recording
+
+H = 0.002
+T = H * np.arange(4000)
+Q = np.column_stack((0.9 * np.sin(2.1 * T), 0.4 * np.cos(3.3 * T)))
+V = np.column_stack((np.cos(1.3 * T), 7.0 + np.sin(2.7 * T)))
+INSIDE, OUTSIDE = 1.0 - 1e-9, 1.0 + 1e-9
+
+
+def log(t: np.ndarray = T, q: np.ndarray = Q, v: np.ndarray = V) -> Recording:
+    return Recording(t, q, v, "log")
+
+
+def changed(values: np.ndarray, rows: slice | int, joint: int, value: float) -> np.ndarray:
+    values = values.copy()
+    values[rows, joint] = value
+    return values
+
+
+def test_a_smooth_motion_passes():
+    check_log(log())
+
+
+CLOCKS = {
+    SLOWEST * OUTSIDE: "milliseconds",
+    99.9: "milliseconds",
+    100.0 * OUTSIDE: "microseconds",
+    99e3: "microseconds",
+    1e5 * OUTSIDE: "nanoseconds",
+    FASTEST_CLOCK * INSIDE: "hours",
+}
+
+
+@pytest.mark.parametrize("interval", CLOCKS)
+def test_a_clock_in_another_unit_is_named(interval):
+    with pytest.raises(RecordingError, match=rf"t advances by .* a row; is it in {CLOCKS[interval]}\? t is in seconds"):
+        check_log(log(interval * np.arange(4000)))
+
+
+def test_clocks_just_inside_the_limits_pass():
+    for interval in (SLOWEST * INSIDE, FASTEST_CLOCK * OUTSIDE):
+        check_log(log(interval * np.arange(4000)))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_step_is_refused_from_the_speed_that_no_joint_has(sign):
+    slow = np.column_stack((1e-3 * np.sin(T), Q[:, 1]))
+    step = np.where(np.arange(4000) >= 1700, sign * FASTEST * H, 0.0)
+    check_log(log(q=slow + np.outer(0.99 * step, [1, 0])))
+    with pytest.raises(
+        RecordingError, match=r"log: q1 jumps by -?0\.1.* from row 1700 to the next, faster than 50 rad/s; no"
+    ):
+        check_log(log(q=slow + np.outer(1.01 * step, [1, 0])))
+
+
+def test_a_step_must_be_unusual_for_its_channel_too():
+    rng = np.random.default_rng(3)
+    noisy = rng.normal(size=Q.shape)  # every second step is faster than any robot, none is unusual
+    check_log(log(q=noisy))
+    usual = np.quantile(np.abs(np.diff(noisy[:, 1])), 0.99)
+    with pytest.raises(RecordingError, match=r"q2 jumps by .* from row 50 to the next, .*, and 1 more such steps"):
+        check_log(log(q=changed(noisy, 50, 1, noisy[49, 1] + 1.1 * UNUSUAL * usual)))
+    check_log(log(q=changed(noisy, 50, 1, noisy[49, 1] + 0.9 * UNUSUAL * usual)))
+
+
+def test_two_packets_that_arrive_together_are_no_jump():
+    t = T.copy()
+    t[1000] = t[999] + 1e-7
+    step = np.where(np.arange(4000) >= 1000, 0.5 * FASTEST * H, 0.0)  # half the speed, were the clock even
+    check_log(log(t=t, q=np.column_stack((1e-3 * np.sin(T) + step, Q[:, 1]))))
+
+
+TURNS = [(2.0 * np.pi, "2 pi", r"np.unwrap\(q, axis=0\)"), (360.0, "360", r"np.unwrap\(q, period=360, axis=0\)")]
+
+
+@pytest.mark.parametrize(("turn", "unit", "repair"), TURNS)
+def test_wrapped_angles_are_named_with_what_unwraps_them(turn, unit, repair):
+    wide = np.column_stack((Q[:, 0], turn * np.sin(2.1 * T)))
+    wrapped = (wide + turn / 2.0) % turn - turn / 2.0
+    wrapped[:, 0] = Q[:, 0]
+    with pytest.raises(RecordingError, match=rf"q2 jumps by -.*, a turn of {unit}: the angles are wrapped; .*{repair}"):
+        check_log(log(q=wrapped))
+    np.testing.assert_allclose(np.unwrap(wrapped[:, 1], period=turn), wide[:, 1], atol=1e-12 * turn)
+
+
+@pytest.mark.parametrize("length", [1, BURST])
+@pytest.mark.parametrize("at", [0, 1234, 4000 - BURST])
+def test_currents_far_out_for_a_few_samples_are_named(length, at):
+    with pytest.raises(
+        RecordingError, match=rf"v2 = -1e\+06 at row {at + 1}, while 99 % .*; {length} such samples \(rows {at + 1}"
+    ):
+        check_log(log(v=changed(V, slice(at, at + length), 1, -1e6)))
+
+
+def test_currents_far_out_for_longer_are_a_motion():
+    check_log(log(v=changed(V, slice(100, 100 + BURST + 1), 1, 1e6)))
+
+
+def test_a_current_is_far_out_relative_to_its_median_and_its_usual_range():
+    away = np.abs(V[:, 1] - np.median(V[:, 1]))
+    edge = float(np.median(V[:, 1]) + UNUSUAL * np.quantile(away, 0.99))
+    check_log(log(v=changed(V, 700, 1, 0.98 * (edge - 7.0) + 7.0)))
+    with pytest.raises(RecordingError, match=r"v2 = .* at row 701"):
+        check_log(log(v=changed(V, 700, 1, 1.02 * (edge - 7.0) + 7.0)))
+
+
+def test_many_spikes_are_counted_and_the_first_listed():
+    spiky = V.copy()
+    spiky[[10, 20, 30, 40, 50, 60, 70], 0] = 500.0
+    with pytest.raises(RecordingError, match=r"; 7 such samples \(rows 11, 21, 31, 41, 51, 61, \.\.\): remove"):
+        check_log(log(v=spiky))
+
+
+def test_gaussian_noise_raises_no_alarm():
+    # A sample 50 standard deviations out has probability 1e-545: no false alarm in any number of seeds.
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        check_log(log(q=Q + 1e-3 * rng.normal(size=Q.shape), v=3.0 * rng.normal(size=V.shape)))
+
+
+def test_a_joint_at_rest_but_for_a_short_motion_raises_no_alarm():
+    rng = np.random.default_rng(1)
+    move = (np.arange(4000) > 3000) & (np.arange(4000) < 3030)  # 0.75 % of the samples
+    v = 0.01 * rng.normal(size=V.shape) + np.outer(move, [5.0, -8.0])
+    check_log(log(q=Q * 1e-5 + 0.1 * np.outer(np.clip((T - 6.0) / 0.06, 0, 1), [1, 1]), v=v))
+
+
+@pytest.mark.parametrize("field", ["q", "v"])
+def test_numbers_beyond_any_unit_are_refused(field):
+    largest, what = {"q": (LARGEST_POSITION, "position"), "v": (LARGEST_CURRENT, "current")}[field]
+    values = {"q": Q, "v": V}
+    log(**{field: changed(values[field], 5, 1, -largest)})
+    with pytest.raises(
+        RecordingError, match=rf"log: {field}2 = -.* at row 6 \(1 such values\); beyond 1e\+.* is a {what}"
+    ):
+        log(**{field: changed(values[field], 5, 1, -1.001 * largest)})
+
+
+@pytest.mark.real
+def test_real_recordings_raise_no_alarm(real: Path):
+    files = sorted(real.glob("*/*.parquet"))
+    assert len(files) >= 5
+    for file in files:
+        check_log(read_recording(file))

@@ -9,7 +9,7 @@ from ident.identification import identify
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
 from scenarios.commands.options import add_options, chosen
-from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
 from scenarios.commands.status import Status
 
@@ -63,7 +63,7 @@ def main(options: argparse.Namespace) -> Status:
             gains=chosen(GainOptions, options),
         )
         identify_s = time.perf_counter() - started
-    if options.json:
+    if form(options) == "json":
         for note in found.notes:
             complain(note)
     show(estimate_report(found, identify_s), options)

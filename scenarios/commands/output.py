@@ -14,7 +14,7 @@ def add_form_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the form that a result is told in."""
     group = parser.add_mutually_exclusive_group()
     forms = "; ".join(f"{name}: {what}" for name, what in RENDERERS.items())
-    group.add_argument("--format", choices=RENDERERS, default="text", help=f"{forms} (default %(default)s)")
+    group.add_argument("--format", choices=RENDERERS, help=f"{forms} (default text)")
     group.add_argument("--json", action="store_true", help="the same as --format json")
 
 
@@ -25,7 +25,12 @@ def show(report: Report, options: argparse.Namespace) -> None:
         NoOutput: If it cannot be written.
         BrokenPipeError: If its reader has gone.
     """
-    tell(renderer("json" if options.json else options.format)(report, page()))
+    tell(renderer(form(options))(report, page()))
+
+
+def form(options: argparse.Namespace) -> str:
+    """The form asked for."""
+    return "json" if options.json else options.format or "text"
 
 
 def page() -> Page:

@@ -1,6 +1,7 @@
 """A parser whose complaints are one line, and that takes every option once."""
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NoReturn
@@ -76,7 +77,8 @@ class TrueOnce(StoreOnce):
 
 def complain(message: str, program: str = "rx90") -> None:
     """Say what is wrong in one line on stderr, whatever characters the message has."""
-    print(f"{program}: {printable(message)}", file=sys.stderr)  # noqa: T201
+    with contextlib.suppress(OSError):  # nobody may be left to read it
+        print(f"{program}: {printable(message)}", file=sys.stderr)  # noqa: T201
 
 
 def printable(text: str) -> str:

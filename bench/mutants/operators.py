@@ -54,7 +54,7 @@ def drop_case(node: cst.If) -> Iterator[cst.If]:
 def drop_option(node: cst.Call) -> Iterator[cst.Call]:
     """`f(a, b=c)` becomes `f(a)`."""
     for k, argument in enumerate(node.args):
-        if argument.keyword is not None:
+        if argument.keyword is not None and argument.keyword.value not in ("strict", "dtype", "encoding"):
             yield node.with_changes(args=[*node.args[:k], *node.args[k + 1 :]])
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 PLAN = "MUTANTS_PLAN"
-"""Names a JSON file {"tests": {test: limit [s]}, "report": file}."""
+"""Names a JSON file {"tests": {test: limit [s]}, "share": [k, n], "report": file}."""
 COVER = "MUTANTS_COVER"
 """Names a JSON file for {test: names of its fixtures}."""
 CONTEXT = "MUTANTS_CONTEXT"
@@ -32,6 +32,7 @@ class Plan:
     def __init__(self, file: str) -> None:
         plan = json.loads(Path(file).read_text())
         self.limits: dict[str, float] = plan["tests"]
+        self.share: list[int] = plan["share"]
         self.report = Path(plan["report"])
         self.seconds: dict[str, float] = {}
         self.failed: dict[str, str] = {}
@@ -41,6 +42,8 @@ class Plan:
         if self.limits:
             rank = {test: number for number, test in enumerate(self.limits)}
             items[:] = sorted((item for item in items if item.nodeid in rank), key=lambda item: rank[item.nodeid])
+        first, step = self.share
+        items[:] = items[first::step]
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import uuid
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,6 +54,18 @@ class Reach:
         here = self.lines.get(path, {})
         return {test for line in range(first, last + 1) for test in here.get(line, ())}
 
+    def __or__(self, other: "Reach") -> "Reach":
+        """What either has."""
+        files = self.lines.keys() | other.lines.keys()
+        both = {file: (self.lines.get(file, {}), other.lines.get(file, {})) for file in files}
+        none: frozenset[str] = frozenset()
+        return Reach(
+            {
+                file: {line: a.get(line, none) | b.get(line, none) for line in a.keys() | b.keys()}
+                for file, (a, b) in both.items()
+            }
+        )
+
     def anywhere(self, paths: Iterable[str]) -> set[str]:
         """Tests that run any function of these files."""
         return {test for path in paths for tests in self.lines.get(path, {}).values() for test in tests}
@@ -64,51 +77,72 @@ def copy_of(root: Path, to: Path) -> Path:
     return to
 
 
-def run(
-    folder: Path,
-    tests: Mapping[str, float],
-    *,
-    at: Iterable[str] = (),
-    seconds: float,
-    first: bool,
-    cover: bool = False,
-) -> Ran:
-    """Run tests in a copy of the project; nothing they started is left behind.
+def trace(folder: Path, at: Iterable[str], *, share: tuple[int, int], seconds: float) -> tuple[Ran, Reach]:
+    """Run a share of the tests unchanged and note which lines each runs.
+
+    Args:
+        folder: A copy of the project.
+        at: Files and folders of tests; none: all.
+        share: (k, n): every n-th test from the k-th on.
+        seconds: Time limit of the whole.
+    """
+    beside = _emptied(folder)
+    (beside / "coverage.ini").write_text(_settings(folder, beside))
+    tracing = {
+        plugin.COVER: str(beside / "fixtures.json"),
+        plugin.CONTEXT: "",
+        "COVERAGE_PROCESS_START": str(beside / "coverage.ini"),  # each process reads its context anew
+    }
+    ran = _run(folder, beside, {"tests": {}, "share": share}, tracing, at, seconds)
+    return ran, _reach(folder, beside) if ran.seconds else Reach({})
+
+
+def run(folder: Path, tests: Mapping[str, float], *, seconds: float) -> Ran:
+    """Run tests in a copy of the project until the first that fails.
 
     Args:
         folder: The copy.
-        tests: Time limit of each [s], in order; none: all tests.
-        at: Files and folders to collect from, if there are no tests.
+        tests: Time limit of each [s], in order.
         seconds: Time limit of the whole.
-        first: Stop at the first failure.
-        cover: Note which lines each test runs.
     """
+    uncompiled = {"PYTHONDONTWRITEBYTECODE": "1"}  # a mutant's compiled file is nobody else's
+    files = dict.fromkeys(test.partition("::")[0] for test in tests)
+    plan = {"tests": dict(tests), "share": (0, 1)}
+    return _run(folder, _emptied(folder), plan, uncompiled, ["-x", *files], seconds)
+
+
+def _emptied(folder: Path) -> Path:
+    """A new folder beside a copy, for what a run of its tests leaves."""
     beside = folder.with_name(folder.name + "-run")
     shutil.rmtree(beside, ignore_errors=True)
     beside.mkdir()
-    plan, report = beside / "plan.json", beside / "report.json"
-    plan.write_text(json.dumps({"tests": dict(tests), "report": str(report)}))
+    return beside
+
+
+def _run(
+    folder: Path,
+    beside: Path,
+    plan: Mapping[str, object],
+    more: Mapping[str, str],
+    arguments: Iterable[str],
+    seconds: float,
+) -> Ran:
+    """pytest in a process of its own; nothing it started is left behind."""
+    report, file = beside / "report.json", beside / "plan.json"
+    file.write_text(json.dumps({**plan, "report": str(report)}))
     mark = uuid.uuid4().hex
     environment = {
         **os.environ,
         "PYTHONPATH": str(folder),
         "OPENBLAS_NUM_THREADS": "1",
         "OMP_NUM_THREADS": "1",
-        plugin.PLAN: str(plan),
-        "HYPOTHESIS_STORAGE_DIRECTORY": str(
-            beside / "hypothesis"
-        ),  # what one mutant failed of is no example for the next
+        "HYPOTHESIS_STORAGE_DIRECTORY": str(beside / "hypothesis"),  # one mutant's examples are not the next one's
+        plugin.PLAN: str(file),
         MARK: mark,
+        **more,
     }
-    if tests:
-        environment["PYTHONDONTWRITEBYTECODE"] = "1"  # a mutant's compiled file is nobody else's
-    if cover:
-        (beside / "coverage.ini").write_text(_settings(folder, beside))
-        environment |= {plugin.COVER: str(beside / "fixtures.json"), plugin.CONTEXT: ""}
-        environment["COVERAGE_PROCESS_START"] = str(beside / "coverage.ini")  # each process reads its context anew
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", plugin.__name__]
-    command += [f"--basetemp={beside / 'tmp'}", *(["-x"] if first else [])]
-    command += ["--hypothesis-seed=0", *dict.fromkeys(t.split("::")[0] for t in tests), *at]
+    command += [f"--basetemp={beside / 'tmp'}", "--hypothesis-seed=0", *arguments]
     with (beside / "output.txt").open("w") as output:
         process = subprocess.Popen(
             command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
@@ -125,11 +159,11 @@ def run(
     return Ran(status, told["seconds"], told["failed"], said)
 
 
-def reach(folder: Path) -> Reach:
-    """Which tests run which lines, after a run with `cover`."""
-    beside = folder.with_name(folder.name + "-run")
+def _reach(folder: Path, beside: Path) -> Reach:
     measured = coverage.Coverage(config_file=str(beside / "coverage.ini"))
-    measured.combine()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a process that a test kills leaves half a file
+        measured.combine()
     users: dict[str, set[str]] = {}
     for test, fixtures in json.loads((beside / "fixtures.json").read_text()).items():
         for name in fixtures:

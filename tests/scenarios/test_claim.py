@@ -48,9 +48,13 @@ def test_another_command_s_files_are_not_ours_and_its_record_stays(tmp_path):
 
 
 def test_what_was_written_before_a_stop_is_still_ours(tmp_path):
-    with pytest.raises(KeyboardInterrupt), held(tmp_path).writing():
-        (tmp_path / "a.txt").write_text("half")
-        raise KeyboardInterrupt
+    def stopped():
+        with held(tmp_path).writing():
+            (tmp_path / "a.txt").write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        stopped()
     write(tmp_path, "whole")
 
 

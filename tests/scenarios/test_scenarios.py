@@ -160,6 +160,7 @@ def test_usage_errors_exit_with_2(capsys):
 
 
 KEYS = ["joint", "true", "estimate", "std", "rel_error", "z", "tolerance", "identifiable", "passed", "reason"]
+KEYS += ["name", "payload_std", "total_std", "predicted_rel_std"]
 
 
 @pytest.fixture(scope="module")
@@ -186,7 +187,7 @@ def identify_arguments(folder: Path, **changes: object) -> list[str]:
 
 def test_json_of_a_run_keeps_the_contract(saved):
     _, result = saved
-    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing"]
+    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes"]
     assert (result["scenario"], result["seed"], result["passed"]) == ("nominal", 5, True)
     assert [list(gain) for gain in result["gains"]] == [KEYS] * 6
     assert list(result["fit"]) == ["method", "rows", "error_norm", "rel_error_norm", "sigma"]
@@ -204,7 +205,7 @@ def test_json_of_a_run_keeps_the_contract(saved):
 def test_save_writes_the_promised_files(saved):
     folder, result = saved
     names = {path.name for path in folder.iterdir()}
-    assert names == {"unloaded.parquet", "loaded.parquet", "payload.toml", "truth.json", "result.json"}
+    assert names == {"unloaded.parquet", "loaded.parquet", "payload.toml", "truth.json", "result.json", ".rx90.json"}
     assert json.loads((folder / "result.json").read_text()) == result
     truth = json.loads((folder / "truth.json").read_text())
     assert truth["drives"]["gain"] == [gain["true"] for gain in result["gains"]]

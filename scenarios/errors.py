@@ -9,6 +9,38 @@ class ScenarioError(ValueError):
     """A scenario, or what it is used for, that cannot be."""
 
 
+class UnknownKey(ScenarioError):
+    """A key that scenario files do not have."""
+
+
+class UnknownName(ScenarioError):
+    """The name of a payload or method that does not exist."""
+
+
+class UnknownPlace(ScenarioError):
+    """A place that a scenario does not have, or that holds no value."""
+
+
+class WrongValue(ScenarioError):
+    """A value of the wrong type or outside its range."""
+
+
+class WrongLength(ScenarioError):
+    """An array or motion that has not one entry a joint."""
+
+
+class WrongPayload(ScenarioError):
+    """A believed payload that is impossible."""
+
+
+class WrongDraw(ScenarioError):
+    """A random change that cannot be made."""
+
+
+class TooFewSeeds(ScenarioError):
+    """Seeds that no assertion can be made with."""
+
+
 class StudyError(ScenarioError):
     """A study that cannot be carried out."""
 
@@ -75,3 +107,15 @@ class UnfitWorker(StudyError):
 
 class WorkersLost(StudyError):
     """Every worker is lost at its first task."""
+
+
+class NotOurs(ScenarioError):
+    """A file that a command would write over, although it did not write it, or not so."""
+
+
+class NoJointWanted(ScenarioError):
+    """A motion is searched for a scenario that wants no gain."""
+
+
+class MotionTooFine(ScenarioError):
+    """Harmonics that a search does not see between its samples."""

@@ -12,6 +12,7 @@ from ident.identification import identify
 from ident.recording import Recording
 from scenarios.build import Bench, bench
 from scenarios.files.draws import drawn_settings
+from scenarios.files.schema import Scenario, load_scenario
 from scenarios.files.settings import with_settings
 from scenarios.judge import Verdict, judge
 from sim.errors import SimulationError
@@ -61,6 +62,21 @@ def run(prepared: Bench, seed: int) -> Run:
     if isinstance(outcome, Run):
         return outcome
     raise outcome
+
+
+def run_scenario(scenario: str | Scenario, seed: int = 0) -> Run:
+    """Run a scenario, as `rx90 run` does.
+
+    Args:
+        scenario: A built-in name, the path of a TOML file, or what `load_scenario` gave.
+        seed: Seed of every random number; the same seed gives the same bytes.
+
+    Raises:
+        ScenarioError: If the scenario is wrong.
+        SimulationError: If a motion cannot be carried out.
+        IdentificationError: If the recordings cannot be identified at all.
+    """
+    return run(bench(load_scenario(scenario) if isinstance(scenario, str) else scenario), seed)
 
 
 def drawn(prepared: Bench, seed: int) -> Bench:

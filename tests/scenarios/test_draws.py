@@ -89,7 +89,6 @@ def test_a_setting_that_a_place_does_not_take_is_refused_with_the_place():
         ({"experiment.step": -0.5}, r"nominal: experiment\.step: .*greater than 0, got -0\.5"),
         ({"plant.payload.mass": "heavy"}, r"nominal: plant\.payload\.mass: .*valid number, got 'heavy'"),
         ({"plant.gain": [2.0, 3.0]}, r"plant\.gain: 2 values, but tolerance\.gain has 6"),
-        ({"plant.errors.wrist_coupling": 2.0}, r"nominal: plant\.errors: .*wrist_coupling = 2"),
     ):
         with pytest.raises(ScenarioError, match=message):
             with_settings(nominal, settings)

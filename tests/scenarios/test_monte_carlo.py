@@ -37,7 +37,8 @@ CONTRACT = [
     "reason",
 ]
 QUIET = Console(quiet=True)
-STREAMS = ["encoder", "white", "coloured", "clock"]
+STREAMS = ["encoder", "white", "clock"]
+"""Coloured noise shares the generator of white noise unless it is given one."""
 
 
 def threads(count: int) -> Workers:

@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs lock clean
+.PHONY: demo test test-slow mutants lint bench docs schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -32,6 +32,9 @@ bench: .venv/ready
 docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py
 	$(BIN)/python docs/accuracy.py
+
+schemas: .venv/ready  # of scenario, payload and result files, into the package
+	$(BIN)/python -m scenarios.files.json_schema
 
 # Names, versions and hashes only: no index address is recorded.
 lock: .venv/ready

@@ -51,7 +51,7 @@ def bench(scenario: Scenario) -> Bench:
     """
     ready = resolved(scenario)
     table = ready.table
-    structure = _believed_structure()
+    structure = _believed_structure(table.belief.couplings)
     if len(table.tolerance.gain) != structure.arm.n:
         raise WrongLength(f"{scenario.name}: tolerance.gain: the arm has {structure.arm.n} joints")
     plant = true_plant(ready)
@@ -88,10 +88,10 @@ def true_plant(scenario: Resolved) -> Plant:
     return Plant(robot=arm, drives=drives, payload=_true_payload(stated.payload), errors=stated.errors)
 
 
-@lru_cache(maxsize=1)
-def _believed_structure() -> Structure:
-    """Of the arm as drawn: the same for every trial."""
-    return structure_of(load_arm(robot().model))
+@lru_cache(maxsize=16)
+def _believed_structure(couplings: tuple[tuple[int, int], ...]) -> Structure:
+    """Of the arm as drawn, with the couplings that are believed, joints from 1: the same for every trial."""
+    return structure_of(load_arm(robot().model, tuple((first - 1, second - 1) for first, second in couplings)))
 
 
 def _true_payload(body: str | BodyTable) -> PayloadBody:

@@ -50,24 +50,26 @@ class Verdict:
         return all(gain.passed for gain in self.gains)
 
 
-def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable) -> Verdict:
+def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
     """Hold identified gains against injected ones.
 
     Args:
         estimate: From identification.
         true_gain: Injected gains [N m / drive unit], shape (n,).
         tolerance: What counts as passed.
+        expectation: Name of the file that says which joints' gains the data should give, for the reason.
     """
     rows = zip(estimate.joints, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
     return Verdict(
         tuple(
-            _judge_joint(j + 1, joint, float(true), allowed, expected)
+            _judge_joint(j + 1, joint, float(true), allowed, None if expected else expectation)
             for j, (joint, true, allowed, expected) in enumerate(rows)
         )
     )
 
 
-def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float, expected: bool) -> GainVerdict:
+def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float, refusal_in: str | None) -> GainVerdict:
+    """One joint; `refusal_in` names the file that wants it refused, None where a gain is wanted."""
     if isinstance(joint, RefusedGain):
         return GainVerdict(
             joint=number,
@@ -78,14 +80,14 @@ def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float,
             z=None,
             tolerance=tolerance,
             identifiable=False,
-            passed=not expected,
+            passed=refusal_in is not None,
             reason=joint.reason,
         )
     error = joint.value - true
     within = bool(np.abs(error / true) <= tolerance)
     reason = None
-    if not expected:
-        reason = "claimed, although these data cannot give it"
+    if refusal_in is not None:
+        reason = f"claimed, although these data cannot give it: so says tolerance.identifiable in {refusal_in}"
     elif not within:
         reason = f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
     return GainVerdict(
@@ -97,6 +99,6 @@ def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float,
         z=error / joint.std if joint.std > 0.0 else None,
         tolerance=tolerance,
         identifiable=True,
-        passed=within and expected,
+        passed=within and refusal_in is None,
         reason=reason,
     )

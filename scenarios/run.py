@@ -157,7 +157,7 @@ def _identified(
         seed=seed,
         recordings=(unloaded, loaded),
         estimate=found.estimate,
-        verdict=judge(found.estimate, prepared.true_gain, table.tolerance),
+        verdict=judge(found.estimate, prepared.true_gain, table.tolerance, expectation=prepared.scenario.expectation),
         notes=found.notes,
         simulate_s=simulate_s,
         identify_s=identify_s,

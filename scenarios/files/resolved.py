@@ -35,7 +35,7 @@ def resolved(scenario: Scenario) -> Resolved:
     table = scenario.table
     belief = table.belief.model_copy(update={"payload": payload_to_table(believed_payload(scenario))})
     stated = table.model_copy(update={"plant": _stated_plant(table.plant, scenario.name), "belief": belief})
-    return Resolved(scenario.name, scenario.folder, stated)
+    return Resolved(scenario.name, scenario.folder, stated, scenario.expectation)
 
 
 def believed_payload(scenario: Scenario) -> Payload:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
@@ -14,7 +14,7 @@ from ident.naming import nearest, shown
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table
 from scenarios.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, WrongValue
-from scenarios.files.tables import scenario_table
+from scenarios.files.tables import scenario_table, stating_file
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
 from sim.sensors import SensorOptions
@@ -24,6 +24,8 @@ Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 Triple = tuple[float, float, float]
 Share = Annotated[float, Field(gt=0.0, lt=1.0)]
 Target = str | tuple[str, ...]
+Couple = tuple[int, int]
+Known = Literal["all", "mass"]
 
 
 DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
@@ -87,11 +89,14 @@ class BeliefTable(_Table):
     """What the controller and the identification believe.
 
     The payload is a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files; `known` overrides its own.
+    `couplings` tells identification of pairs of joints, from 1, whose second motor turns with the sum of both, as
+    `[[5, 6]]`; it is told of none unless it is said here, whatever the robot has.
     """
 
     controller_gain: Vector
+    couplings: tuple[Couple, ...] = ()
     payload: str | dict[str, object]
-    known: Literal["all", "mass"] | None = None
+    known: Known | None = None
 
 
 class IdentificationTable(_Table):
@@ -172,11 +177,13 @@ class Scenario:
         name: Name of the built-in scenario, or the file's.
         folder: Where its file lies; motions are looked up there too.
         table: Its content.
+        expectation: Name of the file, its own or one it extends, that says which joints' gains the data should give.
     """
 
     name: str
     folder: Path
     table: ScenarioTable
+    expectation: str = ""
 
 
 def load_scenario(name: str) -> Scenario:
@@ -186,7 +193,8 @@ def load_scenario(name: str) -> Scenario:
         ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
     """
     table, path = scenario_table(name)
-    return scenario_from_table(table, path.stem, path.parent, str(path))
+    loaded = scenario_from_table(table, path.stem, path.parent, str(path))
+    return replace(loaded, expectation=stating_file(name, ("tolerance", "identifiable")))
 
 
 def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:
@@ -278,6 +286,11 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
             raise WrongLength(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
     if not all(table.belief.controller_gain):
         raise WrongValue(f"{path}: belief.controller_gain: a gain of zero commands nothing")
+    for first, second in table.belief.couplings:
+        if first == second or not {first, second} <= set(range(1, n + 1)):
+            raise WrongValue(
+                f"{path}: belief.couplings: joints {first} and {second}; expected two joints from 1 to {n}, as [[5, 6]]"
+            )
     method = table.identification.method
     if method not in ESTIMATORS:
         raise UnknownName(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")

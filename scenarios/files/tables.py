@@ -62,6 +62,25 @@ def scenario_table(
     return overlaid(base, table), path
 
 
+def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -> str:
+    """Name of the file that states a key: the scenario's own, or the nearest that it extends; empty if none does.
+
+    Args:
+        name: Of a scenario whose files have been read before.
+        keys: The key, tables above it first.
+        folder: What a relative path is relative to; the working folder if None.
+    """
+    path = find_scenario(name, folder)
+    table = read_table(path)
+    inner: object = table
+    for key in keys:
+        inner = inner.get(key) if isinstance(inner, Mapping) else None
+    parent = table.get("extends")
+    if inner is None and isinstance(parent, str):
+        return stating_file(parent, keys, path.parent)
+    return "" if inner is None else path.name
+
+
 def find_scenario(name: str, folder: Path | None = None) -> Path:
     """Path of a built-in scenario or of a user's file.
 

@@ -42,6 +42,8 @@ def identify_command(run: Run, folder: Path) -> str:
     for name in ("unloaded", "loaded"):
         words += [f"--{name}", str(folder / f"{name}.parquet")]
     words += ["--payload", str(folder / "payload.toml"), "--method", chosen.method]
+    for first, second in run.bench.scenario.table.belief.couplings:
+        words += ["--coupling", str(first), str(second)]
     for options, defaults in ((chosen.observe, ObserveOptions()), (chosen.gains, GainOptions())):
         for field in fields(options):
             value = getattr(options, field.name)

@@ -83,6 +83,29 @@ def test_another_draw_does_not_move_the_first(tmp_path):
     assert drawn_settings(one, 5) != drawn_settings(one, 6)
 
 
+def test_a_setting_that_a_place_does_not_take_is_refused_with_the_place():
+    nominal = load_scenario("nominal")
+    for settings, message in (
+        ({"experiment.step": -0.5}, r"nominal: experiment\.step: .*greater than 0, got -0\.5"),
+        ({"plant.payload.mass": "heavy"}, r"nominal: plant\.payload\.mass: .*valid number, got 'heavy'"),
+        ({"plant.gain": [2.0, 3.0]}, r"plant\.gain: 2 values, but tolerance\.gain has 6"),
+    ):
+        with pytest.raises(ScenarioError, match=message):
+            with_settings(nominal, settings)
+
+
+def test_no_file_is_read_for_a_trial_of_a_resolved_scenario(monkeypatch):
+    fleet = resolved(load_scenario("fleet"))
+    bench(fleet)  # motion and arm, once a process
+    monkeypatch.setattr(Path, "open", None)
+    monkeypatch.setattr("builtins.open", None)
+    for seed in (3, 5):
+        drawn = drawn_settings(fleet, seed)
+        ready = bench(with_settings(fleet, drawn))
+        assert ready.true_gain.tolist() == drawn["plant.gain"]
+        assert ready.experiments[1].plant.payload.mass == drawn["plant.payload.mass"]
+
+
 def test_settings_change_the_bench_and_what_is_believed_stays():
     nominal = load_scenario("nominal")
     changed = bench(with_settings(nominal, {"plant.payload.mass": 8.0, "plant.gain": [2.0] * 6}))
@@ -98,6 +121,11 @@ FAULTS = {
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scael = 1 }': "did you mean 'scale'?",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = -1 }': "gives no finite numbers",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { loc = [1, 2] }': "or arrays of 6",
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "levy_stable"\nparameters = { alpha = 1.7, beta = 0.2 }': (
+        "levy_stable has no quantile function of its own; choose a distribution that has"
+    ),
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "zipf"\nparameters = { a = 1.0001 }': "zipf has no quantile",
+    '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = 1e308 }': "no finite numbers",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "lognorm"': "lognorm needs the parameter s",
     '[random.it]\ntarget = "plant.gain"': "give either a distribution, or a choice, or for a source its stream",
     '[random.it]\ntarget = "experiment.motion"\ndistribution = "norm"': "the name 'drive-gains'; draw it with choice",

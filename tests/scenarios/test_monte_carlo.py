@@ -16,6 +16,7 @@ from scenarios.cli import main
 from scenarios.errors import OtherStudy, StudyTooLarge, UnfitWorker
 from scenarios.files.draws import drawn_settings
 from scenarios.files.schema import load_scenario
+from scenarios.run import pair_streams
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
 from scenarios.workers import tasks
@@ -36,6 +37,8 @@ CONTRACT = [
     "reason",
 ]
 QUIET = Console(quiet=True)
+STREAMS = ["encoder", "white", "clock"]
+"""Coloured noise shares the generator of white noise unless it is given one."""
 
 
 def threads(count: int) -> Workers:
@@ -254,6 +257,29 @@ def test_a_changed_motion_is_another_study(scenario, tmp_path):
                 carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)
         else:
             carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)
+
+
+def test_what_is_drawn_makes_another_study_and_what_is_not_does_not(tmp_path):
+    plain, random = (
+        monte_carlo(load_scenario(str(quick_scenario(tmp_path, more))), 1, seed=0) for more in ("", RANDOM)
+    )
+    wider = monte_carlo(
+        load_scenario(str(quick_scenario(tmp_path, RANDOM.replace("scale = 0.1", "scale = 0.2")))), 1, 0
+    )
+    identities = [json.dumps(module.study_identity(study)) for study in (plain, random, wider)]
+    assert len(set(identities)) == 3
+    source = '[sources."one more"]\ntarget = "plant.gain"\ndistribution = "norm"\n'
+    more = monte_carlo(load_scenario(str(quick_scenario(tmp_path, source))), 1, seed=0)
+    assert json.dumps(module.study_identity(more)) == identities[0]  # Monte Carlo draws no sources
+
+
+def test_both_motions_and_every_sensor_have_noise_of_their_own():
+    pair = [[getattr(motion, name).random() for name in STREAMS] for motion in pair_streams(5, {})]
+    again = [[getattr(motion, name).random() for name in STREAMS] for motion in pair_streams(5, {"white": 9})]
+    assert len({number for motion in pair for number in motion}) == 2 * len(STREAMS)
+    changed = {STREAMS[k] for m in range(2) for k in range(len(STREAMS)) if pair[m][k] != again[m][k]}
+    assert changed == {"white"}
+    assert again[0][STREAMS.index("white")] != again[1][STREAMS.index("white")]
 
 
 def test_a_scenario_that_cannot_run_at_all_is_an_error_not_a_failed_study(tmp_path, capsys):

@@ -3,7 +3,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from quick import quick_scenario
 
+from scenarios.cli import main
 from scenarios.errors import NoDesign, NoSources
 from scenarios.files.schema import Scenario, load_scenario
 from scenarios.studies.budget import budgets, sobol_indices
@@ -79,6 +81,26 @@ def test_a_scenario_without_sources_is_refused(tmp_path):
     bare = Scenario(plain.name, plain.folder, plain.table.model_copy(update={"sources": {}}))
     with pytest.raises(NoSources, match="declares no error sources"):
         sensitivity(bare, repeats=4, samples=4, seed=0)
+
+
+def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
+    quick_scenario(tmp_path)
+    path = tmp_path / "two.toml"
+    two_sources(tmp_path)
+    text = path.read_text().replace('motion = "drive-gains"', 'motion = "short.toml"')
+    path.write_text(text.replace("[true, true, true, true, true, false]", "[true, true, true, false, true, false]"))
+    words = ["sensitivity", str(path), "--repeats", "2", "--samples", "4", "--seed", "3", "--jobs", "1"]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 0
+    rows = pd.read_parquet(tmp_path / "out" / "trials")
+    assert rows["trial"].nunique() == 1 + 2 * (2 + 4) + 4 * 4
+    assert set(rows["source"]) == {NONE, ALL, "mass", "white", "A", "B"}
+    alone = rows[(rows["design"] == ALONE) & (rows["source"] == "mass")]
+    assert (alone["plant.payload.mass"] != 7.025).all()
+    assert (alone["experiment.sensors.current_white"] == 0.0).all()
+    output = capsys.readouterr().out
+    assert "29 trials, 2 error sources" in output
+    assert "mass" in output
+    assert "white" in output
 
 
 def test_sobol_indices_of_a_sum_and_a_product_are_the_known_ones(rng):

@@ -66,6 +66,23 @@ def test_the_rule_blames_a_method_that_has_its_rate_as_seldom_as_it_says():
             assert allowed == 0 or stats.binom.sf(allowed - 1, trials, 1 - wanted) > 0.01  # and not one more
 
 
+def test_as_many_misses_as_allowed_hold_and_one_more_does_not():
+    allowed = allowed_misses(40, 0.9, 0.01 / 2)
+    for misses, held in ((allowed, True), (allowed + 1, False)):
+        table = rows(40)
+        table["passed"] = (table["trial"] >= misses) | (table["joint"] == 2)
+        one, two = pass_rule(table, wanted=0.9, false_alarm=0.01)
+        assert (one.passed, one.held, two.held) == (40 - misses, held, True)
+
+
+def test_the_spread_of_three_errors_has_two_degrees_of_freedom():
+    table = rows(3).query("joint == 1").assign(rel_error=[0.01, 0.02, 0.06])
+    (one,) = joint_statistics(table, wanted=0.5, false_alarm=0.01)
+    # Deviations from the mean of 0.03 are -0.02, -0.01 and 0.03: 14e-4 over two; rounding alone.
+    np.testing.assert_allclose(one.spread, np.sqrt(14e-4 / 2), rtol=1e-12)
+    np.testing.assert_allclose(one.bias_std, np.sqrt(14e-4 / 6), rtol=1e-12)
+
+
 def test_the_rule_finds_the_rate_it_says_it_can_tell():
     allowed = allowed_misses(20, 0.95, 0.01 / 6)
     rate = detectable_rate(20, allowed, 0.95)

@@ -93,13 +93,15 @@ FAULTS = {
     'extends = "nominal"\n[tolerance]\nidentifiable = [1, 1, 1, 1, 1, 0]': "tolerance.identifiable.0: .*valid boolean",
     'extends = "nominal"\n[experiment]\nstep = 1979-05-27': "experiment.step: .*valid number",
     'extends = "nominal"\n[plant]\ngain = [nan, 1, 1, 1, 1, 1]': "plant.gain.0: .*finite number",
-    'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz = 0.0: expected a positive number",
+    'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz: input .* equal to 1, got 0",
     'extends = "nominal"\n[plant.payload]\nmass = 0\ncom = [0, 0, 0]': "plant.payload.*",
     'extends = "nominal"\n[plant.errors]\nstribek = 0.1': "unknown key plant.errors.stribek; did you mean 'stribeck'?",
-    'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling = 2: expected a share from 0 to 1",
+    'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling: input .* equal to 1, got 2",
     'extends = "nominal"\n[plant.errors]\njoint_compliance = [1e-5]': "joint_compliance: 1 values .* expected 6",
-    'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "sensors: encoder_noise = -1.0 is negative",
-    'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "cutoff_hz = -1.0: expected a positive number",
+    'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "encoder_noise: input .* equal to 0, got -1",
+    'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "observe: .*cutoff_hz = -1: expected a number",
+    'extends = "nominal"\n[identification.options]\nblocks = 7': "identification.options: unknown option 'blocks'",
+    'extends = "nominal"\n[identification.gains]\nuncertainty = "x"': "expected one of larger, classical, serial",
 }
 
 
@@ -262,7 +264,7 @@ def test_identify_refuses_what_the_data_cannot_be(saved, tmp_path, capsys):
         "missing": ({"loaded": folder / "absent.parquet"}, "absent.parquet: no such file"),
         "degrees": ({"loaded": degrees}, "the log looks like degrees"),
         "no model": ({"model": folder / "payload.toml"}, "expected a .urdf, .xml or .mjcf file"),
-        "no payload": ({"payload": folder / "absent.toml"}, "absent.toml: No such file"),
+        "no payload": ({"payload": folder / "absent.toml"}, "absent.toml: no such file"),
     }
     for changes, message in cases.values():
         assert main(identify_arguments(folder, **changes)) == 2

@@ -4,8 +4,9 @@ from collections.abc import Iterable
 from operator import index
 from typing import TYPE_CHECKING
 
+from scenarios.build import bench
 from scenarios.commands.arguments import SEEDS
-from scenarios.errors import ScenarioError
+from scenarios.errors import TooFewSeeds
 from scenarios.files.draws import check_draws, places_of
 from scenarios.files.schema import load_scenario
 from scenarios.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
@@ -45,12 +46,12 @@ def assert_scenario(
 
     loaded, seeds = load_scenario(scenario), _checked(seeds)
     if not 0.0 < false_alarm < 1.0:
-        raise ScenarioError(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
-    check_draws(loaded)
+        raise TooFewSeeds(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
+    check_draws(loaded, bench)
     wanted = loaded.table.tolerance.pass_rate
     if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
         seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
-        raise ScenarioError(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; give more")
+        raise TooFewSeeds(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; give more")
     schema = trial_schema(loaded, places_of(loaded.table.random), ())
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
@@ -67,12 +68,12 @@ def _checked(seeds: Iterable[int]) -> list[int]:
     checked: list[int] = []
     for seed in seeds:
         if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= index(seed) < SEEDS:
-            raise ScenarioError(f"seed {seed!r}: expected a whole number from 0 to 2^31 - 1")
+            raise TooFewSeeds(f"seed {seed!r}: expected a whole number from 0 to 2^31 - 1")
         checked.append(index(seed))
     if not checked:
-        raise ScenarioError("give at least one seed")
+        raise TooFewSeeds("give at least one seed")
     if len(set(checked)) < len(checked):
-        raise ScenarioError("a seed is given twice; a repeated trial is no second one")
+        raise TooFewSeeds("a seed is given twice; a repeated trial is no second one")
     return checked
 
 

@@ -1,26 +1,23 @@
 """From a scenario's tables to the values that `sim` and `ident` work with: truth on one side, belief on the other."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import numpy as np
 
-import rx90_mjcf
 from ident.arm import load_arm
 from ident.arrays import Array
-from ident.errors import PayloadError
 from ident.payload import Payload
-from ident.payload_files import payload_from_table, read_payload
 from ident.structure import Structure, structure_of
-from scenarios.errors import ScenarioError
+from scenarios.errors import WrongLength
 from scenarios.files.motions import read_motion
-from scenarios.files.schema import Scenario
-from scenarios.files.tables import nearest
+from scenarios.files.resolved import Resolved, believed_payload, resolved
+from scenarios.files.schema import BodyTable, Scenario
 from scenarios.robots import robot
 from sim.controller import ControllerBelief
 from sim.drives import DriveTruth
+from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
-from sim.record import Experiment
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,13 +25,13 @@ class Bench:
     """Everything a scenario needs to run, for any seed.
 
     Attributes:
-        scenario: Where it came from.
+        scenario: Where it came from, every number stated.
         experiments: The unloaded and the loaded motion.
         structure: Identifiable structure of the arm, from its kinematics.
         payload: The payload as believed.
     """
 
-    scenario: Scenario
+    scenario: Resolved
     experiments: tuple[Experiment, Experiment]
     structure: Structure
     payload: Payload
@@ -49,17 +46,18 @@ def bench(scenario: Scenario) -> Bench:
     """Prepare a scenario.
 
     Raises:
-        ScenarioError: If it names a payload or motion that does not exist, or arrays do not fit the arm.
-        PayloadError: If the believed payload is impossible.
+        WrongLength: If arrays or the motion do not fit the arm.
+        ScenarioError: One of its kinds, if it names a payload or motion that does not exist or is impossible.
     """
-    table = scenario.table
+    ready = resolved(scenario)
+    table = ready.table
     structure = _believed_structure()
     if len(table.tolerance.gain) != structure.arm.n:
-        raise ScenarioError(f"{scenario.name}: tolerance.gain: the arm has {structure.arm.n} joints")
-    plant = true_plant(scenario)
+        raise WrongLength(f"{scenario.name}: tolerance.gain: the arm has {structure.arm.n} joints")
+    plant = true_plant(ready)
     motion = read_motion(table.experiment.motion, scenario.folder)
     if motion.n != structure.arm.n:
-        raise ScenarioError(
+        raise WrongLength(
             f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {structure.arm.n}"
         )
     belief = ControllerBelief(
@@ -80,30 +78,14 @@ def bench(scenario: Scenario) -> Bench:
         )
         for name in ("unloaded", "loaded")
     )
-    return Bench(scenario, (unloaded, loaded), structure, believed_payload(scenario))
+    return Bench(ready, (unloaded, loaded), structure, believed_payload(ready))
 
 
-def true_plant(scenario: Scenario) -> Plant:
-    """The truth of a scenario; what it does not state is nominal."""
+def true_plant(scenario: Resolved) -> Plant:
+    """The truth of a scenario."""
     stated, arm = scenario.table.plant, robot()
-    values = {}
-    for field in fields(DriveTruth):
-        value = getattr(stated, field.name)
-        values[field.name] = np.array(value) if value is not None else getattr(arm.drives, field.name)
-    return Plant(robot=arm, drives=DriveTruth(**values), payload=_true_payload(scenario), errors=stated.errors)
-
-
-def believed_payload(scenario: Scenario) -> Payload:
-    """The payload that identification is told."""
-    belief = scenario.table.belief
-    if isinstance(belief.payload, str):
-        payload = _named_payload(belief.payload, scenario)
-    else:
-        try:
-            payload = payload_from_table(belief.payload)
-        except PayloadError as error:
-            raise ScenarioError(f"{scenario.name}: belief.{error}") from error
-    return payload if belief.known is None else replace(payload, known=belief.known)
+    drives = DriveTruth(**{field.name: np.array(getattr(stated, field.name)) for field in fields(DriveTruth)})
+    return Plant(robot=arm, drives=drives, payload=_true_payload(stated.payload), errors=stated.errors)
 
 
 @lru_cache(maxsize=1)
@@ -112,21 +94,7 @@ def _believed_structure() -> Structure:
     return structure_of(load_arm(robot().model))
 
 
-def _true_payload(scenario: Scenario) -> PayloadBody:
-    body = scenario.table.plant.payload
-    if isinstance(body, str):
-        named = _named_payload(body, scenario)
-        assert named.com is not None, "the shipped payloads are complete"
-        assert named.inertia is not None, "the shipped payloads are complete"
-        return PayloadBody(mass=named.mass, com=named.com, inertia=named.inertia)
+def _true_payload(body: str | BodyTable) -> PayloadBody:
+    assert not isinstance(body, str), "a resolved scenario states its numbers"
     J = body.inertia
     return PayloadBody(mass=body.mass, com=body.com, inertia=(J.ixx, J.iyy, J.izz, J.ixy, J.ixz, J.iyz))
-
-
-def _named_payload(name: str, scenario: Scenario) -> Payload:
-    if name not in rx90_mjcf.PAYLOADS:
-        known = ", ".join(rx90_mjcf.PAYLOADS)
-        raise ScenarioError(
-            f"{scenario.name}: unknown payload {name!r}{nearest(name, rx90_mjcf.PAYLOADS)}; known: {known}"
-        )
-    return read_payload(rx90_mjcf.PAYLOADS[name])

@@ -9,6 +9,38 @@ class ScenarioError(ValueError):
     """A scenario, or what it is used for, that cannot be."""
 
 
+class UnknownKey(ScenarioError):
+    """A key that scenario files do not have."""
+
+
+class UnknownName(ScenarioError):
+    """The name of a payload or method that does not exist."""
+
+
+class UnknownPlace(ScenarioError):
+    """A place that a scenario does not have, or that holds no value."""
+
+
+class WrongValue(ScenarioError):
+    """A value of the wrong type or outside its range."""
+
+
+class WrongLength(ScenarioError):
+    """An array or motion that has not one entry a joint."""
+
+
+class WrongPayload(ScenarioError):
+    """A believed payload that is impossible."""
+
+
+class WrongDraw(ScenarioError):
+    """A random change that cannot be made."""
+
+
+class TooFewSeeds(ScenarioError):
+    """Seeds that no assertion can be made with."""
+
+
 class StudyError(ScenarioError):
     """A study that cannot be carried out."""
 

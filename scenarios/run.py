@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from scenarios.files.settings import with_settings
 from scenarios.judge import Verdict, judge
 from sim.errors import SimulationError
 from sim.record import each_record
-from sim.sensors import NoiseStreams, noise_streams
+from sim.sensors import noise_streams
+from sim.sensors.effect import NoiseStreams
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,9 +93,8 @@ def pair_streams(seed: int, replaced: Mapping[str, int]) -> tuple[NoiseStreams, 
         replaced: Seeds of single streams, by name in `NoiseStreams`, in place of what follows from `seed`.
     """
     unloaded, loaded = (
-        replace(
-            noise_streams(np.random.default_rng(np.random.SeedSequence(seed).spawn(2)[k])),
-            **{name: np.random.default_rng(np.random.SeedSequence(own).spawn(2)[k]) for name, own in replaced.items()},
+        noise_streams(np.random.default_rng(np.random.SeedSequence(seed).spawn(2)[k])).replaced(
+            {name: np.random.default_rng(np.random.SeedSequence(own).spawn(2)[k]) for name, own in replaced.items()}
         )
         for k in range(2)
     )

@@ -12,8 +12,9 @@ from ident.estimate import IdentifiedGain
 from scenarios.build import Bench, bench
 from scenarios.errors import ScenarioError
 from scenarios.files.draws import drawn_settings
+from scenarios.files.resolved import resolved
 from scenarios.files.schema import Scenario
-from scenarios.files.settings import Value, explicit_table, value_at, with_settings
+from scenarios.files.settings import Value, value_at, with_settings
 from scenarios.run import Run, pair_streams, run_batch
 from scenarios.workers.memory import give_back_memory
 from sim.errors import SimulationError
@@ -72,9 +73,9 @@ def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str
     """Columns of a study: those of every study, its labels, and the settings that vary.
 
     Raises:
-        ScenarioError: If a place is none of the scenario's.
+        UnknownPlace: If a place is none of the scenario's.
     """
-    table, settings = explicit_table(scenario), list[tuple[str, pa.DataType]]()
+    table, settings = resolved(scenario).table, list[tuple[str, pa.DataType]]()
     for place in places:
         value = value_at(table, place)
         if isinstance(value, list):
@@ -112,6 +113,7 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> list[dic
 
 
 def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> list[dict[str, object]]:
+    scenario = resolved(scenario)
     prepared: list[tuple[Trial, Bench, Mapping[str, Value]]] = []
     rows: dict[int, list[dict[str, object]]] = {}
     for trial in trials:

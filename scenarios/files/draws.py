@@ -5,18 +5,19 @@ quasi-random designs share one path. A draw has a stream of its own: declaring a
 """
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 
 import numpy as np
 from scipy import stats
 
 from ident.arrays import Array
 from ident.errors import IdentificationError
-from scenarios.build import bench
-from scenarios.errors import ScenarioError
-from scenarios.files.schema import DrawTable, Scenario
-from scenarios.files.settings import Value, explicit_table, value_at, with_settings
-from scenarios.files.tables import nearest
+from ident.naming import nearest
+from scenarios.errors import ScenarioError, WrongDraw
+from scenarios.files.resolved import resolved
+from scenarios.files.schema import DrawTable, Scenario, ScenarioTable
+from scenarios.files.settings import Value, value_at, with_settings
 from sim.errors import SimulationError
 
 CHECKED_AT = (1e-3, 0.5, 1.0 - 1e-3)
@@ -34,19 +35,19 @@ def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
         New values by place; empty if nothing is random.
 
     Raises:
-        ScenarioError: If a draw names no number of the scenario, or no distribution.
+        WrongDraw: If a draw names no number of the scenario, or no distribution.
     """
     draws = scenario.table.random
     if not draws:
         return {}
-    table, settings = explicit_table(scenario), dict[str, Value]()
+    table, settings = resolved(scenario).table, dict[str, Value]()
     for name, draw in draws.items():
         key = np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(name.encode()),))
         try:
             uniform = np.random.default_rng(key).random(numbers_needed(draw, table))
             settings |= settings_from(draw, uniform, table)
         except ScenarioError as error:
-            raise ScenarioError(f"{scenario.name}: random.{name}: {error}") from error
+            raise WrongDraw(f"{scenario.name}: random.{name}: {error}") from error
     return settings
 
 
@@ -55,29 +56,35 @@ def places_of(draws: Mapping[str, DrawTable]) -> list[str]:
     return sorted({place for draw in draws.values() for place in draw.targets})
 
 
-def check_draws(scenario: Scenario) -> None:
+def check_draws(scenario: Scenario, usable: Callable[[Scenario], object]) -> None:
     """Refuse draws that cannot be made, before a study is begun.
 
+    Args:
+        scenario: With its draws and sources.
+        usable: Raises if a scenario cannot be run; tried on every choice.
+
     Raises:
-        ScenarioError: Naming the first one and what is wrong with it.
+        WrongDraw: Naming the first one and what is wrong with it.
     """
     groups: tuple[tuple[str, Mapping[str, DrawTable]], ...] = (
         ("random", scenario.table.random),
         ("sources", {k: s for k, s in scenario.table.sources.items() if s.stream is None}),
     )
-    table = explicit_table(scenario) if any(draws for _, draws in groups) else {}
+    if not any(draws for _, draws in groups):
+        return
+    ready = resolved(scenario)
     for group, draws in groups:
         for name, draw in draws.items():
             try:
                 for u in CHECKED_AT:
-                    settings_from(draw, np.full(numbers_needed(draw, table), u), table)
+                    settings_from(draw, np.full(numbers_needed(draw, ready.table), u), ready.table)
                 for value in draw.choice or ():
-                    bench(with_settings(scenario, dict.fromkeys(draw.targets, value)))
+                    usable(with_settings(ready, dict.fromkeys(draw.targets, value)))
             except (ScenarioError, SimulationError, IdentificationError) as error:
-                raise ScenarioError(f"{scenario.name}: {group}.{name}: {error}") from error
+                raise WrongDraw(f"{scenario.name}: {group}.{name}: {error}") from error
 
 
-def numbers_needed(draw: DrawTable, table: Mapping[str, object]) -> int:
+def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
     """How many uniform numbers a draw takes."""
     if draw.shared or draw.choice is not None:
         return 1
@@ -85,27 +92,28 @@ def numbers_needed(draw: DrawTable, table: Mapping[str, object]) -> int:
     return sum(len(value) if isinstance(value, list) else 1 for value in values)
 
 
-def settings_from(draw: DrawTable, uniform: Array, table: Mapping[str, object]) -> dict[str, Value]:
+def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
     """Values of a draw's targets.
 
     Args:
         draw: What is drawn.
         uniform: Numbers in (0, 1), shape (numbers_needed,).
-        table: The scenario's explicit table, for the values that `add` and `multiply` start from.
+        table: The resolved scenario's, for the values that `add` and `multiply` start from.
 
     Raises:
-        ScenarioError: If target, distribution or parameters do not exist or do not fit.
+        UnknownPlace: If a target does not exist.
+        WrongDraw: If distribution or parameters do not exist or do not fit.
     """
     if draw.choice is not None:
         if not draw.choice:
-            raise ScenarioError("choice is empty")
+            raise WrongDraw("choice is empty")
         chosen = draw.choice[min(int(uniform[0] * len(draw.choice)), len(draw.choice) - 1)]
         return dict.fromkeys(draw.targets, chosen)
     settings, used = dict[str, Value](), 0
     for place in draw.targets:
         value = value_at(table, place)
         if isinstance(value, str):
-            raise ScenarioError(f"{place} is the name {value!r}; draw it with choice = [...]")
+            raise WrongDraw(f"{place} is the name {value!r}; draw it with choice = [...]")
         base = np.atleast_1d(np.asarray(value, dtype=np.float64))
         part = np.repeat(uniform, len(base)) if draw.shared else uniform[used : used + len(base)]
         used += len(base)
@@ -118,28 +126,42 @@ def settings_from(draw: DrawTable, uniform: Array, table: Mapping[str, object]) 
 def _quantiles(draw: DrawTable, uniform: Array) -> Array:
     """The numbers of a distribution of scipy.stats at uniform ones."""
     name = draw.distribution or ""
-    known = [k for k, v in vars(stats).items() if isinstance(v, stats.rv_continuous | stats.rv_discrete)]
-    if name not in known:
-        raise ScenarioError(f"no distribution {name!r} in scipy.stats{nearest(name, known)}")
-    distribution = getattr(stats, name)
-    shapes: Sequence[str] = [s.strip() for s in (distribution.shapes or "").split(",") if s.strip()]
+    distribution = _distribution(name)
+    shapes = [s.strip() for s in (distribution.shapes or "").split(",") if s.strip()]
     takes = [*shapes, "loc", *(["scale"] if isinstance(distribution, stats.rv_continuous) else [])]
     for parameter in draw.parameters:
         if parameter not in takes:
-            raise ScenarioError(
+            raise WrongDraw(
                 f"{name} takes no parameter {parameter!r}{nearest(parameter, takes)}; it takes {', '.join(takes)}"
             )
     missing = [shape for shape in shapes if shape not in draw.parameters]
     if missing:
-        raise ScenarioError(f"{name} needs the parameter {', '.join(missing)}")
+        raise WrongDraw(f"{name} needs the parameter {', '.join(missing)}")
     stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
     try:
         with np.errstate(all="ignore"):
             numbers = np.asarray(distribution.ppf(uniform, **draw.parameters), dtype=np.float64)
     except ValueError as error:
-        raise ScenarioError(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}") from error
+        raise WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}") from error
     if not np.isfinite(numbers).all():
-        raise ScenarioError(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
+        raise WrongDraw(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
     if numbers.shape != uniform.shape:
-        raise ScenarioError(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
+        raise WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
     return numbers
+
+
+@lru_cache(maxsize=64)
+def _distribution(name: str) -> "stats.rv_continuous | stats.rv_discrete":
+    """A distribution of scipy.stats that has a quantile function of its own; others search, for minutes or for ever.
+
+    Raises:
+        WrongDraw: If there is none, or it has none.
+    """
+    families = stats.rv_continuous, stats.rv_discrete
+    known = [k for k, v in vars(stats).items() if isinstance(v, families)]
+    if name not in known:
+        raise WrongDraw(f"no distribution {name!r} in scipy.stats{nearest(name, known)}")
+    distribution = getattr(stats, name)
+    if any(type(distribution)._ppf is family._ppf for family in families):
+        raise WrongDraw(f"{name} has no quantile function of its own; choose a distribution that has, as norm or gamma")
+    return distribution

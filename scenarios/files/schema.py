@@ -10,12 +10,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ident.errors import OptionError
 from ident.estimators import ESTIMATORS
+from ident.naming import nearest, shown
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table
-from scenarios.errors import ScenarioError
-from scenarios.files.tables import nearest, scenario_table
+from scenarios.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, WrongValue
+from scenarios.files.tables import scenario_table
 from sim.controller import ControllerOptions
-from sim.model_errors import ModelErrors
+from sim.effects import ModelErrors
 from sim.sensors import SensorOptions
 
 Vector = tuple[float, ...]
@@ -205,14 +206,25 @@ def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, wh
         # Strict, so that "1" or true is no number; through JSON, where an array is a tuple.
         parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
-        first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
-        place = ".".join(str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str")))
-        what = first["msg"][0].lower() + first["msg"][1:]
-        got = "" if first["type"] == "missing" else f", got {first['input']!r}"
-        raise ScenarioError(f"{where}: {place}: {what}{got}") from error
-    _check_lengths(parsed, where)
+        raise refusal(error, where, "") from error
+    check_lengths(parsed, where)
     _check_draws(parsed, where)
     return Scenario(name, folder, parsed)
+
+
+def refusal(error: ValidationError, where: str, place: str) -> WrongValue:
+    """What pydantic found, in one line.
+
+    Args:
+        error: Of a table.
+        where: The scenario.
+        place: Of the table in it, empty for the whole scenario.
+    """
+    first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
+    below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str"))]
+    what = first["msg"][0].lower() + first["msg"][1:]
+    got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
+    return WrongValue(f"{where}: {'.'.join([place, *below] if place else below)}: {what}{got}")
 
 
 def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
@@ -222,7 +234,7 @@ def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
     known = _subtables(kind)
     for key, value in table.items():
         if key not in known:
-            raise ScenarioError(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
+            raise UnknownKey(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
         inner = known[key]
         if inner is not None and key in TABLES_OF_TABLES and isinstance(value, Mapping):
             for name, each in value.items():
@@ -248,8 +260,13 @@ def _table_class(hint: object) -> type | None:
     return None
 
 
-def _check_lengths(table: ScenarioTable, path: str) -> None:
-    """Every array has one entry a joint."""
+def check_lengths(table: ScenarioTable, path: str) -> None:
+    """Every array has one entry a joint, and the method takes its options.
+
+    Raises:
+        WrongLength: At the first array that does not fit.
+        WrongValue: If a value is none of those there are.
+    """
     n = len(table.tolerance.gain)
     arrays = {
         "tolerance.identifiable": table.tolerance.identifiable,
@@ -258,16 +275,16 @@ def _check_lengths(table: ScenarioTable, path: str) -> None:
     }
     for where, values in arrays.items():
         if len(values) != n:
-            raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
+            raise WrongLength(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
     if not all(table.belief.controller_gain):
-        raise ScenarioError(f"{path}: belief.controller_gain: a gain of zero commands nothing")
+        raise WrongValue(f"{path}: belief.controller_gain: a gain of zero commands nothing")
     method = table.identification.method
     if method not in ESTIMATORS:
-        raise ScenarioError(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")
+        raise UnknownName(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")
     try:
         _ = table.identification.method_options
     except OptionError as error:
-        raise ScenarioError(f"{path}: identification.options: {error}") from error
+        raise WrongValue(f"{path}: identification.options: {error}") from error
 
 
 def _check_draws(table: ScenarioTable, path: str) -> None:
@@ -280,14 +297,14 @@ def _check_draws(table: ScenarioTable, path: str) -> None:
             stream = draw.stream if isinstance(draw, SourceTable) else None
             ways = [way for way in (draw.distribution, draw.choice, stream) if way is not None]
             if len(ways) != 1:
-                raise ScenarioError(f"{where}: give either a distribution, or a choice, or for a source its stream")
+                raise WrongDraw(f"{where}: give either a distribution, or a choice, or for a source its stream")
             if isinstance(draw, SourceTable) and draw.size is not None and stream is None:
-                raise ScenarioError(f"{where}: size is of a noise; a drawn source has its size from its distribution")
+                raise WrongDraw(f"{where}: size is of a noise; a drawn source has its size from its distribution")
             if not draw.targets:
-                raise ScenarioError(f"{where}: target names no place")
+                raise WrongDraw(f"{where}: target names no place")
             for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
                 if stream is None and not place.startswith(DRAWABLE):
-                    raise ScenarioError(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
+                    raise WrongDraw(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
                 if place in owner:
-                    raise ScenarioError(f"{where}: {place} is taken by {group}.{owner[place]}; draw a place once")
+                    raise WrongDraw(f"{where}: {place} is taken by {group}.{owner[place]}; draw a place once")
                 owner[place] = name

@@ -3,6 +3,7 @@
 Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
 """
 
+from scenarios.build import bench
 from scenarios.commands.arguments import SEEDS
 from scenarios.errors import StudyTooLarge
 from scenarios.files.draws import check_draws, places_of
@@ -27,7 +28,7 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         raise StudyTooLarge(f"a study has {MOST_TRIALS} trials at most; ask for fewer")
     if seed + count > SEEDS:
         raise StudyTooLarge(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
-    check_draws(scenario)
+    check_draws(scenario, bench)
     return Study(
         kind="monte-carlo",
         scenario=scenario,

@@ -15,10 +15,12 @@ import numpy as np
 from scipy.stats import qmc
 
 from ident.arrays import Array
-from scenarios.errors import NoDesign, NoSources, ScenarioError
+from scenarios.build import bench
+from scenarios.errors import NoDesign, NoSources, ScenarioError, WrongDraw
 from scenarios.files.draws import check_draws, numbers_needed, places_of, settings_from
-from scenarios.files.schema import Scenario, SourceTable
-from scenarios.files.settings import Value, explicit_table, value_at
+from scenarios.files.resolved import resolved
+from scenarios.files.schema import Scenario, ScenarioTable, SourceTable
+from scenarios.files.settings import Value, value_at
 from scenarios.studies.study import Study
 from scenarios.trials import Trial, trial_schema
 
@@ -39,13 +41,15 @@ class Sources:
 
     Attributes:
         scenario: With its `sources` tables.
-        table: Its explicit table.
+        table: Its table, every number stated.
         width: Uniform numbers that each source takes, in the order of the tables.
+        off: Settings that switch every source off.
     """
 
     scenario: Scenario
-    table: Mapping[str, object]
+    table: ScenarioTable
     width: Mapping[str, int]
+    off: Mapping[str, Value]
 
     @property
     def names(self) -> list[str]:
@@ -68,17 +72,17 @@ def sources_of(scenario: Scenario) -> Sources:
     Raises:
         ScenarioError: If it declares none, or one that names nothing of it.
     """
-    table = explicit_table(scenario)
+    table = resolved(scenario).table
     if not scenario.table.sources:
         raise NoSources(f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
-    width = {}
+    width, off = dict[str, int](), dict[str, Value]()
     for name, source in scenario.table.sources.items():
         try:
             width[name] = 1 if source.stream is not None else numbers_needed(source, table)
-            _off(source, table)
+            off |= _off(source, table)
         except ScenarioError as error:
-            raise ScenarioError(f"{scenario.name}: sources.{name}: {error}") from error
-    return Sources(scenario=scenario, table=table, width=width)
+            raise WrongDraw(f"{scenario.name}: sources.{name}: {error}") from error
+    return Sources(scenario=scenario, table=table, width=width, off=off)
 
 
 def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) -> Study:
@@ -97,7 +101,7 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
             raise NoDesign(f"{name} = {_short(number)}: expected a power of 2 up to {LARGEST}, as 16 or 64")
-    check_draws(scenario)
+    check_draws(scenario, bench)
     if not any(scenario.table.tolerance.identifiable):
         raise NoSources(f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share")
     sources = sources_of(scenario)
@@ -132,9 +136,7 @@ def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
         sources: All there are.
         on: Uniform numbers of those that are on, by name; all others are off.
     """
-    settings, seeds = dict[str, Value](), dict[str, int]()
-    for source in sources.scenario.table.sources.values():
-        settings |= _off(source, sources.table)
+    settings, seeds = dict(sources.off), dict[str, int]()
     for name, uniform in on.items():
         source = sources.scenario.table.sources[name]
         if source.stream is None:
@@ -227,14 +229,14 @@ def _uniform(width: int, count: int, seed: int, stream: int) -> Array:
     return np.clip(points, 2.0**-30, 1.0 - 2.0**-30)
 
 
-def _off(source: SourceTable, table: Mapping[str, object]) -> dict[str, Value]:
+def _off(source: SourceTable, table: ScenarioTable) -> dict[str, Value]:
     """The settings that switch a source off."""
     if source.off is None:
         return {place: value_at(table, place) for place in source.targets}
     return {place: _like(value_at(table, place), source.off) for place in source.targets}
 
 
-def _size(source: SourceTable, place: str, table: Mapping[str, object]) -> Value:
+def _size(source: SourceTable, place: str, table: ScenarioTable) -> Value:
     own = value_at(table, place)
     return own if source.size is None else _like(own, source.size)
 

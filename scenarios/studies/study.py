@@ -13,8 +13,8 @@ from rich.console import Console
 
 from scenarios.build import bench
 from scenarios.files.motions import motion_digest
+from scenarios.files.resolved import stated_table
 from scenarios.files.schema import Scenario
-from scenarios.files.settings import explicit_table
 from scenarios.store.study_folder import LOST, WHOLE, Part, StudyFolder, study_folder
 from scenarios.trials import OUTSIDE, Trial, failed_rows
 from scenarios.versions import versions
@@ -100,7 +100,7 @@ def study_identity(study: Study) -> dict[str, object]:
     for draw in table.random.values():
         if draw.choice is not None and "experiment.motion" in draw.targets:
             motions |= {str(name): motion_digest(str(name), study.scenario.folder) for name in draw.choice}
-    numbers = explicit_table(study.scenario)
+    numbers = stated_table(study.scenario)
     for unused in ("description", "sources" if study.kind == "monte-carlo" else "random"):
         del numbers[unused]
     return {

@@ -10,9 +10,10 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Generator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from typing import ParamSpec, TypeVar
 
 from scenarios.workers.kinds import WorkerKind, Workers
 
@@ -20,6 +21,8 @@ WORKER = "scenarios.workers.tasks"
 """What a worker imports."""
 MOST_PER_CORE = 4
 """Workers that a core may have; each takes 400 MB, and more than one a core gain nothing."""
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @contextmanager
@@ -34,7 +37,7 @@ def local_processes(jobs: int) -> Generator[Workers]:
     before = set(multiprocessing.active_children())
     context = multiprocessing.get_context(prepare_processes())
     try:
-        yield Workers(lambda: ProcessPoolExecutor(jobs, context, initializer=_begin_work), lambda: jobs)
+        yield Workers(lambda: _Pool(jobs, context, initializer=_begin_work), lambda: jobs)
     finally:
         for child in set(multiprocessing.active_children()) - before:
             child.terminate()
@@ -55,6 +58,36 @@ def prepare_processes() -> str:
     with _ignored_signals(), _own_imports():
         forkserver.ensure_running()
     return "forkserver"
+
+
+class _Pool(ProcessPoolExecutor):
+    """A pool whose workers start undisturbed: one whose start is cut off half-way complains with a traceback."""
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """As a pool does; a signal that arrives meanwhile is handled afterwards."""
+        with _deferred_signals():
+            return super().submit(fn, *args, **kwargs)
+
+
+@contextmanager
+def _deferred_signals() -> Generator[None]:
+    """Signals that end a study are handled on the way out."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: list[int] = []
+    ending = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    handlers = {number: signal.getsignal(number) for number in ending}
+    handled = [number for number in ending if callable(handlers[number])]
+    for number in handled:
+        signal.signal(number, lambda number, frame: heard.append(number))
+    try:
+        yield
+    finally:
+        for number in handled:
+            signal.signal(number, handlers[number])
+        for number in heard:
+            signal.raise_signal(number)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from quick import RANDOM, quick_scenario
 from rich.console import Console
 from study_tasks import double, double_or_die, slow_double
 
-from scenarios.errors import StudyError
+from scenarios.errors import SchedulerGone, SchedulerSilent
 from scenarios.files.schema import load_scenario
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
@@ -88,13 +88,31 @@ def test_a_scheduler_that_dies_ends_the_study_and_makes_no_rows(tmp_path, caplog
         found = completed(workers, slow_double, range(100), tick=lambda: None)
         next(found)
         os.killpg(process.pid, signal.SIGKILL)
-        with pytest.raises(StudyError, match="the scheduler that hands out the work is gone"):
+        with pytest.raises(SchedulerGone, match="the scheduler that hands out the work is gone"):
             dict(found)
+
+
+def test_a_command_whose_scheduler_dies_says_one_line_and_ends_with_2(tmp_path):
+    folder = tmp_path / "out"
+    with cluster(tmp_path) as (file, process):
+        words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "4000", "--out", str(folder), "--dask", str(file)]
+        command = subprocess.Popen(
+            [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT
+        )
+        deadline = time.monotonic() + 120.0
+        while not list(folder.glob("study.json")) and time.monotonic() < deadline:
+            assert command.poll() is None
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGKILL)
+        _, errors = command.communicate(timeout=120.0)
+    assert command.returncode == 2
+    said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
+    assert said == ["rx90: the scheduler that hands out the work is gone; what is finished is kept, repeat the command"]
 
 
 def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
     with (
-        pytest.raises(StudyError, match=r"scheduler\.json: no such scheduler file"),
+        pytest.raises(SchedulerSilent, match=r"scheduler\.json: no such scheduler file"),
         dask_workers(str(tmp_path / "scheduler.json")),
     ):
         pass

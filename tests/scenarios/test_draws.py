@@ -7,8 +7,9 @@ from scipy import stats
 from scenarios.build import bench
 from scenarios.errors import ScenarioError
 from scenarios.files.draws import check_draws, drawn_settings
+from scenarios.files.resolved import resolved
 from scenarios.files.schema import Scenario, load_scenario
-from scenarios.files.settings import explicit_table, value_at, with_settings
+from scenarios.files.settings import value_at, with_settings
 
 
 def scenario(folder: Path, text: str) -> Scenario:
@@ -41,7 +42,7 @@ def test_an_explicit_scenario_is_the_same_scenario():
 def test_numbers_have_the_distribution_that_is_named(tmp_path):
     text = draw('"plant.gain"', 'distribution = "norm"\nparameters = { loc = 1.0, scale = 0.1 }\napply = "multiply"')
     mine = scenario(tmp_path, text)
-    nominal = value_at(explicit_table(mine), "plant.gain")
+    nominal = value_at(resolved(mine).table, "plant.gain")
     factor = values(mine, "plant.gain", 400) / nominal
     # Kolmogorov and Smirnov on 2400 numbers; the seeds are fixed, and one choice of seeds in a thousand fails.
     assert stats.kstest(factor.ravel(), stats.norm(1.0, 0.1).cdf).pvalue > 1e-3
@@ -119,6 +120,6 @@ FAULTS = {
 @pytest.mark.parametrize("text", FAULTS)
 def test_a_draw_that_cannot_be_made_is_one_line(tmp_path, text):
     with pytest.raises(ScenarioError) as caught:
-        check_draws(scenario(tmp_path, text))
+        check_draws(scenario(tmp_path, text), bench)
     assert FAULTS[text] in str(caught.value)
     assert "\n" not in str(caught.value)

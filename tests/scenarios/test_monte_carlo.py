@@ -1,9 +1,6 @@
 import json
-import os
-import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -16,7 +13,7 @@ from rich.console import Console
 import scenarios.studies.study as module
 from scenarios import trials
 from scenarios.cli import main
-from scenarios.errors import StudyError
+from scenarios.errors import OtherStudy, StudyTooLarge, UnfitWorker
 from scenarios.files.draws import drawn_settings
 from scenarios.files.schema import load_scenario
 from scenarios.studies.monte_carlo import monte_carlo
@@ -105,46 +102,6 @@ def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, r
     pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
 
 
-def test_a_killed_study_goes_on_and_ends_with_the_same_rows(scenario, reference, tmp_path):
-    arguments = command(scenario, tmp_path, "-n", "12", "--seed", "5", "--jobs", "2")
-    killed = subprocess.Popen(arguments, stderr=subprocess.DEVNULL, start_new_session=True)
-    parts = tmp_path / "trials"
-    deadline = time.monotonic() + 60.0
-    while not list(parts.glob("*.parquet")) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    os.killpg(killed.pid, signal.SIGKILL)
-    assert killed.wait() == -signal.SIGKILL
-    kept = {path.name: path.stat().st_mtime_ns for path in parts.glob("*.parquet")}
-    assert 0 < len(kept) < 12
-    done = subprocess.run([*arguments[:-1], "1"], capture_output=True, text=True, check=False)
-    assert done.returncode in (0, 1), done.stderr
-    assert {path.name: path.stat().st_mtime_ns for path in parts.glob("*.parquet")}.items() >= kept.items()
-    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
-    assert {"summary.parquet", "errors.png", "z-scores.png", "error-against-gain.png"} <= {
-        path.name for path in tmp_path.iterdir()
-    }
-
-
-def test_ctrl_c_stops_cleanly_and_says_how_to_go_on(scenario, tmp_path):
-    arguments = command(scenario, tmp_path, "-n", "4000", "--jobs", "2")
-    running = subprocess.Popen(
-        arguments,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # shells turn it off for what runs behind `&`
-    )
-    deadline = time.monotonic() + 60.0
-    while not (tmp_path / "study.json").exists() and time.monotonic() < deadline:
-        time.sleep(0.02)
-    time.sleep(1.0)  # workers are starting or at work
-    os.killpg(running.pid, signal.SIGINT)  # as a terminal does: to every process of the group
-    _, errors = running.communicate(timeout=20.0)
-    assert running.returncode == 130
-    assert "Traceback" not in errors
-    assert f"go on with: rx90 monte-carlo {scenario} -n 4000 --out {tmp_path} --seed 0 --jobs 2" in errors
-
-
 class Dying(Executor):
     """Workers of which every one dies at trial 3."""
 
@@ -162,18 +119,69 @@ def test_trials_whose_worker_dies_are_rows_that_say_so(scenario, reference, tmp_
     carry_out(study, tmp_path, Workers(Dying, lambda: 1, OSError), command="", console=QUIET)
     rows = rows_of(tmp_path)
     died = rows["failure"] == "WorkerDied"
-    assert 3 in set(rows[died]["trial"])
+    assert set(rows[died]["trial"]) == {2, 3}  # they were one chunk
     assert (rows[died]["reason"] == "its worker died").all()
+    assert (tmp_path / "trials" / "00000002-00000003.lost.parquet").is_file()
     same = rows[~died].reset_index(drop=True)
     expected = reference[reference["trial"].isin(same["trial"])].reset_index(drop=True)
     pd.testing.assert_frame_equal(same, expected, check_exact=True)
+
+
+def test_trials_lost_with_their_worker_are_tried_again_by_the_same_command(scenario, reference, tmp_path):
+    study = monte_carlo(load_scenario(str(scenario)), 6, seed=5)
+    carry_out(study, tmp_path, Workers(Dying, lambda: 1, OSError), command="", console=QUIET)
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "trials").glob("*[0-9].parquet")}
+    carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept  # what was finished is not done again
+    expected = reference[reference["trial"] < 6].reset_index(drop=True)
+    pd.testing.assert_frame_equal(rows_of(tmp_path), expected, check_exact=True)
+
+
+def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_is_not(
+    scenario, reference, tmp_path, monkeypatch
+):
+    def failing(prepared, seed):
+        if seed == 6:
+            raise MemoryError("no room for trial 1")
+        return drawn_settings(prepared, seed)
+
+    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
+    monkeypatch.setattr(module, "CHUNK", 12)
+    monkeypatch.setattr(module, "CHUNKS_EACH", 1)
+    with monkeypatch.context() as patched:
+        patched.setattr(trials, "drawn_settings", failing)
+        carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+    names = sorted(path.name for path in (tmp_path / "trials").iterdir())
+    assert names == ["00000000-00000000.parquet", "00000001-00000001.lost.parquet", "00000002-00000011.parquet"]
+    assert rows_of(tmp_path)["trial"].tolist() == np.repeat(np.arange(12), 6).tolist()
+    carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
+    assert (rows_of(tmp_path)["failure"] == "Saturated").any()
+
+
+@pytest.mark.parametrize(
+    ("count", "seed", "message"),
+    [
+        (10**8 + 1, 0, "a study has 100000000 trials at most; ask for fewer"),
+        (10**23, 0, "a study has 100000000 trials at most; ask for fewer"),
+        (3, 2**31 - 2, r"3 trials from seed 2147483646 need seeds beyond 2\^31 - 1"),
+    ],
+)
+def test_more_trials_than_a_study_can_have_are_refused(count, seed, message):
+    with pytest.raises(StudyTooLarge, match=message):
+        monte_carlo(load_scenario("nominal"), count, seed)
+
+
+def test_as_many_trials_as_a_study_can_have_are_not():
+    assert monte_carlo(load_scenario("nominal"), 10**8, 5).trial(10**8 - 1).seed == 10**8 + 4
+    assert monte_carlo(load_scenario("nominal"), 2, 2**31 - 2).trial(1).seed == 2**31 - 1
 
 
 def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkeypatch):
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
     monkeypatch.setattr(tasks, "versions", lambda: {"mujoco": "4.0"})
     monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
-    with pytest.raises(StudyError, match=r"a worker has mujoco 4\.0, the study was begun with 3\.0"):
+    with pytest.raises(UnfitWorker, match=r"a worker has mujoco 4\.0, the study was begun with 3\.0"):
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
 
 
@@ -242,7 +250,7 @@ def test_a_changed_motion_is_another_study(scenario, tmp_path):
         (tmp_path / "short.toml").write_text((tmp_path / "short.toml").read_text() + text)
         study = monte_carlo(load_scenario(str(path)), 1, seed=0)
         if text:
-            with pytest.raises(StudyError, match=r"another study: scenario\.motions\.short\.toml is"):
+            with pytest.raises(OtherStudy, match=r"another study: scenario\.motions\.short\.toml is"):
                 carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)
         else:
             carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)

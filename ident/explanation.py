@@ -1,0 +1,107 @@
+"""How well some arm of given kinematics explains the currents of two motions, whatever its parameters are.
+
+Each joint is solved alone, with all its own base parameters and all of a payload's. Nothing is known of the payload
+here, so that neither a gain nor an error of the payload's description matters: what is left of the currents is noise,
+friction of another shape, and a wrong arm. Rows are single instants.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg
+
+from ident.arm import Arm
+from ident.arrays import Array, Indices
+from ident.base import independent_columns
+from ident.instants import Instants
+from ident.readings import Reading
+from ident.regressor import regressor
+from ident.structure import Structure
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unknowns:
+    """Columns of the standard regressor that are solved for on each joint.
+
+    Attributes:
+        arm: Of the arm itself, n index arrays.
+        payload: Of a payload, n index arrays.
+    """
+
+    arm: tuple[Indices, ...]
+    payload: tuple[Indices, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explanation:
+    """What a reading explains.
+
+    Attributes:
+        reading: The reading.
+        left: Standard deviation of each joint's residual over its rms current, shape (n,); infinite where there are too
+            few instants.
+        freedom: Instants more than unknowns of each joint, shape (n,).
+    """
+
+    reading: Reading
+    left: Array
+    freedom: Indices
+
+
+def unknowns_of(structure: Structure) -> Unknowns:
+    """Base columns of each joint alone, and those of the payload that it can tell apart."""
+    ten = np.arange(len(structure.payload_columns))
+    return Unknowns(
+        arm=tuple(structure.base.columns[chosen] for chosen in structure.joint_independent),
+        payload=tuple(
+            structure.payload_columns[independent_columns(probes, [ten])] for probes in structure.payload_probes
+        ),
+    )
+
+
+def explanations(
+    arm: Arm, unknowns: Unknowns, bare: Instants, loaded: Instants, same_states: Sequence[Reading]
+) -> list[Explanation]:
+    """What readings explain of the currents.
+
+    Args:
+        arm: The arm.
+        unknowns: Of it under the readings' gravity.
+        bare: Of the motion with a bare flange.
+        loaded: Of the motion with a payload.
+        same_states: Readings that differ in the order of the currents only.
+    """
+    reading = same_states[0]
+    order = reading.q_order
+    parts = [_columns(arm, each, reading) for each in (bare, loaded)]
+    left, freedom = np.empty((arm.n, arm.n)), np.empty(arm.n, dtype=np.intp)
+    for joint in range(arm.n):
+        kept = [each.moving[:, order[joint]] for each in (bare, loaded)]
+        own = [part[mask, joint] for part, mask in zip(parts, kept, strict=True)]  # (rows, p)
+        W = np.vstack([each[:, unknowns.arm[joint]] for each in own])
+        W_L = np.vstack([each[:, unknowns.payload[joint]] * felt for each, felt in zip(own, (0.0, 1.0), strict=True)])
+        V = np.vstack([each.v[mask] for each, mask in zip((bare, loaded), kept, strict=True)])
+        left[joint] = _shares_left(np.hstack((W, W_L)), V)
+        freedom[joint] = len(V) - W.shape[1] - W_L.shape[1]
+    own = np.arange(arm.n)
+    return [Explanation(each, left[own, each.v_order], freedom) for each in same_states]
+
+
+def _columns(arm: Arm, at: Instants, reading: Reading) -> Array:
+    """The standard regressor at the states that a reading makes of a log, shape (N, n, p)."""
+    order, sign = reading.q_order, reading.sign
+    stands = replace(arm, gravity=reading.gravity)
+    return regressor(stands, sign * at.q[:, order] + reading.zero, sign * at.dq[:, order], sign * at.ddq[:, order])
+
+
+def _shares_left(W: Array, V: Array) -> Array:
+    """Standard deviation of what W leaves of each column of V, over the column's rms, shape (n,)."""
+    rows, unknowns = W.shape
+    if rows <= unknowns:
+        return np.full(V.shape[1], np.inf)
+    size = np.linalg.norm(W, axis=0)
+    unit = W / np.where(size > 0.0, size, 1.0)
+    R = linalg.qr(np.hstack((unit, V)), mode="r", check_finite=False)[0]  # its last rows are what V has besides W
+    left = np.linalg.norm(R[unknowns:rows, unknowns:], axis=0)
+    return left / np.linalg.norm(V, axis=0) * np.sqrt(rows / (rows - unknowns))

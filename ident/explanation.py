@@ -72,27 +72,31 @@ def explanations(
         loaded: Of the motion with a payload.
         same_states: Readings that differ in the order of the currents only.
     """
-    reading = same_states[0]
-    order = reading.q_order
-    parts = [_columns(arm, each, reading) for each in (bare, loaded)]
+    order = same_states[0].q_order
+    columns = _columns(arm, (bare, loaded), same_states[0])
+    moving = np.vstack((bare.moving, loaded.moving))[:, order]
+    v = np.vstack((bare.v, loaded.v))
+    carrying = np.arange(len(v)) >= len(bare.v)
     left, freedom = np.empty((arm.n, arm.n)), np.empty(arm.n, dtype=np.intp)
     for joint in range(arm.n):
-        kept = [each.moving[:, order[joint]] for each in (bare, loaded)]
-        own = [part[mask, joint] for part, mask in zip(parts, kept, strict=True)]  # (rows, p)
-        W = np.vstack([each[:, unknowns.arm[joint]] for each in own])
-        W_L = np.vstack([each[:, unknowns.payload[joint]] * felt for each, felt in zip(own, (0.0, 1.0), strict=True)])
-        V = np.vstack([each.v[mask] for each, mask in zip((bare, loaded), kept, strict=True)])
-        left[joint] = _shares_left(np.hstack((W, W_L)), V)
-        freedom[joint] = len(V) - W.shape[1] - W_L.shape[1]
-    own = np.arange(arm.n)
-    return [Explanation(each, left[own, each.v_order], freedom) for each in same_states]
+        kept = moving[:, joint]
+        own = columns[kept, joint]  # (r, p)
+        W_L = own[:, unknowns.payload[joint]] * carrying[kept, None]
+        W = np.hstack((own[:, unknowns.arm[joint]], W_L))
+        left[joint] = _shares_left(W, v[kept])
+        freedom[joint] = W.shape[0] - W.shape[1]
+    each_joint = np.arange(arm.n)
+    return [Explanation(each, left[each_joint, each.v_order], freedom) for each in same_states]
 
 
-def _columns(arm: Arm, at: Instants, reading: Reading) -> Array:
-    """The standard regressor at the states that a reading makes of a log, shape (N, n, p)."""
-    order, sign = reading.q_order, reading.sign
-    stands = replace(arm, gravity=reading.gravity)
-    return regressor(stands, sign * at.q[:, order] + reading.zero, sign * at.dq[:, order], sign * at.ddq[:, order])
+def _columns(arm: Arm, motions: Sequence[Instants], reading: Reading) -> Array:
+    """The standard regressor at the states that a reading makes of a log, one motion after the other, shape (N, n, p)."""
+    stands = replace(arm, gravity=reading.gravity, translation=reading.stretch[:, None] * arm.translation)
+    q, dq, ddq = (
+        reading.sign * np.vstack(each)[:, reading.q_order]
+        for each in zip(*((at.q, at.dq, at.ddq) for at in motions), strict=True)
+    )
+    return regressor(stands, q + reading.zero, dq, ddq)
 
 
 def _shares_left(W: Array, V: Array) -> Array:

@@ -1,7 +1,7 @@
-"""What a log may mean instead of what it says: a joint's sign or zero, the order of columns, how the base stands.
+"""What a log may mean instead of what it says: a joint's sign or zero, the order of columns, a base, longer links.
 
-All of them are other states of the same arm, so that its base parameters stay those of its structure; only another
-gravity makes another arm of it.
+Signs, zeros and orders are other states of the same arm, and lengths do not decide which of its parameters show: its
+base parameters stay what they are. Only under another gravity there may be more.
 """
 
 from collections.abc import Iterator
@@ -15,6 +15,8 @@ from ident.arrays import Array, Indices
 
 TURNS = (0, 90, 180, 270)
 """Zeros that conventions differ by [degrees]."""
+STRETCHES = (0.8, 1.25)
+"""Factors that lengths are tried with."""
 SAME_DIRECTION = 1e-6
 """Difference of unit vectors under which gravity points the same way."""
 
@@ -30,6 +32,7 @@ class Reading:
         q_order: Column of the positions of each joint, from 0, shape (n,).
         v_order: Column of the current of each joint, from 0, shape (n,).
         gravity: In the base frame [m/s^2], shape (3,).
+        stretch: Factor of the distance of each frame from the one before, shape (n,).
     """
 
     words: str
@@ -38,6 +41,7 @@ class Reading:
     q_order: Indices
     v_order: Indices
     gravity: Array
+    stretch: Array
 
 
 def readings(arm: Arm) -> Iterator[tuple[Reading, ...]]:
@@ -50,6 +54,7 @@ def readings(arm: Arm) -> Iterator[tuple[Reading, ...]]:
     given = Reading(
         words="the log as it is", sign=np.ones(arm.n), zero=np.zeros(arm.n), q_order=order, v_order=order,
         gravity=arm.gravity,
+        stretch=np.ones(arm.n),
     )  # fmt: skip
     pairs = list(combinations(range(arm.n), 2))
     yield (
@@ -64,6 +69,7 @@ def readings(arm: Arm) -> Iterator[tuple[Reading, ...]]:
         other = replace(given, words=f"columns q{i + 1} and q{j + 1} exchanged", q_order=_exchanged(order, i, j))
         yield other, replace(other, words=f"joints {i + 1} and {j + 1} exchanged", v_order=other.q_order)
     yield from _other_bases(arm, given)
+    yield from _other_lengths(arm, given)
 
 
 def _exchanged(order: Indices, i: int, j: int) -> Indices:
@@ -96,3 +102,13 @@ def _other_bases(arm: Arm, given: Reading) -> Iterator[tuple[Reading]]:
             if np.abs(gravity - arm.gravity).max() > SAME_DIRECTION * size:
                 words = f"gravity along ({', '.join(f'{x:g}' for x in corner)}) of the base"
                 yield (replace(given, words=words, gravity=gravity),)
+
+
+def _other_lengths(arm: Arm, given: Reading) -> Iterator[tuple[Reading]]:
+    """All lengths, or one of them, a fifth shorter or a quarter longer; what precedes the first joint shows nowhere."""
+    long = np.flatnonzero(arm.translation.any(axis=1))
+    for factor in STRETCHES:
+        yield (replace(given, words=f"every length times {factor:g}", stretch=np.full(arm.n, factor)),)
+        for j in long[long > 0]:
+            stretch = np.where(np.arange(arm.n) == j, factor, 1.0)
+            yield (replace(given, words=f"the length from joint {j} to {j + 1} times {factor:g}", stretch=stretch),)

@@ -14,7 +14,8 @@ import numpy as np
 from ident.arm import Arm
 from ident.arrays import Array
 from ident.errors import Contradiction
-from ident.explanation import Explanation, Unknowns, explanations, instants, unknowns_of
+from ident.explanation import Explanation, Unknowns, explanations, unknowns_of
+from ident.instants import instants
 from ident.observation import ObserveOptions
 from ident.readings import Reading, readings
 from ident.recording import Recording
@@ -26,7 +27,7 @@ LOOKS_BETTER = 0.02
 """Sum of logarithms by which a reading must be better on few instants to be looked at again."""
 BETTER = 0.05
 """The same on many instants, to be believed whatever their number; right readings stayed below 0.016 on 20 s each."""
-EVIDENCE = 60.0
+EVIDENCE = 45.0
 """Logarithm of the likelihood ratio, of white residuals, that it takes besides: short logs fit anything."""
 TIE = 0.01
 """Sum of logarithms within which readings are equally good: they describe one arm, or none can tell."""

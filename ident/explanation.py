@@ -90,7 +90,7 @@ def explanations(
 
 
 def _columns(arm: Arm, motions: Sequence[Instants], reading: Reading) -> Array:
-    """The standard regressor at the states that a reading makes of a log, one motion after the other, shape (N, n, p)."""
+    """The standard regressor at the states that a reading makes of a log, motion after motion, shape (N, n, p)."""
     stands = replace(arm, gravity=reading.gravity, translation=reading.stretch[:, None] * arm.translation)
     q, dq, ddq = (
         reading.sign * np.vstack(each)[:, reading.q_order]

@@ -26,9 +26,13 @@ FEW, MANY = 120, 400
 LOOKS_BETTER = 0.02
 """Sum of logarithms by which a reading must be better on few instants to be looked at again."""
 BETTER = 0.05
-"""The same on many instants, to be believed whatever their number; right readings stayed below 0.016 on 20 s each."""
-EVIDENCE = 45.0
-"""Logarithm of the likelihood ratio, of white residuals, that it takes besides: short logs fit anything."""
+"""The same on many instants, to be believed whatever their number (`docs/derivations.md`)."""
+EVIDENCE, LENGTH_EVIDENCE = 45.0, 25.0
+"""Logarithm of the likelihood ratio, of white residuals, that it takes besides, and for another length.
+
+A short log is explained by anything, and what a friction model lacks is not white: a right reading reached 36, none by
+other lengths 1.
+"""
 TIE = 0.01
 """Sum of logarithms within which readings are equally good: they describe one arm, or none can tell."""
 NOTHING = 1e-3
@@ -109,7 +113,8 @@ def _gain(given: Explanation, other: Explanation) -> Array:
 
 def _convincing(given: Explanation, other: Explanation) -> bool:
     gain = _gain(given, other)
-    return bool(gain.sum() > BETTER and gain @ np.minimum(given.freedom, other.freedom) > EVIDENCE)
+    least = EVIDENCE if (other.reading.stretch == 1.0).all() else LENGTH_EVIDENCE
+    return bool(gain.sum() > BETTER and gain @ np.minimum(given.freedom, other.freedom) > least)
 
 
 def _message(given: Explanation, convincing: Sequence[Explanation]) -> str:

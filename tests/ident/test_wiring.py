@@ -21,7 +21,7 @@ from ident.readings import readings
 from ident.recording import Recording
 from ident.recording_files import read_recording
 from ident.structure import Structure, structure_of
-from ident.wiring import BETTER, EVIDENCE, check_wiring, known_wiring
+from ident.wiring import BETTER, EVIDENCE, LENGTH_EVIDENCE, check_wiring, known_wiring
 
 OPTIONS = ObserveOptions()
 NAMED = ("joint 1 negated", "joint 3 negated", "joint 5 negated", "joint 6 negated", "joint 2 at +pi/2",
@@ -129,6 +129,16 @@ def test_a_reading_must_be_better_by_the_margin_and_with_evidence(ur):
     assert not wiring._convincing(given, explanation(ur, better, int(enough) - 1))
     worse = [0.3 * np.exp(-2.0 * BETTER), 0.05 * np.exp(1.5 * BETTER)]  # one joint gains less than the other loses
     assert not wiring._convincing(given, explanation(ur, worse, freedom))
+
+
+def test_another_length_needs_less_evidence(ur):
+    given = explanation(ur, [0.3], 4000)
+    longer = next(family[0] for family in readings(ur.arm) if "length" in family[0].words)
+    for share, convincing in ((1.1, True), (0.9, False)):
+        left = np.array([0.3 * np.exp(-3.0 * BETTER)])
+        freedom = np.array([round(share * LENGTH_EVIDENCE / (3.0 * BETTER))])
+        assert wiring._convincing(given, Explanation(longer, left, freedom)) == convincing
+        assert not wiring._convincing(given, replace(given, left=left, freedom=freedom))
 
 
 def test_what_filters_leave_of_exact_data_and_joints_without_instants_tell_nothing(ur):

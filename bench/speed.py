@@ -23,8 +23,8 @@ from ident.regressor import regressor_blocks
 from scenarios.build import bench
 from scenarios.files.schema import load_scenario
 from scenarios.run import run
+from sim.compile import plant_model
 from sim.engine import Engine, Simulation
-from sim.model import plant_model
 from sim.record import record
 from sim.sensors import noise_streams
 

@@ -29,8 +29,8 @@ from scenarios.trials import Trial, run_trials, trial_schema
 from scenarios.versions import versions
 from scenarios.workers.processes import local_processes
 from scenarios.workers.tasks import Task, run_task
+from sim.compile import plant_model
 from sim.engine import Engine, Simulation
-from sim.model import plant_model
 from sim.record import record
 from sim.sensors import SensorOptions
 
@@ -74,7 +74,7 @@ class BareStepping:
         self.simulations = []
         for e, r in zip(experiments, recordings, strict=True):
             model = plant_model(e.plant, loaded=e.loaded, step=e.step)
-            self.simulations.append(Simulation(model=model, start=r.q[0], friction=None))
+            self.simulations.append(Simulation(model=model, start=r.q[0]))
         self.last = np.stack([r.q[-1] for r in recordings])
 
     def __call__(self, threads: int) -> float:

@@ -12,7 +12,7 @@ from matplotlib.image import imsave
 import rx90_mjcf
 from ident.payload_files import read_payload
 from sim.clearance import add_payload_shape
-from sim.model import mount_payload
+from sim.compile import mount_payload
 from sim.plant import PayloadBody
 
 POSES = np.array([[0.1, 0.3, 1.1, 0.3, 0.8, 0.0], [-0.1, 0.45, 1.1, 0.3, 0.7, 0.0]])

@@ -31,3 +31,7 @@ class TooFewRows(IdentificationError):
 
 class NotExcited(IdentificationError):
     """A linear system that does not show every unknown: the motion leaves some of them free."""
+
+
+class Contradiction(IdentificationError):
+    """Data that fit no arm of this model with this payload: a sign, a zero, a column or the model is mistaken."""

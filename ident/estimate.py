@@ -83,8 +83,9 @@ class GainSolution:
         influence: Derivative of each 1/g by the current of each row, shape (k, r).
         sensitivity: Relative change of each gain per unit of each payload's parameters, shape (k, payloads, 10).
         load_rms: Root mean square of the known payload's torque on each joint [N m], shape (k,).
-        friction: Friction torque over g at typical speed, whose sign is that of g, shape (k,).
-        friction_influence: Its derivative by the current of each row, shape (k, r).
+        friction: Friction torque over g at typical speed, and the dry part of it alone, whose sign is that of g, shape
+            (k, 2).
+        friction_influence: Its derivative by the current of each row, shape (k, 2, r).
         unsolved: Why the other joints have no 1/g at all, by joint.
     """
 

@@ -29,7 +29,8 @@ class GainSystem:
         W: Observation matrix, shape (r, b); the last column is the torque of the known payload [N m].
         V: Currents [drive units], shape (r,).
         W_L: Columns of each payload, zero in the rows of other motions, shape (payloads, r, 10).
-        friction: Weights that make of x the joint's friction torque over g at typical speed, shape (b,).
+        friction: Weights that make of x the joint's friction torque over g at typical speed, and the dry part of it
+            alone, shape (2, b).
         motion: Motion of each row, shape (r,).
         position: Number of each row in its motion, those left out counted, shape (r,).
         loaded: Which rows are of a motion with a payload, shape (r,).
@@ -82,10 +83,11 @@ def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> 
     )
     torque = sum(W_L[k][:, each.mask] @ each.chi[each.mask] for k, each in enumerate(known))
     W = np.column_stack([W_arm, *(W_L[k][:, free] for k, free in enumerate(unknown)), torque])
-    friction = np.zeros(W.shape[1])
-    own = [structure.base.names[c] in (f"Fv{joint + 1}", f"Fc{joint + 1}") for c in columns[arm]]
-    bare = next(k for k, motion in enumerate(problem.motions) if motion.payload is None)
-    friction[: len(own)] = np.where(own, np.linalg.norm(parts[bare].W[:, arm], axis=0), 0.0)
+    names = np.array(structure.base.names)[columns[arm]]
+    size = np.sqrt(np.mean(W_arm**2, axis=0))
+    friction = np.zeros((2, W.shape[1]))
+    friction[0, : len(names)] = np.where(np.isin(names, (f"Fv{joint + 1}", f"Fc{joint + 1}")), size, 0.0)
+    friction[1, : len(names)] = np.where(names == f"Fc{joint + 1}", size, 0.0)
     return GainSystem(
         joint=joint,
         W=W,

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from ident.arm import Arm
+from ident.contradiction import check_shape, check_signs
 from ident.estimate import GainEstimate
 from ident.estimators import estimator
 from ident.observation import ObserveOptions, observe
@@ -65,4 +66,6 @@ def identify(
     problem = pair(bare, heavy, payload, gains)
     estimate = chosen.estimate(problem, chosen.options() if options is None else options)
     check_load(estimate)
+    check_signs(estimate)
+    check_shape(problem)
     return Identification(estimate, bare.notes + heavy.notes + residual_notes(estimate))

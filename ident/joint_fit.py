@@ -73,11 +73,11 @@ def joint_by_joint(fits: Sequence[JointFit | NoFit], row_period: float) -> GainS
     """
     solved = [fit for fit in fits if isinstance(fit, JointFit)]
     rows = fitted_rows(solved, row_period)
-    influence, friction_influence = np.zeros((2, len(solved), len(rows.V)))
+    influence, friction_influence = np.zeros((len(solved), len(rows.V))), np.zeros((len(solved), 2, len(rows.V)))
     for k, each in enumerate(solved):
         own = rows.of(each.system.joint)
         influence[k, own] = each.influence
-        friction_influence[k, own] = each.system.W @ (each.fit.cofactor @ each.system.friction)
+        friction_influence[k, :, own] = each.system.friction @ each.fit.cofactor @ each.system.W.T
     payloads = next((each.system.W_L.shape[0] for each in solved), 0)
     return GainSolution(
         rows=rows,
@@ -86,7 +86,7 @@ def joint_by_joint(fits: Sequence[JointFit | NoFit], row_period: float) -> GainS
         influence=influence,
         sensitivity=np.array([each.sensitivity for each in solved]).reshape(len(solved), payloads, 10),
         load_rms=np.array([each.system.load_rms for each in solved]),
-        friction=np.array([float(each.system.friction @ each.fit.x) for each in solved]),
+        friction=np.array([each.system.friction @ each.fit.x for each in solved]).reshape(len(solved), 2),
         friction_influence=friction_influence,
         unsolved={fit.joint: fit.reason for fit in fits if isinstance(fit, NoFit)},
     )

@@ -7,18 +7,15 @@ otherwise look like an answer.
 import numpy as np
 
 from ident.arm import Arm
-from ident.arrays import Array
 from ident.errors import NotIdentifiable, RecordingError
 from ident.estimate import GainEstimate, RefusedGain
 from ident.recording import Recording
-from ident.uncertainty import UNCERTAINTIES
+from ident.signs import FRICTION_Z, joint_signs
 
 LOAD_Z = 4.0
 """Standard deviations that 1/g must differ from zero by on some joint for a load to be there."""
 LARGE_RESIDUAL = 0.15
 """Share of a joint's current above which its residual is worth a note."""
-FRICTION_Z = 10.0
-"""Standard deviations above which the sign of the friction is trusted."""
 
 
 def check_positions(arm: Arm, recording: Recording) -> None:
@@ -68,31 +65,18 @@ def check_load(estimate: GainEstimate) -> None:
     Raises:
         NotIdentifiable: Saying which.
     """
-    load_z, friction_z = _load_z(estimate), _friction_z(estimate)
-    seen = np.abs(load_z) > LOAD_Z
-    if len(load_z) and not seen.any():
+    signs = joint_signs(estimate)
+    seen = np.abs(signs.load_z) > LOAD_Z
+    if len(seen) and not seen.any():
         raise NotIdentifiable("the loaded motion shows no load on any joint; was the payload mounted?")
     if not estimate.identifiable.any():
         reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
         raise NotIdentifiable(f"no drive gain can be identified; joint 1: {reason}")
-    sign = np.where(np.abs(friction_z) > FRICTION_Z, np.sign(friction_z), 1.0)
-    if not (load_z * sign > 0.0)[seen].any():
+    sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
+    if not (signs.load_z * sign > 0.0)[seen].any():
         raise NotIdentifiable(
             "every joint shows a payload of negative mass; the unloaded and loaded files are probably swapped"
         )
-
-
-def _load_z(estimate: GainEstimate) -> Array:
-    """Each solved 1/g over its standard deviation: how visible the payload is, shape (k,)."""
-    return estimate.solution.inverse / np.sqrt(np.diag(estimate.covariance))
-
-
-def _friction_z(estimate: GainEstimate) -> Array:
-    """The same for the friction over g, whose sign is that of g, shape (k,)."""
-    solution, options = estimate.solution, estimate.options
-    covariance = UNCERTAINTIES[options.uncertainty](solution.rows, solution.friction_influence, options.serial_s)
-    std = np.sqrt(np.diag(covariance))
-    return np.divide(solution.friction, std, out=np.zeros_like(std), where=std > 0.0)
 
 
 def residual_notes(estimate: GainEstimate) -> tuple[str, ...]:

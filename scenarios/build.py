@@ -16,8 +16,8 @@ from scenarios.files.schema import BodyTable, Scenario
 from scenarios.robots import robot
 from sim.controller import ControllerBelief
 from sim.drives import DriveTruth
+from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
-from sim.record import Experiment
 
 
 @dataclass(frozen=True, slots=True, eq=False)

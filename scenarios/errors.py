@@ -107,3 +107,15 @@ class UnfitWorker(StudyError):
 
 class WorkersLost(StudyError):
     """Every worker is lost at its first task."""
+
+
+class NotOurs(ScenarioError):
+    """A file that a command would write over, although it did not write it, or not so."""
+
+
+class NoJointWanted(ScenarioError):
+    """A motion is searched for a scenario that wants no gain."""
+
+
+class MotionTooFine(ScenarioError):
+    """Harmonics that a search does not see between its samples."""

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,11 +12,13 @@ from ident.identification import identify
 from ident.recording import Recording
 from scenarios.build import Bench, bench
 from scenarios.files.draws import drawn_settings
+from scenarios.files.schema import Scenario, load_scenario
 from scenarios.files.settings import with_settings
 from scenarios.judge import Verdict, judge
 from sim.errors import SimulationError
 from sim.record import each_record
-from sim.sensors import NoiseStreams, noise_streams
+from sim.sensors import noise_streams
+from sim.sensors.effect import NoiseStreams
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +64,21 @@ def run(prepared: Bench, seed: int) -> Run:
     raise outcome
 
 
+def run_scenario(scenario: str | Scenario, seed: int = 0) -> Run:
+    """Run a scenario, as `rx90 run` does.
+
+    Args:
+        scenario: A built-in name, the path of a TOML file, or what `load_scenario` gave.
+        seed: Seed of every random number; the same seed gives the same bytes.
+
+    Raises:
+        ScenarioError: If the scenario is wrong.
+        SimulationError: If a motion cannot be carried out.
+        IdentificationError: If the recordings cannot be identified at all.
+    """
+    return run(bench(load_scenario(scenario) if isinstance(scenario, str) else scenario), seed)
+
+
 def drawn(prepared: Bench, seed: int) -> Bench:
     """The bench with everything random drawn for one seed."""
     settings = drawn_settings(prepared.scenario, seed)
@@ -76,9 +93,8 @@ def pair_streams(seed: int, replaced: Mapping[str, int]) -> tuple[NoiseStreams, 
         replaced: Seeds of single streams, by name in `NoiseStreams`, in place of what follows from `seed`.
     """
     unloaded, loaded = (
-        replace(
-            noise_streams(np.random.default_rng(np.random.SeedSequence(seed).spawn(2)[k])),
-            **{name: np.random.default_rng(np.random.SeedSequence(own).spawn(2)[k]) for name, own in replaced.items()},
+        noise_streams(np.random.default_rng(np.random.SeedSequence(seed).spawn(2)[k])).replaced(
+            {name: np.random.default_rng(np.random.SeedSequence(own).spawn(2)[k]) for name, own in replaced.items()}
         )
         for k in range(2)
     )

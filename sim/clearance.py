@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
-from sim.model import mount_payload
+from sim.compile import mount_payload
 from sim.plant import PayloadBody, Plant
 
 

@@ -1,16 +1,32 @@
 """The control law at work: encoder readings in, currents out, for every period of a batch."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ident.arrays import Array
+from sim.control_law import ControlLaw, at_rest, control_step
 from sim.controller import Controller
 from sim.engine import Engine
-from sim.sensors import SensorOptions
+from sim.sensors import SENSOR_EFFECTS, SensorOptions
+from sim.sensors.effect import NoiseStreams, Reader
 
 CHUNK = 500
-"""Control periods whose encoder noise is drawn, and whose logs are stored, at once."""
+"""Control periods whose references are gathered, and whose logs are stored, at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoopLog:
+    """Every control period of B simulations.
+
+    Attributes:
+        q: Encoder readings [rad], shape (B, N, n).
+        v: Current references [drive units], shape (B, N, n).
+    """
+
+    q: Array
+    v: Array
 
 
 def closed_loop(
@@ -18,76 +34,67 @@ def closed_loop(
     controllers: Sequence[Controller],
     limits: Array,
     sensors: Sequence[SensorOptions],
-    encoders: Sequence[np.random.Generator],
-) -> tuple[Array, Array]:
+    streams: Sequence[NoiseStreams],
+) -> LoopLog:
     """Run B simulations to the end of their motions.
 
-    The law is written with in-place operations on (B, n) arrays: for a few simulations the cost of this loop is the
-    number of NumPy calls, not arithmetic. A chunk of periods is time first, as the loop reads and writes it; the log
-    is simulation first, as it is used.
+    For a few simulations the cost of this loop is the number of NumPy calls, not arithmetic. A chunk of periods is time
+    first, as the loop reads and writes it; the log is simulation first, as it is used.
 
     Args:
         engine: The simulations, at rest at the start of their motions.
         controllers: One a simulation, of equal length and period.
         limits: Current limits [drive units], shape (B, n).
-        sensors: Encoders, one a simulation.
-        encoders: Sources of encoder noise, one a simulation.
-
-    Returns:
-        Encoder readings [rad] and current references [drive units] of every control period, each (B, N, n).
+        sensors: One a simulation.
+        streams: Random numbers of the sensors, one a simulation.
     """
-    kp, kd, ki = (np.stack([getattr(c, name) for c in controllers]) for name in ("kp", "kd", "ki"))
-    keep, per_second, quantum = (
-        np.repeat(np.array(values)[:, None], limits.shape[1], axis=1)  # whole arrays: broadcasting costs in the loop
-        for values in (
-            [1.0 - c.blend for c in controllers],
-            [c.blend / c.period for c in controllers],
-            [s.encoder_quantum for s in sensors],
-        )
-    )
-    noise_std = np.array([[[s.encoder_noise]] for s in sensors])
-    integral = bool(ki.any())
+    law, readers = control_law(controllers, limits), _readers(sensors, streams, limits.shape[1])
     samples, (B, n) = len(controllers[0].reference), engine.q.shape
-    q_log, v_log = np.empty((B, samples, n)), np.empty((B, samples, n))
-    reference, noise, readings, currents = np.empty((4, CHUNK, B, n))
-    drawn = np.empty((B, CHUNK, n))
-    dq, total, change, previous = *np.zeros((3, B, n)), engine.q.copy()
-    quantised, below = quantum > 0.0, -limits
-    rounding = bool(quantised.any())
-    resolution = np.where(quantised, quantum, 1.0)
+    log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
+    reference, q_ref, readings, currents = np.empty((4, CHUNK, B, n))
+    state = at_rest(engine.q)
     for start in range(0, samples, CHUNK):
-        stop = min(start + CHUNK, samples)
-        length = stop - start
-        for i, (controller, encoder) in enumerate(zip(controllers, encoders, strict=True)):
-            reference[:length, i] = controller.reference[start:stop]
-            encoder.standard_normal(out=drawn[i, :length])
-        np.multiply(drawn[:, :length], noise_std, out=noise[:length].transpose(1, 0, 2))
+        length = min(CHUNK, samples - start)
+        for i, controller in enumerate(controllers):
+            reference[:length, i] = controller.reference[start : start + length]
+            if law.ki is not None:
+                q_ref[:length, i] = controller.q_ref[start : start + length]
         for k in range(length):
-            reading, v = readings[k], currents[k]
-            np.add(engine.q, noise[k], out=reading)
-            if rounding:
-                np.divide(reading, resolution, out=change)
-                np.rint(change, out=change)
-                change *= resolution
-                np.copyto(reading, change, where=quantised)
+            reading = readings[k]
+            reading[:] = engine.q
+            for distort in readers:
+                distort(reading)
             if start + k == 0:
-                previous[:] = reading
-            np.subtract(reading, previous, out=change)
-            change *= per_second
-            dq *= keep
-            dq += change
-            previous[:] = reading
-            np.multiply(kp, reading, out=change)
-            np.subtract(reference[k], change, out=v)
-            np.multiply(kd, dq, out=change)
-            v -= change
-            if integral:
-                total += ki * (np.stack([c.q_ref[start + k] for c in controllers]) - reading)
-                v += total
-            np.minimum(v, limits, out=v)
-            np.maximum(v, below, out=v)
-            engine.current[:] = v
+                state = at_rest(reading)
+            state, currents[k] = control_step(law, state, reading, reference[k], q_ref[k])
+            engine.current[:] = currents[k]
             engine.advance()
-        q_log[:, start:stop] = readings[:length].transpose(1, 0, 2)
-        v_log[:, start:stop] = currents[:length].transpose(1, 0, 2)
-    return q_log, v_log
+        state = state._replace(q=state.q.copy())  # the next chunk overwrites the readings
+        log.q[:, start : start + length] = readings[:length].transpose(1, 0, 2)
+        log.v[:, start : start + length] = currents[:length].transpose(1, 0, 2)
+    return log
+
+
+def control_law(controllers: Sequence[Controller], limits: Array) -> ControlLaw:
+    """The law of B controllers.
+
+    Args:
+        controllers: One a simulation.
+        limits: Current limits [drive units], shape (B, n).
+    """
+    n = limits.shape[1]
+    ki = np.stack([c.ki for c in controllers])
+    return ControlLaw(
+        kp=np.stack([c.kp for c in controllers]),
+        kd=np.stack([c.kd for c in controllers]),
+        ki=ki if ki.any() else None,
+        keep=np.repeat([[1.0 - c.blend] for c in controllers], n, axis=1),
+        per_second=np.repeat([[c.blend / c.period] for c in controllers], n, axis=1),
+        limit=limits,
+    )
+
+
+def _readers(sensors: Sequence[SensorOptions], streams: Sequence[NoiseStreams], n: int) -> list[Reader]:
+    """What distorts readings, of those sensors that do."""
+    made = [effect.reader(sensors, streams, n) for effect in SENSOR_EFFECTS.values()]
+    return [reader for reader in made if reader is not None]

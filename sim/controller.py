@@ -1,24 +1,27 @@
-"""A digital joint controller as in a robot cell: it sees encoder readings and commands currents.
+"""A digital joint controller as in a robot cell, tuned on the arm that it believes in; `sim.control_law` is its law.
 
-    v = (Kp (q_ref - q) + Kd (dq_ref - dq) + Ki integral(q_ref - q) + tau_ff) / g_believed,   |v| <= v_max
+    Kp = M w^2,   Kd = 2 zeta w M,   Ki = 2 pi f_i Kp,   w = 2 pi bandwidth
 
-with dq the low-passed difference of the measured positions. Encoder noise therefore travels round the loop into v.
+with M the mean diagonal of the believed inertia matrix, rotors included, along the motion.
 """
 
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Annotated
 
 import mujoco
 import numpy as np
+from annotated_types import Interval, Unit
 
 from ident.arrays import Array
+from sim.compile import bare_arm
+from sim.drives import LARGEST
 from sim.errors import ControllerError
-from sim.model import bare_arm
+from sim.quiet import quiet
+from sim.ranges import refuse_outside
 from sim.trajectory import FourierTrajectory
 
-FASTEST_HZ = 1e5
-"""Highest control rate that is simulated [Hz]."""
 TABLES_KEPT = 16
 """Tabulated motions kept for the next batch; one of 20 s at 1 kHz has 2 MB."""
 
@@ -36,26 +39,20 @@ class ControllerOptions:
         feedforward: Share of the bare arm's inverse dynamics that is fed forward, 0 to 1.
     """
 
-    rate_hz: float = 1000.0
-    bandwidth_hz: float = 8.0
-    damping: float = 0.8
-    integral_hz: float = 0.0
-    velocity_cutoff_hz: float = 150.0
-    feedforward: float = 1.0
+    rate_hz: Annotated[float, Interval(ge=1.0, le=1e5), Unit("Hz")] = 1000.0
+    bandwidth_hz: Annotated[float, Interval(gt=0.0, le=1e4), Unit("Hz")] = 8.0
+    damping: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.8
+    integral_hz: Annotated[float, Interval(ge=0.0, le=1e4), Unit("Hz")] = 0.0
+    velocity_cutoff_hz: Annotated[float, Interval(gt=0.0, le=1e6), Unit("Hz")] = 150.0
+    feedforward: Annotated[float, Interval(ge=0.0, le=10.0)] = 1.0
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
-            ControllerError: If one makes no sense.
+            ControllerError: If one is not finite or outside its annotated range.
         """
-        for name in ("rate_hz", "bandwidth_hz", "velocity_cutoff_hz"):
-            if not getattr(self, name) > 0.0:
-                raise ControllerError(f"controller: {name} = {getattr(self, name)}: expected a positive number")
-        if self.rate_hz > FASTEST_HZ:
-            raise ControllerError(f"controller: rate_hz = {self.rate_hz:g}: expected {FASTEST_HZ:g} at most")
-        if min(self.damping, self.integral_hz, self.feedforward) < 0.0:
-            raise ControllerError("controller: damping, integral_hz and feedforward must not be negative")
+        refuse_outside(self, "controller", ControllerError)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +73,7 @@ class ControllerBelief:
         """Check the values.
 
         Raises:
-            ControllerError: If gains and rotors do not fit each other, or a gain is zero.
+            ControllerError: If gains and rotors do not fit each other, a gain is zero, or a number beyond any drive.
         """
         if len(self.gain) != len(self.rotor_inertia):
             raise ControllerError(
@@ -84,6 +81,13 @@ class ControllerBelief:
             )
         if not all(self.gain):
             raise ControllerError(f"controller: gain {list(self.gain)} has a zero, which commands nothing")
+        if not all(abs(gain) <= LARGEST for gain in self.gain) or not all(
+            0 <= x <= LARGEST for x in self.rotor_inertia
+        ):
+            raise ControllerError(
+                f"controller: gain {list(self.gain)}, rotor_inertia {list(self.rotor_inertia)}: expected finite "
+                f"numbers up to {LARGEST:g}, rotors not negative"
+            )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,6 +151,7 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
     )
 
 
+@quiet()
 def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> Array:
     """Joint torques of a frictionless arm and its rotors [N m], shape (N, n)."""
     data, torque = mujoco.MjData(model), np.empty_like(q)
@@ -157,6 +162,7 @@ def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> 
     return torque
 
 
+@quiet()
 def _mean_inertia(model: mujoco.MjModel, q: Array) -> Array:
     """Mean diagonal of the inertia matrix over some positions [kg m^2], shape (n,)."""
     data, M, total = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.zeros(model.nv)

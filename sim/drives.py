@@ -7,6 +7,9 @@ import numpy as np
 from ident.arrays import Array
 from sim.errors import DriveError
 
+LARGEST = 1e9
+"""Largest absolute value of anything that a drive is described by, in SI units or drive units."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DriveTruth:
@@ -40,6 +43,8 @@ class DriveTruth:
             values = np.asarray(getattr(self, name), dtype=np.float64)
             if values.shape != (n,) or not np.isfinite(values).all():
                 raise DriveError(f"drives: {name} {values.tolist()}: expected {n} finite numbers")
+            if (np.abs(values) > LARGEST).any():
+                raise DriveError(f"drives: {name} {values.tolist()}: expected {LARGEST:g} at most")
             if name not in ("gain", "amplifier_offset", "coulomb_asymmetry") and (values < 0.0).any():
                 raise DriveError(f"drives: {name} {values.tolist()} has a negative value")
         if not np.asarray(self.gain).all():

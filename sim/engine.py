@@ -2,21 +2,17 @@
 
 The batch is new in MuJoCo 4 and steps simulations on a thread pool, bit for bit as a loop over `mj_step` would.
 `q` is a live view of the state: current after every `advance`, before which `current` may be written.
-
-MuJoCo's dry friction is a constant of the model. Where it varies in time, `advance` writes it into that simulation's
-model from speeds and currents at the start of the control period, and it is held over the period.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
 from ident.arrays import Array
-from sim.friction import FrictionLaw, dry_friction
-from sim.mechanisms import coupling_tendons
+from sim.varying import Varied, Varying
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -24,14 +20,14 @@ class Simulation:
     """One simulation of a batch.
 
     Attributes:
-        model: Compiled model; its drives act on the last joints. It may serve many simulations if friction is constant.
+        model: Compiled model; its drives act on the last joints. It may serve many simulations if nothing varies.
         start: Initial positions of all joints [rad], shape (nq,).
-        friction: How dry friction varies, None if it does not.
+        varied: What acts in every control period, None if nothing does.
     """
 
     model: mujoco.MjModel
     start: Array
-    friction: FrictionLaw | None = None
+    varied: Varied | None = None
 
 
 class Engine:
@@ -46,7 +42,7 @@ class Engine:
         """Put every simulation at rest at its start.
 
         Args:
-            simulations: Models of one layout; each with varying friction has a model of its own.
+            simulations: Models of one layout; each with effects that vary has a model of its own.
             substeps: Physics steps of one `advance`.
             threads: Threads to step with; results do not depend on it.
         """
@@ -60,32 +56,22 @@ class Engine:
         self.q: Array = state[:, -n:]
         self.current: Array = self._batch.bind("ctrl")
         self._dq: Array = self._batch.bind("qvel")[:, -n:]
-        self._varying = np.flatnonzero([s.friction is not None for s in simulations])
-        self._law = _stacked([s.friction for s in simulations if s.friction is not None])
-        self._written = [_friction_fields(self._models[i]) for i in self._varying]
+        self._applied: Array = self._batch.bind("qfrc_applied")[:, -n:]
+        self._rows = np.flatnonzero([s.varied is not None for s in simulations])
+        members = [s.varied for s in simulations if s.varied is not None]
+        self._varying = Varying(members, [self._models[i] for i in self._rows]) if members else None
+        self._time = 0.0
 
     def advance(self) -> None:
         """Step every simulation by one control period."""
-        if self._law is not None:
-            rows = dry_friction(self._law, self._dq[self._varying], self.current[self._varying])
-            for (joints, couplings), row in zip(self._written, rows, strict=True):
-                joints[:], couplings[:] = row[: len(joints)], row[len(joints) :]
+        if self._varying is not None:
+            rows = self._rows
+            self._applied[rows] = self._varying.torque(self._time, self.q[rows], self._dq[rows], self.current[rows])
             self._batch.set_models(self._models)  # as the batch asks for after an edit
+            self._time += self._substeps * float(self._models[0].opt.timestep)
         self._batch.step(nstep=self._substeps)
 
     def unstable(self) -> np.ndarray:
         """Simulations in which MuJoCo met a bad state and reset it, shape (B,)."""
         bad = [mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC]
         return self._batch.warning[:, [int(w) for w in bad], 1].any(axis=1)  # (last info, count)
-
-
-def _stacked(laws: Sequence[FrictionLaw]) -> FrictionLaw | None:
-    """The laws of several simulations as one with a leading axis."""
-    if not laws:
-        return None
-    return FrictionLaw(**{f.name: np.stack([getattr(law, f.name) for law in laws]) for f in fields(FrictionLaw)})
-
-
-def _friction_fields(model: mujoco.MjModel) -> tuple[Array, Array]:
-    """Live views of a model's dry friction: driven joints (n,), and coupled motors (c,)."""
-    return model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]

@@ -13,6 +13,10 @@ class RobotError(PlantError):
     """A robot file that cannot be read, or whose parts do not fit each other."""
 
 
+class PayloadBodyError(PlantError):
+    """A payload whose numbers are beyond any robot."""
+
+
 class ModelFileError(PlantError):
     """A model file that MuJoCo cannot compile, or that is of another arm."""
 
@@ -35,6 +39,10 @@ class SensorError(PlantError):
 
 class StepError(PlantError):
     """A physics step that does not fit the control period."""
+
+
+class TooLong(PlantError):
+    """An experiment that would take more memory or time than anybody has."""
 
 
 class TrajectoryError(SimulationError):

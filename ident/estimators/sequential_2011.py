@@ -85,8 +85,8 @@ def _carried(solution: GainSolution, fits: Sequence[JointFit | NoFit], moments: 
         if each.system.joint not in moments.joints:
             own = solution.rows.of(each.system.joint)
             W_L = each.system.W_L[0][:, MOMENT_COLUMNS]
-            for rows in (influence, friction):
-                rows[k] -= each.inverse * (rows[k, own] @ W_L) @ through
+            influence[k] -= each.inverse * (influence[k, own] @ W_L) @ through
+            friction[k] -= each.inverse * (friction[k][:, own] @ W_L) @ through
     sensitivity = np.zeros_like(solution.sensitivity)  # the moments, and so every gain, scale with the mass
     sensitivity[..., INERTIAL.index("M")] = 1.0 / moments.mass
     return replace(solution, influence=influence, friction_influence=friction, sensitivity=sensitivity)

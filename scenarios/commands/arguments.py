@@ -110,17 +110,6 @@ def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str
     return bounded
 
 
-def harmonics(text: str) -> int:
-    """Harmonics of a motion at rest at both ends."""
-    value = whole(text)
-    if value < 2:
-        raise argparse.ArgumentTypeError("a motion at rest at both ends needs 2 or more")
-    return value
-
-
-def positive(text: str) -> float:
-    """A finite number above 0."""
-    value = number(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError("expected a positive number")
-    return value
+def add_force_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare that files of others may be written over."""
+    parser.add_argument("--force", action="store_true", help="write over files that this command did not write")

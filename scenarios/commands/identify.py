@@ -1,7 +1,6 @@
 """`rx90 identify`."""
 
 import argparse
-import sys
 import time
 
 import scenarios.commands.arguments as arguments
@@ -10,6 +9,8 @@ from ident.identification import identify
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
 from scenarios.commands.options import add_options, chosen
+from scenarios.commands.output import add_form_arguments, form, show
+from scenarios.commands.parser import complain
 from scenarios.commands.status import Status
 
 
@@ -31,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--method", choices=ESTIMATORS, default="ls-2011", help="estimator (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
-    add("--json", action="store_true", help="print one JSON object instead of a table")
+    add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
         add_options(parser, kind)
 
@@ -43,10 +44,8 @@ def main(options: argparse.Namespace) -> Status:
     from ident.payload_files import read_payload
     from ident.recording_files import read_recording
     from ident.structure import structure_of
-    from scenarios.commands.output import terminal
-    from scenarios.reports.run import print_estimate
+    from scenarios.reports.identify import estimate_report
     from scenarios.robot_models import read_arm
-    from scenarios.store.run_folder import estimate_document, to_json
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         structure = structure_of(read_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
@@ -64,11 +63,8 @@ def main(options: argparse.Namespace) -> Status:
             gains=chosen(GainOptions, options),
         )
         identify_s = time.perf_counter() - started
-    console = terminal()
-    if options.json:
+    if form(options) == "json":
         for note in found.notes:
-            print(f"rx90: {note}", file=sys.stderr)  # noqa: T201
-        console.out(to_json(estimate_document(found.estimate, identify_s)), highlight=False)
-    else:
-        print_estimate(found.estimate, found.notes, console)
+            complain(note)
+    show(estimate_report(found, identify_s), options)
     return Status.PASSED

@@ -1,8 +1,10 @@
 """`rx90 list`."""
 
 import argparse
+import textwrap
 
-from scenarios.commands.output import terminal
+from scenarios.commands.lifetime import tell
+from scenarios.commands.output import page
 from scenarios.commands.status import Status
 from scenarios.files.tables import builtin_names, scenario_table
 
@@ -12,10 +14,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Name every built-in scenario with its description."""
-    console, names = terminal(), builtin_names()
-    width = max(len(name) for name in names)
+    """Name every built-in scenario with its description, a line each where that fits."""
+    names, width = builtin_names(), page().width
+    indent = max(len(name) for name in names) + 2
     for name in names:
-        description = scenario_table(name)[0].get("description", "")
-        console.print(f"{name:<{width}}  {description}", no_wrap=True, overflow="ellipsis")
+        line = f"{name:<{indent}}{scenario_table(name)[0].get('description', '')}"
+        tell((textwrap.fill(line, width, subsequent_indent=" " * indent) if width else line) + "\n")
     return Status.PASSED

@@ -3,8 +3,15 @@
 import argparse
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
-from scenarios.commands.study import add_study_arguments, carried_out, resuming_command, summary_of
+from scenarios.commands.study import (
+    add_study_arguments,
+    carried_out,
+    resuming_command,
+    summary_of,
+    with_files,
+)
 from scenarios.workers.choice import prepare_workers
 
 
@@ -12,12 +19,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("-n", type=arguments.count, required=True, dest="trials", metavar="N", help="number of trials")
     add_study_arguments(parser)
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
     """Carry out, sum up, plot; 1 if some joint contradicts the scenario's pass rate."""
     prepare_workers(options)
-    from scenarios.commands.output import terminal
     from scenarios.files.schema import load_scenario
     from scenarios.studies.monte_carlo import monte_carlo
 
@@ -25,18 +32,17 @@ def main(options: argparse.Namespace) -> Status:
     study = monte_carlo(scenario, options.trials, options.seed)
     folder = carried_out(study, options, resuming_command("monte-carlo", options, ["-n", str(options.trials)]))
 
-    from scenarios.reports.monte_carlo import print_monte_carlo, write_monte_carlo  # plots: after the work
+    from scenarios.reports.files import write_figures  # plots: after the work
+    from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
+    from scenarios.store.study_summary import write_summary
     from scenarios.studies.pass_rule import FALSE_ALARM
     from scenarios.studies.statistics import COLUMNS, joint_statistics
 
     rows = folder.table([*COLUMNS, "tolerance"])
     statistics = joint_statistics(rows, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
-    trials = statistics[0].trials
-    more = f" (the folder holds more than the {options.trials} asked for)" if trials > options.trials else ""
-    console = terminal()
-    console.print(f"Scenario {scenario.name}, {trials} trials from seed {options.seed}{more}")
-    print_monte_carlo(statistics, rows, console)
+    result = StudyResult(scenario=scenario, seed=options.seed, asked=options.trials, statistics=statistics, rows=rows)
+    report = monte_carlo_report(result)
     with summary_of(options.out):
-        written = write_monte_carlo(statistics, rows, scenario, options.out)
-    console.print(f"Rows in {options.out / 'trials'}; {', '.join(path.name for path in written)} in {options.out}.")
-    return Status.PASSED if all(joint.held for joint in statistics) else Status.MISSED
+        written = [write_summary(statistics, options.out), *write_figures(report, options.out)]
+    show(with_files(report, options.out, written), options)
+    return Status.PASSED if result.passed else Status.MISSED

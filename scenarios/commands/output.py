@@ -1,20 +1,40 @@
-"""Standard output of a command."""
+"""Standard output of a command: which form, how wide, in colour or not."""
 
+import argparse
+import os
+import shutil
 import sys
 
-from rich.console import Console
+from scenarios.commands.lifetime import tell
+from scenarios.reports.content import Report
+from scenarios.reports.renderers import RENDERERS, Page, renderer
 
 
-def terminal() -> Console:
-    """A console that wraps at words on a terminal, and not at all into a pipe or file."""
-    if sys.stdout.isatty():
-        return _Console(highlight=False, markup=False)
-    return _Console(highlight=False, markup=False, soft_wrap=True, width=200)
+def add_form_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the form that a result is told in."""
+    group = parser.add_mutually_exclusive_group()
+    forms = "; ".join(f"{name}: {what}" for name, what in RENDERERS.items())
+    group.add_argument("--format", choices=RENDERERS, help=f"{forms} (default text)")
+    group.add_argument("--json", action="store_true", help="the same as --format json")
 
 
-class _Console(Console):
-    """A console whose reader may leave."""
+def show(report: Report, options: argparse.Namespace) -> None:
+    """Tell a report on standard output.
 
-    def on_broken_pipe(self) -> None:
-        """Leave the exit status to the command line; Rich would say 1, which is a missed tolerance here."""
-        raise BrokenPipeError
+    Raises:
+        NoOutput: If it cannot be written.
+        BrokenPipeError: If its reader has gone.
+    """
+    tell(renderer(form(options))(report, page()))
+
+
+def form(options: argparse.Namespace) -> str:
+    """The form asked for."""
+    return "json" if options.json else options.format or "text"
+
+
+def page() -> Page:
+    """As wide as the terminal; of any width, and plain, into a pipe or file."""
+    if not sys.stdout.isatty():
+        return Page()
+    return Page(width=shutil.get_terminal_size().columns, colour=not os.environ.get("NO_COLOR"))

@@ -3,7 +3,12 @@
 import argparse
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.arguments import add_force_argument
+from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
+
+TEXT = "paper.md"
+FIGURES = ("figure3.png", "figure3.svg")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,22 +17,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", type=arguments.folder, metavar="DIR", help="write paper.md, figures and raw numbers there"
     )
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
-    parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
+    add_force_argument(parser)
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
     """Repeat the experiment; 1 if a claim fails."""
-    from scenarios.commands.output import terminal
     from scenarios.paper.experiment import run_paper
-    from scenarios.reports.paper import paper_document, print_paper, write_paper
-    from scenarios.store.run_folder import to_json
+    from scenarios.reports.files import write_figures, write_markdown
+    from scenarios.reports.paper import paper_report
+    from scenarios.store.claim import claim
+    from scenarios.store.paper_folder import FILES, write_raw_numbers
 
-    console = terminal()
-    result = run_paper(options.seed)
+    held = None
     if options.out is not None:
-        write_paper(result, options.out)
-    if options.json:
-        console.out(to_json(paper_document(result)), highlight=False)
-    else:
-        print_paper(result, console)
+        names = (TEXT, *FIGURES, *FILES)
+        held = claim(options.out, names, command="rx90 paper --out", force=options.force)
+    result = run_paper(options.seed)
+    report = paper_report(result)
+    if held is not None:
+        with held.writing():
+            write_figures(report, held.folder)
+            write_markdown(report, held.folder / TEXT)
+            write_raw_numbers(result, held.folder)
+    show(report, options)
     return Status.PASSED if result.passed else Status.MISSED

@@ -1,6 +1,7 @@
 """A parser whose complaints are one line, and that takes every option once."""
 
 import argparse
+import contextlib
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NoReturn
@@ -76,5 +77,10 @@ class TrueOnce(StoreOnce):
 
 def complain(message: str, program: str = "rx90") -> None:
     """Say what is wrong in one line on stderr, whatever characters the message has."""
-    text = "".join(c if c.isprintable() or "\udc80" <= c <= "\udcff" else repr(c)[1:-1] for c in message)
-    print(f"{program}: {text}", file=sys.stderr)  # noqa: T201
+    with contextlib.suppress(OSError):  # nobody may be left to read it
+        print(f"{program}: {printable(message)}", file=sys.stderr)  # noqa: T201
+
+
+def printable(text: str) -> str:
+    """The text in one line of characters that any file and terminal takes; others are escaped as Python does."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

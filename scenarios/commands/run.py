@@ -1,8 +1,11 @@
 """`rx90 run`."""
 
 import argparse
+from dataclasses import replace
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.arguments import add_force_argument
+from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
 
 
@@ -13,27 +16,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--save", type=arguments.folder, metavar="DIR", help="write recordings, payload, truth and result there"
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
+    add_force_argument(parser)
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
     """Simulate, identify, judge; 1 if a tolerance is missed."""
     from scenarios.build import bench
-    from scenarios.commands.output import terminal
     from scenarios.files.schema import load_scenario
-    from scenarios.reports.run import print_run
+    from scenarios.reports.content import Line, Paragraph
+    from scenarios.reports.run import run_report
     from scenarios.run import run
-    from scenarios.store.run_folder import identify_command, run_document, save_run, to_json
+    from scenarios.store.claim import claim
+    from scenarios.store.run_folder import FILES, identify_command, save_run
 
-    console = terminal()
-    result = run(bench(load_scenario(options.scenario)), options.seed)
+    held = None
     if options.save is not None:
-        save_run(result, options.save)
-    if options.json:
-        console.out(to_json(run_document(result)), highlight=False)
-    else:
-        print_run(result, console)
-        if options.save is not None:
-            console.print(f"Saved in {options.save}. The same estimate from these files:")
-            console.print(identify_command(result, options.save), soft_wrap=True)
+        held = claim(options.save, FILES, command="rx90 run --save", force=options.force)
+    result = run(bench(load_scenario(options.scenario)), options.seed)
+    report = run_report(result)
+    if held is not None:
+        with held.writing():
+            save_run(result, held.folder)
+        saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
+        again = Line(identify_command(result, held.folder))
+        report = replace(report, parts=(*report.parts, saved, again))
+    show(report, options)
     return Status.PASSED if result.verdict.passed else Status.MISSED

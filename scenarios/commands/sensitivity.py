@@ -3,8 +3,15 @@
 import argparse
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
-from scenarios.commands.study import add_study_arguments, carried_out, resuming_command, summary_of
+from scenarios.commands.study import (
+    add_study_arguments,
+    carried_out,
+    resuming_command,
+    summary_of,
+    with_files,
+)
 from scenarios.errors import NoGains
 from scenarios.workers.choice import prepare_workers
 
@@ -18,12 +25,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--samples", type=arguments.count, default=64, help="rows of the Sobol design, a power of 2 (default 64)"
     )
     add_study_arguments(parser)
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
     """Carry out both designs, rank the error sources."""
     prepare_workers(options)
-    from scenarios.commands.output import terminal
     from scenarios.files.schema import load_scenario
     from scenarios.studies.sensitivity import sensitivity
 
@@ -32,7 +39,9 @@ def main(options: argparse.Namespace) -> Status:
     own = ["--repeats", str(options.repeats), "--samples", str(options.samples)]
     folder = carried_out(study, options, resuming_command("sensitivity", options, own))
 
-    from scenarios.reports.sensitivity import print_budgets, write_budgets  # plots: after the work
+    from scenarios.reports.files import write_figures, write_markdown  # plots: after the work
+    from scenarios.reports.sensitivity import BudgetResult, sensitivity_report
+    from scenarios.store.study_summary import write_budget
     from scenarios.studies.budget import budgets
 
     joints = [joint for joint, wanted in enumerate(scenario.table.tolerance.identifiable, 1) if wanted]
@@ -40,10 +49,9 @@ def main(options: argparse.Namespace) -> Status:
     if not all(budget.costs for budget in found):
         silent = ", ".join(str(budget.joint) for budget in found if not budget.costs)
         raise NoGains(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
-    console = terminal()
-    console.print(f"Scenario {scenario.name}, {study.count} trials, {len(scenario.table.sources)} error sources")
-    print_budgets(found, console)
+    report = sensitivity_report(BudgetResult(scenario=scenario, trials=study.count, budgets=found))
     with summary_of(options.out):
-        written = write_budgets(found, scenario, options.out)
-    console.print(f"Rows in {options.out / 'trials'}; {', '.join(path.name for path in written)} in {options.out}.")
+        written = [write_budget(found, options.out), write_markdown(report, options.out / "budget.md")]
+        written += write_figures(report, options.out)
+    show(with_files(report, options.out, written), options)
     return Status.PASSED

@@ -6,6 +6,7 @@ import shlex
 import threading
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ import scenarios.commands.arguments as arguments
 from scenarios.commands.lifetime import ending
 from scenarios.commands.parser import complain
 from scenarios.errors import FolderNotWritable
+from scenarios.reports.content import Paragraph, Report
 from scenarios.workers.choice import add_worker_options, open_workers, worker_words
 
 if TYPE_CHECKING:
@@ -75,6 +77,12 @@ def summary_of(folder: Path) -> Generator[None]:
             f"{folder}: the summary cannot be written: {error.strerror or error}; the rows are there, make room and "
             "repeat the command"
         ) from error
+
+
+def with_files(report: Report, folder: Path, written: Sequence[Path]) -> Report:
+    """The report with a last line that says where rows and files are."""
+    files = ", ".join(path.name for path in written)
+    return replace(report, parts=(*report.parts, Paragraph(f"Rows in {folder / 'trials'}; {files} in {folder}.")))
 
 
 @contextmanager

@@ -240,4 +240,6 @@ def search(
         strategy.tell(tried, [cost(np.asarray(x)) for x in tried])
         if strategy.countiter % 100 == 0:
             progress(f"{strategy.countevals} motions tried, cost {strategy.best.f:.4f}")
-    return design.fitted(trajectory(np.asarray(strategy.best.x)))
+    best = min((first, np.asarray(strategy.best.x)), key=cost)  # of a short search the start may be the best
+    progress(f"cost of the start {cost(first):.4f}, of the motion found {cost(best):.4f}")
+    return design.fitted(trajectory(best))

@@ -16,7 +16,7 @@ from ident.options import GainOptions, options_from_table
 from scenarios.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, WrongValue
 from scenarios.files.tables import scenario_table, stating_file
 from sim.controller import ControllerOptions
-from sim.model_errors import ModelErrors
+from sim.effects import ModelErrors
 from sim.sensors import SensorOptions
 
 Vector = tuple[float, ...]

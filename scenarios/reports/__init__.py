@@ -1,1 +1,1 @@
-"""Results for people: tables, figures and notes, and how they are drawn."""
+"""Results for people: what is said (`content`, one module a result) apart from how it is drawn (`renderers`)."""

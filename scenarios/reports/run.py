@@ -1,102 +1,62 @@
-"""Results for people: aligned tables and one verdict line; colour only on a terminal."""
+"""What `rx90 run` says: injected against identified gains, the reasons, the verdict."""
 
-from collections.abc import Sequence
-
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
-from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from scenarios.judge import GainVerdict
+from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
+from scenarios.reports.gains import INTERVAL, interval, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.run import Run
-
-LEFT = ("Name", "Verdict", "Passed", "Source")
-"""Columns of words."""
+from scenarios.store.documents import run_document
 
 
-def print_run(run: Run, console: Console) -> None:
+def run_report(run: Run) -> Report:
     """The table of injected against identified gains, the reasons, and the verdict."""
     scenario = run.bench.scenario
-    console.print(f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}")
-    grid = table("Joint", "Injected", "Identified", "2 sigma", "Error", "Tolerance", "Verdict")
-    for gain in run.verdict.gains:
-        grid.add_row(
+    rows = tuple(
+        cells(
             str(gain.joint),
             f"{gain.true:.4f}",
             number(gain.estimate, ".4f"),
-            number(None if gain.std is None else 2.0 * gain.std, ".4f"),
-            number(None if gain.rel_error is None else 100.0 * gain.rel_error, "+.3f", " %"),
-            f"{100.0 * gain.tolerance:.3g} %",
+            *interval(joint),
+            percent(gain.rel_error, "+.3f"),
+            f"{100.0 * gain.tolerance:.3g}",
             _verdict(gain),
         )
-    console.print(grid)
-    _print_notes(console, run.notes)
-    for gain in run.verdict.gains:
-        if gain.reason is not None:
-            console.print(f"Joint {gain.joint}: {gain.reason}.")
-    console.print(
-        f"{run.estimate.rows} rows, relative residual {100.0 * run.estimate.rel_error_norm:.2f} %; "
-        f"simulated in {run.simulate_s:.2f} s, identified in {run.identify_s:.2f} s."
+        for gain, joint in zip(run.verdict.gains, run.estimate.joints, strict=True)
     )
-    found = sum(gain.identifiable for gain in run.verdict.gains)
+    columns = (
+        Column(title="Joint"),
+        Column(title="Injected", unit="N m/unit"),
+        Column(title="Identified", unit="N m/unit"),
+        *INTERVAL,
+        Column(title="Error", unit="%"),
+        Column(title="Tolerance", unit="%"),
+        Column(title="Verdict", words=True),
+    )
+    parts: list[Part] = [Table(columns=columns, rows=rows)]
+    parts += note_paragraphs(run.notes)
+    parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
+    parts += payload_tables(run.estimate.payload)
+    parts.append(
+        Paragraph(
+            f"{run.estimate.rows} rows, relative residual {100.0 * run.estimate.rel_error_norm:.2f} %; "
+            f"simulated in {run.simulate_s:.2f} s, identified in {run.identify_s:.2f} s."
+        )
+    )
+    parts.append(_conclusion(run))
+    title = f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}"
+    return Report(title, tuple(parts), run_document(run))
+
+
+def _verdict(gain: GainVerdict) -> Cell:
+    if not gain.passed:
+        return Cell("MISSED", Mood.BAD)
+    return Cell("passed", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.GOOD)
+
+
+def _conclusion(run: Run) -> Paragraph:
     missed = [str(gain.joint) for gain in run.verdict.gains if not gain.passed]
     if missed:
-        console.print(Text(f"MISSED on joint {', '.join(missed)}.", style="bold red"))
-    else:
-        refused = [str(gain.joint) for gain in run.verdict.gains if not gain.identifiable]
-        rest = f"; joint {', '.join(refused)} rightly refused" if refused else ""
-        console.print(Text(f"PASSED: {found} gains within tolerance{rest}.", style="bold green"))
-
-
-def print_estimate(estimate: GainEstimate, notes: Sequence[str], console: Console) -> None:
-    """The table of identified gains, the reasons for refusals, and how good the fit is.
-
-    The column `payload` is two standard deviations that the payload's stated uncertainty adds.
-    """
-    grid = table("Joint", "Name", "Gain", "2 sigma", "payload", "Residual", "Verdict")
-    for index, joint in enumerate(estimate.joints, 1):
-        gain = joint if isinstance(joint, IdentifiedGain) else None
-        share = estimate.residual_share(index - 1)
-        grid.add_row(
-            str(index),
-            joint.joint,
-            number(gain and gain.value, ".4f"),
-            number(gain and 2.0 * gain.std, ".4f"),
-            number(gain and 2.0 * gain.payload_std, ".4f"),
-            number(None if share is None else 100.0 * share, ".1f", " %"),
-            Text("identified", style="green") if gain else Text("refused", style="yellow"),
-        )
-    console.print(grid)
-    _print_notes(console, notes)
-    for index, joint in enumerate(estimate.joints, 1):
-        if isinstance(joint, RefusedGain):
-            console.print(f"Joint {index}: {joint.reason}.")
-    found = int(estimate.identifiable.sum())
-    console.print(
-        f"{found} of {len(estimate.joints)} gains identified from {estimate.rows} rows, "
-        f"relative residual {100.0 * estimate.rel_error_norm:.2f} %."
-    )
-
-
-def table(*columns: str) -> Table:
-    """An empty table; names and verdicts stand left, numbers right."""
-    grid = Table(box=None, pad_edge=False, header_style="bold")
-    for column in columns:
-        grid.add_column(column, justify="left" if column in LEFT else "right", no_wrap=True)
-    return grid
-
-
-def _verdict(gain: GainVerdict) -> Text:
-    if not gain.passed:
-        return Text("MISSED", style="red")
-    return Text("passed", style="green") if gain.identifiable else Text("rightly refused", style="green")
-
-
-def _print_notes(console: Console, notes: Sequence[str]) -> None:
-    for note in notes:
-        console.print(f"Note: {note}.")
-
-
-def number(value: float | None, form: str, unit: str = "") -> str:
-    """A number with its unit, a dash for none."""
-    return "-" if value is None else f"{value:{form}}{unit}"
+        return Paragraph(f"MISSED on joint {', '.join(missed)}.", Mood.BAD, strong=True)
+    found = sum(gain.identifiable for gain in run.verdict.gains)
+    refused = [str(gain.joint) for gain in run.verdict.gains if not gain.identifiable]
+    rest = f"; joint {', '.join(refused)} rightly refused" if refused else ""
+    return Paragraph(f"PASSED: {found} gains within tolerance{rest}.", Mood.GOOD, strong=True)

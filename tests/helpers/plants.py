@@ -6,11 +6,12 @@ import numpy as np
 
 import rx90_mjcf
 from sim.controller import ControllerBelief, ControllerOptions
-from sim.model_errors import ModelErrors
+from sim.effects import ModelErrors
+from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
-from sim.record import Experiment
 from sim.robot_files import read_robot
-from sim.sensors import NoiseStreams, SensorOptions, noise_streams
+from sim.sensors import SensorOptions, noise_streams
+from sim.sensors.effect import NoiseStreams
 from sim.trajectory import FourierTrajectory, at_rest
 
 CYLINDER = PayloadBody(mass=7.025, com=(0.0, 0.0, 0.142776), inertia=(0.012146, 0.012146, 0.008659, 0.0, 0.0, 0.0))

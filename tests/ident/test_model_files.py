@@ -168,3 +168,18 @@ def test_a_reader_that_fails_names_its_last_printed_line(tmp_path, monkeypatch, 
     with pytest.raises(RobotModelError, match=r"arm\.urdf: Pinocchio cannot read it: Error: no such thing$"):
         load_arm(tmp_path / "arm.urdf")
     assert capfd.readouterr().err == ""
+
+
+LIMITED = [
+    ("false", "", np.inf),
+    ("false", 'limited="true"', 175.0),
+    ("true", "", 175.0),
+    ("true", 'limited="false"', np.inf),
+]
+
+
+@pytest.mark.parametrize(("autolimits", "limited", "upper"), LIMITED)
+def test_a_range_limits_a_joint_where_the_file_says_so(tmp_path, autolimits, limited, upper):
+    text = mjcf(head=f'<compiler autolimits="{autolimits}"/>').replace("range=", f"{limited} range=")
+    (tmp_path / "arm.xml").write_text(text)
+    np.testing.assert_allclose(load_arm(tmp_path / "arm.xml").upper, np.deg2rad(upper), rtol=1e-15)  # rounding

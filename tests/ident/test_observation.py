@@ -99,3 +99,14 @@ def test_reversals_of_a_coupled_sum_are_left_out_on_both_joints(arm):
     np.testing.assert_array_equal(moving[:, 4], np.arange(200) >= 100)
     np.testing.assert_array_equal(moving[:, 5], moving[:, 4])
     assert moving[:, :4].all()
+
+
+@pytest.mark.parametrize("period", [1e-3, 4e-3])
+def test_a_current_delay_is_a_time_whatever_the_sampling(arm, structure, chi, period):
+    # Currents stamped 20 ms before they act are those of a log whose currents come 20 ms later.
+    recording = smooth_recording(arm, chi, period)
+    early = Recording(recording.t, recording.q, np.roll(recording.v, -round(0.02 / period), axis=0), "log")
+    on_time = observe(recording, structure, OPTIONS)
+    told = observe(early, structure, ObserveOptions(current_delay=0.02))
+    for a, b in zip(on_time.joints, told.joints, strict=True):
+        np.testing.assert_allclose(b.V[2:-2], a.V[2:-2], rtol=0, atol=1e-12 * np.abs(a.V).max())  # the ends are rolled

@@ -88,3 +88,19 @@ def test_positions_out_of_range_name_joint_and_range(arm):
         check_positions(arm, log(q))
     with pytest.raises(RecordingError, match="log: 5 joints, but robot rx90 has 6; check the model or the columns"):
         check_positions(arm, log(q[:, :5]))
+
+
+def test_a_position_below_the_range_is_as_wrong_as_one_above(arm):
+    q = 1.2 * np.sin(np.arange(200)[:, None] / 30 + np.arange(6))
+    low = q.copy()
+    low[:, 2] += arm.lower[2] - q[:, 2].min() - 0.11  # 0.1 rad of slack
+    with pytest.raises(RecordingError, match=r"q3 runs from .* outside the range"):
+        check_positions(arm, log(low))
+    low[:, 2] += 0.02
+    check_positions(arm, log(low))
+    high = q.copy()
+    high[:, 2] += arm.upper[2] - q[:, 2].max() + 0.09
+    check_positions(arm, log(high))
+    high[:, 2] += 0.02
+    with pytest.raises(RecordingError, match=r"q3 runs from .* outside the range"):
+        check_positions(arm, log(high))

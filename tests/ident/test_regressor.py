@@ -71,3 +71,27 @@ def test_a_weight_multiplies_every_column_of_its_row(arm, rng):
         np.testing.assert_allclose(
             np.moveaxis(columns, 2, 0), expected[block], rtol=0, atol=1e-13 * np.abs(expected).max()
         )
+
+
+def test_coupling_columns_follow_from_the_energy_and_the_dissipation_of_the_shared_motor(arm, rng):
+    # A motor that turns with the sum of both speeds, less what each joint's own Ia, Fv and Fc already hold: kinetic
+    # energy and Rayleigh function of speeds, differentiated numerically. Both are quadratic (exact central differences)
+    # but for |sum|, whose derivative is a sign.
+    first, second = 1, 4
+    coupled = replace(arm, couplings=((first, second),))
+    q, dq, ddq = rng.uniform(-2, 2, (3, 40, 6))
+    W = regressor(coupled, q, dq, ddq)[:, :, -3:]
+
+    def quadratic(x: np.ndarray) -> np.ndarray:
+        a, b = x[:, first], x[:, second]
+        return 0.5 * ((a + b) ** 2 - a**2 - b**2)
+
+    def dry(x: np.ndarray) -> np.ndarray:
+        return np.abs(x[:, first] + x[:, second])
+
+    for column, function, at in ((0, quadratic, ddq), (1, quadratic, dq), (2, dry, dq)):
+        for joint in range(6):
+            step = np.zeros(6)
+            step[joint] = 1e-6
+            slope = (function(at + step) - function(at - step)) / 2e-6
+            np.testing.assert_allclose(W[:, joint, column], slope, atol=1e-8)

@@ -44,7 +44,7 @@ def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys):
     assert [list(case) for case in document["cases"]] == [["case", "gains", "payload", "fit", "published"]] * 3
     assert all(set(check) == {"claim", "holds"} for check in document["checks"])
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"paper.md", "figure3.png", "figure3.svg", "parameters.parquet", "rows.parquet"}
+    assert names == {"paper.md", "figure3.png", "figure3.svg", "parameters.parquet", "rows.parquet", ".rx90.json"}
     text = (tmp_path / "out" / "paper.md").read_text()
     assert "| case 2 M | 7.025 |" in text
     assert "| 7.170 |" in text

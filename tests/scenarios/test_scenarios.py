@@ -100,13 +100,15 @@ FAULTS = {
     'extends = "nominal"\n[tolerance]\nidentifiable = [1, 1, 1, 1, 1, 0]': "tolerance.identifiable.0: .*valid boolean",
     'extends = "nominal"\n[experiment]\nstep = 1979-05-27': "experiment.step: .*valid number",
     'extends = "nominal"\n[plant]\ngain = [nan, 1, 1, 1, 1, 1]': "plant.gain.0: .*finite number",
-    'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz = 0.0: expected a positive number",
+    'extends = "nominal"\n[experiment.controller]\nrate_hz = 0.0': "rate_hz: input .* equal to 1, got 0",
     'extends = "nominal"\n[plant.payload]\nmass = 0\ncom = [0, 0, 0]': "payload.(mass: .*greater|inertia: .*required)",
     'extends = "nominal"\n[plant.errors]\nstribek = 0.1': "unknown key plant.errors.stribek; did you mean 'stribeck'?",
-    'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling = 2: expected a share from 0 to 1",
+    'extends = "nominal"\n[plant.errors]\nwrist_coupling = 2.0': "wrist_coupling: input .* equal to 1, got 2",
     'extends = "nominal"\n[plant.errors]\njoint_compliance = [1e-5]': "joint_compliance: 1 values .* expected 6",
-    'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "sensors: encoder_noise = -1.0 is negative",
-    'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "observe: .*cutoff_hz = -1: ",
+    'extends = "nominal"\n[experiment.sensors]\nencoder_noise = -1.0': "encoder_noise: input .* equal to 0, got -1",
+    'extends = "nominal"\n[identification.observe]\ncutoff_hz = -1.0': "observe: .*cutoff_hz = -1: expected a number",
+    'extends = "nominal"\n[identification.options]\nblocks = 7': "identification.options: unknown option 'blocks'",
+    'extends = "nominal"\n[identification.gains]\nuncertainty = "x"': "expected one of larger, classical, serial",
 }
 
 
@@ -193,6 +195,7 @@ def test_usage_errors_exit_with_2(capsys):
 
 
 KEYS = ["joint", "true", "estimate", "std", "rel_error", "z", "tolerance", "identifiable", "passed", "reason"]
+KEYS += ["name", "payload_std", "total_std", "predicted_rel_std"]
 
 
 @pytest.fixture(scope="module")
@@ -219,7 +222,7 @@ def identify_arguments(folder: Path, **changes: object) -> list[str]:
 
 def test_json_of_a_run_keeps_the_contract(saved):
     _, result = saved
-    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing"]
+    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes"]
     assert (result["scenario"], result["seed"], result["passed"]) == ("nominal", 5, True)
     assert [list(gain) for gain in result["gains"]] == [KEYS] * 6
     assert list(result["fit"]) == ["method", "rows", "error_norm", "rel_error_norm", "sigma"]
@@ -237,7 +240,7 @@ def test_json_of_a_run_keeps_the_contract(saved):
 def test_save_writes_the_promised_files(saved):
     folder, result = saved
     names = {path.name for path in folder.iterdir()}
-    assert names == {"unloaded.parquet", "loaded.parquet", "payload.toml", "truth.json", "result.json"}
+    assert names == {"unloaded.parquet", "loaded.parquet", "payload.toml", "truth.json", "result.json", ".rx90.json"}
     assert json.loads((folder / "result.json").read_text()) == result
     truth = json.loads((folder / "truth.json").read_text())
     assert truth["drives"]["gain"] == [gain["true"] for gain in result["gains"]]

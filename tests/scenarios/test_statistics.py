@@ -6,7 +6,9 @@ from scipy import stats
 from scenarios import assert_scenario
 from scenarios.errors import ScenarioError
 from scenarios.files.schema import load_scenario
-from scenarios.reports.monte_carlo import failures, write_monte_carlo
+from scenarios.reports.files import write_figures
+from scenarios.reports.monte_carlo import StudyResult, failures, monte_carlo_report
+from scenarios.store.study_summary import write_summary
 from scenarios.studies.pass_rule import allowed_misses, detectable_rate, pass_rule
 from scenarios.studies.statistics import joint_statistics
 
@@ -21,6 +23,12 @@ def rows(
     first["passed"] = np.abs(error) <= tolerance
     second = first.assign(joint=2, std=np.nan, rel_error=np.nan, z=np.nan, identifiable=False, passed=True)
     return pd.concat([first, second]).assign(tolerance=tolerance)
+
+
+def written(statistics, table, scenario, folder) -> list[str]:
+    result = StudyResult(scenario=scenario, seed=0, asked=len(table), statistics=statistics, rows=table)
+    paths = [write_summary(statistics, folder), *write_figures(monte_carlo_report(result), folder)]
+    return [path.name for path in paths]
 
 
 def test_statistics_of_normal_errors_are_the_known_ones():
@@ -88,12 +96,12 @@ def test_plots_and_table_are_written_even_of_a_study_without_any_gain(tmp_path):
     table = rows(4)
     nominal = load_scenario("nominal")
     statistics = joint_statistics(table, wanted=0.95, false_alarm=0.01)
-    names = [path.name for path in write_monte_carlo(statistics, table, nominal, tmp_path)]
+    names = written(statistics, table, nominal, tmp_path)
     assert names == ["summary.parquet", "errors.png", "z-scores.png", "error-against-gain.png"]
     assert len(pd.read_parquet(tmp_path / "summary.parquet")) == 2
     table["identifiable"] = False
     statistics = joint_statistics(table, wanted=0.95, false_alarm=0.01)
-    assert [path.name for path in write_monte_carlo(statistics, table, nominal, tmp_path)] == ["summary.parquet"]
+    assert written(statistics, table, nominal, tmp_path) == ["summary.parquet"]
 
 
 def test_the_nominal_scenario_keeps_its_accuracy():

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 from plants import nominal_plant
 
+from sim.compile import plant_model
 from sim.engine import Engine, Simulation
-from sim.model import plant_model
 
 PERIODS, SUBSTEPS = 200, 2
 

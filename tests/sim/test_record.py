@@ -6,10 +6,12 @@ from plants import CYLINDER, NOISY, experiment, nominal_plant, short_motion, str
 
 from ident.recording import Recording
 from sim.controller import ControllerOptions
+from sim.effects import ModelErrors
 from sim.errors import EffectError, LimitReached, Saturated, SensorError, StepError
-from sim.model_errors import ModelErrors
 from sim.record import record, try_record
-from sim.sensors import SensorOptions, coloured_noise, delayed, logged_current, logged_time, noise_streams
+from sim.sensors import SensorOptions, logged, noise_streams
+from sim.sensors.current import coloured_noise, logged_current
+from sim.sensors.delay import delayed
 
 SILENT = SensorOptions()
 
@@ -167,7 +169,9 @@ def test_clock_jitter_moves_time_stamps_by_its_deviation_and_nothing_else():
     exact, jittered = (record([experiment(sensors=s)], streams(5), threads=1)[0] for s in (NOISY, options))
     assert exact.q.tobytes() == jittered.q.tobytes()
     assert exact.v.tobytes() == jittered.v.tobytes()
-    error = logged_time(100_000, 1000.0, options, np.random.default_rng(0)) - np.arange(100_000) / 1000.0
+    still = np.ones((100_000, 1))
+    stamps = logged(still, still, 1000.0, options, noise_streams(np.random.default_rng(0))).t
+    error = stamps - np.arange(100_000) / 1000.0
     # The variance of 1e5 even deviates is known to 0.28 % (kurtosis 1.8), the deviation to half of it; four of them.
     np.testing.assert_allclose(error.std(), 2.5e-4, rtol=0.006)
     assert np.abs(error).max() <= np.sqrt(3.0) * 2.5e-4 * (1 + 1e-9)

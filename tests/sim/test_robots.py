@@ -6,11 +6,11 @@ import pytest
 from plants import RX90, experiment, streams
 from robot_folders import arm_xml, drives, robot_folder
 
+from sim.compile import plant_model
 from sim.controller import ControllerBelief
 from sim.drives import DriveTruth
+from sim.effects import ModelErrors
 from sim.errors import DriveError, EffectError, PlantError, RobotError
-from sim.model import plant_model
-from sim.model_errors import ModelErrors
 from sim.plant import PayloadBody, Plant
 from sim.record import record
 from sim.robot import Coupling, GravitySpring, Robot

@@ -4,31 +4,36 @@
     rotor      Ia ddq                       dof_armature
     friction   -Fv dq - Fc sign(dq)         dof_damping, dof_frictionloss
     payload    a body welded to link n      body `payload`
+    errors     `sim.effects`                before and after the model is compiled
 
 so the model can be saved and opened in any MuJoCo viewer. Dry friction is a constraint that MuJoCo softens:
 `FRICTION_SOLREF` and `FRICTION_SOLIMP` make it as stiff as the step allows.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from ident.arrays import Array
+from sim.drawn import full_spec, lean_spec
+from sim.effects import EFFECTS
+from sim.effects.effect import Build
+from sim.effects.wrist_coupling import coupling_tendons
 from sim.errors import ModelFileError
-from sim.mechanisms import add_model_errors, coupling_tendons, own_parts, transmission_tendons
 from sim.plant import PayloadBody, Plant
+from sim.quiet import quiet
 
 FRICTION_SOLREF = (2.0, 1.0)
 """Time constant in steps, the stiffest that MuJoCo takes, and damping ratio."""
 FRICTION_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance near 1: 1 % of a friction torque is needed to hold a joint, instead of MuJoCo's default 10 %."""
-SAG_ITERATIONS = 20
-"""Each brings a sagging link nearer to rest by the ratio of gravity's stiffness to the transmission's, about 0.03."""
 
 
+@quiet()
 def plant_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
-    """Compile a plant, with its payload or with a bare flange.
+    """Compile a plant, with its payload or with a bare flange; with all its shapes, to be looked at.
 
     Both have the same layout (the bare flange carries an empty body), so that they run in one batch.
 
@@ -39,29 +44,39 @@ def plant_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
 
     Raises:
         ModelFileError: If the model file cannot be compiled or is of another arm.
-        EffectError: If a model error is more than the robot, its drives or the step allow.
+        EffectError: If a model error is more than the arm or the step allows.
     """
-    n = plant.robot.n
+    return _compiled(full_spec, plant, loaded=loaded, step=step)
+
+
+@quiet()
+def lean_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
+    """As `plant_model`, without shapes: bit for bit the same motion in less time."""
+    return _compiled(lean_spec, plant, loaded=loaded, step=step)
+
+
+def _compiled(read: Callable[[Path], mujoco.MjSpec], plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
+    n, path = plant.robot.n, plant.robot.model
+    build = Build(robot=plant.robot, drives=plant.drives, loaded=loaded, step=step)
     try:
-        spec = mujoco.MjSpec.from_file(str(plant.robot.model))
+        spec = read(path)
         if len(spec.joints) != n:
-            raise ModelFileError(
-                f"robot model {plant.robot.model}: {len(spec.joints)} joints, but {plant.robot.name} has {n}"
-            )
+            raise ModelFileError(f"robot model {path}: {len(spec.joints)} joints, but {plant.robot.name} has {n}")
         mount_payload(spec, plant.payload if loaded else None)
         _give_drives(spec)
-        add_model_errors(spec, plant, step)
+        for effect in EFFECTS.values():
+            effect.before_compile(plant.errors, spec, build)
         spec.option.timestep = step
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
         model = spec.compile()
     except ValueError as error:
         mounted = f" with a payload of {plant.payload.mass:g} kg" if loaded else ""
-        raise ModelFileError(f"robot model {plant.robot.model}{mounted}: {str(error).splitlines()[0]}") from error
-    _inject(model, plant, loaded=loaded, step=step)
+        raise ModelFileError(f"robot model {path}{mounted}: {str(error).splitlines()[0]}") from error
+    _inject(model, plant, build)
     return model
 
 
+@quiet()
 def bare_arm(mjcf: Path, rotor_inertia: Array) -> mujoco.MjModel:
     """Compile the arm as drawn, with rotors and without friction: what a controller knows of it.
 
@@ -73,16 +88,14 @@ def bare_arm(mjcf: Path, rotor_inertia: Array) -> mujoco.MjModel:
         ModelFileError: If the model file cannot be compiled or has another number of joints.
     """
     try:
-        spec = mujoco.MjSpec.from_file(str(mjcf))
+        spec = lean_spec(mjcf)
         mount_payload(spec, None)
-        spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
         model = spec.compile()
     except ValueError as error:
         raise ModelFileError(f"robot model {mjcf}: {str(error).splitlines()[0]}") from error
     if model.nv != len(rotor_inertia):
-        raise ModelFileError(
-            f"robot model {mjcf}: {model.nv} joints, but the controller believes in {len(rotor_inertia)}"
-        )
+        believed = len(rotor_inertia)
+        raise ModelFileError(f"robot model {mjcf}: {model.nv} joints, but the controller believes in {believed}")
     model.dof_armature[:] = rotor_inertia
     model.dof_damping[:] = model.dof_frictionloss[:] = 0.0
     model.jnt_limited[:] = 0
@@ -99,6 +112,30 @@ def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.Mj
     return body
 
 
+@quiet()
+def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
+    """Positions of all joints at rest with the driven ones, which stand last, at q.
+
+    Args:
+        plant: The truth.
+        model: Compiled from it.
+        q: Positions of the driven joints [rad], shape (n,).
+
+    Returns:
+        Positions [rad], shape (nq,); q itself on a rigid arm.
+    """
+    state = np.zeros(model.nq)
+    state[-len(q) :] = q
+    for effect in EFFECTS.values():
+        effect.settle(plant.errors, model, state)
+    return state
+
+
+def friction_constants(model: mujoco.MjModel) -> Array:
+    """Dry friction of the driven joints, then of the coupled motors [N m], shape (n + c,)."""
+    return np.concatenate((model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]))
+
+
 def _give_drives(spec: mujoco.MjSpec) -> None:
     """One torque drive a joint, whatever the model file has: a servo there is not this plant's."""
     for actuator in spec.actuators:
@@ -108,59 +145,19 @@ def _give_drives(spec: mujoco.MjSpec) -> None:
         drive.gaintype, drive.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
 
 
-def resting(model: mujoco.MjModel, q: Array) -> Array:
-    """Positions of all joints at rest with the driven ones at q.
-
-    Links on elastic transmissions sag until transmission and gravity balance.
-
-    Args:
-        model: A compiled plant.
-        q: Positions of the driven joints [rad], shape (n,).
-
-    Returns:
-        Positions [rad], shape (nq,); q itself on a rigid arm.
-    """
-    n, links = len(q), model.nq - len(q)
-    state = np.concatenate([q[:links], q])
-    if not links:
-        return state
-    compliance, data = 1.0 / model.tendon_stiffness[transmission_tendons(model)], mujoco.MjData(model)
-    for _ in range(SAG_ITERATIONS):
-        data.qpos[:] = state
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fwdVelocity(model, data)
-        state[:n] += compliance * (data.qfrc_passive - data.qfrc_bias)[:n]
-    return state
-
-
-def friction_constants(model: mujoco.MjModel) -> Array:
-    """Dry friction of the driven joints, then of the coupled motors [N m], shape (n + c,)."""
-    return np.concatenate((model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]))
-
-
-def _inject(model: mujoco.MjModel, plant: Plant, *, loaded: bool, step: float) -> None:
+def _inject(model: mujoco.MjModel, plant: Plant, build: Build) -> None:
     drives, driven = plant.drives, slice(model.nv - model.nu, None)
-    inertia, viscous, coulomb = own_parts(plant)
     model.actuator_gainprm[:, 0] = drives.gain
     model.actuator_biasprm[:, 0] = -drives.gain * drives.amplifier_offset - drives.coulomb_asymmetry
     model.actuator_ctrlrange[:] = np.outer(drives.current_limit, (-1.0, 1.0))
     model.actuator_ctrllimited[:] = 1
-    model.dof_armature[driven] = inertia
-    model.dof_damping[driven] = viscous
-    model.dof_frictionloss[driven] = coulomb
-    if loaded:
-        _drift(model, plant)
+    model.dof_armature[driven] = drives.rotor_inertia
+    model.dof_damping[driven] = drives.viscous_friction
+    model.dof_frictionloss[driven] = drives.coulomb_friction
+    for effect in EFFECTS.values():
+        effect.after_compile(plant.errors, model, build)
     time_constant, damping_ratio = FRICTION_SOLREF
-    model.dof_solref[:] = model.tendon_solref_fri[:] = (time_constant * step, damping_ratio)
+    model.dof_solref[:] = model.tendon_solref_fri[:] = (time_constant * build.step, damping_ratio)
     model.dof_solimp[:] = model.tendon_solimp_fri[:] = FRICTION_SOLIMP
     model.jnt_limited[:] = 0  # reaching a limit is an error of the run, not a stop to lean on
     mujoco.mj_setConst(model, mujoco.MjData(model))
-
-
-def _drift(model: mujoco.MjModel, plant: Plant) -> None:
-    """Friction of the loaded motion, motors with the wrist coupling; a transmission's damping is not friction."""
-    dry, viscous = 1.0 + plant.errors.coulomb_drift, 1.0 + plant.errors.viscous_drift
-    model.dof_frictionloss *= dry
-    model.tendon_frictionloss *= dry
-    model.dof_damping *= viscous
-    model.tendon_damping[coupling_tendons(model)] *= viscous

@@ -1,0 +1,144 @@
+"""What a report says, as values: paragraphs, tables, figures, and the same as one JSON object."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
+
+NONE = "-"
+"""Stands where there is no number."""
+
+
+class Mood(Enum):
+    """How something is to be taken; a renderer may colour it."""
+
+    PLAIN = "plain"
+    GOOD = "good"
+    DOUBTFUL = "doubtful"
+    BAD = "bad"
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One entry of a table."""
+
+    text: str
+    mood: Mood = Mood.PLAIN
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """A column of a table.
+
+    Attributes:
+        title: Its heading.
+        unit: Of its numbers, empty where they have none.
+        words: Whether it holds words, which stand left, not numbers, which stand right.
+    """
+
+    title: str
+    unit: str = ""
+    words: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """A table.
+
+    Attributes:
+        title: One line above it, empty for none.
+        columns: Headings; the first column says what a row is about.
+        rows: Cells, one tuple a row.
+        shown: Rows that are enough for a screen; None for all.
+        rest: What a screen says in place of the others.
+        file_only: Whether it is too large for a screen.
+    """
+
+    title: str = ""
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    shown: int | None = None
+    rest: str = ""
+    file_only: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Paragraph:
+    """A sentence or more.
+
+    Attributes:
+        text: The words.
+        mood: How they are to be taken.
+        strong: Whether they are what one reads first.
+    """
+
+    text: str
+    mood: Mood = Mood.PLAIN
+    strong: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line to be copied, never broken: a command."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading within a report."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A picture.
+
+    Attributes:
+        name: Of its file, without ending.
+        caption: One line.
+        draw: Draws it; called only where a picture is wanted.
+        endings: Formats it is saved in; the first is shown.
+    """
+
+    name: str
+    caption: str
+    draw: "Callable[[], Drawing]"
+    endings: tuple[str, ...] = ("png",)
+
+
+Part = Paragraph | Line | Heading | Table | Figure
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A result in words, tables and figures.
+
+    Attributes:
+        title: One line.
+        parts: In the order one reads.
+        document: The same for programs, as JSON values.
+    """
+
+    title: str
+    parts: tuple[Part, ...]
+    document: Mapping[str, object]
+
+
+def number(value: float | None, form: str, unit: str = "") -> str:
+    """A number with its unit, a dash for none."""
+    return NONE if value is None else f"{value:{form}}{unit}"
+
+
+def percent(share: float | None, form: str = ".3f") -> str:
+    """A share in percent, without the sign: the heading has it. A dash for none."""
+    return number(None if share is None else 100.0 * share, form)
+
+
+def cells(*texts: str | Cell) -> tuple[Cell, ...]:
+    """A row of a table."""
+    return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)

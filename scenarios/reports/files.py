@@ -1,0 +1,34 @@
+"""A report as files: its pictures, and its text."""
+
+from pathlib import Path
+
+from scenarios.reports.content import Figure, Report
+from scenarios.reports.renderers import Page, renderer
+
+DPI = 110
+
+
+def write_figures(report: Report, folder: Path) -> list[Path]:
+    """Draw every figure and save it.
+
+    Raises:
+        OSError: If one cannot be written.
+    """
+    written: list[Path] = []
+    for part in report.parts:
+        if isinstance(part, Figure):
+            drawing = part.draw()
+            for ending in part.endings:
+                written.append(folder / f"{part.name}.{ending}")
+                drawing.savefig(written[-1], dpi=DPI)
+    return written
+
+
+def write_markdown(report: Report, path: Path) -> Path:
+    """Write the text with every row of every table.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    path.write_text(renderer("markdown")(report, Page()), encoding="utf-8", errors="backslashreplace")
+    return path

@@ -1,0 +1,51 @@
+"""What tables of identified gains share: the interval and its parts, what it means, notes and reasons."""
+
+from collections.abc import Sequence
+
+from ident.estimate import FoundParameter, IdentifiedGain, JointResult
+from ident.parameters import UNITS
+from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
+
+INTERVAL = (
+    Column(title="2 sigma", unit="%"),
+    Column(title="residual", unit="%"),
+    Column(title="payload", unit="%"),
+)
+"""The interval of a gain beside its parts, in percent of the gain."""
+MEANING = Paragraph(
+    "Gains in N m per drive unit. 2 sigma: two standard deviations, from the residual and from the payload's stated "
+    "uncertainty together. "
+    "No error of the model is in it: of geometry, friction law, couplings."
+)
+
+
+def interval(joint: JointResult) -> tuple[str, str, str]:
+    """The cells of `INTERVAL`."""
+    if not isinstance(joint, IdentifiedGain):
+        return NONE, NONE, NONE
+    total, residual, payload = (
+        percent(2.0 * std / abs(joint.value), ".2f") for std in (joint.total_std, joint.std, joint.payload_std)
+    )
+    return total, residual, payload
+
+
+def note_paragraphs(notes: Sequence[str]) -> list[Paragraph]:
+    """What the interval means, and a line a note."""
+    return [MEANING, *(Paragraph(f"Note: {note}.") for note in notes)]
+
+
+def reason_paragraph(joint: int, reason: str) -> Paragraph:
+    """Why a joint has no gain, or has missed."""
+    return Paragraph(f"Joint {joint}: {reason}.")
+
+
+def payload_tables(found: Sequence[FoundParameter]) -> list[Table]:
+    """The payload parameters that a method found on its way, in a table if there are any."""
+    rows = tuple(cells(p.name, f"{p.value:.4f}", f"{2.0 * p.std:.4f}", UNITS[p.name]) for p in found)
+    columns = (
+        Column(title="Payload", words=True),
+        Column(title="Found"),
+        Column(title="2 sigma"),
+        Column(title="Unit", words=True),
+    )
+    return [Table(columns=columns, rows=rows)] if rows else []

@@ -1,0 +1,1 @@
+"""Pictures of results, one module a result; Matplotlib is imported here alone."""

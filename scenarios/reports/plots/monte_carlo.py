@@ -1,0 +1,141 @@
+"""Pictures of a Monte Carlo study: a panel a joint, all on the same axes, joints without a gain named."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy import stats
+
+from ident.arrays import Array
+
+MOST_POINTS = 5000
+"""Points of a scatter plot; more only cover each other."""
+BINS = (20, 120)
+"""Fewest and most bins of the axis that all histograms share."""
+NEAR = 2.0
+"""A tolerance this many times beyond the errors still gets the axis widened to it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subject:
+    """What the pictures are of.
+
+    Attributes:
+        title: Scenario and trials.
+        without: Joints that have no panel.
+    """
+
+    title: str
+    without: tuple[int, ...]
+
+
+def panels(rows: pd.DataFrame) -> dict[int, pd.DataFrame]:
+    """Rows with a gain of each joint whose errors differ; two at least."""
+    found = {int(str(joint)): group for joint, group in rows.query("identifiable").groupby("joint", sort=True)}
+    return {joint: group for joint, group in found.items() if varies(group["rel_error"].to_numpy())}
+
+
+def varies(values: Array) -> bool:
+    """Whether values are spread over more than their rounding."""
+    return len(values) > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
+
+
+def histograms(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
+    """Errors against the normal density that the claimed deviations promise, and the tolerance."""
+    reach = max(_reach(rows) for rows in found.values())
+    tolerances = [100.0 * float(rows["tolerance"].iloc[0]) for rows in found.values()]
+    reach = max([reach, *(1.1 * t for t in tolerances if t <= NEAR * reach)])
+    narrowest = min(_bin_width(rows) for rows in found.values())
+    bins = int(np.clip(2.0 * reach / narrowest, *BINS))
+    edges = np.linspace(-reach, reach, bins + 1)
+    return _figure(found, subject, lambda axis, rows: _histogram(axis, rows, edges))
+
+
+def quantiles(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
+    """Sorted z-scores against the normal quantiles they should have."""
+    return _figure(found, subject, _qq)
+
+
+def against_true(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
+    """Errors over the gain that was injected."""
+    reach = NEAR * max(_reach(rows) for rows in found.values())
+    return _figure(found, subject, lambda axis, rows: _against_true(axis, rows, reach))
+
+
+def _figure(found: Mapping[int, pd.DataFrame], subject: Subject, draw: Callable[[Axes, pd.DataFrame], None]) -> Figure:
+    """One panel a joint, three in a row, on the same axes."""
+    across = min(3, len(found))
+    down = -(-len(found) // across)
+    figure = Figure(figsize=(4.2 * across, 3.2 * down + 0.5), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(down, across, sharex=True, sharey=True)).ravel()
+    for axis, (joint, rows) in zip(axes, found.items(), strict=False):
+        draw(axis, rows)
+        axis.set_title(f"joint {joint}", fontsize=10)
+        axis.tick_params(labelbottom=True, labelleft=True)
+    for axis in axes[len(found) :]:
+        axis.set_axis_off()
+    names = ", ".join(map(str, subject.without))
+    without = f"\nno panel: joint {names}, refused or always with the same error" if names else ""
+    figure.suptitle(f"{subject.title}{without}", fontsize=11)
+    return figure
+
+
+def _histogram(axis: Axes, rows: pd.DataFrame, edges: Array) -> None:
+    error, claimed = 100.0 * rows["rel_error"].to_numpy(), _claimed(rows)
+    axis.hist(error, bins=edges.tolist(), density=True, color="0.8", label="errors")
+    x = np.linspace(edges[0], edges[-1], 400)
+    some = claimed[:: max(1, len(claimed) // 500)]
+    axis.plot(x, stats.norm.pdf(x[:, None], scale=some).mean(axis=1), color="C0", label="claimed")
+    tolerance = 100.0 * float(rows["tolerance"].iloc[0])
+    if tolerance <= edges[-1]:
+        for side in (-tolerance, tolerance):
+            label = "tolerance" if side > 0 else None
+            axis.axvline(side, color="C3", linestyle="--", linewidth=1.0, label=label)
+    else:
+        axis.plot([], [], color="C3", linestyle="--", label=f"tolerance: beyond, ± {tolerance:.3g} %")
+    axis.set_xlabel("error of the gain [%]")
+    axis.set_ylabel("density [1/%]")
+    axis.legend(loc="upper right", fontsize=7, framealpha=1.0, edgecolor="none")
+
+
+def _qq(axis: Axes, rows: pd.DataFrame) -> None:
+    z = np.sort(rows["z"].dropna().to_numpy())
+    expected = stats.norm.ppf((np.arange(1, len(z) + 1) - 0.5) / len(z))
+    keep = np.unique(np.linspace(0, len(z) - 1, min(len(z), MOST_POINTS)).astype(int))
+    axis.plot(expected, expected, color="0.5", linewidth=1.0)
+    axis.plot(expected[keep], z[keep], ".", markersize=3, color="C0")
+    axis.set_xlabel("normal quantile")
+    axis.set_ylabel("z = error / claimed sigma")
+
+
+def _against_true(axis: Axes, rows: pd.DataFrame, reach: float) -> None:
+    some = rows.iloc[:: max(1, len(rows) // MOST_POINTS)]
+    axis.axhline(0.0, color="0.5", linewidth=1.0)
+    axis.plot(some["true"] / rows["true"].median(), 100.0 * some["rel_error"], ".", markersize=3, color="C0")
+    tolerance = 100.0 * float(rows["tolerance"].iloc[0])
+    if tolerance <= reach:
+        for side in (-tolerance, tolerance):
+            axis.axhline(side, color="C3", linestyle="--", linewidth=1.0, label="tolerance" if side > 0 else None)
+    else:
+        axis.plot([], [], color="C3", linestyle="--", label=f"tolerance: beyond, ± {tolerance:.3g} %")
+    axis.legend(loc="upper right", fontsize=7, framealpha=1.0, edgecolor="none")
+    axis.set_xlabel("injected gain over its median")
+    axis.set_ylabel("error [%]")
+
+
+def _claimed(rows: pd.DataFrame) -> Array:
+    """Claimed standard deviations [%]."""
+    return 100.0 * (rows["std"] / rows["true"].abs()).to_numpy()
+
+
+def _reach(rows: pd.DataFrame) -> float:
+    """How far errors, or the density that is claimed, reach [%]."""
+    return 1.1 * max(100.0 * float(np.abs(rows["rel_error"].to_numpy()).max()), 3.0 * float(np.median(_claimed(rows))))
+
+
+def _bin_width(rows: pd.DataFrame) -> float:
+    edges = np.histogram_bin_edges(100.0 * rows["rel_error"].to_numpy(), bins="fd")
+    return float(edges[1] - edges[0])

@@ -1,0 +1,10 @@
+"""A report as one JSON object."""
+
+from scenarios.reports.content import Report
+from scenarios.reports.renderers import Page
+from scenarios.store.documents import to_json
+
+
+def render(report: Report, page: Page) -> str:
+    """Serialise the document; a number that is not finite would be no JSON and is an error."""
+    return to_json(report.document) + "\n"

@@ -1,0 +1,35 @@
+"""A report as Markdown: every row of every table, figures by the names of their files."""
+
+from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table
+from scenarios.reports.renderers import Page
+
+
+def render(report: Report, page: Page) -> str:
+    """Draw title and parts, an empty line between them."""
+    return "\n\n".join([f"# {report.title}", *(_part(part) for part in report.parts)]) + "\n"
+
+
+def _part(part: Part) -> str:
+    match part:
+        case Paragraph(text, strong=strong):
+            return f"**{text}**" if strong else text
+        case Line(text):
+            return f"    {text}"
+        case Heading(text):
+            return f"## {text}"
+        case Figure(name, caption, endings=endings):
+            return f"![{caption}]({name}.{endings[0]})"
+        case Table():
+            return _table(part)
+
+
+def _table(table: Table) -> str:
+    rule = ["---" if column.words else "---:" for column in table.columns]
+    rows = [[_heading(column) for column in table.columns], rule]
+    rows += [[cell.text.replace("|", "\\|") for cell in row] for row in table.rows]
+    lines = [f"| {' | '.join(row)} |" for row in rows]
+    return "\n".join([f"**{table.title}**", "", *lines] if table.title else lines)
+
+
+def _heading(column: Column) -> str:
+    return f"{column.title} [{column.unit}]" if column.unit else column.title

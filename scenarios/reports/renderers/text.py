@@ -1,0 +1,100 @@
+"""A report as aligned text.
+
+A table that does not fit the page is first set closer; if that is not enough it is continued below itself, its first
+column repeated, so that no number is ever cut.
+"""
+
+from collections.abc import Sequence
+from io import StringIO
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.table import Table as Grid
+from rich.text import Text
+
+from scenarios.reports.content import Cell, Column, Figure, Heading, Line, Mood, Paragraph, Report, Table
+from scenarios.reports.renderers import Page
+
+WIDE = 10_000
+"""Characters a line where any number is allowed."""
+GAPS = (2, 1)
+"""Spaces between columns, as wished and at least."""
+STYLES = {Mood.PLAIN: "", Mood.GOOD: "green", Mood.DOUBTFUL: "yellow", Mood.BAD: "red"}
+
+
+def render(report: Report, page: Page) -> str:
+    """Draw title and parts; figures are files, not text."""
+    width = page.width or WIDE
+    console = Console(
+        file=StringIO(),
+        width=width,
+        force_terminal=page.colour,
+        color_system="auto" if page.colour else None,
+        highlight=False,
+        markup=False,
+        emoji=False,
+    )
+    with console.capture() as capture:
+        console.print(report.title)
+        for part in report.parts:
+            match part:
+                case Paragraph(text, mood, strong):
+                    console.print(Text(text, style=f"{'bold ' if strong else ''}{STYLES[mood]}".strip()))
+                case Line(text):
+                    console.print(text, soft_wrap=True)
+                case Heading(text):
+                    console.print(Text(f"\n{text}", style="bold"))
+                case Table():
+                    _print_table(part, console, width)
+                case Figure():
+                    pass
+    return "\n".join(line.rstrip() for line in capture.get().split("\n"))
+
+
+def _print_table(table: Table, console: Console, width: int) -> None:
+    if table.file_only:
+        return
+    if table.title:
+        console.print(Text(table.title, style="bold"))
+    rows = table.rows[: table.shown]
+    widths = [_width(column, [row[k] for row in rows]) for k, column in enumerate(table.columns)]
+    for gap, block in blocks(widths, width):
+        grid = Grid(box=None, pad_edge=False, collapse_padding=True, padding=(0, gap, 0, 0), header_style="bold")
+        units = any(table.columns[k].unit for k in block)
+        for k in block:
+            column = table.columns[k]
+            header = f"{column.title}\n{column.unit}" if units else column.title
+            grid.add_column(header, justify="left" if column.words else "right", no_wrap=True)
+        for row in rows:
+            grid.add_row(*(Text(row[k].text, style=STYLES[row[k].mood]) for k in block))
+        console.print(grid, width=max(width, sum(widths) + gap * len(widths)), soft_wrap=True)
+    if len(table.rows) > len(rows) and table.rest:
+        console.print(table.rest)
+
+
+def blocks(widths: Sequence[int], page: int) -> list[tuple[int, tuple[int, ...]]]:
+    """Which columns stand beside each other, and how far apart.
+
+    Args:
+        widths: Of the columns.
+        page: Characters a line.
+
+    Returns:
+        The gap and the columns of each part, the first column in all of them. One part if the columns fit with a gap of
+        `GAPS`; otherwise as many as are needed, each at least two columns.
+    """
+    for gap in GAPS:
+        if sum(widths) + gap * (len(widths) - 1) <= page:
+            return [(gap, tuple(range(len(widths))))]
+    parts: list[list[int]] = [[0]]
+    for k in range(1, len(widths)):
+        used = sum(widths[c] for c in parts[-1]) + GAPS[0] * len(parts[-1])
+        if len(parts[-1]) > 1 and used + widths[k] > page:
+            parts.append([0])
+        parts[-1].append(k)
+    return [(GAPS[0], tuple(part)) for part in parts]
+
+
+def _width(column: Column, cells: Sequence[Cell]) -> int:
+    texts = [*column.title.splitlines(), column.unit, *(cell.text for cell in cells)]
+    return max(cell_len(text) for text in texts)

@@ -1,0 +1,104 @@
+"""Results for programs: the JSON objects of `--json`, whose keys are a contract."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+
+from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
+from ident.identification import Identification
+from ident.parameters import INERTIAL
+from ident.payload import standard_parameters
+from scenarios.run import Run
+
+
+def run_document(run: Run) -> dict[str, object]:
+    """The result of `rx90 run` as one JSON object."""
+    gains = [
+        {**asdict(gain), **_more(joint)} for gain, joint in zip(run.verdict.gains, run.estimate.joints, strict=True)
+    ]
+    body = run.bench.experiments[0].plant.payload
+    true: dict[str, float] = dict(
+        zip(map(str, INERTIAL), standard_parameters(body.mass, body.com, body.inertia).tolist(), strict=True)
+    )
+    return {
+        "scenario": run.bench.scenario.name,
+        "seed": run.seed,
+        "passed": run.verdict.passed,
+        "gains": gains,
+        "payload": _payload(run.estimate, true),
+        "fit": _fit(run.estimate),
+        "timing": {"simulate_s": run.simulate_s, "identify_s": run.identify_s},
+        "notes": list(run.notes),
+    }
+
+
+def estimate_document(found: Identification, identify_s: float) -> dict[str, object]:
+    """The result of `rx90 identify` as one JSON object of the same form; what needs a truth is null."""
+    estimate = found.estimate
+    gains = [
+        {
+            "joint": number,
+            "true": None,
+            "estimate": joint.value if isinstance(joint, IdentifiedGain) else None,
+            "std": joint.std if isinstance(joint, IdentifiedGain) else None,
+            "rel_error": None,
+            "z": None,
+            "tolerance": None,
+            "identifiable": isinstance(joint, IdentifiedGain),
+            "passed": None,
+            "reason": joint.reason if isinstance(joint, RefusedGain) else None,
+            **_more(joint),
+        }
+        for number, joint in enumerate(estimate.joints, 1)
+    ]
+    return {
+        "scenario": None,
+        "seed": None,
+        "passed": None,
+        "gains": gains,
+        "payload": _payload(estimate, {}),
+        "fit": _fit(estimate),
+        "timing": {"simulate_s": None, "identify_s": identify_s},
+        "notes": list(found.notes),
+    }
+
+
+def to_json(document: Mapping[str, object]) -> str:
+    """Serialise; a number that is not finite would be no JSON and is an error."""
+    return json.dumps(document, indent=2, allow_nan=False)
+
+
+def _more(joint: JointResult) -> dict[str, object]:
+    """What is known of a joint with or without a truth: its name, the parts of its deviation, what was predicted."""
+    gain = joint if isinstance(joint, IdentifiedGain) else None
+    return {
+        "name": joint.joint,
+        "payload_std": gain and gain.payload_std,
+        "total_std": gain and gain.total_std,
+        "predicted_rel_std": joint.predicted_rel_std,
+    }
+
+
+def _payload(estimate: GainEstimate, true: Mapping[str, float]) -> list[dict[str, object]]:
+    """The payload parameters that the method found on its way, beside the true ones where there are any."""
+    return [
+        {
+            "parameter": found.name,
+            "true": true.get(found.name),
+            "estimate": found.value,
+            "std": found.std,
+            "tolerance": None,
+            "passed": None,
+        }
+        for found in estimate.payload
+    ]
+
+
+def _fit(estimate: GainEstimate) -> dict[str, object]:
+    return {
+        "method": estimate.method,
+        "rows": estimate.rows,
+        "error_norm": estimate.error_norm,
+        "rel_error_norm": estimate.rel_error_norm,
+        "sigma": estimate.sigma,
+    }

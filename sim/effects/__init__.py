@@ -1,0 +1,47 @@
+"""Model errors: what the robot has and the identification model has not, one file each.
+
+`docs/derivations.md` has the equation and the source of each. One more costs its file and, here, a base of
+`ModelErrors` and a line of `EFFECTS`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sim.effects import (
+    base_tilt,
+    friction_drift,
+    gravity_spring,
+    joint_elasticity,
+    load_friction,
+    moved_frames,
+    stribeck,
+    wrist_coupling,
+)
+from sim.effects.effect import Effect
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelErrors(
+    friction_drift.FrictionDrift,  # the order of keys is from last to first
+    load_friction.LoadFriction,
+    stribeck.Stribeck,
+    joint_elasticity.JointElasticity,
+    gravity_spring.GravitySpringErrors,
+    wrist_coupling.WristCoupling,
+    moved_frames.MovedFrames,
+    base_tilt.BaseTilt,
+):
+    """Values of every effect, keys of `[plant.errors]`; zero switches each off."""
+
+
+EFFECTS: Mapping[str, Effect[ModelErrors]] = {
+    "base_tilt": base_tilt.EFFECT,
+    "gravity_spring": gravity_spring.EFFECT,
+    "moved_frames": moved_frames.EFFECT,
+    "joint_elasticity": joint_elasticity.EFFECT,  # before what pulls at its motors
+    "wrist_coupling": wrist_coupling.EFFECT,
+    "friction_drift": friction_drift.EFFECT,  # after what splits friction
+    "stribeck": stribeck.EFFECT,
+    "load_friction": load_friction.EFFECT,
+}
+"""What they do, in the order in which it is done."""

@@ -1,0 +1,115 @@
+"""What a model error is: values with ranges, and what they do to a model or to a control step.
+
+A file of this package holds one. Its values are a dataclass whose fields are keys of a scenario's `[plant.errors]`, its
+`EFFECT` the functions that act; a function that is left out does nothing. An effect whose values are zero leaves no
+trace. `sim.effects` names them all.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+import mujoco
+
+from ident.arrays import Array
+from sim.drives import DriveTruth
+from sim.errors import EffectError
+from sim.ranges import refuse_outside
+from sim.robot import Robot
+
+V = TypeVar("V", contravariant=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Values:
+    """Base of the values of every effect.
+
+    Raises:
+        EffectError: If a number is not finite or outside its annotated range.
+    """
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        refuse_outside(self, "errors", EffectError)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Build:
+    """What a model is made of, beside its errors.
+
+    Attributes:
+        robot: The arm.
+        drives: Its drives as they are.
+        loaded: Whether the payload is mounted.
+        step: Physics step [s].
+    """
+
+    robot: Robot
+    drives: DriveTruth
+    loaded: bool
+    step: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ControlStep:
+    """The start of a control period of B simulations with n joints and c coupled motors.
+
+    Attributes:
+        t: Time since the start of the motion [s].
+        q: Positions of the driven joints [rad], shape (B, n).
+        dq: Their speeds [rad/s], shape (B, n).
+        v: Currents that are held over the period [drive units], shape (B, n).
+        constant: Dry friction without what varies [N m], shape (B, n + c).
+        speed: Speeds that it rubs at [rad/s], shape (B, n + c).
+        friction: Dry friction over the period [N m], shape (B, n + c); an effect adds its part in place.
+        torque: Torque on the driven joints beside that of the drives [N m], shape (B, n); likewise.
+    """
+
+    t: float
+    q: Array
+    dq: Array
+    v: Array
+    constant: Array
+    speed: Array
+    friction: Array
+    torque: Array
+
+
+Term = Callable[[ControlStep], None]
+"""Adds what an effect does in a control period."""
+
+
+def _nothing(*_: object) -> None:
+    """Of an effect that does nothing here."""
+
+
+def _never(*_: object) -> bool:
+    """Of an effect that never does."""
+    return False
+
+
+def _no_term(*_: object) -> Term:
+    return _nothing
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Effect(Generic[V]):
+    """What one model error does; V are its values.
+
+    Attributes:
+        fits: Refuses values that a robot or its drives have no place for, with an `EffectError`.
+        resizes: Whether the values change the sizes of a model, so that it runs in a batch of its own.
+        before_compile: Changes the arm as drawn, its payload and drives in place.
+        after_compile: Changes the compiled model, its drives and friction injected.
+        settle: Given positions of all joints with the driven ones at their start, moves the others to rest.
+        varies: Whether the values act in every control period.
+        term: What B simulations with these values, on these builds, get in a control period.
+    """
+
+    fits: Callable[[V, Robot, DriveTruth], None] = _nothing
+    resizes: Callable[[V], bool] = _never
+    before_compile: Callable[[V, mujoco.MjSpec, Build], None] = _nothing
+    after_compile: Callable[[V, mujoco.MjModel, Build], None] = _nothing
+    settle: Callable[[V, mujoco.MjModel, Array], None] = _nothing
+    varies: Callable[[V], bool] = _never
+    term: Callable[[Sequence[V], Sequence[Build]], Term] = _no_term

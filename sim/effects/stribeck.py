@@ -1,0 +1,42 @@
+"""Dry friction that is stronger near standstill: `Fc (1 + stribeck exp(-(dq / stribeck_speed)^2))`.
+
+It holds for a coupled motor too, at the speed that the motor turns with.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Unit
+
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stribeck(Values):
+    """Extra dry friction near standstill.
+
+    Attributes:
+        stribeck: Extra dry friction near standstill, as a share of Coulomb friction.
+        stribeck_speed: Speed at which that extra has fallen to 37 % [rad/s]; assumed.
+    """
+
+    stribeck: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.0
+    stribeck_speed: Annotated[float, Interval(ge=1e-6, le=100.0), Unit("rad/s")] = 0.1
+
+
+def _term(values: Sequence[Stribeck], builds: Sequence[Build]) -> Term:
+    share, fall = (np.array([[getattr(v, name)] for v in values]) for name in ("stribeck", "stribeck_speed"))
+
+    def add(step: ControlStep) -> None:
+        step.friction[:] += step.constant * (share * np.exp(-((step.speed / fall) ** 2)))
+
+    return add
+
+
+def _varies(values: Stribeck) -> bool:
+    return values.stribeck > 0.0
+
+
+EFFECT = Effect[Stribeck](varies=_varies, term=_term)

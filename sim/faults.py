@@ -1,0 +1,58 @@
+"""Why a run is no recording: it diverged, a drive stood at its limit, a joint left its range."""
+
+import mujoco
+import numpy as np
+
+from ident.arrays import Array
+from sim.errors import Diverged, LimitReached, Saturated, SimulationError
+from sim.experiment import Experiment
+
+SATURATED_TOO_LONG = 0.1
+"""Time at the current limit that makes a motion useless [s]."""
+
+
+def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable: bool) -> SimulationError | None:
+    """Why a run is no recording, None if it is one.
+
+    Args:
+        e: What ran.
+        model: Its model.
+        q: Readings [rad], shape (N, n).
+        v: Current references [drive units], shape (N, n).
+        unstable: Whether MuJoCo met a bad state.
+    """
+    if unstable or not np.isfinite(q).all():
+        return Diverged(f"{e.name}: the simulation diverged; use a smaller step, a softer controller, a possible plant")
+    return _saturated(e, model, v) or _left_range(e, model, q)
+
+
+def _saturated(e: Experiment, model: mujoco.MjModel, v: Array) -> Saturated | None:
+    rate, limit = e.controller.rate_hz, e.plant.drives.current_limit
+    run = max(1, round(SATURATED_TOO_LONG * rate))
+    at_limit = np.abs(v) >= limit
+    if not at_limit.any():
+        return None
+    held = np.zeros((len(v) + 1, v.shape[1]), dtype=np.int64)  # samples at the limit before each one
+    np.cumsum(at_limit, axis=0, out=held[1:])
+    long = (held[run:] - held[:-run]) == run
+    if not long.any():
+        return None
+    k, j = np.argwhere(long)[0]
+    return Saturated(
+        f"{e.name}: drive of {model.joint(j).name} at its limit of {limit[j]:g} for more than "
+        f"{SATURATED_TOO_LONG:g} s from t = {k / rate:.3f} s; "
+        + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
+    )
+
+
+def _left_range(e: Experiment, model: mujoco.MjModel, q: Array) -> LimitReached | None:
+    n = q.shape[1]  # joints of the arm; motors of their own come behind
+    beyond = (q < model.jnt_range[:n, 0]) | (q > model.jnt_range[:n, 1])
+    if not beyond.any():
+        return None
+    k, j = np.argwhere(beyond)[0]
+    low, high = model.jnt_range[j]
+    return LimitReached(
+        f"{e.name}: {model.joint(j).name} at {q[k, j]:.3f} rad leaves its range {low:.3f} to {high:.3f} rad "
+        f"at t = {k / e.controller.rate_hz:.3f} s; use another motion or a stiffer controller"
+    )

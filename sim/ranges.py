@@ -1,0 +1,65 @@
+"""Ranges that stand beside the values they hold for: `Annotated[float, Interval(ge=0.0, le=1.0), Unit("m")]`.
+
+Scenario files and their schema read the same annotations.
+"""
+
+from collections.abc import Mapping
+from dataclasses import fields
+from functools import lru_cache
+from math import isfinite
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+
+from annotated_types import Interval, Unit
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    from sim.errors import PlantError
+
+
+def refuse_outside(values: "DataclassInstance", place: str, error: "type[PlantError]") -> None:
+    """Check every number of a dataclass against its annotated range.
+
+    Args:
+        values: A dataclass whose fields are numbers, or not numbers and left alone.
+        place: What it is part of, for the message.
+        error: Raised.
+
+    Raises:
+        PlantError: As `error`, if a number is not finite or outside its range.
+    """
+    ranges = _ranges(type(values))
+    for field in fields(values):
+        value = getattr(values, field.name)
+        if not isinstance(value, float | int):
+            continue
+        if not isfinite(value):
+            raise error(f"{place}: {field.name} = {value}: expected a finite number")
+        if field.name in ranges and not _inside(value, ranges[field.name][0]):
+            interval, unit = ranges[field.name]
+            raise error(f"{place}: {field.name} = {value:g}: expected {_words(interval)}{unit}")
+
+
+@lru_cache(maxsize=64)
+def _ranges(kind: type) -> Mapping[str, tuple[Interval, str]]:
+    found: dict[str, tuple[Interval, str]] = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        details = get_args(hint)[1:]
+        unit = "".join(f" {detail.unit}" for detail in details if isinstance(detail, Unit))
+        for interval in (detail for detail in details if isinstance(detail, Interval)):
+            found[name] = interval, unit
+    return found
+
+
+def _inside(value: float, interval: Interval) -> bool:
+    above = value >= _number(interval.ge) if interval.gt is None else value > _number(interval.gt)
+    return above and value <= _number(interval.le)
+
+
+def _words(interval: Interval) -> str:
+    low = f"{_number(interval.ge):g}" if interval.gt is None else f"more than {_number(interval.gt):g}"
+    return f"{low} to {_number(interval.le):g}"
+
+
+def _number(bound: Any) -> float:  # annotated_types knows bounds of any type
+    return float(bound)

@@ -1,0 +1,69 @@
+"""Sensors: what stands between the plant and its log, one file each.
+
+One more costs its file and, here, a base of `SensorOptions` and a line of `SENSOR_EFFECTS`; at the end, so that the
+others keep their random numbers.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array
+from sim.sensors import clock, current, delay, encoder
+from sim.sensors.effect import Log, NoiseStreams, SensorEffect
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorOptions(
+    clock.Clock,  # the order of keys is from last to first
+    delay.Delay,
+    current.CurrentNoise,
+    encoder.Encoder,
+):
+    """Values of every sensor, keys of `[experiment.sensors]`; zero switches each off."""
+
+
+SENSOR_EFFECTS: Mapping[str, SensorEffect[SensorOptions]] = {
+    "encoder": encoder.EFFECT,
+    "delay": delay.EFFECT,
+    "current": current.EFFECT,
+    "clock": clock.EFFECT,
+}
+"""What they do, in the order in which it is done."""
+
+STREAMS = tuple(name for effect in SENSOR_EFFECTS.values() for name in effect.streams)
+"""Names of all noise streams."""
+
+
+def noise_streams(rng: np.random.Generator) -> NoiseStreams:
+    """The streams that follow from one generator: a child of it for every sensor that draws any."""
+    drawing = [effect for effect in SENSOR_EFFECTS.values() if effect.streams]
+    children = zip(drawing, rng.spawn(len(drawing)), strict=True)
+    return NoiseStreams({name: child for effect, child in children for name in effect.streams})
+
+
+def check_rate(options: SensorOptions, rate_hz: float) -> None:
+    """Check that sensors fit the rate they log at.
+
+    Raises:
+        SensorError: If one does not.
+    """
+    for effect in SENSOR_EFFECTS.values():
+        effect.fits(options, rate_hz)
+
+
+def logged(q: Array, v: Array, rate_hz: float, options: SensorOptions, streams: NoiseStreams) -> Log:
+    """What is logged of a motion.
+
+    Args:
+        q: Readings of the encoders [rad], shape (N, n).
+        v: Current references [drive units], shape (N, n).
+        rate_hz: Their rate [Hz].
+        options: Values of the sensors.
+        streams: Sources of the noise.
+    """
+    log = Log(t=np.arange(len(q)) / rate_hz, q=q, v=v, rate_hz=rate_hz)
+    for effect in SENSOR_EFFECTS.values():
+        log = effect.logs(options, log, streams)
+    return log

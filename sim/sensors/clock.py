@@ -1,0 +1,40 @@
+"""The clock that stamps the samples: they are taken on time, and stamped with an error."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Unit
+
+from sim.errors import SensorError
+from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clock(Values):
+    """Jitter of time stamps.
+
+    Attributes:
+        clock_jitter: Standard deviation of the error of a time stamp [s], evenly distributed; a quarter of the period
+            at most, so that time increases. The samples themselves are taken on time.
+    """
+
+    clock_jitter: Annotated[float, Interval(ge=0.0, le=10.0), Unit("s")] = 0.0
+
+
+def _fits(values: Clock, rate_hz: float) -> None:
+    if values.clock_jitter > 0.25 / rate_hz:
+        raise SensorError(
+            f"sensors: clock_jitter = {values.clock_jitter:g} s at {rate_hz:g} Hz: expected a quarter of the period, "
+            f"{0.25 / rate_hz:g} s, at most"
+        )
+
+
+def _jittered(values: Clock, log: Log, streams: NoiseStreams) -> Log:
+    if not values.clock_jitter:
+        return log
+    even = streams["clock"].uniform(-np.sqrt(3.0), np.sqrt(3.0), len(log.t))  # of unit deviation
+    return replace(log, t=log.t + values.clock_jitter * even)
+
+
+EFFECT = SensorEffect[Clock](streams=("clock",), fits=_fits, logs=_jittered)

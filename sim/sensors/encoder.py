@@ -1,0 +1,62 @@
+"""Encoders: noise, then the quantum. The controller sees what they read, and it is what is logged."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Unit
+
+from ident.arrays import Array
+from sim.sensors.effect import NoiseStreams, Reader, SensorEffect, Values
+
+CHUNK = 500
+"""Control periods whose noise is drawn at once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Encoder(Values):
+    """One encoder a joint, on the joint side.
+
+    Attributes:
+        encoder_quantum: Encoder resolution on the joint side [rad].
+        encoder_noise: Standard deviation of a reading before quantisation [rad].
+    """
+
+    encoder_quantum: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
+    encoder_noise: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
+
+
+class _Encoders:
+    """The encoders of B simulations; whole arrays, since broadcasting costs in the loop."""
+
+    def __init__(self, values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> None:
+        self._generators = [each["encoder"] for each in streams]
+        self._std = np.array([[[each.encoder_noise]] for each in values])
+        self._drawn = np.empty((len(values), CHUNK, n))
+        self._noise = np.empty((CHUNK, len(values), n))
+        quantum = np.repeat(np.array([[each.encoder_quantum] for each in values]), n, axis=1)
+        self._quantised = quantum > 0.0
+        self._quantum = np.where(self._quantised, quantum, 1.0)
+        self._rounds = bool(self._quantised.any())
+        self._period = 0
+
+    def __call__(self, reading: Array) -> None:
+        k = self._period % CHUNK
+        if k == 0:
+            for generator, rows in zip(self._generators, self._drawn, strict=True):
+                generator.standard_normal(out=rows)
+            np.multiply(self._drawn, self._std, out=self._noise.transpose(1, 0, 2))
+        self._period += 1
+        reading += self._noise[k]
+        if self._rounds:
+            np.copyto(reading, np.rint(reading / self._quantum) * self._quantum, where=self._quantised)
+
+
+def _reader(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> Reader | None:
+    if any(each.encoder_noise or each.encoder_quantum for each in values):
+        return _Encoders(values, streams, n)
+    return None
+
+
+EFFECT = SensorEffect[Encoder](streams=("encoder",), reader=_reader)

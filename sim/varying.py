@@ -1,0 +1,105 @@
+"""Effects that act in every control period: what they write into the models of a batch.
+
+MuJoCo's dry friction is a constant of the model. Where it varies in time, it is written into that simulation's model
+from state and currents at the start of the control period, and held over the period.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from ident.arrays import Array
+from sim.compile import friction_constants
+from sim.effects import EFFECTS, ModelErrors
+from sim.effects.effect import Build, ControlStep
+from sim.effects.wrist_coupling import coupling_tendons
+from sim.plant import Plant
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Varied:
+    """A simulation with effects that act in every control period.
+
+    Attributes:
+        errors: Their values.
+        build: What its model is made of.
+        constant: Dry friction without them: joints, then coupled motors [N m], shape (n + c,).
+        turns: Speeds that it rubs at, as sums of joint speeds, shape (n + c, n).
+    """
+
+    errors: ModelErrors
+    build: Build
+    constant: Array
+    turns: Array
+
+
+def varied(plant: Plant, model: mujoco.MjModel, *, loaded: bool, step: float) -> Varied | None:
+    """What acts on a plant in every control period, None if nothing does.
+
+    Args:
+        plant: The truth.
+        model: Compiled from it.
+        loaded: As it was compiled.
+        step: Physics step [s].
+    """
+    if not any(effect.varies(plant.errors) for effect in EFFECTS.values()):
+        return None
+    constant, n = friction_constants(model), plant.robot.n
+    turns = np.eye(len(constant), n)
+    for row, coupling in zip(turns[n:], plant.robot.couplings, strict=False):  # no coupled motors, no rows
+        row[[coupling.motor, coupling.turns_with]] = 1.0
+    build = Build(robot=plant.robot, drives=plant.drives, loaded=loaded, step=step)
+    return Varied(errors=plant.errors, build=build, constant=constant, turns=turns)
+
+
+class Varying:
+    """The effects of several simulations of one layout, as one function of their states."""
+
+    def __init__(self, members: Sequence[Varied], models: Sequence[mujoco.MjModel]) -> None:
+        """Stack what does not change.
+
+        Args:
+            members: One a simulation.
+            models: Their models, each a simulation's own.
+        """
+        errors, builds = [m.errors for m in members], [m.build for m in members]
+        active = [effect for effect in EFFECTS.values() if any(effect.varies(each) for each in errors)]
+        self._terms = [effect.term(errors, builds) for effect in active]
+        self._constant = np.stack([m.constant for m in members])
+        self._turns = np.stack([m.turns for m in members])
+        self._written = [_friction_fields(model) for model in models]
+
+    def torque(self, t: float, q: Array, dq: Array, v: Array) -> Array:
+        """Write the dry friction of a control period, and return the torque beside that of the drives.
+
+        Args:
+            t: Time since the start of the motion [s].
+            q: Positions of the driven joints [rad], shape (B, n).
+            dq: Their speeds [rad/s], shape (B, n).
+            v: Currents [drive units], shape (B, n).
+
+        Returns:
+            Torques [N m], shape (B, n).
+        """
+        step = ControlStep(
+            t=t,
+            q=q,
+            dq=dq,
+            v=v,
+            constant=self._constant,
+            speed=(self._turns @ dq[:, :, None])[:, :, 0],
+            friction=self._constant.copy(),
+            torque=np.zeros_like(dq),
+        )
+        for add in self._terms:
+            add(step)
+        for (joints, couplings), row in zip(self._written, step.friction, strict=True):
+            joints[:], couplings[:] = row[: len(joints)], row[len(joints) :]
+        return step.torque
+
+
+def _friction_fields(model: mujoco.MjModel) -> tuple[Array, Array]:
+    """Live views of a model's dry friction: driven joints (n,), and coupled motors (c,)."""
+    return model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]

@@ -1,0 +1,156 @@
+"""Data that are not what they are said to be give no wrong gain: an arm of known gains, and its log corrupted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+
+from ident.contradiction import SHARE, SURE_F
+from ident.errors import Contradiction, NotIdentifiable
+from ident.estimate import IdentifiedGain
+from ident.identification import identify
+from ident.joint_fit import joint_fit
+from ident.observation import ObserveOptions, observe
+from ident.options import GainOptions
+from ident.payload_shape import shape_mismatch
+from ident.problem import pair
+from ident.recording import Recording
+from ident.signs import joint_signs
+from ident.structure import Structure, structure_of
+
+
+def negated(joint: int):
+    def change(q: np.ndarray) -> np.ndarray:
+        q[:, joint] *= -1.0
+        return q
+
+    return change
+
+
+def shifted(joint: int, angle: float):
+    def change(q: np.ndarray) -> np.ndarray:
+        q[:, joint] += angle
+        return q
+
+    return change
+
+
+def swapped(joint: int):
+    def change(q: np.ndarray) -> np.ndarray:
+        q[:, [joint, joint + 1]] = q[:, [joint + 1, joint]]
+        return q
+
+    return change
+
+
+CHANGES = (
+    {f"joint {j + 1} negated": negated(j) for j in range(6)}
+    | {f"joint {j + 1} at {sign}pi/2": shifted(j, float(f"{sign}1") * np.pi / 2) for j in range(1, 6) for sign in "+-"}
+    | {f"joints {j + 1} and {j + 2} swapped": swapped(j) for j in range(5)}
+)
+MODELS = {
+    "base on its side": ur_like((9.81, 0.0, 0.0)),
+    "base on the ceiling": ur_like((0.0, 0.0, 9.81)),
+    "base at 45 degrees": ur_like((0.0, 6.94, -6.94)),
+    "a shorter arm": ur_like(reach=0.8),
+}
+
+
+@pytest.fixture(scope="module")
+def ur() -> Structure:
+    return structure_of(arm_of(ur_like()))
+
+
+@pytest.fixture(scope="module")
+def logs() -> tuple[Recording, Recording]:
+    return known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE)
+
+
+def test_the_log_as_it_is_gives_every_gain(ur, logs):
+    estimate = identify(*logs, ur, BRICK).estimate
+    for joint, true in zip(estimate.joints, UR_GAIN, strict=True):
+        assert isinstance(joint, IdentifiedGain)
+        assert abs(joint.value - true) < 4.0 * joint.total_std  # six joints: by chance once in 2600 seeds
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_positions_that_are_not_the_joint_s_own_give_no_gain(ur, logs, change):
+    bad = (Recording(log.t, CHANGES[change](log.q.copy()), log.v, log.name) for log in logs)
+    with pytest.raises((Contradiction, NotIdentifiable)):
+        identify(*bad, ur, BRICK)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_model_of_another_arm_or_base_gives_no_gain(logs, model):
+    with pytest.raises((Contradiction, NotIdentifiable)):
+        identify(*logs, arm_of(MODELS[model]), BRICK)
+
+
+def test_the_message_names_joints_and_suspects(ur, logs):
+    bad = [Recording(log.t, negated(1)(log.q.copy()), log.v, log.name) for log in logs]
+    with pytest.raises(Contradiction, match="joint 3: by the payload the gain has one sign, by friction the other; "):
+        identify(*bad, ur, BRICK)
+    bad = [Recording(log.t, negated(3)(log.q.copy()), log.v, log.name) for log in logs]
+    with pytest.raises(
+        Contradiction,
+        match=r"1, 2, 3, 4: the payload's torque has another shape than described, surest on joint 4 \(\d+ % of it\)",
+    ) as caught:
+        identify(*bad, ur, BRICK)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_centre_of_mass_in_another_frame_is_a_contradiction(ur, logs):
+    with pytest.raises(Contradiction, match="centre of mass"):
+        identify(*logs, ur, replace(BRICK, com=(0.11, 0.07, -0.05)))
+
+
+def test_one_drive_wired_backwards_or_all_of_them_is_none(ur, logs):
+    for signs in (-np.ones(6), np.array([1.0, 1.0, -1.0, 1.0, 1.0, -1.0])):
+        turned = (Recording(log.t, log.q, signs * log.v, log.name) for log in logs)
+        estimate = identify(*turned, ur, BRICK).estimate
+        np.testing.assert_allclose(
+            [joint.value for joint in estimate.joints], signs * UR_GAIN, rtol=0.05
+        )  # five per cent of a gain known to half a per cent
+
+
+def test_swapped_files_are_still_named(ur, logs):
+    with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
+        identify(logs[1], logs[0], ur, BRICK)
+
+
+def test_the_shape_of_a_payload_s_torque_is_told_by_an_f_test(ur, logs):
+    observing = ObserveOptions()
+    problem = pair(*(observe(log, ur, observing) for log in logs), BRICK, GainOptions())
+    wrong = replace(BRICK, com=(0.07, -0.05, 0.17))
+    for payload, contradicts in ((BRICK, False), (wrong, True)):
+        fit = joint_fit(problem, 1, [payload.known_part()])
+        mismatch = shape_mismatch(problem, fit)
+        # A second way: solve with all the payload's columns free, and compare the sums of squares.
+        system = fit.system
+        free = np.linalg.svd(np.hstack((system.W, system.W_L[0])), full_matrices=False)
+        U = free[0][:, free[1] > 1e-9 * free[1][0]]
+        left = np.sum((system.V - U @ (U.T @ system.V)) ** 2)
+        added = U.shape[1] - system.W.shape[1]
+        more = np.sum(fit.fit.residual**2) - left
+        np.testing.assert_allclose(mismatch.F, more / added / (left / (len(system.V) - U.shape[1])), rtol=1e-3)
+        others = system.W[:, :-1]
+        own = system.W[:, -1] - others @ np.linalg.lstsq(others, system.W[:, -1])[0]
+        np.testing.assert_allclose(mismatch.share, np.sqrt(more) / np.linalg.norm(own / UR_GAIN[1]), rtol=0.05)
+        assert (mismatch.F > SURE_F and mismatch.share > SHARE) == contradicts
+
+
+def test_the_mass_alone_leaves_no_shape_to_test(ur, logs):
+    light = replace(BRICK, known="mass")
+    problem = pair(*(observe(log, ur, ObserveOptions()) for log in logs), light, GainOptions())
+    assert shape_mismatch(problem, joint_fit(problem, 1, [light.known_part()])) is None
+
+
+def test_friction_and_load_give_the_sign_with_their_own_deviations(ur, logs):
+    result = identify(*logs, ur, BRICK)
+    signs = joint_signs(result.estimate)
+    np.testing.assert_array_equal(np.sign(signs.friction_z), np.sign(UR_GAIN))
+    np.testing.assert_array_equal(np.sign(signs.load_z), np.sign(UR_GAIN))
+    std = np.array([joint.std / abs(joint.value) for joint in result.estimate.joints])
+    np.testing.assert_allclose(np.abs(signs.load_z), 1.0 / std, rtol=1e-9)
+    assert np.abs(signs.friction_z).min() > 50.0

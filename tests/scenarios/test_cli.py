@@ -1,0 +1,262 @@
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import scenarios.commands.list
+from ident.observation import ObserveOptions
+from ident.options import GainOptions
+from scenarios.cli import main
+from scenarios.commands import COMMANDS, command
+from scenarios.commands.options import attribute_docs
+from scenarios.commands.status import MEANINGS, Status
+from scenarios.files.motions import read_motion
+
+IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]
+STUDY = ["monte-carlo", "nominal", "--out", "there"]
+BUDGET = ["sensitivity", "nominal", "--out", "there"]
+EXCITE = ["excite", "nominal", "--out", "m.toml"]
+HUGE = "1" + 23 * "0"
+WRONG = [
+    (["fly"], "no command 'fly'; there are list, run, monte-carlo, sensitivity, excite, identify, paper"),
+    (["rnu"], "no command 'rnu'; did you mean 'run'?"),
+    (["montecarlo"], "did you mean 'monte-carlo'?"),
+    (["x" * 500], "no command 'xxxxxxxx"),
+    (["--json"], "unrecognized arguments: --json"),
+    (["--help-me"], "--help-me"),
+    (["list", "more"], "unrecognized arguments: more"),
+    (["list", "two\nlines"], "unrecognized arguments: two\\nlines"),
+    (["run"], "required: SCENARIO"),
+    (["run", "nominal", "--seed"], "--seed: expected one argument"),
+    (["run", "nominal", "--seed", "-1"], "expected a whole number from 0 to 2^31 - 1"),
+    (["run", "nominal", "--seed", str(2**31)], "expected a whole number from 0 to 2^31 - 1"),
+    (["run", "nominal", "--seed", HUGE], "expected a whole number from 0 to 2^31 - 1"),
+    (["run", "nominal", "--seed", "9" * 5000], "is no whole number"),
+    (["run", "nominal", "--seed", "1.5"], "'1.5' is no whole number"),
+    (["run", "nominal", "--seed", "1", "--seed", "2"], "--seed: given twice"),
+    (["run", "nominal", "--seed", "0", "--seed", "0"], "--seed: given twice"),
+    (["run", "nominal", "--json", "--json"], "--json: given twice"),
+    (["run", "nominal", "--json", "--format", "text"], "not allowed with argument"),
+    (["run", "nominal", "--format", "html"], "invalid choice: 'html'"),
+    (["run", "nominal", "--save", ""], "expected the name of a folder"),
+    (["run", "nominal", "--sav", "x"], "unrecognized arguments: --sav"),
+    ([*STUDY], "required: -n"),
+    ([*STUDY, "-n", "0"], "expected 1 or more"),
+    ([*STUDY, "-n", "10**23"], "'10**23' is no whole number"),
+    ([*STUDY, "-n", "1", "-n", "2"], "given twice"),
+    ([*STUDY, "-n", "1", "--out", "elsewhere"], "--out: given twice"),
+    ([*STUDY, "-n", "1", "--jobs", "1", "--dask", "tcp://127.0.0.1:1"], "not allowed with argument"),
+    ([*BUDGET, "--repeats", "none"], "'none' is no whole number"),
+    ([*BUDGET, "--samples", "-4"], "expected 1 or more"),
+    ([*EXCITE, "--harmonics", "1"], "expected a whole number from 2 to 100"),
+    ([*EXCITE, "--harmonics", "1000000"], "expected a whole number from 2 to 100"),
+    ([*EXCITE, "--duration", "1e9"], "expected 5 to 600 s"),
+    ([*EXCITE, "--duration", "4.999"], "expected 5 to 600 s"),
+    ([*EXCITE, "--duration", "nan"], "expected a finite number"),
+    ([*EXCITE, "--duration", "long"], "'long' is no number"),
+    ([*EXCITE, "--evaluations", HUGE], "expected a whole number from 1 to 10000000"),
+    ([*EXCITE, "--evaluations", "0"], "expected a whole number from 1 to 10000000"),
+    (["excite", "nominal"], "required: --out"),
+    (["identify"], "required: --model, --unloaded, --loaded, --payload"),
+    ([*IDENTIFY, "--unloaded", "c.csv"], "--unloaded: given twice"),
+    ([*IDENTIFY, "--payload", "q.toml"], "--payload: given twice"),
+    ([*IDENTIFY, "--method", "best"], "invalid choice: 'best'"),
+    ([*IDENTIFY, "--cutoff-hz", "inf"], "expected a finite number"),
+    ([*IDENTIFY, "--cutoff-hz", "-1"], "expected a number that is not negative"),
+    ([*IDENTIFY, "--cutoff-hz", "1e999"], "expected a finite number"),
+    ([*IDENTIFY, "--coupling", "5"], "expected 2 arguments"),
+    ([*IDENTIFY, "--coupling", "0", "6"], "expected 1 or more"),
+    (["paper", "--out", ""], "expected the name of a folder"),
+    (["paper", "--seed", "x"], "'x' is no whole number"),
+]
+
+
+@pytest.mark.parametrize(("words", "message"), WRONG, ids=lambda value: None)
+def test_a_wrong_command_line_is_one_line_and_exit_status_2(words, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    output = capsys.readouterr()
+    assert caught.value.code == Status.BAD_INPUT
+    assert output.out == ""
+    assert output.err.startswith("rx90")
+    assert message in output.err
+    assert output.err.count("\n") == 1
+    assert len(output.err) < 700
+    assert not list(tmp_path.iterdir())
+
+
+REFUSED = [
+    (["run", "nominl"], "unknown scenario 'nominl'; did you mean 'nominal'?"),
+    (["run", "there.toml"], "there.toml: no such file"),
+    (["run", "two\nlines.toml"], "lines.toml: no such file"),
+    (["run", "nominal", "--save", "file"], "Not a directory"),
+    (["run", "nominal", "--save", "file/sub"], "Not a directory"),
+    (["run", "nominal", "--save", "x" * 300], "File name too long"),
+    (["paper", "--out", "file"], "Not a directory"),
+    ([*EXCITE[:-1], "file"], "file: rx90 excite did not write this file"),
+    ([*EXCITE[:-1], "folder"], "folder: is no regular file"),
+    ([*EXCITE[:-1], "/dev/full"], "/dev/full: is no regular file"),
+    ([*EXCITE, "--harmonics", "26", "--duration", "5"], "the fastest has 5.2 Hz; a search sees up to 5 Hz"),
+]
+
+
+@pytest.mark.parametrize(("words", "message"), REFUSED, ids=lambda value: None)
+def test_what_cannot_be_is_found_before_anything_is_simulated(words, message, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sim.engine.Engine.advance", None)
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "folder").mkdir()
+    assert main(words) == Status.BAD_INPUT
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert message in output.err
+    assert output.err.count("\n") == 1
+    assert {path.name for path in tmp_path.iterdir()} == {"file", "folder"}
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+@pytest.mark.parametrize("words", [[], ["--help"]])
+def test_help_names_commands_in_order_of_use_and_every_status(words, capsys):
+    if words:
+        with pytest.raises(SystemExit) as caught:
+            main(words)
+        assert caught.value.code == 0
+    else:
+        assert main(words) == 0
+    text = capsys.readouterr().out
+    places = [re.search(rf"^ +{name}\b", text, re.MULTILINE).start() for name in COMMANDS]
+    assert places == sorted(places)
+    for status, meaning in MEANINGS.items():
+        assert f"{status:d}" in text
+        assert meaning in text
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_help_that_describes_each_option(name, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main([name, "--help"])
+    assert caught.value.code == 0
+    text = capsys.readouterr().out
+    assert f"usage: rx90 {name}" in text
+    assert callable(command(name).main)
+
+
+def test_options_are_described_by_the_class_they_belong_to():
+    docs = attribute_docs(ObserveOptions)
+    assert docs["cutoff_hz"] == "Low-pass of the positions before differentiation [Hz]"
+    assert docs["current_delay"].endswith("where half a period does not matter")
+    for kind in (ObserveOptions, GainOptions):
+        assert set(attribute_docs(kind)) == set(kind.__dataclass_fields__)
+
+
+def test_the_version_is_told(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out.startswith("rx90 ")
+
+
+def test_only_the_command_asked_for_is_imported():
+    code = "import sys\nfrom scenarios.cli import main\nmain(['list'])\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert "scenarios.commands.list" in loaded
+    assert not loaded & {"numpy", "mujoco", "pinocchio", "pandas", "matplotlib", "scenarios.commands.run"}
+
+
+def test_what_nobody_foresaw_is_one_line_with_a_status_of_its_own(monkeypatch, capsys):
+    monkeypatch.delenv("RX90_TRACEBACK", raising=False)
+    monkeypatch.setattr(scenarios.commands.list, "builtin_names", lambda: 1 / 0)
+    assert main(["list"]) == Status.UNFORESEEN == 70
+    output = capsys.readouterr()
+    assert output.err.count("\n") == 1
+    assert "ZeroDivisionError: division by zero: nobody foresaw this; please report it" in output.err
+    monkeypatch.setenv("RX90_TRACEBACK", "1")
+    assert main(["list"]) == Status.UNFORESEEN
+    assert "Traceback" in capsys.readouterr().err
+
+
+RX90 = f"{sys.executable} -m scenarios"
+
+
+@pytest.mark.parametrize(
+    ("line", "status", "error"),
+    [
+        (f"{RX90} list >/dev/full", 74, "rx90: standard output: No space left on device\n"),
+        (f"{RX90} --help >/dev/full", 74, "rx90: standard output: No space left on device\n"),
+        (f"{RX90} --version >/dev/full", 74, "rx90: standard output: No space left on device\n"),
+        (f"{RX90} list >&-", 74, "rx90: standard output is closed\n"),
+        (f"{RX90} run nominal >&-", 74, "rx90: standard output is closed\n"),
+        (f"{RX90} lst 2>&-", 2, ""),
+        (f"{RX90} list <&- >/dev/null", 0, ""),
+        (f"{RX90} list >/dev/full 2>/dev/full", 74, ""),
+        (f"(sleep 1; {RX90} list; echo $? >&2) | true", 0, "141\n"),
+    ],
+)
+def test_streams_that_cannot_be_written_have_a_status_and_a_line(line, status, error):
+    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (status, error)
+
+
+def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
+    (tmp_path / "ä.toml").write_text('extends = "nope"\n')
+    more = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
+    run = [sys.executable, "-m", "scenarios"]
+    listed = subprocess.run([*run, "list"], capture_output=True, env=os.environ | more, check=False)
+    words = [*run, "run", str(tmp_path / "ä.toml")]
+    wrong = subprocess.run(words, capture_output=True, env=os.environ | more, check=False)
+    assert (listed.returncode, listed.stderr) == (0, b"")
+    assert wrong.returncode == 2
+    assert wrong.stderr.count(b"\n") == 1
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
+def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
+    code = (
+        "import signal, sys, time\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
+        "import scenarios.commands.list as module\n"
+        "from scenarios.cli import main\n"
+        f"module.builtin_names = lambda: (open({str(tmp_path / 'there')!r}, 'w').close(), time.sleep(60))\n"
+        "sys.exit(main(['list']))\n"
+    )
+    running = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60.0
+    while not (tmp_path / "there").exists() and time.monotonic() < deadline:
+        time.sleep(0.02)
+    time.sleep(0.3)  # it sleeps by now
+    running.send_signal(number)
+    _, error = running.communicate(timeout=30.0)
+    assert (running.returncode, error) == (status, "rx90: stopped\n")
+
+
+def test_a_signal_that_is_ignored_stays_so(tmp_path):
+    code = (
+        "import os, signal\n"
+        "import scenarios.commands.list as module\n"
+        "from scenarios.cli import main\n"
+        "names = module.builtin_names\n"
+        "module.builtin_names = lambda: (os.kill(os.getpid(), signal.SIGHUP), names())[1]\n"
+        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+        "raise SystemExit(main(['list']))\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
+
+
+def test_a_motion_that_is_searched_beats_its_start_and_is_written_once(tmp_path, capsys):
+    words = ["excite", "nominal", "--out", str(tmp_path / "m.toml"), "--harmonics", "4", "--duration", "8"]
+    assert main([*words, "--evaluations", "40", "--seed", "3"]) == 0
+    output = capsys.readouterr()
+    costs = output.err.splitlines()[-1].replace(",", "").split()
+    start, found = (float(costs[costs.index(word) + 1]) for word in ("start", "found"))
+    assert found <= start
+    assert "predicted standard deviation of the gains [%]: " in output.out
+    text = (tmp_path / "m.toml").read_text()
+    assert "# Found by: rx90 excite nominal --seed 3 --harmonics 4 --duration 8 --evaluations 40 --out FILE" in text
+    assert read_motion("m.toml", tmp_path).sine.shape == (6, 4)

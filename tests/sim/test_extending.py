@@ -1,0 +1,162 @@
+"""The recipes for one more effect and one more sensor, followed literally."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Annotated
+
+import numpy as np
+import pytest
+from annotated_types import Interval, Unit
+from plants import experiment, nominal_plant, streams
+from pydantic import TypeAdapter
+
+import sim.compile
+import sim.plant
+import sim.sensors
+import sim.varying
+from sim.effects import EFFECTS, ModelErrors
+from sim.effects.effect import Build, ControlStep, Effect, Term
+from sim.effects.effect import Values as ErrorValues
+from sim.errors import EffectError
+from sim.record import record
+from sim.sensors import SENSOR_EFFECTS, SensorOptions, noise_streams
+from sim.sensors.effect import Log, NoiseStreams, SensorEffect
+from sim.sensors.effect import Values as SensorValues
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ripple(ErrorValues):
+    """Torque ripple.
+
+    Attributes:
+        ripple: Amplitude [N m].
+    """
+
+    ripple: Annotated[float, Interval(ge=0.0, le=50.0), Unit("N m")] = 0.0
+
+
+def ripple_term(values: Sequence[Ripple], builds: Sequence[Build]) -> Term:
+    size = np.array([[v.ripple] for v in values])
+
+    def add(step: ControlStep) -> None:
+        step.torque[:] += size * np.sin(3.0 * step.q + 0.7 * step.t)
+
+    return add
+
+
+@dataclass(frozen=True, kw_only=True)
+class LooseAxis(ErrorValues):
+    """Viscous friction that is gone on joint 1.
+
+    Attributes:
+        loose: Share that is gone.
+    """
+
+    loose: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+
+
+def loosen(values: LooseAxis, model, build: Build) -> None:
+    model.dof_damping[model.nv - model.nu] *= 1.0 - values.loose
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drift(SensorValues):
+    """A position log that drifts.
+
+    Attributes:
+        drift: [rad/s].
+        drift_noise: [rad].
+    """
+
+    drift: Annotated[float, Interval(ge=-1.0, le=1.0), Unit("rad/s")] = 0.0
+    drift_noise: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
+
+
+def drifted(values: Drift, log: Log, streams: NoiseStreams) -> Log:
+    noise = values.drift_noise * streams["drift"].standard_normal(log.q.shape)
+    return replace(log, q=log.q + values.drift * log.t[:, None] + noise)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MoreErrors(Ripple, LooseAxis, ModelErrors):
+    """As the class statement of `ModelErrors` with one base more each."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MoreSensors(Drift, SensorOptions):
+    """The same of `SensorOptions`."""
+
+
+PLAIN = nominal_plant(errors=MoreErrors())
+
+
+@pytest.fixture
+def extended(monkeypatch):
+    more = {**EFFECTS, "loose": Effect[LooseAxis](after_compile=loosen)}
+    more["ripple"] = Effect[Ripple](varies=lambda values: values.ripple > 0.0, term=ripple_term)
+    for module in (sim.plant, sim.compile, sim.varying):
+        monkeypatch.setattr(module, "EFFECTS", more)
+    sensors = {**SENSOR_EFFECTS, "drift": SensorEffect[Drift](streams=("drift",), logs=drifted)}
+    monkeypatch.setattr(sim.sensors, "SENSOR_EFFECTS", sensors)
+
+
+def test_keys_of_an_effect_and_of_a_sensor_appear_by_themselves_with_their_ranges():
+    for kind, key, most in ((MoreErrors, "ripple", 50.0), (MoreSensors, "drift", 1.0), (ModelErrors, "d3_error", 0.1)):
+        schema = TypeAdapter(kind).json_schema()["properties"]
+        assert schema[key]["maximum"] == most
+        assert key in {field.name for field in fields(kind)}
+    with pytest.raises(EffectError, match=r"errors: ripple = 60: expected 0 to 50 N m"):
+        MoreErrors(ripple=60.0)
+
+
+def test_a_constant_effect_acts_on_the_compiled_model(extended):
+    plain, loose = (nominal_plant(errors=MoreErrors(loose=x)) for x in (0.0, 0.25))
+    first, second = (sim.compile.plant_model(p, loaded=False, step=1e-3) for p in (plain, loose))
+    factor = np.array([0.75, 1, 1, 1, 1, 1])
+    np.testing.assert_allclose(second.dof_damping, factor * first.dof_damping, rtol=1e-15)  # one rounding
+
+
+@pytest.mark.parametrize("beside", [{}, {"stribeck": 0.3}, {"joint_compliance": (1e-4,) * 6}])
+def test_a_varying_effect_pushes_the_joints_with_the_torque_that_it_states(extended, beside):
+    # What is added to a drive's torque is what the same current would have added: g times it.
+    calls = []
+
+    def seen(values: Sequence[Ripple], builds: Sequence[Build]) -> Term:
+        inner = ripple_term(values, builds)
+
+        def add(step: ControlStep) -> None:
+            inner(step)
+            calls.append((step.t, step.q.copy(), step.torque.copy()))
+
+        return add
+
+    sim.varying.EFFECTS["ripple"] = replace(sim.varying.EFFECTS["ripple"], term=seen)
+    rippled = experiment(plant=nominal_plant(errors=MoreErrors(ripple=11.0, **beside)), sensors=MoreSensors())
+    plain = replace(rippled, plant=nominal_plant(errors=MoreErrors(**beside)))
+    with_ripple, without = record([rippled, plain], streams(0, 0), threads=1)
+    assert np.abs(with_ripple.q - without.q).max() > 1e-4
+    times = np.array([t for t, _, _ in calls])
+    np.testing.assert_allclose(times, 1e-3 * np.arange(len(calls)), rtol=0, atol=1e-12)  # a sum of 2000 periods
+    for t, q, torque in calls[:: len(calls) // 7]:
+        np.testing.assert_array_equal(torque[0], 11.0 * np.sin(3.0 * q[0] + 0.7 * t))
+        np.testing.assert_array_equal(q[0], with_ripple.q[round(1e3 * t)])
+
+
+def test_a_sensor_draws_from_a_stream_of_its_own_and_leaves_those_of_the_others(extended):
+    plain = noise_streams(np.random.default_rng(4))
+    assert [*plain.generators] == ["encoder", "white", "coloured", "clock", "drift"]
+    own = np.random.default_rng(4).spawn(4)
+    for name, generator in (("encoder", own[0]), ("white", own[1]), ("clock", own[2]), ("drift", own[3])):
+        assert plain[name].random() == generator.random()
+    noisy = MoreSensors(current_white=0.05, drift=0.02, drift_noise=1e-3)
+    (moved,) = record([experiment(plant=PLAIN, sensors=noisy)], streams(4), threads=1)
+    (still,) = record([experiment(plant=PLAIN, sensors=MoreSensors(current_white=0.05))], streams(4), threads=1)
+    np.testing.assert_array_equal(moved.v, still.v)
+    expected = 0.02 * still.t[:, None] + 1e-3 * np.random.default_rng(4).spawn(4)[3].standard_normal(still.q.shape)
+    np.testing.assert_allclose(moved.q - still.q, expected, rtol=0, atol=1e-15)  # rounding of angles below 4 rad
+
+
+def test_every_effect_and_sensor_has_values_that_are_zero_unless_stated():
+    for kind in (ModelErrors, SensorOptions):
+        for field in fields(kind):
+            assert field.default in (0.0, None) or field.name in ("stribeck_speed", "coloured_cutoff_hz")

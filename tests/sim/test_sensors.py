@@ -1,0 +1,119 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plants import experiment, short_motion, streams
+
+from sim.errors import SensorError
+from sim.record import record
+from sim.sensors import STREAMS, SensorOptions, logged, noise_streams
+from sim.sensors import encoder as encoder_file
+from sim.sensors.current import coloured_noise
+from sim.sensors.effect import NoiseStreams
+
+
+def encoders(readings: np.ndarray, *options: SensorOptions, seed: int = 0) -> np.ndarray:
+    """What encoders read, periods first."""
+    noise = [noise_streams(np.random.default_rng(seed + i)) for i in range(len(options))]
+    read = encoder_file.EFFECT.reader(options, noise, readings.shape[-1])
+    assert read is not None
+    out = readings.copy()
+    for row in out:
+        read(row)
+    return out
+
+
+def test_a_reading_is_the_nearest_multiple_of_the_quantum():
+    truth = np.array([0.7, 1.2, -0.3, -1.7, 2.49])[:, None, None] * 1e-3
+    read = encoders(np.repeat(truth, 2, axis=2), SensorOptions(encoder_quantum=1e-3))
+    np.testing.assert_allclose(read[:, 0, 0], np.array([1, 1, 0, -2, 2]) * 1e-3, rtol=0, atol=1e-18)  # one product
+
+
+def test_noise_comes_before_the_quantum_and_simulations_have_their_own_of_both():
+    truth = np.full((1100, 3, 2), 0.4321)  # more periods than are drawn at once
+    fine, coarse = SensorOptions(encoder_noise=3e-4), SensorOptions(encoder_noise=7e-4, encoder_quantum=5e-4)
+    read = encoders(truth, fine, coarse, SensorOptions())
+    for i, (std, quantum) in enumerate(((3e-4, None), (7e-4, 5e-4), (0.0, None))):
+        generator = np.random.default_rng(i).spawn(3)[0]
+        expected = 0.4321 + std * generator.standard_normal((1100, 2))
+        if quantum:
+            expected = np.rint(expected / quantum) * quantum
+        np.testing.assert_array_equal(read[:, i], expected)
+
+
+def test_encoders_without_noise_and_quantum_are_left_out_of_the_loop():
+    noise = noise_streams(np.random.default_rng(0))
+    assert encoder_file.EFFECT.reader([SensorOptions()], [noise], 6) is None
+
+
+def test_coloured_noise_is_as_strong_in_its_first_samples_as_later():
+    # 4000 starts of 20 samples; settled already, the deviation of each is 1 within 4 / sqrt(2 * 4000) = 4.5 %.
+    noise = np.stack([coloured_noise((20, 1), 1000.0, 7.0, np.random.default_rng(k))[:, 0] for k in range(4000)])
+    np.testing.assert_allclose(noise.std(axis=0), 1.0, rtol=0, atol=0.045)
+
+
+@pytest.mark.parametrize("rate", [400.0, 1000.0])
+def test_a_delay_is_in_seconds_at_any_rate(rate):
+    v = np.cumsum(np.random.default_rng(1).normal(size=(200, 2)), axis=0)
+    log = logged(v, v, rate, SensorOptions(current_delay=3.25 / rate), noise_streams(np.random.default_rng(0)))
+    expected = 0.75 * v[1:-3] + 0.25 * v[:-4]
+    # Rounding of times up to 0.5 s against a period of 1 ms.
+    np.testing.assert_allclose(log.v[4:], expected, rtol=0, atol=1e-11)
+    np.testing.assert_array_equal(log.q, v)
+
+
+def test_both_motions_and_all_sensors_have_noise_of_their_own():
+    first, second = streams(3, 4)
+    drawn = [each[name].standard_normal(3) for each in (first, second) for name in ("encoder", "white", "clock")]
+    assert len({tuple(row) for row in drawn}) == 6
+    same = noise_streams(np.random.default_rng(3))
+    encoder, current, clock = np.random.default_rng(3).spawn(3)
+    for name, generator in (("encoder", encoder), ("white", current), ("clock", clock)):
+        np.testing.assert_array_equal(same[name].standard_normal(5), generator.standard_normal(5))
+    assert same["white"] is same["coloured"]
+    assert STREAMS == ("encoder", "white", "coloured", "clock")
+
+
+def test_a_replaced_stream_leaves_the_others():
+    own = np.random.default_rng(9)
+    before = noise_streams(np.random.default_rng(3))
+    after = before.replaced({"coloured": own})
+    assert isinstance(after, NoiseStreams)
+    assert after["coloured"] is own
+    assert all(after[name] is before[name] for name in ("encoder", "white", "clock"))
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"encoder_noise": -1e-9}, r"sensors: encoder_noise = -1e-09: expected 0 to 1 rad$"),
+        ({"encoder_quantum": 1.5}, r"encoder_quantum = 1\.5: expected 0 to 1 rad$"),
+        ({"current_white": np.inf}, r"current_white = inf: expected a finite number"),
+        ({"current_delay": 1e9}, r"current_delay = 1e\+09: expected -10 to 10 s$"),
+        ({"clock_jitter": -0.1}, r"clock_jitter = -0\.1: expected 0 to 10 s$"),
+    ],
+)
+def test_impossible_sensors_are_refused(values, message):
+    with pytest.raises(SensorError, match=message):
+        SensorOptions(**values)
+
+
+@pytest.mark.parametrize("cutoff", [0.0, 0.0099, 500.0, 600.0])
+def test_a_cut_off_that_does_not_fit_the_rate_is_refused(cutoff):
+    sensors = SensorOptions(current_coloured=0.1, coloured_cutoff_hz=cutoff)
+    with pytest.raises(SensorError, match=r"coloured_cutoff_hz = .* at 1000 Hz: expected 0\.01 Hz or more, .* 500 Hz"):
+        record([experiment(sensors=sensors)], streams(0), threads=1)
+
+
+def test_noise_is_in_proportion_to_the_rms_current_of_its_own_joint():
+    v = np.array([2.0, -30.0, 0.5]) * np.ones((50_000, 3))
+    options = replace(SensorOptions(), current_white=0.04, current_coloured=0.03, coloured_cutoff_hz=200.0)
+    noise = logged(v, v, 1000.0, options, noise_streams(np.random.default_rng(2))).v - v
+    # Independent, so that variances add; of 5e4 samples, correlated over some 3: 4 sigma are 2 %.
+    np.testing.assert_allclose(noise.std(axis=0) / [2.0, 30.0, 0.5], np.hypot(0.04, 0.03), rtol=0.02)
+
+
+def test_the_first_reading_is_taken_at_the_start_of_the_motion():
+    silent = experiment(sensors=SensorOptions())
+    (recording,) = record([silent], streams(0), threads=1)
+    np.testing.assert_array_equal(recording.q[0], short_motion()(np.zeros(1))[0][0])

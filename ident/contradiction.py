@@ -15,10 +15,10 @@ SURE_LOAD_Z = 10.0
 """Standard deviations of 1/g from zero above which the sign of the load is trusted; every identified gain has them."""
 SHARE = 0.025
 """Part of a payload's torque that may have another shape than described."""
-SURE_F = 40.0
+SURE_F = 50.0
 """F above which that part is no accident.
 
-With every model error that `scenarios/catalog/nominal.toml` lists drawn at once it stays below 20; with a reach 20 %
+With every model error that `scenarios/catalog/nominal.toml` lists drawn at once it stays below 25; with a reach 20 %
 too short, a joint's zero, sign or column mistaken, or a base on the ceiling, some joint has 90 and more
 (`docs/derivations.md`).
 """

@@ -16,12 +16,15 @@ import cma
 import numpy as np
 from scipy import linalg, special
 
-from ident.arm import load_arm, load_pinocchio
+from ident.arm import load_arm
 from ident.arrays import Array, Indices
+from ident.parameters import INERTIAL, STANDARD, labels
 from ident.payload import standard_parameters
 from ident.regressor import regressor
-from ident.structure import Structure
+from ident.structure import PROBE_SEED, Structure
 from sim.clearance import Clearance
+from sim.compile import bare_arm
+from sim.controller import inverse_dynamics
 from sim.errors import TrajectoryError
 from sim.plant import Plant
 from sim.trajectory import FourierTrajectory, at_rest
@@ -39,6 +42,8 @@ LEAST_SHARE = 0.25
 """Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
 EXCESS = 0.03
 """Excess over these shares and over the clearance that a found motion may have between the samples of the search."""
+SAME_TORQUE = 1e-6
+"""Share of the largest torque by which identification model and MuJoCo may differ; equal models leave 1e-13."""
 CLEARANCE = 0.03
 """Smallest distance to the floor and to the arm itself [m]."""
 
@@ -168,17 +173,33 @@ class Design:
 
 
 def arm_parameters(plant: Plant, structure: Structure) -> Array:
-    """Standard parameters of the bare arm and its drives, shape (14 n,); offsets are left to the bias."""
-    model = load_pinocchio(plant.robot.model)
-    n = structure.arm.n
-    chi = np.zeros((n, 14))
-    for j in range(n):
-        body = model.inertias[j + 1]
-        J = body.inertia
-        chi[j, :10] = standard_parameters(body.mass, body.lever, (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))
-    drives = plant.drives
-    chi[:, 10], chi[:, 11], chi[:, 12] = drives.rotor_inertia, drives.viscous_friction, drives.coulomb_friction
-    return chi.ravel()
+    """Standard parameters of the bare arm and its drives, shape (14 n + 3 c,); offsets are left to the bias.
+
+    The inertial ones are those of least norm that give MuJoCo's inverse dynamics on random states: what a torque
+    cannot show does not matter here, and no convention of frames stands between both models.
+
+    Raises:
+        TrajectoryError: If the identification model cannot give these torques.
+    """
+    arm, drives = structure.arm, plant.drives
+    q, dq, ddq = np.random.default_rng(PROBE_SEED).uniform(-2.0, 2.0, (3, 10 * arm.n, arm.n))
+    torque = inverse_dynamics(bare_arm(plant.robot.model, drives.rotor_inertia), q, dq, ddq)
+    inertial = [
+        k for k, name in enumerate(labels(arm.n, arm.couplings)) if name.rstrip("0123456789") in INERTIAL + ("Ia",)
+    ]
+    W = regressor(arm, q, dq, ddq)
+    chi = np.zeros(W.shape[2])
+    chi[inertial] = linalg.lstsq(W[..., inertial].reshape(-1, len(inertial)), torque.ravel())[0]
+    left = np.abs(W @ chi - torque).max() / np.abs(torque).max()
+    if left > SAME_TORQUE:
+        raise TrajectoryError(
+            f"robot {plant.robot.name}: identification and simulation read {plant.robot.model} differently: "
+            f"torques differ by {100.0 * left:.2g} %"
+        )
+    p = len(STANDARD)
+    for name, values in (("Fv", drives.viscous_friction), ("Fc", drives.coulomb_friction)):
+        chi[p * np.arange(arm.n) + STANDARD.index(name)] = values
+    return chi
 
 
 def search(

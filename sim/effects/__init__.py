@@ -41,7 +41,7 @@ EFFECTS: Mapping[str, Effect[ModelErrors]] = {
     "joint_elasticity": joint_elasticity.EFFECT,  # before what pulls at its motors
     "wrist_coupling": wrist_coupling.EFFECT,
     "friction_drift": friction_drift.EFFECT,  # after what splits friction
-    "stribeck": stribeck.EFFECT,
+    "stribeck": stribeck.EFFECT,  # a share of constant friction, before what is added to it
     "load_friction": load_friction.EFFECT,
 }
 """What they do, in the order in which it is done."""

@@ -61,8 +61,8 @@ class ControlStep:
         v: Currents that are held over the period [drive units], shape (B, n).
         constant: Dry friction without what varies [N m], shape (B, n + c).
         speed: Speeds that it rubs at [rad/s], shape (B, n + c).
-        friction: Dry friction over the period [N m], shape (B, n + c); an effect adds its part in place.
-        torque: Torque on the driven joints beside that of the drives [N m], shape (B, n); likewise.
+        friction: Dry friction over the period [N m], shape (B, n + c); at first `constant`, changed in place.
+        torque: Torque on the driven joints beside the drives [N m], shape (B, n); at first zero, changed in place.
     """
 
     t: float
@@ -76,7 +76,7 @@ class ControlStep:
 
 
 Term = Callable[[ControlStep], None]
-"""Adds what an effect does in a control period."""
+"""Does what an effect does in a control period."""
 
 
 def _nothing(*_: object) -> None:

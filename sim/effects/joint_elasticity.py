@@ -76,6 +76,8 @@ def _add_motors(values: JointElasticity, spec: mujoco.MjSpec, build: Build) -> N
     stiffness, inertia = 1.0 / np.array(values.joint_compliance), np.asarray(build.drives.rotor_inertia)
     _refuse_stiff(stiffness, inertia, build.step)
     damping = 2.0 * TRANSMISSION_DAMPING * np.sqrt(stiffness * inertia)
+    # Motors beside the arm are islands of their own; solved with it, their last digits differ.
+    spec.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
     links = [joint.name for joint in spec.joints]
     pairs = [(coupling.motor, coupling.turns_with) for coupling in build.robot.couplings]
     motors: list[mujoco.MjsBody] = []

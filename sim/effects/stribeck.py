@@ -30,7 +30,7 @@ def _term(values: Sequence[Stribeck], builds: Sequence[Build]) -> Term:
     share, fall = (np.array([[getattr(v, name)] for v in values]) for name in ("stribeck", "stribeck_speed"))
 
     def add(step: ControlStep) -> None:
-        step.friction[:] += step.constant * (share * np.exp(-((step.speed / fall) ** 2)))
+        step.friction[:] *= 1.0 + share * np.exp(-((step.speed / fall) ** 2))
 
     return add
 

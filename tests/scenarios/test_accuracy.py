@@ -66,7 +66,7 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_finds():
     predicted = design.predicted_std(scenario.experiments[0].trajectory)[0]
     result = run(scenario, 0)
     for j, joint in enumerate(result.estimate.joints[:5]):
-        residual = joint.error_norm / joint.current_norm
+        residual = result.estimate.residual_share(j)
         found = joint.std / joint.value / residual
         assert 0.9 < found / (predicted[j] / 0.02) < 1.6
 

@@ -1,0 +1,95 @@
+import re
+
+import pytest
+
+from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Report, Table, cells, percent
+from scenarios.reports.renderers import RENDERERS, Page, renderer
+from scenarios.reports.renderers.text import blocks
+
+COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
+TABLE = Table(
+    title="Gains",
+    columns=COLUMNS,
+    rows=(cells("1", "0.9401234", "passed"), cells("2", "-17.25", "refused")),
+    shown=1,
+    rest="and 1 more",
+)
+REPORT = Report(
+    "What was found",
+    (
+        Heading("First"),
+        TABLE,
+        Paragraph("Words that go on for longer than a narrow page is wide.", Mood.GOOD, strong=True),
+        Line("rx90 identify --model a/very/long/path/that/nobody/may/break.xml --payload p.toml"),
+        Figure(
+            "picture", "What it shows", lambda: pytest.fail("drawn, although nobody wants a picture"), ("svg", "png")
+        ),
+    ),
+    {"answer": 0.125},
+)
+
+
+def test_a_table_is_set_wide_then_close_then_continued_below():
+    widths = (5, 8, 7, 9)  # 29, with gaps 35 or 32
+    assert blocks(widths, 35) == [(2, (0, 1, 2, 3))]
+    assert blocks(widths, 34) == [(1, (0, 1, 2, 3))]
+    assert blocks(widths, 32) == [(1, (0, 1, 2, 3))]
+    assert blocks(widths, 31) == [(2, (0, 1, 2)), (2, (0, 3))]
+    assert blocks(widths, 24) == [(2, (0, 1, 2)), (2, (0, 3))]
+    assert blocks(widths, 23) == [(2, (0, 1)), (2, (0, 2)), (2, (0, 3))]
+    assert blocks(widths, 3) == [(2, (0, 1)), (2, (0, 2)), (2, (0, 3))]
+
+
+@pytest.mark.parametrize("width", [80, 40, 24, 18])
+def test_text_fits_the_page_and_cuts_no_number(width):
+    text = renderer("text")(REPORT, Page(width=width))
+    command = "rx90 identify --model a/very/long/path/that/nobody/may/break.xml --payload p.toml"
+    assert command in text
+    assert all(len(line) <= width for line in text.replace(command, "").splitlines())
+    assert "0.9401234" in text
+    assert "and 1 more" in text
+    assert "-17.25" not in text
+    assert "…" not in text
+    assert "\x1b" not in text
+
+
+def test_a_page_of_any_width_breaks_nothing():
+    lines = renderer("text")(REPORT, Page()).splitlines()
+    assert "Words that go on for longer than a narrow page is wide." in lines
+    assert lines[0] == "What was found"
+    assert lines[lines.index("Gains") + 1 : lines.index("Gains") + 4] == [
+        "Joint       Gain  Verdict",
+        "        N m/unit",
+        "    1  0.9401234  passed",
+    ]
+
+
+def test_moods_are_colours_where_there_are_any(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    coloured = renderer("text")(REPORT, Page(width=80, colour=True))
+    assert "\x1b[1;32mWords" in coloured
+    assert re.sub(r"\x1b\[[0-9;]*m", "", coloured).split() == renderer("text")(REPORT, Page(width=80)).split()
+
+
+def test_markdown_has_every_row_and_names_pictures():
+    text = renderer("markdown")(REPORT, Page())
+    assert text.startswith("# What was found\n\n## First\n\n**Gains**\n\n| Joint | Gain [N m/unit] | Verdict |\n")
+    assert "| ---: | ---: | --- |\n| 1 | 0.9401234 | passed |\n| 2 | -17.25 | refused |" in text
+    assert "![What it shows](picture.svg)" in text
+    assert "**Words that go on" in text
+
+
+def test_json_is_the_document_and_no_number_that_is_none():
+    assert renderer("json")(REPORT, Page()) == '{\n  "answer": 0.125\n}\n'
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        renderer("json")(Report("", (), {"answer": float("nan")}), Page())
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_every_renderer_draws_an_empty_report(name):
+    assert renderer(name)(Report("Nothing", (), {}), Page(width=20)).endswith("\n")
+
+
+def test_a_share_is_told_in_percent_and_none_as_a_dash():
+    assert (percent(0.01234, ".2f"), percent(None), percent(-0.5, "+.1f")) == ("1.23", "-", "-50.0")

@@ -185,7 +185,7 @@ def arm_parameters(plant: Plant, structure: Structure) -> Array:
     q, dq, ddq = np.random.default_rng(PROBE_SEED).uniform(-2.0, 2.0, (3, 10 * arm.n, arm.n))
     torque = inverse_dynamics(bare_arm(plant.robot.model, drives.rotor_inertia), q, dq, ddq)
     inertial = [
-        k for k, name in enumerate(labels(arm.n, arm.couplings)) if name.rstrip("0123456789") in INERTIAL + ("Ia",)
+        k for k, name in enumerate(labels(arm.n, arm.couplings)) if name.rstrip("0123456789") in (*INERTIAL, "Ia")
     ]
     W = regressor(arm, q, dq, ddq)
     chi = np.zeros(W.shape[2])

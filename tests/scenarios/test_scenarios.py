@@ -129,7 +129,7 @@ def test_a_faulty_scenario_is_one_line_and_exit_status_2(tmp_path, text, capsys)
     [
         (
             "[experiment.controller]\nrate_hz = 1e9",
-            "rate_hz: input should be less than or equal to 100000, got 1000000000.0",
+            "rate_hz: input should be less than or equal to 100000, got 1000000000",
         ),
         (
             "[experiment.sensors]\ncoloured_cutoff_hz = 600.0",

@@ -127,7 +127,10 @@ def test_a_faulty_scenario_is_one_line_and_exit_status_2(tmp_path, text, capsys)
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[experiment.controller]\nrate_hz = 1e9", "experiment.controller.rate_hz: "),
+        (
+            "[experiment.controller]\nrate_hz = 1e9",
+            "rate_hz: input should be less than or equal to 100000, got 1000000000",
+        ),
         (
             "[experiment.sensors]\ncoloured_cutoff_hz = 600.0",
             "coloured_cutoff_hz = 600 at 1000 Hz: expected 0.01 Hz or more, and less than 500 Hz",

@@ -94,7 +94,7 @@ def test_the_message_names_joints_and_suspects(ur, logs):
     bad = [Recording(log.t, negated(3)(log.q.copy()), log.v, log.name) for log in logs]
     with pytest.raises(
         Contradiction,
-        match=r"1, 2, 3, 4: the payload's torque has another shape than described, surest on joint 4 \(\d+ % of it\)",
+        match=r"2, 3, 4: the payload's torque has another shape than described, surest on joint 4 \(\d+ % of it\)",
     ) as caught:
         identify(*bad, ur, BRICK)
     assert "\n" not in str(caught.value)

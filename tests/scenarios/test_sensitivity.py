@@ -98,7 +98,7 @@ def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
     assert (alone["plant.payload.mass"] != 7.025).all()
     assert (alone["experiment.sensors.current_white"] == 0.0).all()
     output = capsys.readouterr().out
-    assert "29 trials, 2 sources" in output
+    assert "29 trials, 2 error sources" in output
     assert "mass" in output
     assert "white" in output
 

@@ -2,7 +2,7 @@
 
 import types
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -11,6 +11,8 @@ from ident.errors import OptionError
 from ident.uncertainty import UNCERTAINTIES
 
 Options = TypeVar("Options")
+NAMES = "names"
+"""Key of a field's metadata: the names that it may have; a command line lists them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,14 +25,14 @@ class GainOptions:
             assumes less, so that a simulation without noise does not make a joint look identifiable.
         serial_s: Time after which residuals are taken as unrelated [s].
         rank_tol: Smallest relative singular value of the scaled observation matrix.
-        uncertainty: A name in `UNCERTAINTIES`.
+        uncertainty: How the covariance is found.
     """
 
     max_rel_std: float = 0.1
     noise_floor: float = 0.05
     serial_s: float = 1.0
     rank_tol: float = 1e-7
-    uncertainty: str = "larger"
+    uncertainty: str = field(default="larger", metadata={NAMES: UNCERTAINTIES})
 
     def __post_init__(self) -> None:
         """Check the values.

@@ -14,7 +14,19 @@ class UnknownKey(ScenarioError):
 
 
 class UnknownName(ScenarioError):
-    """The name of a payload or method that does not exist."""
+    """The name of a scenario, motion, payload or method that does not exist."""
+
+
+class UnreadableFile(ScenarioError):
+    """A scenario or motion file that is missing, too large, or no TOML that can be meant."""
+
+
+class WrongExtends(ScenarioError):
+    """Scenarios that extend themselves, too many others, or nothing."""
+
+
+class WrongMotion(ScenarioError):
+    """A motion file that holds no motion that starts and ends at rest."""
 
 
 class UnknownPlace(ScenarioError):

@@ -61,3 +61,11 @@ def test_ident_works_without_mujoco_pandas_and_the_rest_of_the_project():
         "for module in pkgutil.walk_packages(ident.__path__, 'ident.'): importlib.import_module(module.name)\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+
+
+def test_no_base_class_of_errors_is_raised():
+    bases = {"IdentificationError", "SimulationError", "PlantError", "ScenarioError", "StudyError"}
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and isinstance(node.exc.func, ast.Name):
+                assert node.exc.func.id not in bases, f"{path.relative_to(ROOT)}:{node.lineno} raises a base class"

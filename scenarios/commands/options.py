@@ -8,6 +8,7 @@ from inspect import cleandoc
 from typing import TYPE_CHECKING, TypeVar
 
 import scenarios.commands.arguments as arguments
+from ident.options import NAMES
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -38,11 +39,14 @@ def add_options(parser: argparse.ArgumentParser, kind: "type[Options]") -> None:
     group = parser.add_argument_group()
     for field in fields(kind):
         said = docs.get(field.name, "").replace("%", "%%")
+        if NAMES in field.metadata:
+            said += f": {', '.join(field.metadata[NAMES])}"
         group.add_argument(
             flag(field.name),
             type=type_of(field),
             default=field.default,
-            metavar="X",
+            choices=field.metadata.get(NAMES),
+            metavar="NAME" if NAMES in field.metadata else "X",
             help=f"{said} (default %(default)s)",
         )
 

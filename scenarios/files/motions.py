@@ -11,7 +11,7 @@ from ident.arrays import Array
 from ident.file_access import read_bytes
 from ident.naming import nearest, shown
 from ident.toml_files import LARGEST as LARGEST_FILE
-from scenarios.errors import ScenarioError
+from scenarios.errors import UnknownKey, UnknownName, UnreadableFile, WrongMotion
 from scenarios.files.tables import CATALOG, read_table
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -35,20 +35,20 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
     table = read_table(path)
     for key in table:
         if key not in KEYS:
-            raise ScenarioError(f"{path}: unknown key {shown(key)}{nearest(key, KEYS)}; known: {', '.join(KEYS)}")
+            raise UnknownKey(f"{path}: unknown key {shown(key)}{nearest(key, KEYS)}; known: {', '.join(KEYS)}")
     for key in KEYS:
         if key not in table:
-            raise ScenarioError(f"{path}: {key} is missing; expected {', '.join(KEYS)}")
+            raise WrongMotion(f"{path}: {key} is missing; expected {', '.join(KEYS)}")
     duration = float(_numbers(path, table, "duration", 0))
     if not 0.0 < duration <= LONGEST:
-        raise ScenarioError(f"{path}: duration = {duration:g}; expected up to {LONGEST:g} s")
+        raise WrongMotion(f"{path}: duration = {duration:g}; expected up to {LONGEST:g} s")
     center, sine, cosine = (_numbers(path, table, key, d) for key, d in (("center", 1), ("sine", 2), ("cosine", 2)))
     if sine.size == 0 or sine.shape != cosine.shape or len(sine) != len(center):
-        raise ScenarioError(f"{path}: center {center.shape}, sine {sine.shape} and cosine {cosine.shape} do not fit")
+        raise WrongMotion(f"{path}: center {center.shape}, sine {sine.shape} and cosine {cosine.shape} do not fit")
     motion = at_rest(center, sine, cosine, duration)
     change = max(np.abs(motion.sine - sine).max(), np.abs(motion.cosine - cosine).max())
     if change > 1e-6:
-        raise ScenarioError(f"{path}: the motion does not start at rest (coefficients off by {change:.2g} rad)")
+        raise WrongMotion(f"{path}: the motion does not start at rest (coefficients off by {change:.2g} rad)")
     return motion
 
 
@@ -56,17 +56,17 @@ def _numbers(path: Path, table: Mapping[str, object], key: str, dimensions: int)
     """Numbers of a motion file, in an array of as many dimensions.
 
     Raises:
-        ScenarioError: If they are none, not finite, too large or in rows of unequal length.
+        WrongMotion: If they are none, not finite, too large or in rows of unequal length.
     """
     form = ("a number", "an array of numbers", "rows of numbers, all of one length")[dimensions]
     if not _all_numbers(table[key], dimensions):
-        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}")
+        raise WrongMotion(f"{path}: {key} = {shown(table[key])}; expected {form}")
     try:
         values = np.array(table[key], dtype=np.float64)
     except (ValueError, OverflowError):  # rows of unequal length, or a whole number beyond all floats
-        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
+        raise WrongMotion(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
     if not (np.abs(values) <= LARGEST).all():
-        raise ScenarioError(f"{path}: {key} holds a number that is not finite or beyond {LARGEST:g}")
+        raise WrongMotion(f"{path}: {key} holds a number that is not finite or beyond {LARGEST:g}")
     return values
 
 
@@ -80,9 +80,9 @@ def motion_digest(name: str, folder: Path) -> str:
     """What tells a motion's file from another, 16 hexadecimal digits.
 
     Raises:
-        ScenarioError: If there is none.
+        UnknownName: If there is none.
     """
-    content = read_bytes(_motion_path(name, folder), most_bytes=LARGEST_FILE, error=ScenarioError)
+    content = read_bytes(_motion_path(name, folder), most_bytes=LARGEST_FILE, error=UnreadableFile)
     return hashlib.sha256(content).hexdigest()[:16]
 
 
@@ -90,7 +90,7 @@ def _motion_path(name: str, folder: Path) -> Path:
     builtin = sorted(path.stem for path in MOTIONS.glob("*.toml"))
     path = MOTIONS / f"{name}.toml" if name in builtin else folder / name
     if not path.exists():
-        raise ScenarioError(f"unknown motion {shown(name)}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
+        raise UnknownName(f"unknown motion {shown(name)}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
     return path
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import PydanticCustomError
 
 from ident.errors import OptionError
 from ident.estimators import ESTIMATORS
@@ -17,7 +18,7 @@ from scenarios.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, Wr
 from scenarios.files.tables import scenario_table, stating_file
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
-from sim.sensors import SensorOptions
+from sim.sensors import STREAMS, SensorOptions
 
 Vector = tuple[float, ...]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -26,6 +27,15 @@ Share = Annotated[float, Field(gt=0.0, lt=1.0)]
 Target = str | tuple[str, ...]
 Couple = tuple[int, int]
 Known = Literal["all", "mass"]
+
+
+def _known_stream(name: str) -> str:
+    if name not in STREAMS:
+        raise PydanticCustomError("stream", "expected one of {known}", {"known": ", ".join(STREAMS)})
+    return name
+
+
+Stream = Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={"enum": list(STREAMS)})]
 
 
 DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
@@ -151,7 +161,7 @@ class SourceTable(DrawTable):
     where the scenario's own value is not meant. `off` is the value without it, the scenario's own if left out.
     """
 
-    stream: Literal["encoder", "white", "coloured", "clock"] | None = None
+    stream: Stream | None = None
     size: float | None = None
     off: float | None = None
 

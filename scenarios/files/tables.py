@@ -6,7 +6,7 @@ from pathlib import Path
 from ident.file_access import check_file
 from ident.naming import nearest, shown
 from ident.toml_files import DEEPEST, LARGEST, read_toml
-from scenarios.errors import ScenarioError
+from scenarios.errors import ScenarioError, UnknownName, UnreadableFile, WrongExtends
 
 CATALOG = Path(__file__).parents[1] / "catalog"
 """Folder of the built-in scenarios."""
@@ -21,9 +21,9 @@ def read_table(path: Path) -> dict[str, object]:
     """Parse a TOML file.
 
     Raises:
-        ScenarioError: If it is missing or no TOML.
+        UnreadableFile: If it is missing or no TOML.
     """
-    return read_toml(path, error=ScenarioError)
+    return read_toml(path, error=UnreadableFile)
 
 
 def scenario_table(
@@ -44,21 +44,21 @@ def scenario_table(
     """
     path = find_scenario(name, folder)
     if path in below:
-        raise ScenarioError(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")
+        raise WrongExtends(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")
     if len(below) >= DEEPEST:
-        raise ScenarioError(f"{path}: more than {DEEPEST} files extend one another")
+        raise WrongExtends(f"{path}: more than {DEEPEST} files extend one another")
     table = read_table(path)
     parent = table.pop("extends", None)
     if parent is None:
         return table, path
     if not isinstance(parent, str):
-        raise ScenarioError(f"{path}: extends = {shown(parent)}; expected the name of one scenario")
+        raise WrongExtends(f"{path}: extends = {shown(parent)}; expected the name of one scenario")
     try:
         base, _ = scenario_table(parent, path.parent, (*below, path))
     except ScenarioError as error:
         if below or str(error).startswith(str(path)):
             raise
-        raise ScenarioError(f"{path}: extends: {error}") from error
+        raise WrongExtends(f"{path}: extends: {error}") from error
     return overlaid(base, table), path
 
 
@@ -91,8 +91,8 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
         return CATALOG / f"{name}.toml"
     path = (folder or Path()) / name
     if path.suffix != ".toml" and not path.is_file():
-        raise ScenarioError(f"unknown scenario {shown(name)}{nearest(name, builtin_names())}; `rx90 list` shows all")
-    check_file(path, most_bytes=LARGEST, error=ScenarioError)
+        raise UnknownName(f"unknown scenario {shown(name)}{nearest(name, builtin_names())}; `rx90 list` shows all")
+    check_file(path, most_bytes=LARGEST, error=UnreadableFile)
     return path.resolve()
 
 

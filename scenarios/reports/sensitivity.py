@@ -50,7 +50,9 @@ def sensitivity_report(result: BudgetResult) -> Report:
         parts += [Heading(f"Joint {budget.joint}"), Paragraph(f"{_headline(budget)}."), _table(budget)]
     parts += [Paragraph(MEANING), Paragraph(first_to_buy_down(budgets), strong=True)]
     parts.append(Figure(CHART, "Error of the gain from each source alone", lambda: chart(budgets, scenario)))
-    title = f"Error budget of scenario {scenario.name}: {result.trials} trials, {len(scenario.table.sources)} sources"
+    title = (
+        f"Error budget of scenario {scenario.name}: {result.trials} trials, {len(scenario.table.sources)} error sources"
+    )
     document: dict[str, object] = {
         "scenario": scenario.name,
         "trials": result.trials,

@@ -11,7 +11,9 @@ def add_worker_options(parser: argparse.ArgumentParser) -> None:
     """Add one option a kind of workers; a command line has one of them at most."""
     group = parser.add_mutually_exclusive_group()
     for kind in WORKERS.values():
-        group.add_argument(f"--{kind.option}", type=kind.checked, metavar=kind.metavar, help=kind.help)
+        group.add_argument(
+            f"--{kind.option}", dest=kind.option, type=kind.checked, metavar=kind.metavar, help=kind.help
+        )
 
 
 def open_workers(options: argparse.Namespace) -> AbstractContextManager[Workers]:

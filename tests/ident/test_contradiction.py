@@ -66,7 +66,7 @@ def test_the_message_names_joints_and_suspects(ur, logs):
     bad = corrupted(logs, CHANGES["joint 4 negated"])
     with pytest.raises(
         Contradiction,
-        match=r"1, 2, 3, 4: the payload's torque has another shape than described, surest on joint 4 \(\d+ % of it\)",
+        match=r"2, 3, 4: the payload's torque has another shape than described, surest on joint 4 \(\d+ % of it\)",
     ) as caught:
         identify(*bad, ur, BRICK, wiring=known_wiring)
     assert "\n" not in str(caught.value)

@@ -1,6 +1,7 @@
 """Doors for logs: the same numbers, however a file is laid out."""
 
 import gzip
+import re
 from pathlib import Path
 
 import numpy as np
@@ -112,6 +113,25 @@ def test_a_new_format_is_found_by_the_ending_of_a_file(tmp_path, monkeypatch):
     monkeypatch.setitem(LOGS, "mine", LogFormat((".mine",), read))
     (tmp_path / "log.MINE").write_text("whatever")
     assert isinstance(read_recording(tmp_path / "log.MINE"), Recording)
+
+
+@pytest.mark.parametrize("name", LOGS)
+@pytest.mark.parametrize(
+    "content", [None, b"", b"\x01\x02\x00 no log of any kind \xff\n"], ids=["missing", "empty", "other"]
+)
+def test_a_file_that_a_format_cannot_read_is_named_in_one_line(tmp_path, name, content):
+    for ending in LOGS[name].endings:
+        assert ending == ending.lower()
+        path = tmp_path / f"log{ending}"
+        if content is not None:
+            path.write_bytes(content)
+        with pytest.raises(RecordingError, match=rf"^{re.escape(str(path))}: [^\n]+$"):
+            LOGS[name].read(path)
+
+
+def test_the_ending_of_a_name_belongs_to_one_format():
+    endings = [ending for log in LOGS.values() for ending in log.endings]
+    assert len(set(endings)) == len(endings)
 
 
 def test_columns_are_refused_just_above_their_number():

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -79,6 +81,29 @@ def test_a_prediction_never_assumes_less_than_the_noise_floor(rows, influence):
     rms = np.where(rows.joint == 0, rows.rms_current(0), rows.rms_current(2))
     least = np.sqrt(np.sum((influence * 0.05 * rms) ** 2, axis=1))
     np.testing.assert_allclose(found, [least[0] / 0.5, 20.0 / 2.0, least[2] / 4.0], rtol=1e-13)
+
+
+@pytest.mark.parametrize("name", UNCERTAINTIES)
+def test_a_covariance_is_symmetric_never_indefinite_and_the_square_of_what_scales(name, rows, influence):
+    uncertainty = UNCERTAINTIES[name]
+    found = uncertainty(rows, influence, 0.6)
+    assert found.shape == (3, 3)
+    np.testing.assert_allclose(found, found.T, rtol=1e-13)
+    assert np.linalg.eigvalsh(found).min() > -1e-12 * np.trace(found)  # rounding
+    assert (np.diag(found) > 0.0).all()
+    per_quantity = np.array([-1.7, 0.3, 5.0])
+    scaled = uncertainty(rows, per_quantity[:, None] * influence, 0.6)
+    np.testing.assert_allclose(scaled, np.outer(per_quantity, per_quantity) * found, rtol=1e-12)
+    larger = replace(rows, residual=-2.3 * rows.residual)
+    np.testing.assert_allclose(uncertainty(larger, influence, 0.6), 2.3**2 * found, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", UNCERTAINTIES)
+def test_a_quantity_is_moved_by_the_residuals_of_the_rows_that_influence_it_alone(name, rows, influence):
+    own = influence * (rows.joint == 2)
+    found = UNCERTAINTIES[name](rows, own, 0.6)
+    louder = replace(rows, residual=np.where(rows.joint == 2, 1.0, 9.0) * rows.residual)
+    np.testing.assert_allclose(UNCERTAINTIES[name](louder, own, 0.6), found, rtol=1e-12)
 
 
 def serial_of(motions: int, left_out: bool) -> tuple[float, float, float]:

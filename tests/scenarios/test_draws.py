@@ -134,6 +134,9 @@ FAULTS = {
     '[sources.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "sources.it: no distribution",
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"\ndistribution = "norm"': "sources.it: give either",
     '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size is of a noise",
+    '[sources.it]\ntarget = "plant.gain"\nstream = "whit"': (
+        "sources.it.stream: expected one of encoder, white, coloured, clock, got 'whit'"
+    ),
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"': "the stream white is taken by sources.white current noise",
     '[random.it]\ntarget = []\ndistribution = "norm"': "random.it: target names no place",
     '[random.it]\ntarget = "tolerance.pass_rate"\ndistribution = "norm"': "'tolerance.pass_rate' cannot be drawn",

@@ -1,3 +1,4 @@
+import argparse
 import multiprocessing
 import os
 import signal
@@ -5,11 +6,14 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
 from study_tasks import die_once, double, double_or_die, fail, fail_above_4, refuse
 
 from scenarios.errors import UnfitWorker, WorkersLost
+from scenarios.workers import WORKERS
+from scenarios.workers.choice import add_worker_options, open_workers, worker_words
 from scenarios.workers.execute import GivenUp, completed
 from scenarios.workers.kinds import Workers
 from scenarios.workers.processes import local_processes
@@ -111,3 +115,37 @@ def alive(process: int) -> bool:
     except ProcessLookupError:
         return False
     return True
+
+
+@pytest.mark.parametrize("name", WORKERS)
+def test_a_kind_of_workers_has_one_option_that_is_off_unless_given_and_whose_words_ask_for_it_again(name):
+    kind = WORKERS[name]
+    parser = argparse.ArgumentParser()
+    add_worker_options(parser)
+    text = "3"  # a number of processes, or a name of anything
+    options = parser.parse_args([f"--{kind.option}", text])
+    assert worker_words(options) == [f"--{kind.option}", text]
+    assert parser.parse_args(worker_words(options)) == options
+    assert worker_words(parser.parse_args([])) == []
+    assert kind.help in " ".join(parser.format_help().split())
+    assert f"--{kind.option} {kind.metavar}" in parser.format_help()
+
+
+def test_an_option_of_two_words_asks_for_its_kind_of_workers(monkeypatch):
+    opened = []
+    kind = replace(WORKERS["dask"], option="my-cluster", open=lambda value: opened.append(value))
+    monkeypatch.setitem(WORKERS, "mine", kind)
+    parser = argparse.ArgumentParser()
+    add_worker_options(parser)
+    options = parser.parse_args(["--my-cluster", "here"])
+    open_workers(options)
+    assert opened == ["here"]
+    assert worker_words(options) == ["--my-cluster", "here"]
+
+
+def test_two_kinds_of_workers_at_once_are_refused(capsys):
+    parser = argparse.ArgumentParser()
+    add_worker_options(parser)
+    with pytest.raises(SystemExit):
+        parser.parse_args(["--jobs", "2", "--dask", "tcp://here:1"])
+    assert "not allowed with" in capsys.readouterr().err

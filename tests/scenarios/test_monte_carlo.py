@@ -274,8 +274,8 @@ def test_what_is_drawn_makes_another_study_and_what_is_not_does_not(tmp_path):
 
 
 def test_both_motions_and_every_sensor_have_noise_of_their_own():
-    pair = [[getattr(motion, name).random() for name in STREAMS] for motion in pair_streams(5, {})]
-    again = [[getattr(motion, name).random() for name in STREAMS] for motion in pair_streams(5, {"white": 9})]
+    pair = [[motion[name].random() for name in STREAMS] for motion in pair_streams(5, {})]
+    again = [[motion[name].random() for name in STREAMS] for motion in pair_streams(5, {"white": 9})]
     assert len({number for motion in pair for number in motion}) == 2 * len(STREAMS)
     changed = {STREAMS[k] for m in range(2) for k in range(len(STREAMS)) if pair[m][k] != again[m][k]}
     assert changed == {"white"}

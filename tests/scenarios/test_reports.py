@@ -91,5 +91,15 @@ def test_every_renderer_draws_an_empty_report(name):
     assert renderer(name)(Report("Nothing", (), {}), Page(width=20)).endswith("\n")
 
 
+@pytest.mark.parametrize("name", RENDERERS)
+@pytest.mark.parametrize(
+    "page", [Page(), Page(width=20), Page(width=90, colour=True)], ids=["file", "narrow", "terminal"]
+)
+def test_every_renderer_tells_every_kind_of_part_without_drawing_a_picture(name, page):
+    text = renderer(name)(REPORT, page)
+    assert text.endswith("\n")
+    assert "0.125" in text or all(word in text for word in ("What was found", "Joint", "0.9401234", "passed"))
+
+
 def test_a_share_is_told_in_percent_and_none_as_a_dash():
     assert (percent(0.01234, ".2f"), percent(None), percent(-0.5, "+.1f")) == ("1.23", "-", "-50.0")

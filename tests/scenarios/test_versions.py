@@ -21,7 +21,7 @@ def test_a_copy_has_the_same_digests(copied):
 @pytest.mark.parametrize(
     "name",
     [
-        "rx90_mjcf/drives.toml",
+        "rx90_mjcf/robot.toml",
         "rx90_mjcf/payload_offset.toml",
         "rx90_mjcf/rx90.xml",
         "scenarios/catalog/nominal.toml",

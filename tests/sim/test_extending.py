@@ -1,9 +1,10 @@
-"""The recipes for one more effect and one more sensor, followed literally."""
+"""What every effect and every sensor keeps to, those that somebody adds included."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Annotated
 
+import mujoco
 import numpy as np
 import pytest
 from annotated_types import Interval, Unit
@@ -160,3 +161,37 @@ def test_every_effect_and_sensor_has_values_that_are_zero_unless_stated():
     for kind in (ModelErrors, SensorOptions):
         for field in fields(kind):
             assert field.default in (0.0, None) or field.name in ("stribeck_speed", "coloured_cutoff_hz")
+
+
+def contents(model: mujoco.MjModel) -> bytes:
+    buffer = np.empty(mujoco.mj_sizeModel(model), dtype=np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_whose_values_are_zero_leaves_no_trace(name, monkeypatch):
+    effect, errors, plant = EFFECTS[name], ModelErrors(), nominal_plant()
+    effect.fits(errors, plant.robot, plant.drives)
+    assert not effect.resizes(errors)
+    assert not effect.varies(errors)
+    with_it = [contents(sim.compile.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
+    monkeypatch.setattr(sim.compile, "EFFECTS", {k: each for k, each in EFFECTS.items() if k != name})
+    without = [contents(sim.compile.plant_model(plant, loaded=loaded, step=1e-3)) for loaded in (False, True)]
+    assert with_it == without
+
+
+@pytest.mark.parametrize("name", SENSOR_EFFECTS)
+def test_a_sensor_whose_values_are_zero_reads_and_logs_the_truth(name):
+    effect, perfect, noise = SENSOR_EFFECTS[name], SensorOptions(), noise_streams(np.random.default_rng(4))
+    assert effect.reader([perfect], [noise], 2) is None
+    t = np.arange(40) / 250.0
+    log = Log(t=t, q=np.sin(3.0 * t)[:, None] * [0.4, -1.3], v=np.cos(5.0 * t)[:, None] * [7.0, 2.5], rate_hz=250.0)
+    logged = effect.logs(perfect, log, noise)
+    for field in ("t", "q", "v"):
+        np.testing.assert_array_equal(getattr(logged, field), getattr(log, field))
+
+
+def test_no_two_sensors_share_a_stream():
+    names = [name for effect in SENSOR_EFFECTS.values() for name in effect.streams]
+    assert len(set(names)) == len(names)

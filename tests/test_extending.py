@@ -1,0 +1,317 @@
+"""Every recipe of `docs/extending.md`, followed to the letter on a copy of the packages."""
+
+import csv
+import json
+import pstats
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from places import ROOT
+from quick import quick_scenario
+from recipes import (
+    PACKAGES,
+    RECIPES,
+    Outcome,
+    copy_of_packages,
+    environment,
+    follow,
+    patched,
+    run,
+    touched,
+)
+
+import rx90_mjcf
+from ident.identification import identify
+from ident.options import GainOptions
+from ident.recording import Recording
+from ident.recording_files import read_recording
+from scenarios.cli import main
+from scenarios.run import Run, run_scenario
+from scenarios.store.run_folder import save_run
+
+GAIN = np.array([0.9401, 0.9619, 1.1148, 0.9146, 1.0, 1.0])
+"""Injected gains: published ones of the paper's table 3, and two that are assumed."""
+WEIGHED = """
+from dataclasses import replace
+import numpy as np
+from ident import ESTIMATORS, GainOptions, ObserveOptions, load_arm, read_payload, read_recording, structure_of
+from ident.observation import observe
+from ident.options import options_from_table
+from ident.problem import pair
+structure, options = structure_of(load_arm("arm.xml")), GainOptions()
+bare, heavy = (observe(read_recording(f"{n}.parquet"), structure, ObserveOptions()) for n in ("bare", "heavy"))
+four = replace(heavy, joints=tuple(
+    replace(j, **{f: np.concatenate([getattr(j, f)] * 4) for f in ("V", "W", "W_L", "t", "position")})
+    for j in heavy.joints))
+ls, weighted = ESTIMATORS["ls-2011"], ESTIMATORS["weighted"]
+chosen = options_from_table(weighted.options, {"loaded_weight": 4})
+payload = read_payload("payload.toml")
+expected = ls.estimate(pair(bare, four, payload, options), ls.options())
+found = weighted.estimate(pair(bare, heavy, payload, options), chosen)
+print(*expected.solution.inverse, *found.solution.inverse, *found.solution.load_rms)
+"""
+"""Four times every row of the loaded motion for `ls-2011`, beside a weight of 4."""
+TAKEN = {
+    "white.toml": 'identification = { gains = { uncertainty = "white" } }',
+    "weighted.toml": 'identification = { method = "weighted", options = { loaded_weight = 4.0 } }',
+}
+"""Scenarios that the recipes name within a sentence."""
+CONTRACTS = {
+    "tests/ident/test_estimators.py": "weighted",
+    "tests/ident/test_uncertainty.py": "white",
+    "tests/ident/test_logs.py": "npz",
+    "tests/sim/test_extending.py": "dress_pack|torque_ripple|lost_samples",
+    "tests/scenarios/test_reports.py": "csv",
+    "tests/scenarios/test_execute.py": "profile",
+    "tests/scenarios/test_cli.py": "speeds",
+}
+"""Where each new member is put through a test without a line of its own."""
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory) -> Run:
+    return run_scenario(str(quick_scenario(tmp_path_factory.mktemp("quick"))))
+
+
+@dataclass(frozen=True)
+class Followed:
+    """All recipes followed in one copy, and how their commands ended."""
+
+    packages: Path
+    work: Path
+    outcomes: dict[str, list[Outcome]]
+
+    def said(self, name: str, number: int = 0) -> str:
+        """What a command that found something to say said."""
+        outcome = self.outcomes[name][number]
+        assert outcome.status in (0, 1), outcome.err
+        assert outcome.out or name == "robot", outcome.err
+        return outcome.out
+
+    def saved(self, name: str) -> tuple[Recording, Recording]:
+        unloaded, loaded = (read_recording(self.work / name / f"{each}.parquet") for each in ("unloaded", "loaded"))
+        return unloaded, loaded
+
+    def keys(self, table: str) -> dict[str, dict]:
+        """Keys of a table by the schema that is generated."""
+        path = self.packages / "scenarios" / "schemas" / "scenario.schema.json"
+        return json.loads(path.read_text())["$defs"][table]["properties"]
+
+
+@pytest.fixture(scope="module")
+def followed(plain, tmp_path_factory) -> Followed:
+    """In a folder with what a user has: logs in two formats, a payload, a model; `nominal` moves for 6 s."""
+    packages, work = copy_of_packages(tmp_path_factory.mktemp("packages")), tmp_path_factory.mktemp("work")
+    save_run(plain, work)
+    for old, new in (("unloaded", "bare"), ("loaded", "heavy")):
+        log = read_recording((work / f"{old}.parquet").rename(work / f"{new}.parquet"))
+        np.savez(work / f"{new}.npz", t=log.t, q=log.q, v=log.v)
+    shutil.copy(rx90_mjcf.MJCF, work / "arm.xml")
+    for recipe in RECIPES.values():
+        follow(recipe, packages, work)
+    shutil.copy(plain.bench.scenario.folder / "short.toml", packages / "scenarios/catalog/motions/drive-gains.toml")
+    (work / "weighed.py").write_text(WEIGHED)
+    for name, text in TAKEN.items():
+        (work / name).write_text(f'extends = "nominal"\n{text}\n')
+    commands = {name: recipe.commands for name, recipe in RECIPES.items()}
+    commands |= {
+        "weighed": [["python", "weighed.py"]],
+        "taken": [["rx90", "run", name, "--json"] for name in TAKEN],
+        "help": [["rx90", "identify", "--help"], ["rx90", "monte-carlo", "--help"], ["rx90"]],
+    }
+    left = iter(run([words for each in commands.values() for words in each], packages, work))
+    return Followed(packages, work, {name: [next(left) for _ in each] for name, each in commands.items()})
+
+
+def estimates(result: str) -> list[float | None]:
+    return [gain["estimate"] for gain in json.loads(result)["gains"]]
+
+
+def values(run: Run) -> list[float | None]:
+    return [getattr(joint, "value", None) for joint in run.estimate.joints]
+
+
+def slope(x: np.ndarray, y: np.ndarray) -> float:
+    """Of y over x by least squares, through zero."""
+    return float(np.sum(x * y) / np.sum(x * x))
+
+
+def test_there_is_a_recipe_for_every_kind_at_the_cost_of_two_files():
+    costs = dict.fromkeys(("estimator", "uncertainty", "log format", "constant effect", "varying effect", "sensor"), 2)
+    costs |= {"robot": 0, "report renderer": 2, "executor": 2, "command": 2}
+    assert {name: recipe.cost for name, recipe in RECIPES.items()} == costs
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_a_recipe_touches_as_many_files_as_its_table_says(name, tmp_path):
+    recipe = RECIPES[name]
+    packages, work = copy_of_packages(tmp_path / "packages"), tmp_path / "work"
+    work.mkdir()
+    follow(recipe, packages, work)
+    stated = set(recipe.new) | set(recipe.changes)
+    assert touched(packages) == {place for place in stated if place.startswith(PACKAGES)}
+    assert len(touched(packages)) == recipe.cost
+    if not recipe.cost:
+        assert {place.partition("/")[0] for place in stated} == {"two_link"}
+
+
+def test_a_change_that_does_not_fit_is_noticed():
+    assert patched("a\nb\nc\n", " a\n+x\n@@\n-c\n+d\n") == "a\nx\nb\nd\n"
+    for change in (" z\n+x\n", " a\n c\n+x\n"):
+        with pytest.raises(AssertionError, match="not there once"):
+            patched("a\nb\nc\n", change)
+
+
+def test_what_recipes_write_is_as_clean_as_the_rest(tmp_path):
+    packages, work = copy_of_packages(tmp_path / "packages"), tmp_path / "work"
+    work.mkdir()
+    for recipe in RECIPES.values():
+        follow(recipe, packages, work)
+    for words in (["check", "--no-cache"], ["format", "--check", "--no-cache"]):
+        command = [sys.executable, "-m", "ruff", *words, "--config", str(ROOT / "pyproject.toml"), *PACKAGES]
+        done = subprocess.run(command, cwd=packages, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [RECIPES[name].commands[-1] for name in ("estimator", "uncertainty", "report renderer", "executor", "command")],
+    ids=lambda words: words[-1],
+)
+def test_without_its_recipe_a_name_is_refused(words, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(words[1:])
+    assert caught.value.code == 2
+    assert re.search("invalid choice|unrecognized|no command", capsys.readouterr().err)
+
+
+def test_an_estimator_weighs_rows_as_if_they_were_there_more_than_once(followed, plain):
+    result = followed.said("estimator")
+    assert json.loads(result)["fit"]["method"] == "weighted"
+    unweighted = plain.estimate.solution
+    expected, inverse, load = np.array(followed.said("weighed").split(), dtype=np.float64).reshape(3, -1)
+    np.testing.assert_allclose(inverse, expected, rtol=1e-9)  # rounding times a condition number below 1e5
+    np.testing.assert_allclose(load, unweighted.load_rms, rtol=1e-9)
+    assert np.abs(inverse / unweighted.inverse - 1.0).max() > 1e-4  # the weight does something
+    for value, by_rows in zip(estimates(result), expected, strict=True):
+        assert value is None or abs(value * by_rows - 1.0) < 1e-9
+    assert estimates(followed.said("taken", 1)) == estimates(result)
+
+
+def test_an_uncertainty_decides_about_deviations_from_command_line_and_scenario(followed, plain, arm):
+    gains = json.loads(followed.said("uncertainty"))["gains"]
+    # White's sum of squares is Newey and West's without lags, but for the share of the unknowns.
+    rows = plain.estimate.solution.rows
+    sizes = np.array([np.sum(rows.joint == j) for j in range(6)])
+    correction = np.sqrt(sizes / (sizes - np.array([rows.unknowns[j] for j in range(6)])))
+    options = GainOptions(uncertainty="serial", serial_s=0.0)
+    serial = identify(*plain.recordings, arm, plain.bench.payload, gains=options).estimate
+    compared = 0
+    for gain, joint, factor in zip(gains, serial.joints, correction, strict=True):
+        if gain["std"] is not None:
+            np.testing.assert_allclose(gain["std"], joint.std * factor, rtol=1e-9)
+            compared += 1
+    assert compared > 2
+    assert [g["std"] for g in json.loads(followed.said("taken", 0))["gains"]] == [g["std"] for g in gains]
+    assert "larger, classical, serial, white" in " ".join(followed.said("help").split())
+
+
+def test_a_log_format_gives_the_same_gains_to_the_last_digit(followed, plain):
+    assert estimates(followed.said("log format")) == values(plain)
+
+
+def test_a_constant_effect_pulls_as_its_equation_says(followed, plain):
+    followed.said("constant effect")
+    for with_it, without in zip(followed.saved("hoses"), plain.recordings, strict=True):
+        torque = GAIN * (with_it.v - without.v)
+        # The loop of 8 Hz holds the motion, so what the drive adds is k q1; it yields by some hundredths.
+        np.testing.assert_allclose(slope(without.q[:, 0], torque[:, 0]), 30.0, rtol=0.03)
+    assert followed.keys("ModelErrors")["dress_pack"]["maximum"] == 1e4
+
+
+def test_a_varying_effect_pulls_as_its_equation_says(followed, plain):
+    followed.said("varying effect")
+    for with_it, without in zip(followed.saved("ripple"), plain.recordings, strict=True):
+        torque, wave = GAIN * (with_it.v - without.v), np.sin(6.0 * without.q)
+        # The same; waves of up to 2 Hz, whose phase is off where the joint yields to them.
+        found = [slope(wave[:, j], torque[:, j]) for j in range(6)]
+        np.testing.assert_allclose(found, 4.0, rtol=0.1)
+    keys = followed.keys("ModelErrors")
+    assert (keys["torque_ripple"]["maximum"], keys["ripple_waves"]["maximum"]) == (1e3, 1e4)
+
+
+def test_a_sensor_loses_samples_and_changes_no_other(followed, plain):
+    followed.said("sensor")
+    for lossy, whole in zip(followed.saved("lossy"), plain.recordings, strict=True):
+        kept = np.isin(whole.t, lossy.t)
+        assert kept[[0, -1]].all()
+        for name in ("t", "q", "v"):
+            np.testing.assert_array_equal(getattr(lossy, name), getattr(whole, name)[kept])
+        # 2 % of 6001, with a deviation of 0.18 %; five of these are a false alarm in two million.
+        assert abs(np.mean(~kept) - 0.02) < 0.009
+    assert followed.keys("SensorOptions")["lost_samples"]["maximum"] == 0.5
+    assert "lost" in followed.keys("SourceTable")["stream"]["anyOf"][0]["enum"]
+
+
+def test_a_robot_is_simulated_and_identified_from_its_folder(followed):
+    followed.said("robot")
+    result = json.loads(followed.said("robot", 1))
+    for gain, true in zip(result["gains"], (1.7, 0.6), strict=True):
+        # Four deviations are a false alarm in 16 000; the interval is a tenth of the gain at most.
+        assert abs(gain["estimate"] - true) < 4.0 * gain["std"] < 0.1 * true
+
+
+def test_a_renderer_tells_the_same_numbers(followed, plain):
+    table = list(csv.reader(followed.said("report renderer").partition("\n\n")[2].splitlines()))
+    column = next(k for k, title in enumerate(table[0]) if "[N m/unit]" in title)
+    expected = ["-" if value is None else f"{value:.4f}" for value in values(plain)]
+    assert [row[column] for row in table[1:7]] == expected
+
+
+def test_an_executor_gives_the_rows_of_any_other_and_its_profile(followed, plain):
+    followed.said("executor")
+    rows = pd.read_parquet(followed.work / "profiled" / "trials")
+    assert sorted(set(rows["trial"])) == [0, 1]
+    first = rows[rows["trial"] == 0].sort_values("joint")["estimate"].to_numpy()
+    expected = np.array(values(plain), dtype=np.float64)
+    np.testing.assert_allclose(first, expected, rtol=1e-9)  # alone or in a batch: rounding
+    functions = {name for _, _, name in pstats.Stats(str(followed.work / "trials.prof")).stats}
+    assert {"run_task", "run_batch"} <= functions
+    assert "--profile trials.prof" in (followed.work / "profiled" / "study.json").read_text()
+    assert "--profile FILE" in followed.said("help", 1)
+
+
+def test_a_command_is_found_and_tells_the_largest_speeds(followed, plain):
+    result = json.loads(followed.said("command"))
+    motion = plain.bench.experiments[0].trajectory
+    t = np.linspace(0.0, motion.duration, 2000)
+    expected = np.abs(np.gradient(motion(t)[0], t, axis=0)).max(axis=0)
+    np.testing.assert_allclose(result["fastest"], expected, rtol=1e-3)  # differences over 6 ms
+    np.testing.assert_allclose(result["limit"], [4.1189, 3.4906, 4.9916, 6.9987, 5.585, 10.122])
+    assert re.search("^ +speeds +hold", followed.said("help", 2), re.MULTILINE)
+
+
+def test_every_new_member_is_put_through_the_tests_of_its_kind(followed):
+    tests = followed.packages / "tests"
+    shutil.copytree(ROOT / "tests", tests, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", followed.packages)
+    names = " or ".join(word for each in CONTRACTS.values() for word in each.split("|"))
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider", "-k", names, *CONTRACTS],
+        cwd=followed.packages,
+        env=environment(followed.packages),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    for path, each in CONTRACTS.items():
+        for word in each.split("|"):
+            assert re.search(rf"^PASSED {path}::\w+\[[^\]]*\b{word}\b", done.stdout, re.MULTILINE), (path, word)

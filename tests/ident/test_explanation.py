@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
+from ident import explanation
 from ident.explanation import explanations, unknowns_of
 from ident.instants import instants
 from ident.observation import ObserveOptions
 from ident.readings import readings
-from ident.recording import Recording
+from ident.recording import Recording, resampled
 from ident.regressor import regressor
 from ident.signals import smooth_motion
 from ident.structure import Structure, structure_of
@@ -77,11 +78,17 @@ def test_gravity_and_lengths_of_a_reading_are_those_of_the_arm_it_describes(ur, 
 
 def test_too_few_instants_leave_infinity_not_a_fit(ur, logs):
     bare, loaded = (instants(log, 15, OPTIONS) for log in logs)
-    explanation = explanations(ur.arm, unknowns_of(ur), bare, loaded, next(readings(ur.arm)))[0]
-    few = explanation.freedom <= 0
+    found = explanations(ur.arm, unknowns_of(ur), bare, loaded, next(readings(ur.arm)))[0]
+    few = found.freedom <= 0
     assert few[0]
     assert not few[5]
-    np.testing.assert_array_equal(np.isinf(explanation.left), few)
+    np.testing.assert_array_equal(np.isinf(found.left), few)
+
+
+def test_as_many_instants_as_unknowns_are_too_few(rng):
+    W, V = rng.normal(size=(7, 7)), rng.normal(size=(7, 3))
+    np.testing.assert_array_equal(explanation._shares_left(W, V), [np.inf] * 3)
+    assert np.isfinite(explanation._shares_left(W[:, :6], V)).all()
 
 
 def test_what_is_left_does_not_depend_on_the_unit_of_a_current(ur, logs):
@@ -116,3 +123,13 @@ def test_a_current_that_acts_late_is_looked_at_late(logs):
     late = instants(logs[0], 150, replace(OPTIONS, current_delay=2 * logs[0].period))
     shifted = Recording(logs[0].t, logs[0].q, np.vstack((logs[0].v[[0, 0]], logs[0].v[:-2])))
     np.testing.assert_allclose(late.v, instants(shifted, 150, OPTIONS).v, rtol=1e-9, atol=1e-12)  # rounding
+
+
+def test_a_jittered_clock_is_made_even_first(logs, rng):
+    log = logs[0]
+    t = log.t + rng.uniform(-0.002, 0.002, len(log.t))
+    uneven = Recording(t, log.q, log.v)
+    even = instants(resampled(uneven), 150, OPTIONS)
+    np.testing.assert_array_equal(instants(uneven, 150, OPTIONS).q, even.q)
+    careless = Recording(np.linspace(t[0], t[-1], len(t)), log.q, log.v)  # the samples at times that are not theirs
+    assert np.abs(instants(careless, 150, OPTIONS).q - even.q).max() > 1e-4

@@ -146,6 +146,23 @@ def test_what_filters_leave_of_exact_data_and_joints_without_instants_tell_nothi
     np.testing.assert_allclose(wiring._gain(given, other), [0.0, 0.0, np.log(2.0)], atol=1e-15)  # rounding
 
 
+def test_three_of_equally_good_readings_are_named_and_the_others_counted(ur, logs):
+    several = "q1 negated or q1 negated plus 90 degrees or q1 negated plus 180 degrees or 1 more ("  # a vertical axis
+    with pytest.raises(Contradiction, match=re.escape(f"this one: {several}")):
+        check_wiring(ur, *corrupted(logs, CHANGES["joint 1 negated"]), OPTIONS)
+
+
+def test_a_slanting_base_shows_parameters_that_an_upright_one_hides(ur, logs):
+    slanting = structure_of(arm_of(ur_like((6.94, 0.0, -6.94))))  # 9.81 between two axes
+    other = next(f for f in readings(ur.arm) if f[0].words == "gravity along (1, 0, -1) of the base")
+    found, own = (
+        wiring._explained(each.arm, wiring._unknowns(each), logs, OPTIONS, 120, [family])[0]
+        for each, family in ((ur, other), (slanting, next(readings(slanting.arm))[:1]))
+    )
+    np.testing.assert_array_equal(found.freedom, own.freedom)
+    np.testing.assert_allclose(found.left, own.left, rtol=1e-3)  # 6.94 for 9.81 / sqrt(2)
+
+
 def test_weightless_arms_have_no_base_to_turn(ur, logs):
     afloat = replace(ur, arm=replace(ur.arm, gravity=np.zeros(3)))
     own, any_gravity = wiring._unknowns(afloat)

@@ -20,6 +20,7 @@ import rx90_mjcf
 from ident.arm import load_pinocchio
 from ident.identification import identify
 from ident.regressor import regressor_blocks
+from ident.wiring import check_wiring, known_wiring
 from scenarios.build import bench
 from scenarios.files.schema import load_scenario
 from scenarios.run import run
@@ -86,11 +87,13 @@ def identification_speed() -> None:
             method=chosen.method,
             observing=chosen.observe,
             gains=chosen.gains,
+            wiring=known_wiring,
         )
 
-    (times,) = medians(action)
+    times, checks = medians(action, lambda: check_wiring(prepared.structure, unloaded, loaded, chosen.observe))
     samples = len(unloaded.t) + len(loaded.t)
     print(f"identification of the pair ({samples} samples): {statistics.median(times):.3f} s (best {min(times):.3f})")
+    print(f"check that it is of this arm: {statistics.median(checks):.3f} s (best {min(checks):.3f})")
 
 
 def closed_loop_ratio(simulations: int) -> None:

@@ -9,6 +9,7 @@ from ident.estimate import GainEstimate, IdentifiedGain
 from ident.identification import identify
 from ident.observation import ObserveOptions
 from ident.recording import Recording
+from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
 from scenarios.files.schema import load_scenario
 from sim.record import record
@@ -27,7 +28,13 @@ def recordings(prepared: Bench, step: float, sensors: SensorOptions) -> tuple[Re
 def estimate(prepared: Bench, pair: tuple[Recording, Recording], observing: ObserveOptions) -> GainEstimate:
     chosen = prepared.scenario.table.identification
     return identify(
-        *pair, prepared.structure, prepared.payload, method=chosen.method, observing=observing, gains=chosen.gains
+        *pair,
+        prepared.structure,
+        prepared.payload,
+        method=chosen.method,
+        observing=observing,
+        gains=chosen.gains,
+        wiring=known_wiring,
     ).estimate
 
 

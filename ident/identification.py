@@ -13,6 +13,7 @@ from ident.plausibility import check_load, check_pair, check_positions, residual
 from ident.problem import pair
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
+from ident.wiring import WiringCheck, check_wiring
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 
@@ -40,6 +41,7 @@ def identify(
     options: object | None = None,
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
+    wiring: WiringCheck = check_wiring,
 ) -> Identification:
     """Identify drive gains.
 
@@ -52,6 +54,7 @@ def identify(
         options: The method's own, of the class that `ESTIMATORS` names; its defaults if None.
         observing: Filters and thresholds.
         gains: When a gain counts as identifiable, and how its uncertainty is found.
+        wiring: What makes sure that the logs are of this arm; `known_wiring` where nobody doubts it.
 
     Raises:
         IdentificationError: One class a cause, if the data cannot be what they are said to be; the message says what
@@ -63,6 +66,7 @@ def identify(
         check_positions(structure.arm, recording)
     check_pair(unloaded, loaded)
     bare, heavy = observe(unloaded, structure, observing), observe(loaded, structure, observing)
+    wiring(structure, unloaded, loaded, observing)
     problem = pair(bare, heavy, payload, gains)
     estimate = chosen.estimate(problem, chosen.options() if options is None else options)
     check_load(estimate)

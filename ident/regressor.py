@@ -51,7 +51,7 @@ def regressor(arm: Arm, q: Array, dq: Array, ddq: Array) -> Array:
     """
     samples, n = q.shape
     W = np.empty((samples, n, len(labels(n, arm.couplings))))
-    for block, columns in regressor_blocks(arm, q, dq, ddq):
+    for block, columns in regressor_blocks(arm, q, dq, ddq, size=max(1, min(BLOCK, samples))):
         W[block] = np.moveaxis(columns, 2, 0)
     return W
 

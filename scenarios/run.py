@@ -10,6 +10,7 @@ from ident.errors import IdentificationError
 from ident.estimate import GainEstimate
 from ident.identification import identify
 from ident.recording import Recording
+from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
 from scenarios.files.draws import drawn_settings
 from scenarios.files.schema import Scenario, load_scenario
@@ -148,6 +149,7 @@ def _identified(
             options=chosen.method_options,
             observing=chosen.observe,
             gains=chosen.gains,
+            wiring=known_wiring,
         )
     except IdentificationError as error:
         return error

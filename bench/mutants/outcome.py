@@ -5,6 +5,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 
 from bench.mutants import plugin
@@ -15,6 +16,8 @@ SPARE, TIMES = 20.0, 6.0
 """A test may last this much longer [s] and this many times as long as without a change."""
 START_UP = 60.0
 """Time for imports and collection [s]."""
+PATIENCE = 60.0
+"""The tests of one mutant take this long together at most, unchanged [s]; what they miss counts as survived."""
 SURVIVED = "survived"
 EQUIVALENT = "equivalent"
 
@@ -45,7 +48,7 @@ class Result:
 
 
 def tests_of(candidate: Candidate, folder: Path, reached: Reach, seconds: Mapping[str, float]) -> list[str]:
-    """Tests that run the line: those of its own module first, then the quickest.
+    """Tests that run the line: those of its own module first, then the quickest, as many as `PATIENCE` allows.
 
     What runs at import has no tests of its own: those of the file count, and of the files that import it.
 
@@ -60,7 +63,9 @@ def tests_of(candidate: Candidate, folder: Path, reached: Reach, seconds: Mappin
         tests |= reached.anywhere([candidate.path, *_importers(candidate.path, folder)])
     path = Path(candidate.path)
     own = (f"tests/{path.parts[0]}/test_{path.stem}.py::", f"{candidate.path}::")
-    return sorted(tests & seconds.keys(), key=lambda test: (not test.startswith(own), seconds[test]))
+    ordered = sorted(tests & seconds.keys(), key=lambda test: (not test.startswith(own), seconds[test]))
+    spent = list(accumulate(seconds[test] for test in ordered))
+    return [test for k, test in enumerate(ordered) if k == 0 or spent[k] <= PATIENCE]
 
 
 def tried(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from corruptions import CHANGES, corrupted
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 from ident.contradiction import SHARE, SURE_F
@@ -18,37 +19,8 @@ from ident.problem import pair
 from ident.recording import Recording
 from ident.signs import joint_signs
 from ident.structure import Structure, structure_of
+from ident.wiring import known_wiring
 
-
-def negated(joint: int):
-    def change(q: np.ndarray) -> np.ndarray:
-        q[:, joint] *= -1.0
-        return q
-
-    return change
-
-
-def shifted(joint: int, angle: float):
-    def change(q: np.ndarray) -> np.ndarray:
-        q[:, joint] += angle
-        return q
-
-    return change
-
-
-def swapped(joint: int):
-    def change(q: np.ndarray) -> np.ndarray:
-        q[:, [joint, joint + 1]] = q[:, [joint + 1, joint]]
-        return q
-
-    return change
-
-
-CHANGES = (
-    {f"joint {j + 1} negated": negated(j) for j in range(6)}
-    | {f"joint {j + 1} at {sign}pi/2": shifted(j, float(f"{sign}1") * np.pi / 2) for j in range(1, 6) for sign in "+-"}
-    | {f"joints {j + 1} and {j + 2} swapped": swapped(j) for j in range(5)}
-)
 MODELS = {
     "base on its side": ur_like((9.81, 0.0, 0.0)),
     "base on the ceiling": ur_like((0.0, 0.0, 9.81)),
@@ -76,39 +48,39 @@ def test_the_log_as_it_is_gives_every_gain(ur, logs):
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_positions_that_are_not_the_joint_s_own_give_no_gain(ur, logs, change):
-    bad = (Recording(log.t, CHANGES[change](log.q.copy()), log.v, log.name) for log in logs)
+    bad = corrupted(logs, CHANGES[change])
     with pytest.raises((Contradiction, NotIdentifiable)):
-        identify(*bad, ur, BRICK)
+        identify(*bad, ur, BRICK, wiring=known_wiring)
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_the_model_of_another_arm_or_base_gives_no_gain(logs, model):
     with pytest.raises((Contradiction, NotIdentifiable)):
-        identify(*logs, arm_of(MODELS[model]), BRICK)
+        identify(*logs, arm_of(MODELS[model]), BRICK, wiring=known_wiring)
 
 
 def test_the_message_names_joints_and_suspects(ur, logs):
-    bad = [Recording(log.t, negated(1)(log.q.copy()), log.v, log.name) for log in logs]
+    bad = corrupted(logs, CHANGES["joint 2 negated"])
     with pytest.raises(Contradiction, match="joint 3: by the payload the gain has one sign, by friction the other; "):
-        identify(*bad, ur, BRICK)
-    bad = [Recording(log.t, negated(3)(log.q.copy()), log.v, log.name) for log in logs]
+        identify(*bad, ur, BRICK, wiring=known_wiring)
+    bad = corrupted(logs, CHANGES["joint 4 negated"])
     with pytest.raises(
         Contradiction,
         match=r"2, 3, 4: the payload's torque has another shape than described, surest on joint 4 \(\d+ % of it\)",
     ) as caught:
-        identify(*bad, ur, BRICK)
+        identify(*bad, ur, BRICK, wiring=known_wiring)
     assert "\n" not in str(caught.value)
 
 
 def test_a_centre_of_mass_in_another_frame_is_a_contradiction(ur, logs):
     with pytest.raises(Contradiction, match="centre of mass"):
-        identify(*logs, ur, replace(BRICK, com=(0.11, 0.07, -0.05)))
+        identify(*logs, ur, replace(BRICK, com=(0.11, 0.07, -0.05)), wiring=known_wiring)
 
 
 def test_one_drive_wired_backwards_or_all_of_them_is_none(ur, logs):
     for signs in (-np.ones(6), np.array([1.0, 1.0, -1.0, 1.0, 1.0, -1.0])):
         turned = (Recording(log.t, log.q, signs * log.v, log.name) for log in logs)
-        estimate = identify(*turned, ur, BRICK).estimate
+        estimate = identify(*turned, ur, BRICK, wiring=known_wiring).estimate
         np.testing.assert_allclose(
             [joint.value for joint in estimate.joints], signs * UR_GAIN, rtol=0.05
         )  # five per cent of a gain known to half a per cent
@@ -116,7 +88,7 @@ def test_one_drive_wired_backwards_or_all_of_them_is_none(ur, logs):
 
 def test_swapped_files_are_still_named(ur, logs):
     with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
-        identify(logs[1], logs[0], ur, BRICK)
+        identify(logs[1], logs[0], ur, BRICK, wiring=known_wiring)
 
 
 def test_the_shape_of_a_payload_s_torque_is_told_by_an_f_test(ur, logs):

@@ -1,0 +1,111 @@
+"""How well some arm of given kinematics explains the currents of two motions, whatever its parameters are.
+
+Each joint is solved alone, with all its own base parameters and all of a payload's. Nothing is known of the payload
+here, so that neither a gain nor an error of the payload's description matters: what is left of the currents is noise,
+friction of another shape, and a wrong arm. Rows are single instants.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg
+
+from ident.arm import Arm
+from ident.arrays import Array, Indices
+from ident.base import independent_columns
+from ident.instants import Instants
+from ident.readings import Reading
+from ident.regressor import regressor
+from ident.structure import Structure
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unknowns:
+    """Columns of the standard regressor that are solved for on each joint.
+
+    Attributes:
+        arm: Of the arm itself, n index arrays.
+        payload: Of a payload, n index arrays.
+    """
+
+    arm: tuple[Indices, ...]
+    payload: tuple[Indices, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explanation:
+    """What a reading explains.
+
+    Attributes:
+        reading: The reading.
+        left: Standard deviation of each joint's residual over its rms current, shape (n,); infinite where there are too
+            few instants.
+        freedom: Instants more than unknowns of each joint, shape (n,).
+    """
+
+    reading: Reading
+    left: Array
+    freedom: Indices
+
+
+def unknowns_of(structure: Structure) -> Unknowns:
+    """Base columns of each joint alone, and those of the payload that it can tell apart."""
+    ten = np.arange(len(structure.payload_columns))
+    return Unknowns(
+        arm=tuple(structure.base.columns[chosen] for chosen in structure.joint_independent),
+        payload=tuple(
+            structure.payload_columns[independent_columns(probes, [ten])] for probes in structure.payload_probes
+        ),
+    )
+
+
+def explanations(
+    arm: Arm, unknowns: Unknowns, bare: Instants, loaded: Instants, same_states: Sequence[Reading]
+) -> list[Explanation]:
+    """What readings explain of the currents.
+
+    Args:
+        arm: The arm.
+        unknowns: Of it under the readings' gravity.
+        bare: Of the motion with a bare flange.
+        loaded: Of the motion with a payload.
+        same_states: Readings that differ in the order of the currents only.
+    """
+    order = same_states[0].q_order
+    columns = _columns(arm, (bare, loaded), same_states[0])
+    moving = np.vstack((bare.moving, loaded.moving))[:, order]
+    v = np.vstack((bare.v, loaded.v))
+    carrying = np.arange(len(v)) >= len(bare.v)
+    left, freedom = np.empty((arm.n, arm.n)), np.empty(arm.n, dtype=np.intp)
+    for joint in range(arm.n):
+        kept = moving[:, joint]
+        own = columns[kept, joint]  # (r, p)
+        W_L = own[:, unknowns.payload[joint]] * carrying[kept, None]
+        W = np.hstack((own[:, unknowns.arm[joint]], W_L))
+        left[joint] = _shares_left(W, v[kept])
+        freedom[joint] = W.shape[0] - W.shape[1]
+    each_joint = np.arange(arm.n)
+    return [Explanation(each, left[each_joint, each.v_order], freedom) for each in same_states]
+
+
+def _columns(arm: Arm, motions: Sequence[Instants], reading: Reading) -> Array:
+    """The standard regressor at the states that a reading makes of a log, motion after motion, shape (N, n, p)."""
+    stands = replace(arm, gravity=reading.gravity, translation=reading.stretch[:, None] * arm.translation)
+    q, dq, ddq = (
+        reading.sign * np.vstack(each)[:, reading.q_order]
+        for each in zip(*((at.q, at.dq, at.ddq) for at in motions), strict=True)
+    )
+    return regressor(stands, q + reading.zero, dq, ddq)
+
+
+def _shares_left(W: Array, V: Array) -> Array:
+    """Standard deviation of what W leaves of each column of V, over the column's rms, shape (n,)."""
+    rows, unknowns = W.shape
+    if rows <= unknowns:
+        return np.full(V.shape[1], np.inf)
+    size = np.linalg.norm(W, axis=0)
+    unit = W / np.where(size > 0.0, size, 1.0)
+    R = linalg.qr(np.hstack((unit, V)), mode="r", check_finite=False)[0]  # its last rows are what V has besides W
+    left = np.linalg.norm(R[unknowns:rows, unknowns:], axis=0)
+    return left / np.linalg.norm(V, axis=0) * np.sqrt(rows / (rows - unknowns))

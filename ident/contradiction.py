@@ -43,8 +43,11 @@ def check_signs(estimate: GainEstimate) -> None:
         )
 
 
-def check_shape(problem: Problem) -> None:
+def check_shape(problem: Problem, estimate: GainEstimate) -> None:
     """Refuse data in which the load has another shape on some joint than the payload's description implies.
+
+    Joints that are refused anyway do not count: of a torque as small as theirs, a millimetre of the payload's centre
+    is a large share.
 
     Raises:
         Contradiction: Naming the joints, and the one that is surest.
@@ -52,7 +55,7 @@ def check_shape(problem: Problem) -> None:
     known = [payload.known_part() for payload in problem.payloads]
     certain: dict[int, float] = {}
     shares: dict[int, float] = {}
-    for joint in range(problem.structure.arm.n):
+    for joint in np.flatnonzero(estimate.identifiable).tolist():
         fit = joint_fit(problem, joint, known)
         mismatch = shape_mismatch(problem, fit) if isinstance(fit, JointFit) else None
         if mismatch is not None and mismatch.share > SHARE and mismatch.F > SURE_F:

@@ -71,5 +71,5 @@ def identify(
     estimate = chosen.estimate(problem, chosen.options() if options is None else options)
     check_load(estimate)
     check_signs(estimate)
-    check_shape(problem)
+    check_shape(problem, estimate)
     return Identification(estimate, bare.notes + heavy.notes + residual_notes(estimate))

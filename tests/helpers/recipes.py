@@ -12,6 +12,8 @@ from pathlib import Path
 
 from places import ROOT
 
+from scenarios.__main__ import ONE_THREAD
+
 PACKAGES = ("ident", "sim", "scenarios", "rx90_mjcf")
 TEXT = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -114,8 +116,8 @@ def touched(packages: Path) -> set[str]:
 
 
 def environment(packages: Path) -> dict[str, str]:
-    """For a process that imports a copy of the packages."""
-    return {**os.environ, "PYTHONPATH": str(packages)}
+    """For a process that imports a copy of the packages; on one thread, as the command `rx90` is."""
+    return {**os.environ, "PYTHONPATH": str(packages), **dict.fromkeys(ONE_THREAD, "1")}
 
 
 @dataclass(frozen=True)

@@ -185,6 +185,21 @@ def test_deviations_follow_from_influence_and_residual_by_the_uncertainty_that_i
         np.testing.assert_allclose(stds(estimate), np.sqrt(np.diag(covariance)) * values(estimate) ** 2, rtol=1e-12)
 
 
+def test_rows_hold_the_currents_and_what_the_fit_leaves_of_their_noise(method, structure, heavy, noisy):
+    exact = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), rows=120)
+    rows = estimated(method, *noisy, heavy, LOOSE).solution.rows
+    for joint in range(6):
+        own = rows.of(joint)
+        for motion in (0, 1):
+            given, clean = (each[motion].joints[joint].V for each in (noisy, exact))
+            where = np.flatnonzero(rows.motion[own] == motion) + own.start
+            np.testing.assert_allclose(rows.V[where], given, rtol=1e-14)
+            # A fit of up to 50 unknowns to 240 rows takes up to a half of the noise's square on one motion, and adds
+            # less than a fifth to it, at the cost of the other.
+            left = np.linalg.norm(rows.residual[where]) / np.linalg.norm(given - clean)
+            assert 0.7 < left < 1.1
+
+
 def test_a_gain_without_prediction_below_the_limit_is_refused_with_the_prediction(method, noisy, heavy):
     loose = estimated(method, *noisy, heavy, LOOSE)
     worst = int(np.argmax([joint.predicted_rel_std for joint in loose.joints]))

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 from rich.console import Console
@@ -46,7 +46,7 @@ def reporter(label: str, total: int, done: int, console: Console) -> Generator[R
     )
     with Progress(*columns, console=console, speed_estimate_period=300.0) as progress:
         task = progress.add_task(label, total=total, completed=done, rate="", failed=0)
-        yield _Bar(progress, task, _Count(total, done))
+        yield _Bar(progress, task, _Count(total, done, time.monotonic()))
 
 
 @dataclass(slots=True)
@@ -55,9 +55,9 @@ class _Count:
 
     total: int
     before: int
+    started: float
     finished: int = 0
     failed: int = 0
-    started: float = field(default_factory=time.monotonic)
 
     @property
     def done(self) -> int:
@@ -88,7 +88,7 @@ class _Bar:
 
 class _Lines:
     def __init__(self, label: str, total: int, done: int, console: Console) -> None:
-        self._label, self._console, self._count = label, console, _Count(total, done)
+        self._label, self._console, self._count = label, console, _Count(total, done, time.monotonic())
         self._last = time.monotonic()
 
     def advance(self, trials: int, failed: int) -> None:

@@ -183,3 +183,12 @@ def test_the_line_of_a_fault_counts_comments_and_blank_lines(tmp_path):
     path.write_text("# a\n# t,q1,v1\n0,1,2\n\n0.1,x,2\n")
     with pytest.raises(RecordingError, match="line 5, column q1: 'x' is not a number"):
         read_recording(path)
+
+
+@pytest.mark.parametrize("between", [b"", b"\0\0\0"])
+def test_packed_files_one_after_the_other_are_read_to_the_end(tmp_path, between):
+    # As `cat a.gz b.gz` makes them, and as tapes and disks pad them.
+    path, text = tmp_path / "two.csv.gz", rows().encode()
+    cut = text.index(b"\n", len(text) // 3) + 1
+    path.write_bytes(gzip.compress(text[:cut]) + between + gzip.compress(text[cut:]) + between)
+    np.testing.assert_array_equal(read_recording(path).q, Q)

@@ -6,7 +6,7 @@ from plants import experiment, short_motion, streams
 
 from sim.errors import SensorError
 from sim.record import record
-from sim.sensors import STREAMS, SensorOptions, logged, noise_streams
+from sim.sensors import STREAMS, SensorOptions, check_rate, logged, noise_streams
 from sim.sensors import encoder as encoder_file
 from sim.sensors.current import coloured_noise
 from sim.sensors.effect import NoiseStreams
@@ -103,6 +103,11 @@ def test_a_cut_off_that_does_not_fit_the_rate_is_refused(cutoff):
     sensors = SensorOptions(current_coloured=0.1, coloured_cutoff_hz=cutoff)
     with pytest.raises(SensorError, match=r"coloured_cutoff_hz = .* at 1000 Hz: expected 0\.01 Hz or more, .* 500 Hz"):
         record([experiment(sensors=sensors)], streams(0), threads=1)
+
+
+@pytest.mark.parametrize("cutoff", [0.01, 499.9])
+def test_a_cut_off_at_either_end_of_what_the_rate_allows_is_taken(cutoff):
+    check_rate(SensorOptions(current_coloured=0.1, coloured_cutoff_hz=cutoff), 1000.0)
 
 
 def test_noise_is_in_proportion_to_the_rms_current_of_its_own_joint():

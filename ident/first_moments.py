@@ -46,7 +46,7 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
         found: Solutions of the joints whose gains the mass gives, in the order of the joints.
         mass: The mass, known.
     """
-    joints = [fit.system.joint for fit in found]
+    joints = [fit.system.rows.joint for fit in found]
     system = _rows_of(stacked_system(problem.motions), joints)
     gain = np.array([1.0 / fit.inverse for fit in found])
     each_gain = gain[np.searchsorted(joints, system.joint)]
@@ -62,7 +62,7 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
     value, influence = np.zeros(len(MOMENTS)), np.zeros((len(MOMENTS), len(Y)))
     value[seen], influence[seen] = fit.x[chosen], P * each_gain
     for g, own in zip(gain, found, strict=True):  # dg = -g^2 d(1/g) moves the left side as well
-        rows = system.joint == own.system.joint
+        rows = system.joint == own.system.rows.joint
         influence[np.ix_(seen, rows)] -= g**2 * np.outer(P[:, rows] @ system.V[rows], own.influence)
     return FirstMoments(
         value=value,

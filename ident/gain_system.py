@@ -21,34 +21,78 @@ from ident.structure import Structure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class GainSystem:
-    """Joint j's linear system `V = W @ x`, x ending with 1/g, the motions one after the other.
+class JointRows:
+    """The rows of one joint, the motions one after the other.
 
     Attributes:
         joint: The joint, from 0.
-        W: Observation matrix, shape (r, b); the last column is the torque of the known payload [N m].
-        V: Currents [drive units], shape (r,).
+        names: Names of the arm's base parameters that the joint's rows alone can tell apart, b strings.
+        W: Their columns, shape (r, b).
         W_L: Columns of each payload, zero in the rows of other motions, shape (payloads, r, 10).
-        friction: Weights that make of x the joint's friction torque over g at typical speed, and the dry part of it
-            alone, shape (2, b).
+        V: Currents [drive units], shape (r,).
         motion: Motion of each row, shape (r,).
         position: Number of each row in its motion, those left out counted, shape (r,).
         loaded: Which rows are of a motion with a payload, shape (r,).
     """
 
     joint: int
+    names: tuple[str, ...]
     W: Array
-    V: Array
     W_L: Array
-    friction: Array
+    V: Array
     motion: Indices
     position: Indices
     loaded: Mask
 
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GainSystem:
+    """Joint j's linear system `V = W @ x`, x ending with 1/g.
+
+    Attributes:
+        rows: The joint's rows.
+        W: Observation matrix, shape (r, b); the last column is the torque of the known payload [N m].
+        friction: Weights that make of x the joint's friction torque over g at typical speed, and the dry part of it
+            alone, shape (2, b).
+    """
+
+    rows: JointRows
+    W: Array
+    friction: Array
+
     @property
     def load_rms(self) -> float:
         """Root mean square of the known payload's torque on the rows that carry one [N m]."""
-        return float(np.sqrt(np.mean(self.W[self.loaded, -1] ** 2)))
+        return float(np.sqrt(np.mean(self.W[self.rows.loaded, -1] ** 2)))
+
+
+def joint_rows(problem: Problem, joint: int) -> JointRows:
+    """The rows of a joint, from 0, of all motions."""
+    structure = problem.structure
+    parts = [motion.observation.joints[joint] for motion in problem.motions]
+    arm = np.isin(parts[0].columns, structure.joint_independent[joint])
+    lengths = [len(part.V) for part in parts]
+    W_L = np.stack(
+        [
+            np.vstack(
+                [
+                    part.W_L if motion.payload == payload else np.zeros_like(part.W_L)
+                    for part, motion in zip(parts, problem.motions, strict=True)
+                ]
+            )
+            for payload in problem.payloads
+        ]
+    )
+    return JointRows(
+        joint=joint,
+        names=tuple(structure.base.names[column] for column in parts[0].columns[arm]),
+        W=np.vstack([part.W[:, arm] for part in parts]),
+        W_L=W_L,
+        V=np.concatenate([part.V for part in parts]),
+        motion=np.repeat(np.arange(len(parts)), lengths),
+        position=np.concatenate([part.position for part in parts]),
+        loaded=np.repeat([motion.payload is not None for motion in problem.motions], lengths),
+    )
 
 
 def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> GainSystem | None:
@@ -62,42 +106,18 @@ def gain_system(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> 
     Returns:
         The system, None if the kinematics let no known parameter put a torque of its own on the joint.
     """
-    structure, payloads = problem.structure, problem.payloads
-    parts = [motion.observation.joints[joint] for motion in problem.motions]
+    structure = problem.structure
     unknown = [_unknown_columns(structure, joint, each) for each in known]
     if not any(_own_torque(structure, joint, each, free) for each, free in zip(known, unknown, strict=True)):
         return None
-    columns = parts[0].columns
-    arm = np.isin(columns, structure.joint_independent[joint])
-    W_arm = np.vstack([part.W[:, arm] for part in parts])
-    W_L = np.stack(
-        [
-            np.vstack(
-                [
-                    part.W_L if motion.payload == payload else np.zeros_like(part.W_L)
-                    for part, motion in zip(parts, problem.motions, strict=True)
-                ]
-            )
-            for payload in payloads
-        ]
-    )
-    torque = sum(W_L[k][:, each.mask] @ each.chi[each.mask] for k, each in enumerate(known))
-    W = np.column_stack([W_arm, *(W_L[k][:, free] for k, free in enumerate(unknown)), torque])
-    names = np.array(structure.base.names)[columns[arm]]
-    size = np.sqrt(np.mean(W_arm**2, axis=0))
+    rows = joint_rows(problem, joint)
+    torque = sum(rows.W_L[k][:, each.mask] @ each.chi[each.mask] for k, each in enumerate(known))
+    W = np.column_stack([rows.W, *(rows.W_L[k][:, free] for k, free in enumerate(unknown)), torque])
+    names, size = np.array(rows.names), np.sqrt(np.mean(rows.W**2, axis=0))
     friction = np.zeros((2, W.shape[1]))
     friction[0, : len(names)] = np.where(np.isin(names, (f"Fv{joint + 1}", f"Fc{joint + 1}")), size, 0.0)
     friction[1, : len(names)] = np.where(names == f"Fc{joint + 1}", size, 0.0)
-    return GainSystem(
-        joint=joint,
-        W=W,
-        V=np.concatenate([part.V for part in parts]),
-        W_L=W_L,
-        friction=friction,
-        motion=np.repeat(np.arange(len(parts)), [len(part.V) for part in parts]),
-        position=np.concatenate([part.position for part in parts]),
-        loaded=np.repeat([motion.payload is not None for motion in problem.motions], [len(part.V) for part in parts]),
-    )
+    return GainSystem(rows=rows, W=W, friction=friction)
 
 
 def _unknown_columns(structure: Structure, joint: int, known: KnownPayload) -> Indices:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from ident.agreement import agreed, disagreement_notes, disagreements
 from ident.arm import Arm
 from ident.contradiction import check_shape, check_signs
 from ident.estimate import GainEstimate
@@ -72,4 +73,6 @@ def identify(
     check_load(estimate)
     check_signs(estimate)
     check_shape(problem, estimate)
-    return Identification(estimate, bare.notes + heavy.notes + residual_notes(estimate))
+    different = disagreements(problem, estimate)
+    notes = bare.notes + heavy.notes + disagreement_notes(different) + residual_notes(estimate)
+    return Identification(agreed(estimate, different), notes)

@@ -35,7 +35,7 @@ class JointFit:
     @property
     def sensitivity(self) -> Array:
         """Relative change of g per unit of each payload parameter, shape (payloads, 10)."""
-        return self.influence @ self.system.W_L
+        return self.influence @ self.system.rows.W_L
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ def joint_fit(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> Jo
         what = "the payload's mass alone" if all(each.names == ("M",) for each in known) else "the payload"
         return NoFit(joint, f"{what} puts no torque of its own on this joint")
     try:
-        return JointFit(system, least_squares(system.W, system.V, rank_tol=problem.options.rank_tol))
+        return JointFit(system, least_squares(system.W, system.rows.V, rank_tol=problem.options.rank_tol))
     except (TooFewRows, NotExcited) as error:
         return NoFit(joint, str(error))
 
@@ -75,13 +75,13 @@ def joint_by_joint(fits: Sequence[JointFit | NoFit], row_period: float) -> GainS
     rows = fitted_rows(solved, row_period)
     influence, friction_influence = np.zeros((len(solved), len(rows.V))), np.zeros((len(solved), 2, len(rows.V)))
     for k, each in enumerate(solved):
-        own = rows.of(each.system.joint)
+        own = rows.of(each.system.rows.joint)
         influence[k, own] = each.influence
         friction_influence[k, :, own] = each.system.friction @ each.fit.cofactor @ each.system.W.T
-    payloads = next((each.system.W_L.shape[0] for each in solved), 0)
+    payloads = next((each.system.rows.W_L.shape[0] for each in solved), 0)
     return GainSolution(
         rows=rows,
-        joints=np.array([each.system.joint for each in solved], dtype=np.intp),
+        joints=np.array([each.system.rows.joint for each in solved], dtype=np.intp),
         inverse=np.array([each.inverse for each in solved]),
         influence=influence,
         sensitivity=np.array([each.sensitivity for each in solved]).reshape(len(solved), payloads, 10),
@@ -103,11 +103,11 @@ def fitted_rows(solved: Sequence[JointFit], row_period: float) -> Rows:
         return np.concatenate([nothing.astype(np.intp), *parts])
 
     return Rows(
-        V=joined([each.system.V for each in solved]),
+        V=joined([each.system.rows.V for each in solved]),
         residual=joined([each.fit.residual for each in solved]),
-        joint=numbers([np.full(len(each.system.V), each.system.joint, dtype=np.intp) for each in solved]),
-        motion=numbers([each.system.motion for each in solved]),
-        position=numbers([each.system.position for each in solved]),
+        joint=numbers([np.full(len(each.system.rows.V), each.system.rows.joint, dtype=np.intp) for each in solved]),
+        motion=numbers([each.system.rows.motion for each in solved]),
+        position=numbers([each.system.rows.position for each in solved]),
         row_period=row_period,
-        unknowns={each.system.joint: each.system.W.shape[1] for each in solved},
+        unknowns={each.system.rows.joint: each.system.W.shape[1] for each in solved},
     )

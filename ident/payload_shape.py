@@ -34,9 +34,9 @@ class ShapeMismatch:
 def shape_mismatch(problem: Problem, joint: JointFit) -> ShapeMismatch | None:
     """What the payload's other columns explain of the residual of a joint; None if there are none."""
     system, fit = joint.system, joint.fit
-    probes = problem.structure.payload_probes[system.joint]
+    probes = problem.structure.payload_probes[system.rows.joint]
     chosen = independent_columns(probes, [np.arange(probes.shape[1])])
-    columns = np.hstack([W_L[:, chosen] for W_L in system.W_L])
+    columns = np.hstack([W_L[:, chosen] for W_L in system.rows.W_L])
     norms = np.linalg.norm(columns, axis=0)
     unit = columns[:, norms > 0.0] / norms[norms > 0.0]
     new = unit - system.W @ (fit.cofactor @ (system.W.T @ unit))

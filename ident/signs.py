@@ -29,7 +29,7 @@ class JointSigns:
 def joint_signs(estimate: GainEstimate) -> JointSigns:
     """How sure load and friction are of the sign of each solved gain."""
     solution, options = estimate.solution, estimate.options
-    flat = solution.friction_influence.reshape(-1, len(solution.rows.V))
+    flat = solution.friction_influence.reshape(solution.friction.size, len(solution.rows.V))
     covariance = UNCERTAINTIES[options.uncertainty](solution.rows, flat, options.serial_s)
     std = np.sqrt(np.diag(covariance)).reshape(solution.friction.shape)
     z = np.divide(solution.friction, std, out=np.zeros_like(std), where=std > 0.0)

@@ -82,9 +82,9 @@ def _carried(solution: GainSolution, fits: Sequence[JointFit | NoFit], moments: 
     through = _on_all_rows(moments, solution)
     later = [fit for fit in fits if isinstance(fit, JointFit)]
     for k, each in enumerate(later):
-        if each.system.joint not in moments.joints:
-            own = solution.rows.of(each.system.joint)
-            W_L = each.system.W_L[0][:, MOMENT_COLUMNS]
+        if each.system.rows.joint not in moments.joints:
+            own = solution.rows.of(each.system.rows.joint)
+            W_L = each.system.rows.W_L[0][:, MOMENT_COLUMNS]
             influence[k] -= each.inverse * (influence[k, own] @ W_L) @ through
             friction[k] -= each.inverse * (friction[k][:, own] @ W_L) @ through
     sensitivity = np.zeros_like(solution.sensitivity)  # the moments, and so every gain, scale with the mass

@@ -102,12 +102,12 @@ def test_the_shape_of_a_payload_s_torque_is_told_by_an_f_test(ur, logs):
         mismatch = shape_mismatch(problem, fit)
         # A second way: solve with all the payload's columns free, and compare the sums of squares.
         system = fit.system
-        free = np.linalg.svd(np.hstack((system.W, system.W_L[0])), full_matrices=False)
+        free = np.linalg.svd(np.hstack((system.W, system.rows.W_L[0])), full_matrices=False)
         U = free[0][:, free[1] > 1e-9 * free[1][0]]
-        left = np.sum((system.V - U @ (U.T @ system.V)) ** 2)
+        left = np.sum((system.rows.V - U @ (U.T @ system.rows.V)) ** 2)
         added = U.shape[1] - system.W.shape[1]
         more = np.sum(fit.fit.residual**2) - left
-        np.testing.assert_allclose(mismatch.F, more / added / (left / (len(system.V) - U.shape[1])), rtol=1e-3)
+        np.testing.assert_allclose(mismatch.F, more / added / (left / (len(system.rows.V) - U.shape[1])), rtol=1e-3)
         others = system.W[:, :-1]
         own = system.W[:, -1] - others @ np.linalg.lstsq(others, system.W[:, -1])[0]
         np.testing.assert_allclose(mismatch.share, np.sqrt(more) / np.linalg.norm(own / UR_GAIN[1]), rtol=0.05)

@@ -83,21 +83,26 @@ def agreed(estimate: GainEstimate, found: Sequence[Disagreement]) -> GainEstimat
         for each in spoilt:
             gain = joints[joint]
             if isinstance(gain, IdentifiedGain) and solution.influence[k, solution.rows.of(each.joint)].any():
+                rests = "" if each.joint == joint else f"it rests on joint {each.joint + 1}: "
                 joints[joint] = RefusedGain(
-                    joint=gain.joint, reason=_words(each), predicted_rel_std=gain.predicted_rel_std
+                    joint=gain.joint, reason=f"{rests}{_words(each)}", predicted_rel_std=gain.predicted_rel_std
                 )
     return replace(estimate, joints=tuple(joints))
 
 
 def disagreement_notes(found: Sequence[Disagreement]) -> tuple[str, ...]:
     """A note on every joint whose motions differ, though not so much that its gain is refused."""
-    return tuple(f"{_words(each)}; the deviations do not contain it" for each in found if SEEN < each.share <= MOST)
+    return tuple(
+        f"joint {each.joint + 1}: {_words(each)} The deviations do not contain it"
+        for each in found
+        if SEEN < each.share <= MOST
+    )
 
 
 def _words(each: Disagreement) -> str:
     return (
-        f"joint {each.joint + 1}: the bare and the loaded motion disagree about the arm itself by "
-        f"{100.0 * each.share:.2g} % of the current; did friction change, or has one log another unit, sign or scale?"
+        f"the bare and the loaded motion disagree about the arm itself by {100.0 * each.share:.2g} % of the current; "
+        "did friction change, or has one log another unit, sign or scale?"
     )
 
 

@@ -1,8 +1,9 @@
 """How well some arm of given kinematics explains the currents of two motions, whatever its parameters are.
 
-Each joint is solved alone, with all its own base parameters and all of a payload's. Nothing is known of the payload
-here, so that neither a gain nor an error of the payload's description matters: what is left of the currents is noise,
-friction of another shape, and a wrong arm. Rows are single instants.
+Each joint is solved alone, with all its own base parameters, friction and offset of either motion, and all of a
+payload's. Nothing is known of the payload here, so that neither a gain, nor an error of the payload's description, nor
+friction that drifts matters: what is left of the currents is noise, friction of another shape, and a wrong arm. Rows are
+single instants.
 """
 
 from collections.abc import Sequence
@@ -15,9 +16,13 @@ from ident.arm import Arm
 from ident.arrays import Array, Indices
 from ident.base import independent_columns
 from ident.instants import Instants
+from ident.parameters import STANDARD
 from ident.readings import Reading
 from ident.regressor import regressor
 from ident.structure import Structure
+
+DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
+"""What a joint may have anew in the motion with a payload, among its own columns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,8 +86,8 @@ def explanations(
     for joint in range(arm.n):
         kept = moving[:, joint]
         own = columns[kept, joint]  # (r, p)
-        W_L = own[:, unknowns.payload[joint]] * carrying[kept, None]
-        W = np.hstack((own[:, unknowns.arm[joint]], W_L))
+        again = np.concatenate((unknowns.payload[joint], len(STANDARD) * joint + DRIFTING))
+        W = np.hstack((own[:, unknowns.arm[joint]], own[:, again] * carrying[kept, None]))
         left[joint] = _shares_left(W, v[kept])
         freedom[joint] = W.shape[0] - W.shape[1]
     each_joint = np.arange(arm.n)

@@ -29,14 +29,19 @@ def interval(joint: JointResult) -> tuple[str, str, str]:
     return total, residual, payload
 
 
+def sentence(text: str) -> str:
+    """A text with the full stop that a question does not need."""
+    return text if text.endswith("?") else f"{text}."
+
+
 def note_paragraphs(notes: Sequence[str]) -> list[Paragraph]:
     """What the interval means, and a line a note."""
-    return [MEANING, *(Paragraph(f"Note: {note}.") for note in notes)]
+    return [MEANING, *(Paragraph(sentence(f"Note: {note}")) for note in notes)]
 
 
 def reason_paragraph(joint: int, reason: str) -> Paragraph:
     """Why a joint has no gain, or has missed."""
-    return Paragraph(f"Joint {joint}: {reason}.")
+    return Paragraph(sentence(f"Joint {joint}: {reason}"))
 
 
 def payload_tables(found: Sequence[FoundParameter]) -> list[Table]:

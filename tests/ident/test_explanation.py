@@ -46,7 +46,8 @@ def test_what_is_left_is_what_least_squares_with_every_column_leaves(ur, logs, w
     for joint in range(6):
         kept = [at.moving[:, order[joint]] for at in (bare, loaded)]
         arm = np.vstack([part[mask, joint] for part, mask in zip(parts, kept, strict=True)])
-        load = arm[:, ur.payload_columns].copy()
+        friction = 14 * joint + np.array([11, 12, 13])  # Fv, Fc and offset of this joint
+        load = arm[:, [*ur.payload_columns, *friction]]
         load[: kept[0].sum()] = 0.0
         W = np.hstack((arm, load))  # every standard column, dependent ones included
         V = np.concatenate([at.v[mask, order[joint]] for at, mask in zip((bare, loaded), kept, strict=True)])

@@ -1,9 +1,9 @@
 """How well some arm of given kinematics explains the currents of two motions, whatever its parameters are.
 
 Each joint is solved alone, with all its own base parameters, friction and offset of either motion, and all of a
-payload's. Nothing is known of the payload here, so that neither a gain, nor an error of the payload's description, nor
-friction that drifts matters: what is left of the currents is noise, friction of another shape, and a wrong arm. Rows are
-single instants.
+payload's. Nothing is known of the payload here, so that no gain, no error of the payload's description and no drift of
+friction matters: what is left of the currents is noise, friction of another shape, and a wrong arm. Rows are single
+instants.
 """
 
 from collections.abc import Sequence

@@ -5,8 +5,8 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-SEEDS = 2**31
-"""Seeds end before this."""
+from scenarios.seeds import SEEDS
+
 LONGEST = 40
 """Characters of an argument that a complaint repeats."""
 

@@ -4,10 +4,10 @@ Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of
 """
 
 from scenarios.build import bench
-from scenarios.commands.arguments import SEEDS
 from scenarios.errors import StudyTooLarge
 from scenarios.files.draws import check_draws, places_of
 from scenarios.files.schema import Scenario
+from scenarios.seeds import SEEDS
 from scenarios.studies.study import MOST_TRIALS, Study
 from scenarios.trials import Trial, trial_schema
 

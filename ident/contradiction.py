@@ -19,8 +19,8 @@ SURE_F = 50.0
 """F above which that part is no accident.
 
 With every model error that `scenarios/catalog/nominal.toml` lists drawn at once it stays below 25; with the position of
-one joint negated or off by a quarter turn, neighbours exchanged or a base on the ceiling some joint of a UR-like arm has
-90 and more (`docs/derivations.md`).
+one joint negated or off by a quarter turn, neighbours exchanged or a base on the ceiling, some joint of a UR-like arm
+has 90 and more (`docs/derivations.md`).
 """
 SUSPECTS = (
     "suspect the sign or the zero of q or v of a joint, the order of the columns, the robot model, the orientation of "

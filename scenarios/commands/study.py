@@ -3,6 +3,7 @@
 import argparse
 import os
 import shlex
+import sys
 import threading
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
@@ -96,4 +97,5 @@ def _interruptible(command: str) -> Generator[None]:
         leave = threading.Timer(PATIENCE, os._exit, [status])  # should Python wait for a pool cut off half-way
         leave.daemon = True
         leave.start()
+        sys.unraisablehook = lambda _: None  # nor does it matter what Python stumbles over on the way out
         raise SystemExit(status) from None

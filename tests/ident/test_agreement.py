@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exact import EXACT, GAIN, exact_pair, lopsided
 
-from ident.agreement import MOST, SURE_F, agreed, disagreement, disagreement_notes, disagreements
+from ident.agreement import MOST, SURE_F, Disagreement, agreed, disagreement, disagreement_notes, disagreements
 from ident.estimate import IdentifiedGain, RefusedGain
 from ident.estimators import ESTIMATORS
 from ident.gain_system import joint_rows
@@ -113,3 +113,10 @@ def test_a_friction_that_is_another_in_the_loaded_motion_is_a_disagreement(struc
     # Nothing else is wrong: all that the common fit leaves is explained, to rounding.
     assert disagreement(problem, joint_rows(problem, 3)).F > 1.0 / EXACT
     assert disagreement(problem, joint_rows(problem, 2)).share < EXACT
+
+
+@pytest.mark.parametrize(
+    ("share", "F", "sure"), [(0.011, 51.0, True), (0.009, 1e4, False), (0.3, 49.0, False), (0.009, 49.0, False)]
+)
+def test_a_difference_counts_if_it_is_no_accident_and_large_enough(share, F, sure):
+    assert Disagreement(joint=2, share=share, F=F).sure is sure

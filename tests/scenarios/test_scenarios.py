@@ -9,6 +9,8 @@ from estimates import gain_estimate
 
 import rx90_mjcf
 from ident.errors import IdentificationError
+from ident.recording import Recording
+from ident.recording_files import read_recording, write_recording
 from scenarios.build import bench
 from scenarios.cli import main
 from scenarios.errors import ScenarioError
@@ -288,9 +290,6 @@ def test_a_missed_tolerance_is_exit_status_1(tmp_path, capsys):
 def test_identify_refuses_what_the_data_cannot_be(saved, tmp_path, capsys):
     folder, _ = saved
     degrees = tmp_path / "degrees.csv"
-    from ident.recording import Recording
-    from ident.recording_files import read_recording, write_recording
-
     log = read_recording(folder / "loaded.parquet")
     write_recording(Recording(log.t[:3000], np.rad2deg(log.q[:3000]), log.v[:3000]), degrees)
     cases = {
@@ -316,3 +315,19 @@ def test_an_unwritable_folder_is_one_line_and_exit_status_2(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["run", "ideal", "--save", str(tmp_path / "file" / "sub")]) == 2
     assert "Not a directory" in capsys.readouterr().err
+
+
+def test_joints_are_numbered_from_one_and_notes_stand_beside_the_json(saved, tmp_path, capsys):
+    folder, _ = saved
+    log = read_recording(folder / "loaded.parquet")
+    late = log.t + 2e-4 * np.sin(np.arange(len(log.t)))
+    write_recording(Recording(late, log.q, log.v), tmp_path / "late.parquet")
+    arguments = identify_arguments(folder, loaded=tmp_path / "late.parquet")
+    assert main(arguments) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[:2] for line in lines if " joint" in line][:6] == [[str(k), f"joint{k}"] for k in range(1, 7)]
+    assert main([*arguments, "--json"]) == 0
+    output = capsys.readouterr()
+    assert json.loads(output.out)["notes"]
+    assert output.err.startswith("rx90: ")
+    assert "sampling intervals vary by" in output.err

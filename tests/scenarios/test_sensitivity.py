@@ -165,3 +165,17 @@ def test_lost_trials_shorten_the_sobol_design_and_are_counted(tmp_path):
     (budget,) = budgets(rows, ["mass", "white"], [1], seed=0)
     assert budget.costs == ()
     assert (budget.samples, budget.floor) == (0, None)
+
+
+def test_first_and_total_order_of_an_interaction_stand_where_they_belong(tmp_path):
+    # A product of two independent errors of mean zero: alone neither costs anything, together each is all of it.
+    def product(trial) -> float:
+        white = (trial.streams["white"] / 2**31 - 0.5) if trial.streams else 0.0
+        return (trial.settings["plant.payload.mass"] - 7.025) * white
+
+    study = sensitivity(two_sources(tmp_path), repeats=4, samples=256, seed=1)
+    (budget,) = budgets(rows_of(study, product), ["mass", "white"], [1], seed=0)
+    for cost in budget.costs:
+        # Of 256 scrambled Sobol points an index is known to some 0.1.
+        assert abs(cost.first.value) < 0.3
+        assert cost.total.value > 0.7

@@ -6,8 +6,10 @@ from scipy import stats
 from scenarios import assert_scenario
 from scenarios.errors import ScenarioError
 from scenarios.files.schema import load_scenario
+from scenarios.reports.content import Figure, Paragraph
 from scenarios.reports.files import write_figures
 from scenarios.reports.monte_carlo import StudyResult, failures, monte_carlo_report
+from scenarios.reports.plots import monte_carlo as plots
 from scenarios.store.study_summary import write_summary
 from scenarios.studies.pass_rule import allowed_misses, detectable_rate, pass_rule
 from scenarios.studies.statistics import joint_statistics
@@ -132,3 +134,45 @@ def test_too_few_seeds_to_fail_are_refused():
             assert_scenario("nominal", seeds=[0, seed])
     with pytest.raises(ScenarioError, match="a seed is given twice"):
         assert_scenario("nominal", seeds=[3, 4, 3])
+
+
+def two_joints() -> pd.DataFrame:
+    """Joint 2 errs five times as much as joint 1, and its injected gain varies."""
+    wide = rows(40, std=0.05, claimed=0.05)
+    wide = wide[wide["joint"] == 1].assign(joint=2)
+    wide["true"] = np.linspace(0.8, 1.3, len(wide))
+    narrow = rows(40)
+    return pd.concat([narrow[narrow["joint"] == 1], wide])
+
+
+def test_panels_share_axes_that_hold_the_joint_that_errs_most():
+    table = two_joints()
+    found = plots.panels(table)
+    largest = 100.0 * table["rel_error"].abs().max()
+    subject = plots.Subject(title="x", without=())
+    for axis in plots.histograms(found, subject).axes:
+        assert axis.get_xlim()[1] > largest
+        assert axis.get_xlim()[1] < 4.0 * largest
+    for axis in plots.against_true(found, subject).axes:
+        low, high = axis.get_ylim()
+        assert high > largest or low < -largest
+
+
+def test_errors_are_drawn_against_the_injected_gain_where_it_varies():
+    table = two_joints()
+    statistics = joint_statistics(table, wanted=0.95, false_alarm=0.01)
+    result = StudyResult(scenario=load_scenario("nominal"), seed=0, asked=40, statistics=statistics, rows=table)
+    report = monte_carlo_report(result)
+    assert "error-against-gain" in [part.name for part in report.parts if isinstance(part, Figure)]
+    same = table.assign(true=2.0)
+    result = StudyResult(scenario=load_scenario("nominal"), seed=0, asked=40, statistics=statistics, rows=same)
+    names = [part.name for part in monte_carlo_report(result).parts if isinstance(part, Figure)]
+    assert names == ["errors", "z-scores"]
+
+
+def test_the_verdict_of_a_study_stands_out():
+    table = rows(40)
+    statistics = joint_statistics(table, wanted=0.5, false_alarm=0.01)
+    result = StudyResult(scenario=load_scenario("nominal"), seed=0, asked=40, statistics=statistics, rows=table)
+    (verdict,) = [part for part in monte_carlo_report(result).parts if isinstance(part, Paragraph) and part.strong]
+    assert "PASSED: no joint missed more than" in str(verdict)

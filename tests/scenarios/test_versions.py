@@ -32,8 +32,7 @@ def test_a_copy_has_the_same_digests(copied):
     ],
 )
 def test_a_byte_more_in_any_file_that_decides_a_row_is_seen_and_named(copied, name):
-    if not (copied / name).exists():
-        pytest.skip(f"{name} has another name now")
+    assert (copied / name).is_file()
     with (copied / name).open("ab") as file:
         file.write(b"\n")
     changed = digests(copied)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import linalg
 
 from ident.arrays import Array, Indices
 from ident.errors import NotExcited, TooFewRows
@@ -110,4 +111,6 @@ def fitted_rows(solved: Sequence[JointFit], row_period: float) -> Rows:
         position=numbers([each.system.rows.position for each in solved]),
         row_period=row_period,
         unknowns={each.system.rows.joint: each.system.W.shape[1] for each in solved},
+        weight=joined([np.ones(len(each.system.rows.V)) for each in solved]),
+        explained=linalg.block_diag(*(each.fit.basis for each in solved)),
     )

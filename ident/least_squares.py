@@ -22,6 +22,7 @@ class LeastSquares:
         sigma: Standard deviation of the residual (eq. 19).
         residual: rho = Y - W @ x, shape (r,).
         condition: Condition number of W with unit columns.
+        basis: Orthonormal basis of the columns of W, shape (r, b).
     """
 
     x: Array
@@ -29,6 +30,7 @@ class LeastSquares:
     sigma: float
     residual: Array
     condition: float
+    basis: Array
 
     @property
     def covariance(self) -> Array:
@@ -76,7 +78,7 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
     x = inverse @ (Q.T @ Y)
     residual = Y - W @ x
     sigma = float(np.linalg.norm(residual) / np.sqrt(r - b))  # eq. 19
-    return LeastSquares(x, inverse @ inverse.T, sigma, residual, float(singular[0] / singular[-1]))
+    return LeastSquares(x, inverse @ inverse.T, sigma, residual, float(singular[0] / singular[-1]), Q)
 
 
 def row_weights(W: Array, Y: Array, groups: Indices) -> Array:

@@ -26,6 +26,8 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
         position=np.tile(np.arange(3), k),
         row_period=0.05,
         unknowns={int(j): 1 for j in solved},
+        weight=np.ones(3 * k),
+        explained=np.zeros((3 * k, 0)),
     )
     solution = GainSolution(
         rows=rows,

@@ -1,0 +1,114 @@
+"""The model of all joints at what was found, linearised: what each row's current does to each unknown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from ident.all_joints.columns import JointColumns
+from ident.all_joints.friction import OwnColumns
+from ident.all_joints.reduction import ReducedJoint
+from ident.all_joints.search import Found, Prior
+from ident.arrays import Array
+from ident.rows import Rows
+
+RANK_TOL = 1e-10
+"""Relative size of a unit column's new part under which the rows do not show an unknown."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AllJointsFit:
+    """The fitted model.
+
+    Attributes:
+        found: Gains and shared parameters.
+        phi: Values of each joint's own columns [drive units], n arrays of shape (f_j,).
+        rows: Rows of all joints with their residuals.
+        log_influence: Derivative of each log|h| by each row's current, shape (n, r).
+        theta_influence: Derivative of the shared parameters, shape (p, r).
+        phi_influence: Derivative of each joint's own values, n arrays of shape (f_j, r).
+        torque: Torque of the shared and known parameters on each row [N m], shape (r,).
+    """
+
+    found: Found
+    phi: tuple[Array, ...]
+    rows: Rows
+    log_influence: Array
+    theta_influence: Array
+    phi_influence: tuple[Array, ...]
+    torque: Array
+
+
+def fitted(
+    columns: Sequence[JointColumns],
+    own: Sequence[OwnColumns],
+    joints: Sequence[ReducedJoint],
+    found: Found,
+    prior: Prior,
+    row_period: float,
+) -> AllJointsFit:
+    """Linearise the model where the search ended.
+
+    The unknowns are log|h|, theta and phi, in that order; their Jacobian is taken in each joint's reduced rows.
+    """
+    n, p = len(joints), joints[0].A.shape[1]
+    f = [each.F.shape[1] for each in joints]
+    first = n + p + np.cumsum([0, *f])
+    sizes = [len(each.V) for each in joints]
+    starts = np.cumsum([0, *sizes])
+    J = np.zeros((starts[-1] + n, first[-1]))
+    residual, phi = np.zeros(starts[-1]), list[Array]()
+    for j, each in enumerate(joints):
+        rows = slice(starts[j], starts[j + 1])
+        torque = each.A @ found.theta + each.k
+        left = each.V - found.h[j] * torque
+        phi.append(linalg.solve_triangular(each.F[: f[j]], left[: f[j]], check_finite=False))
+        J[rows, j] = found.h[j] * torque
+        J[rows, n : n + p] = found.h[j] * each.A
+        J[rows, first[j] : first[j + 1]] = each.F
+        residual[rows] = left - each.F @ phi[j]
+    J[starts[-1] + np.arange(n), np.arange(n)] = 1.0 / prior.std
+    basis, pseudo = _factorised(J)
+    spread, explained = pseudo[:, : starts[-1]], basis[: starts[-1]]
+    influence = np.hstack(
+        [spread[:, starts[j] : starts[j + 1]] @ (each.Q.T / each.sigma) for j, each in enumerate(joints)]
+    )
+    hat = np.vstack([each.Q @ explained[starts[j] : starts[j + 1]] for j, each in enumerate(joints)])
+    lengths = [len(each.V) for each in columns]
+    ends = np.cumsum([0, *lengths])
+    return AllJointsFit(
+        found=found,
+        phi=tuple(phi),
+        rows=Rows(
+            V=np.concatenate([each.V for each in columns]),
+            residual=np.concatenate(
+                [each.sigma * (each.Q @ residual[starts[j] : starts[j + 1]]) for j, each in enumerate(joints)]
+            ),
+            joint=np.repeat(np.arange(n), lengths),
+            motion=np.concatenate([each.motion for each in columns]),
+            position=np.concatenate([each.position for each in columns]),
+            row_period=row_period,
+            unknowns={j: float(np.sum(hat[ends[j] : ends[j + 1]] ** 2)) for j in range(n)},
+            explained=hat,
+            weight=np.repeat([1.0 / each.sigma for each in joints], lengths),
+        ),
+        log_influence=influence[:n],
+        theta_influence=influence[n : n + p],
+        phi_influence=tuple(influence[first[j] : first[j + 1]] for j in range(n)),
+        torque=np.concatenate([each.shared @ found.theta + each.known for each in columns]),
+    )
+
+
+def _factorised(J: Array) -> tuple[Array, Array]:
+    """An orthonormal basis of J's columns, and J's pseudo-inverse; unknowns that J does not show stay where they are."""
+    norms = np.linalg.norm(J, axis=0)
+    seen = np.flatnonzero(norms > 0.0)
+    Q, R, pivots = linalg.qr(J[:, seen] / norms[seen], mode="economic", pivoting=True, check_finite=False)
+    size = np.abs(np.diag(R))
+    rank = int(np.sum(size > RANK_TOL * size[0]))
+    chosen = seen[pivots[:rank]]
+    pseudo = np.zeros((J.shape[1], J.shape[0]))
+    pseudo[chosen] = linalg.solve_triangular(R[:rank, :rank], Q[:, :rank].T, check_finite=False)
+    pseudo[chosen] /= norms[chosen, None]
+    return Q[:, :rank], pseudo

@@ -86,6 +86,7 @@ def joint_by_joint(fits: Sequence[JointFit | NoFit], row_period: float) -> GainS
         inverse=np.array([each.inverse for each in solved]),
         influence=influence,
         sensitivity=np.array([each.sensitivity for each in solved]).reshape(len(solved), payloads, 10),
+        model=np.zeros((len(solved), 0)),
         load_rms=np.array([each.system.load_rms for each in solved]),
         friction=np.array([each.system.friction @ each.fit.x for each in solved]).reshape(len(solved), 2),
         friction_influence=friction_influence,

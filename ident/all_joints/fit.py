@@ -26,8 +26,9 @@ class AllJointsFit:
         phi: Values of each joint's own columns [drive units], n arrays of shape (f_j,).
         rows: Rows of all joints with their residuals.
         log_influence: Derivative of each log|h| by each row's current, shape (n, r).
-        theta_influence: Derivative of the shared parameters, shape (p, r).
         phi_influence: Derivative of each joint's own values, n arrays of shape (f_j, r).
+        log_belief: Change of each log|h| per deviation of everything that is believed beforehand, of log|h| and of own
+            coefficients, shape (n, beliefs).
         torque: Torque of the shared and known parameters on each row [N m], shape (r,).
     """
 
@@ -35,8 +36,8 @@ class AllJointsFit:
     phi: tuple[Array, ...]
     rows: Rows
     log_influence: Array
-    theta_influence: Array
     phi_influence: tuple[Array, ...]
+    log_belief: Array
     torque: Array
 
 
@@ -71,10 +72,13 @@ def fitted(
     J[starts[-1] + np.arange(n), np.arange(n)] = 1.0 / prior.std
     basis, pseudo = _factorised(J)
     spread, explained = pseudo[:, : starts[-1]], basis[: starts[-1]]
-    influence = np.hstack(
-        [spread[:, starts[j] : starts[j + 1]] @ (each.Q.T / each.sigma) for j, each in enumerate(joints)]
+    whole = [spread[:, starts[j] : starts[j + 1]] @ each.Q.T for j, each in enumerate(joints)]
+    influence = np.hstack([part[:, : each.rows] / each.sigma for part, each in zip(whole, joints, strict=True)])
+    belief = np.hstack(
+        [*(part[:n, each.rows :] for part, each in zip(whole, joints, strict=True)), pseudo[:n, starts[-1] :]]
     )
-    hat = np.vstack([each.Q @ explained[starts[j] : starts[j + 1]] for j, each in enumerate(joints)])
+    data = [each.Q[: each.rows] for each in joints]
+    hat = np.vstack([Q @ explained[starts[j] : starts[j + 1]] for j, Q in enumerate(data)])
     lengths = [len(each.V) for each in columns]
     ends = np.cumsum([0, *lengths])
     return AllJointsFit(
@@ -83,7 +87,7 @@ def fitted(
         rows=Rows(
             V=np.concatenate([each.V for each in columns]),
             residual=np.concatenate(
-                [each.sigma * (each.Q @ residual[starts[j] : starts[j + 1]]) for j, each in enumerate(joints)]
+                [each.sigma * (data[j] @ residual[starts[j] : starts[j + 1]]) for j, each in enumerate(joints)]
             ),
             joint=np.repeat(np.arange(n), lengths),
             motion=np.concatenate([each.motion for each in columns]),
@@ -94,14 +98,14 @@ def fitted(
             weight=np.repeat([1.0 / each.sigma for each in joints], lengths),
         ),
         log_influence=influence[:n],
-        theta_influence=influence[n : n + p],
         phi_influence=tuple(influence[first[j] : first[j + 1]] for j in range(n)),
+        log_belief=belief,
         torque=np.concatenate([each.shared @ found.theta + each.known for each in columns]),
     )
 
 
 def _factorised(J: Array) -> tuple[Array, Array]:
-    """An orthonormal basis of J's columns, and J's pseudo-inverse; unknowns that J does not show stay where they are."""
+    """An orthonormal basis of J's columns, and its pseudo-inverse; what J does not show stays where it is."""
     norms = np.linalg.norm(J, axis=0)
     seen = np.flatnonzero(norms > 0.0)
     Q, R, pivots = linalg.qr(J[:, seen] / norms[seen], mode="economic", pivoting=True, check_finite=False)

@@ -1,6 +1,5 @@
 """Each joint's rows reduced to as many as its columns, by an orthogonal factorisation: nothing is lost."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +7,7 @@ from scipy import linalg
 
 from ident.all_joints.columns import JointColumns
 from ident.all_joints.friction import OwnColumns
-from ident.arrays import Array, Indices
+from ident.arrays import Array
 from ident.errors import TooFewRows
 
 DEPENDENT = 1e-9
@@ -19,10 +18,11 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReducedJoint:
-    """`Q @ [F A k V] = sigma^-1` times the joint's columns, of which F comes first.
+    """`Q @ [F A k V]` are the joint's columns over sigma, of which F comes first, and below them beliefs about phi.
 
     Attributes:
-        Q: Orthonormal, shape (r, m).
+        Q: Orthonormal, shape (r + beliefs, m).
+        rows: Rows of the joint, r.
         F: Own columns, shape (m, f), triangular.
         A: Shared columns, shape (m, p).
         k: Known torque, shape (m,).
@@ -31,6 +31,7 @@ class ReducedJoint:
     """
 
     Q: Array
+    rows: int
     F: Array
     A: Array
     k: Array
@@ -53,17 +54,20 @@ def reduced_joint(joint: JointColumns, own: OwnColumns) -> ReducedJoint:
         TooFewRows: If there are no more rows than columns.
     """
     f, p = own.F.shape[1], joint.shared.shape[1]
-    sigma = _own_sigma(joint, own)
+    sigma = own_sigma(joint, own)
     W = np.column_stack((own.F, joint.shared, joint.known, joint.V)) / sigma
     if len(W) <= W.shape[1]:
         raise TooFewRows(
             f"joint {joint.joint + 1}: {len(W)} rows cannot give {W.shape[1]} unknowns; record a longer motion"
         )
-    Q, R = linalg.qr(W, mode="economic", check_finite=False)
-    return ReducedJoint(Q=Q, F=R[:, :f], A=R[:, f : f + p], k=R[:, -2], V=R[:, -1], sigma=sigma)
+    beliefs = np.zeros((int(own.believed.sum()), W.shape[1]))
+    beliefs[np.arange(len(beliefs)), np.flatnonzero(own.believed)] = 1.0 / own.std[own.believed]
+    beliefs[:, -1] = (own.mean / own.std)[own.believed]
+    Q, R = linalg.qr(np.vstack((W, beliefs)), mode="economic", check_finite=False)
+    return ReducedJoint(Q=Q, rows=len(W), F=R[:, :f], A=R[:, f : f + p], k=R[:, -2], V=R[:, -1], sigma=sigma)
 
 
-def _own_sigma(joint: JointColumns, own: OwnColumns) -> float:
+def own_sigma(joint: JointColumns, own: OwnColumns) -> float:
     """Standard deviation of what a joint's rows alone leave, whatever the payload [drive units]."""
     W = np.hstack((own.F, joint.shared, *joint.payload))
     norms = np.linalg.norm(W, axis=0)
@@ -72,8 +76,3 @@ def _own_sigma(joint: JointColumns, own: OwnColumns) -> float:
     residual = joint.V - unit @ x
     sigma = float(np.linalg.norm(residual)) / np.sqrt(max(1, len(joint.V) - rank))
     return max(sigma, ROUNDING * float(np.sqrt(np.mean(joint.V**2))))
-
-
-def stacked_rows(joints: Sequence[ReducedJoint]) -> Indices:
-    """Joint of each reduced row, one joint after the other."""
-    return np.repeat(np.arange(len(joints)), [len(each.V) for each in joints])

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy import linalg
@@ -10,7 +11,7 @@ from ident.all_joints.reduction import ReducedJoint
 from ident.arrays import Array
 from ident.errors import NotConverged
 
-SMALLEST_STEP = 1e-9
+SMALLEST_STEP = 1e-11
 """Largest change of a logarithm at which the search ends."""
 LONGEST_STEP = 0.5
 """Largest change of the logarithms in one step, as a norm."""
@@ -105,7 +106,7 @@ def _point(joints: Sequence[ReducedJoint], h: Array, prior: Array) -> _Point:
     basis, theta = _solved(B, V - k)
     model = B @ theta + k
     T = np.zeros((len(V), len(joints)))
-    for j, (first, last) in enumerate(zip(starts, starts[1:], strict=False)):
+    for j, (first, last) in enumerate(pairwise(starts)):
         T[first:last, j] = model[first:last]
     r = V - model
     return _Point(h=h, theta=theta, r=r, T=T, basis=basis, cost=float(r @ r + prior @ prior))

@@ -1,139 +1,137 @@
 """From a problem to a solution: columns, reduction, start, search, and again with the torques that were found."""
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.all_joints.columns import JointColumns, SharedParameters, joint_columns, shared_parameters
 from ident.all_joints.fit import AllJointsFit, fitted
-from ident.all_joints.friction import OwnColumns, own_columns
-from ident.all_joints.model import OwnModel
+from ident.all_joints.friction import OwnColumns, Term, own_columns
 from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.search import Prior, search
 from ident.all_joints.start import start_of
-from ident.all_joints.torques import friction_at_full_rate, torques
 from ident.arrays import Array
 from ident.errors import NotIdentifiable
 from ident.estimate import GainSolution
 from ident.problem import Problem
 
-PASSES = 2
-"""Fits after the first one, where columns follow from torques that a fit must give."""
+CENTRINGS = 2
+"""Searches, each with its prior around the end of the one before: what rows show at all is not pulled aside."""
+Terms = Sequence[Mapping[str, Term]]
+"""Further friction terms of each joint by name."""
 
 
-def solved(problem: Problem, model: OwnModel) -> GainSolution:
-    """The solution of a problem.
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Setting:
+    """What every fit of a problem starts from.
+
+    Attributes:
+        problem: Motions and payloads.
+        shared: Which parameters joints share.
+        columns: Rows of every joint.
+        per_motion: Whether viscous and Coulomb friction differ between motions.
+        prior_std: Deviation of log|h| that is allowed around the start.
+    """
+
+    problem: Problem
+    shared: SharedParameters
+    columns: tuple[JointColumns, ...]
+    per_motion: bool
+    prior_std: float
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.columns)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fitted:
+    """A fit, and the own columns it was made with."""
+
+    own: tuple[OwnColumns, ...]
+    fit: AllJointsFit
+
+
+def setting(problem: Problem, *, per_motion: bool, prior_std: float) -> Setting:
+    """Prepare the fits of a problem.
 
     Raises:
-        NotIdentifiable: If no known payload parameter sets the scale.
+        NotIdentifiable: If no known payload parameter sets the scale of the gains.
     """
     shared = shared_parameters(problem)
     if not shared.known.any():
         raise NotIdentifiable("nothing that is known sets the scale of the gains; mount a payload of known mass")
-    columns = joint_columns(problem, shared)
-    n = len(columns)
-    simple = [{name: c for name, c in _speed_columns(problem, j, model).items()} for j in range(n)]
-    fit, own = _fit(problem, columns, simple, model, None)
-    if {"load", "load-motor"} & set(model.friction) or model.compliance:
-        for _ in range(PASSES):
-            extra, softened = _torque_columns(problem, shared, fit, own, model)
-            grown = columns
-            if model.compliance:
-                grown = tuple(
-                    replace(each, shared=np.hstack((each.shared, soft))) for each, soft in zip(columns, softened, strict=True)
-                )
-            fit, own = _fit(problem, grown, [a | b for a, b in zip(simple, extra, strict=True)], model, fit.found.h)
-    return _solution(problem, columns, own, fit)
+    return Setting(
+        problem=problem,
+        shared=shared,
+        columns=joint_columns(problem, shared),
+        per_motion=per_motion,
+        prior_std=prior_std,
+    )
 
 
-def _fit(
-    problem: Problem,
-    columns: tuple[JointColumns, ...],
-    extra: list[dict[str, Array]],
-    model: OwnModel,
-    before: Array | None,
-) -> tuple[AllJointsFit, list[OwnColumns]]:
-    own = [own_columns(each, more, per_motion=model.per_motion) for each, more in zip(columns, extra, strict=True)]
+def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fitted | None) -> Fitted:
+    """Fit the model with further terms.
+
+    Args:
+        ready: The problem.
+        terms: Friction terms of each joint.
+        softened: Change of each joint's torque per unit of each joint's compliance, empty for stiff joints.
+        before: A fit to begin with; None to begin from nothing.
+
+    Raises:
+        TooFewRows: If a joint has fewer rows than unknowns.
+        NotConverged: If no end is found.
+    """
+    columns = ready.columns
+    if softened:
+        columns = tuple(
+            replace(each, shared=np.hstack((each.shared, soft))) for each, soft in zip(columns, softened, strict=True)
+        )
+    own = tuple(
+        own_columns(each, dict(more), per_motion=ready.per_motion) for each, more in zip(columns, terms, strict=True)
+    )
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
-    h = start_of(problem, joints, own).h if before is None else before
-    prior = Prior(mean=np.log(np.abs(h)), std=np.full(len(h), model.prior_std))
-    found = search(joints, h, prior)
-    return fitted(columns, own, joints, found, prior, problem.row_period), own
+    h = start_of(ready.problem, joints, own).h if before is None else before.fit.found.h
+    for _ in range(CENTRINGS):
+        prior = Prior(mean=np.log(np.abs(h)), std=np.full(len(h), ready.prior_std))
+        found = search(joints, h, prior)
+        h = found.h
+    return Fitted(own=own, fit=fitted(columns, own, joints, found, prior, ready.problem.row_period))
 
 
-def _speed_columns(problem: Problem, joint: int, model: OwnModel) -> dict[str, Array]:
-    """Columns that follow from the speed alone."""
-    if "cbrt" not in model.friction:
-        return {}
-    parts = list[Array]()
-    for motion in problem.motions:
-        behind, rows = motion.observation.full_rate, motion.observation.joints[joint]
-        assert behind is not None
-        parts.append(behind.decimated(friction_at_full_rate(behind, joint)["cbrt"], joint)[rows.position])
-    return {"cbrt": np.concatenate(parts)}
+def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
+    """What a fit says about the gains.
 
-
-def _torque_columns(
-    problem: Problem, shared: SharedParameters, fit: AllJointsFit, own: list[OwnColumns], model: OwnModel
-) -> tuple[list[dict[str, Array]], list[Array]]:
-    n = problem.structure.arm.n
-    load: list[list[Array]] = [[] for _ in range(n)]
-    motor: list[list[Array]] = [[] for _ in range(n)]
-    soft: list[list[Array]] = [[] for _ in range(n)]
-    for number, motion in enumerate(problem.motions):
-        behind = motion.observation.full_rate
-        assert behind is not None
-        found = torques(problem, motion, shared, fit.found.theta, compliance=model.compliance)
-        for j in range(n):
-            position, turns = motion.observation.joints[j].position, np.sign(behind.dq[:, j])
-            tau = found.rigid[:, j]
-            load[j].append(behind.decimated(np.abs(tau) * turns, j)[position])
-            signals = friction_at_full_rate(behind, j)
-            brakes = np.zeros_like(tau)
-            seen = dict[str, int]()
-            for name, value in zip(own[j].names, fit.phi[j], strict=True):
-                seen[name] = seen.get(name, -1) + 1
-                if name in ("Fv", "Fc") and (not model.per_motion or seen[name] == number):
-                    brakes += value * signals[name]
-            drive = fit.found.h[j] * tau + brakes
-            motor[j].append(behind.decimated(np.abs(drive) * turns, j)[position])
-            if model.compliance:
-                soft[j].append(np.column_stack([behind.decimated(found.softened[:, j, k], j)[position] for k in range(n)]))
-    extra = [
-        {
-            name: np.concatenate(parts[j])
-            for name, parts in (("load", load), ("load-motor", motor))
-            if name in model.friction
-        }
-        for j in range(n)
-    ]
-    return extra, [np.vstack(each) for each in soft] if model.compliance else []
-
-
-def _solution(
-    problem: Problem, columns: tuple[JointColumns, ...], own: list[OwnColumns], fit: AllJointsFit
-) -> GainSolution:
-    n, h, rows = len(columns), fit.found.h, fit.rows
-    each_h = h[rows.joint]
-    payload = np.concatenate([each.payload for each in columns], axis=1)  # (mountings, r, 10)
-    sensitivity = np.einsum("kr,mrp->kmp", fit.log_influence * each_h, payload)
+    Args:
+        ready: The problem.
+        final: The fit.
+        model: Relative change of each gain per deviation of what the model takes for granted, shape (n, m); beliefs
+            of the fit itself are added.
+    """
+    fit = final.fit
+    n, h, rows = ready.n, fit.found.h, fit.rows
+    payload = np.concatenate([each.payload for each in ready.columns], axis=1)  # (mountings, r, 10)
     friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
-    for j, (each, phi, phi_influence) in enumerate(zip(own, fit.phi, fit.phi_influence, strict=True)):
-        for k, name in enumerate(each.names):
+    for j, (own, phi, phi_influence) in enumerate(zip(final.own, fit.phi, fit.phi_influence, strict=True)):
+        for k, name in enumerate(own.names):
             if name in ("Fv", "Fc"):
-                column = each.F[:, k]
+                column = own.F[:, k]
                 size = float(np.sqrt(np.mean(column[column != 0.0] ** 2)))
                 for which in (0, 1) if name == "Fc" else (0,):
                     friction[j, which] += size * phi[k]
                     influence[j, which] += size * phi_influence[k]
-    loaded = np.concatenate([each.payload.any(axis=(0, 2)) for each in columns])
-    known = np.concatenate([each.known for each in columns])
+    loaded = np.concatenate([each.payload.any(axis=(0, 2)) for each in ready.columns])
+    known = np.concatenate([each.known for each in ready.columns])
     return GainSolution(
         rows=rows,
         joints=np.arange(n),
         inverse=h,
         influence=h[:, None] * fit.log_influence,
-        sensitivity=sensitivity,
+        sensitivity=np.einsum("kr,mrp->kmp", fit.log_influence * h[rows.joint], payload),
+        model=np.hstack((fit.log_belief, model)),
         load_rms=np.array([np.sqrt(np.mean(known[loaded & (rows.joint == j)] ** 2)) for j in range(n)]),
         friction=friction,
         friction_influence=influence,

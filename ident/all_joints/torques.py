@@ -8,8 +8,7 @@ from scipy.interpolate import CubicSpline
 from ident.all_joints.columns import SharedParameters
 from ident.arm import Arm
 from ident.arrays import Array
-from ident.full_rate import FullRate
-from ident.parameters import INERTIAL, STANDARD
+from ident.parameters import STANDARD
 from ident.problem import Motion, Problem
 from ident.regressor import regressor_blocks
 
@@ -79,12 +78,3 @@ def _torque(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
     for block, columns in regressor_blocks(arm, q, dq, ddq):
         torque[block] = np.einsum("jps,p->sj", columns, chi)
     return torque
-
-
-def friction_at_full_rate(behind: FullRate, joint: int) -> dict[str, Array]:
-    """Signals of a joint's own columns at full rate, by name, shape (N,) each."""
-    dq = behind.dq[:, joint]
-    return {"Fv": dq, "Fc": np.sign(dq), "off": np.ones_like(dq), "cbrt": np.cbrt(dq)}
-
-
-assert INERTIAL == STANDARD[: len(INERTIAL)], "a link's inertial columns come first"

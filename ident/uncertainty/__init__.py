@@ -20,5 +20,5 @@ UNCERTAINTIES: dict[str, Callable[[Rows, Array, float], Array]] = {
     "jackknife": jackknife,
     "cautious": cautious,
 }
-"""`classical`: eq. 20; `serial`: residuals correlated in time; `larger`: of these two; `jackknife`: a stretch of time left
-out; `cautious`: the larger of `classical` and `jackknife`."""
+"""`classical`: eq. 20; `serial`: residuals correlated in time; `larger`: of these two; `jackknife`: a stretch of time
+left out; `cautious`: the larger of `classical` and `jackknife`."""

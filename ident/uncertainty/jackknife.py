@@ -39,8 +39,6 @@ def left_out(rows: Rows) -> list[tuple[Array, Array]]:
             block = own[stretch == number]
             explained, weight = rows.explained[block], rows.weight[block]
             explained = explained[:, explained.any(axis=0)]
-            fresh = np.linalg.solve(
-                np.eye(len(block)) - explained @ explained.T, weight * rows.residual[block]
-            )
+            fresh = np.linalg.solve(np.eye(len(block)) - explained @ explained.T, weight * rows.residual[block])
             found.append((block, fresh / weight))
     return found

@@ -76,6 +76,8 @@ def lags(problem: Problem, estimate: GainEstimate) -> tuple[Lag, ...]:
 
     The delay of all joints together is taken where it is sure, a joint's own elsewhere.
     """
+    if not problem.payloads:
+        return ()
     found = {joint: joint_delay(problem, joint_rows(problem, joint)) for joint in estimate.solution.rows.unknowns}
     own = {joint: delay for joint, delay in found.items() if delay is not None}
     late = _late(own)
@@ -101,7 +103,7 @@ def joint_delay(problem: Problem, rows: JointRows) -> Delay | None:
     if freedom < FREEDOM:
         return None
     weight = rows.W[:, rows.names.index(own[-1])]
-    smooth = (W[:, ~steps] @ x[~steps]) / weight
+    smooth = (W[:, ~steps] @ x[~steps]) / np.where(weight > 0.0, weight, np.nan)
     motions = np.arange(len(problem.motions))
     of_motion = rows.motion[:, None] == motions  # (r, motions)
     fitted = (weight * _rate(smooth, rows, problem.row_period))[:, None] * of_motion
@@ -185,9 +187,10 @@ def _words(problem: Problem, estimate: GainEstimate, late: Mapping[int, Delay], 
     """How late the currents that gain k rests on are, motion by motion; of its own joint if that one is late."""
     joint = int(estimate.solution.joints[k])
     worst = late[joint] if joint in late else next(iter(late.values()))
+    pair = [motion.payload is None for motion in problem.motions] == [True, False]
+    names = ("the bare motion", "the loaded motion") if pair else [f"motion {m + 1}" for m in range(len(worst.value))]
     return " and ".join(
-        f"{1e3 * value:.2g} ms in the {'bare' if motion.payload is None else 'loaded'} motion"
-        for value, motion in zip(worst.value.tolist(), problem.motions, strict=True)
+        f"{1e3 * value:.2g} ms in {name}" for value, name in zip(worst.value.tolist(), names, strict=True)
     )
 
 

@@ -173,9 +173,7 @@ def test_where_no_gain_survives_that_is_said(ur, logs):
 
 def test_a_contradiction_that_a_delay_can_make_names_the_delay_too(ur, logs):
     # With little noise the delay itself is another shape of the payload's torque.
-    with pytest.raises(
-        Contradiction, match=r"another shape.*; or else, on joint 1, the currents come later than the p"
-    ):
+    with pytest.raises(Contradiction, match=r"another shape.*; or else, on joint 1, the currents come later"):
         identify(logs[0], late(logs[1], 0.02), ur, BRICK, wiring=known_wiring)
     small = Lag(joint=0, change=0.9 * MOST, words="3 ms in the loaded motion")
     assert with_suspects("what it is", [small]) == "what it is"

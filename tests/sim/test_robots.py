@@ -212,7 +212,7 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
 
 
 def test_a_missing_robot_file_is_refused(tmp_path):
-    with pytest.raises(RobotError, match=r"robot file .*none\.toml: No such file"):
+    with pytest.raises(RobotError, match=r"robot file .*none\.toml: no such file"):
         read_robot(tmp_path / "none.toml")
 
 
@@ -239,3 +239,13 @@ def test_what_is_read_is_what_the_file_says(tmp_path):
     np.testing.assert_array_equal(robot.home, 0.3 - 0.07 * np.arange(5))
     with pytest.raises(ValueError, match="read-only"):
         robot.home[0] = 1.0
+
+
+def test_a_robot_file_of_no_bounds_is_refused_in_one_line(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text("x = " + "[" * 50_000 + "]" * 50_000)
+    with pytest.raises(RobotError, match=r"robot file .*robot\.toml: .*nested deeper than 16$"):
+        read_robot(path)
+    path.write_bytes(b"#" * 4_000_001)
+    with pytest.raises(RobotError, match=r"robot file .*robot\.toml"):
+        read_robot(path)

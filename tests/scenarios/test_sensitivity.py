@@ -8,6 +8,8 @@ from quick import quick_scenario
 from scenarios.cli import main
 from scenarios.errors import NoDesign, NoSources
 from scenarios.files.schema import Scenario, load_scenario
+from scenarios.reports.content import Paragraph
+from scenarios.reports.sensitivity import BudgetResult, sensitivity_report
 from scenarios.studies.budget import budgets, sobol_indices
 from scenarios.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity, settings_with, sources_of
 
@@ -179,3 +181,13 @@ def test_first_and_total_order_of_an_interaction_stand_where_they_belong(tmp_pat
         # Of 256 scrambled Sobol points an index is known to some 0.1.
         assert abs(cost.first.value) < 0.3
         assert cost.total.value > 0.7
+
+
+def test_what_to_buy_down_first_stands_out(tmp_path):
+    scenario = two_sources(tmp_path)
+    study = sensitivity(scenario, repeats=4, samples=8, seed=1)
+    rows = rows_of(study, lambda trial: trial.settings["plant.payload.mass"] - 7.025)
+    found = budgets(rows, ["mass", "white"], [1], seed=0)
+    report = sensitivity_report(BudgetResult(scenario=scenario, trials=study.count, budgets=tuple(found)))
+    strong = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
+    assert strong == ["Buy down first: mass (joint 1)."]

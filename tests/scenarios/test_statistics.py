@@ -191,3 +191,12 @@ def test_a_tolerance_up_to_twice_the_reach_of_the_errors_is_drawn_and_one_beyond
         np.testing.assert_allclose(heights, [-100 * times * reach, 100 * times * reach] if drawn else [], rtol=1e-12)
         named = axis.get_legend().get_texts()[0].get_text()
         assert named == ("tolerance" if drawn else f"tolerance: beyond, ± {100 * times * reach:.3g} %")
+
+
+def test_a_picture_has_five_thousand_points_at_most_and_the_outermost_are_among_them():
+    error = np.random.default_rng(3).normal(size=6000)
+    table = pd.DataFrame({"identifiable": True, "joint": 1, "rel_error": error, "z": error})
+    (axis,) = plots.quantiles(plots.panels(table), plots.Subject(title="x", without=())).axes
+    drawn = axis.lines[-1].get_ydata()
+    assert len(drawn) == 5000
+    assert (drawn[0], drawn[-1]) == (error.min(), error.max())

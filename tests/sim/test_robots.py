@@ -239,3 +239,11 @@ def test_what_is_read_is_what_the_file_says(tmp_path):
     np.testing.assert_array_equal(robot.home, 0.3 - 0.07 * np.arange(5))
     with pytest.raises(ValueError, match="read-only"):
         robot.home[0] = 1.0
+
+
+def test_the_spring_is_hooked_along_its_own_joint_s_link(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 4, extra=SPRING))
+    model = plant_model(plant_of(robot, gravity_spring=2e4), loaded=False, step=1e-3)
+    along = np.array([0.02, 0.0, 0.221])  # from joint 2 to joint 3, as drawn
+    np.testing.assert_allclose(model.site("spring_far").pos, 0.2 * along / np.linalg.norm(along), rtol=1e-12)
+    assert model.body(model.site("spring_far").bodyid[0]).name == "part2"

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ident.errors import IdentificationError
     from ident.estimate import FoundParameter, GainEstimate, IdentifiedGain, RefusedGain
     from ident.estimators import ESTIMATORS
-    from ident.identification import Identification, identify
+    from ident.identification import Identification, Recorded, identify, identify_motions
     from ident.observation import ObserveOptions
     from ident.options import GainOptions
     from ident.payload import Payload
@@ -43,10 +43,12 @@ __all__ = [
     "IdentifiedGain",
     "ObserveOptions",
     "Payload",
+    "Recorded",
     "Recording",
     "RefusedGain",
     "Structure",
     "identify",
+    "identify_motions",
     "load_arm",
     "read_payload",
     "read_recording",
@@ -65,10 +67,12 @@ _HOMES = {
     "IdentifiedGain": "estimate",
     "ObserveOptions": "observation",
     "Payload": "payload",
+    "Recorded": "identification",
     "Recording": "recording",
     "RefusedGain": "estimate",
     "Structure": "structure",
     "identify": "identification",
+    "identify_motions": "identification",
     "load_arm": "arm",
     "read_payload": "payload_files",
     "read_recording": "recording_files",

@@ -76,7 +76,7 @@ def joint_rows(problem: Problem, joint: int) -> JointRows:
         [
             np.vstack(
                 [
-                    part.W_L if motion.payload == payload else np.zeros_like(part.W_L)
+                    part.W_L if motion.payload is payload else np.zeros_like(part.W_L)
                     for part, motion in zip(parts, problem.motions, strict=True)
                 ]
             )

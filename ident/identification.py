@@ -1,5 +1,6 @@
-"""Identify drive gains from an unloaded and a loaded recording: check, observe, estimate, check."""
+"""Identify drive gains from bare and loaded recordings: check, observe, estimate, check."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ident.agreement import agreed, disagreement_notes, disagreements
@@ -10,13 +11,27 @@ from ident.estimators import estimator
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.plausibility import check_load, check_pair, check_positions, residual_notes
-from ident.problem import pair
+from ident.plausibility import check_different, check_load, check_positions, residual_notes
+from ident.problem import Motion, Problem
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
 from ident.wiring import WiringCheck, check_wiring
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recorded:
+    """A recording, and what was mounted.
+
+    Attributes:
+        recording: One motion.
+        payload: As weighed and drawn, None for a bare flange. Recordings of one mounting share one object: whatever of
+            the payload is not known is the same for all of them.
+    """
+
+    recording: Recording
+    payload: Payload | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,13 +59,33 @@ def identify(
     gains: GainOptions = GAIN_DEFAULTS,
     wiring: WiringCheck = check_wiring,
 ) -> Identification:
-    """Identify drive gains.
+    """Identify drive gains from one bare and one loaded motion; arguments as `identify_motions`."""
+    return identify_motions(
+        (Recorded(unloaded), Recorded(loaded, payload)),
+        robot,
+        method=method,
+        options=options,
+        observing=observing,
+        gains=gains,
+        wiring=wiring,
+    )
+
+
+def identify_motions(
+    motions: Sequence[Recorded],
+    robot: Arm | Structure,
+    *,
+    method: str = "ls-2011",
+    options: object | None = None,
+    observing: ObserveOptions = OBSERVE_DEFAULTS,
+    gains: GainOptions = GAIN_DEFAULTS,
+    wiring: WiringCheck = check_wiring,
+) -> Identification:
+    """Identify drive gains from any number of motions, bare and with one or more mountings of a payload.
 
     Args:
-        unloaded: Motion with a bare flange.
-        loaded: Motion with the payload mounted.
+        motions: In order of time, where that is known.
         robot: The arm that moved, or its structure, which takes a while to find for many joints.
-        payload: The payload as weighed and drawn.
         method: A name in `ESTIMATORS`.
         options: The method's own, of the class that `ESTIMATORS` names; its defaults if None.
         observing: Filters and thresholds.
@@ -63,16 +98,25 @@ def identify(
     """
     chosen = estimator(method)
     structure = robot if isinstance(robot, Structure) else structure_of(robot)
-    for recording in (unloaded, loaded):
-        check_positions(structure.arm, recording)
-    check_pair(unloaded, loaded)
-    bare, heavy = observe(unloaded, structure, observing), observe(loaded, structure, observing)
-    wiring(structure, unloaded, loaded, observing)
-    problem = pair(bare, heavy, payload, gains)
+    for motion in motions:
+        check_positions(structure.arm, motion.recording)
+    check_different([motion.recording for motion in motions])
+    observed = tuple(Motion(observe(each.recording, structure, observing), each.payload) for each in motions)
+    for first, second in _compared(motions):
+        wiring(structure, first.recording, second.recording, observing)
+    problem = Problem(structure, observed, gains)
     estimate = chosen.estimate(problem, chosen.options() if options is None else options)
     check_load(estimate)
     check_signs(estimate)
     check_shape(problem, estimate)
     different = disagreements(problem, estimate)
-    notes = bare.notes + heavy.notes + disagreement_notes(different) + residual_notes(estimate)
+    observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
+    notes = observation_notes + disagreement_notes(different) + residual_notes(estimate)
     return Identification(agreed(estimate, different), notes)
+
+
+def _compared(motions: Sequence[Recorded]) -> list[tuple[Recorded, Recorded]]:
+    """A motion with a bare flange, if there is one, beside the first of each mounting."""
+    first = next((each for each in motions if each.payload is None), motions[0])
+    others = {id(each.payload): each for each in reversed(motions) if each.payload is not first.payload}
+    return [(first, other) for other in reversed(others.values())] or [(first, each) for each in motions[1:2]]

@@ -4,6 +4,9 @@ Each raises one error that says what the data look like and what to do, before o
 otherwise look like an answer.
 """
 
+from collections.abc import Sequence
+from itertools import combinations
+
 import numpy as np
 
 from ident.arm import Arm
@@ -44,16 +47,17 @@ def check_positions(arm: Arm, recording: Recording) -> None:
             )
 
 
-def check_pair(unloaded: Recording, loaded: Recording) -> None:
-    """Refuse one recording given for both motions.
+def check_different(recordings: Sequence[Recording]) -> None:
+    """Refuse one recording given for two motions.
 
     Raises:
-        NotIdentifiable: If both hold the same samples.
+        NotIdentifiable: If two hold the same samples.
     """
-    if unloaded.v.shape == loaded.v.shape and np.array_equal(unloaded.v, loaded.v):
-        raise NotIdentifiable(
-            f"{unloaded.name} and {loaded.name} hold the same motion; record one with the payload mounted"
-        )
+    for first, second in combinations(recordings, 2):
+        if first.v.shape == second.v.shape and np.array_equal(first.v, second.v):
+            raise NotIdentifiable(
+                f"{first.name} and {second.name} hold the same motion; record one with the payload mounted"
+            )
 
 
 def check_load(estimate: GainEstimate) -> None:

@@ -11,7 +11,13 @@ from ident.structure import Structure
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Motion:
-    """One motion: its linear system, and the payload mounted on it, None for a bare flange."""
+    """One motion: its linear system, and what was mounted.
+
+    Attributes:
+        observation: Its linear system.
+        payload: What is believed of the mounted payload, None for a bare flange. Motions of one mounting share one
+            object: two payloads of the same description are two mountings, each with unknown parameters of its own.
+    """
 
     observation: Observation
     payload: Payload | None
@@ -23,19 +29,20 @@ class Problem:
 
     Attributes:
         structure: Identifiable structure of the arm.
-        motions: At least one bare and one loaded.
+        motions: One or more, bare and loaded in any order.
         options: When a gain counts as identifiable, and how its uncertainty is found.
-
-    Raises:
-        NotIdentifiable: If no motion is bare, or none is loaded.
     """
 
     structure: Structure
     motions: tuple[Motion, ...]
     options: GainOptions
 
-    def __post_init__(self) -> None:
-        """Check that there is something to compare."""
+    def check_difference(self) -> None:
+        """Check that a payload makes a difference.
+
+        Raises:
+            NotIdentifiable: If no motion is bare, or none is loaded.
+        """
         if all(motion.payload is None for motion in self.motions):
             raise NotIdentifiable("no motion carries a payload; without one the scale of the gains is free")
         if all(motion.payload is not None for motion in self.motions):
@@ -43,8 +50,9 @@ class Problem:
 
     @property
     def payloads(self) -> tuple[Payload, ...]:
-        """The payloads that differ from each other, in the order of their first motions."""
-        return tuple(dict.fromkeys(motion.payload for motion in self.motions if motion.payload is not None))
+        """The payload of each mounting, in the order of their first motions."""
+        mounted = {id(motion.payload): motion.payload for motion in self.motions if motion.payload is not None}
+        return tuple(mounted.values())
 
     @property
     def row_period(self) -> float:

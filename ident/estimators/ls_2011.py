@@ -28,7 +28,11 @@ def joint_by_joint_gains(problem: Problem, options: JointByJointOptions) -> Gain
 
     Returns:
         A gain or a reason for each joint.
+
+    Raises:
+        NotIdentifiable: If no motion is bare, or none is loaded.
     """
+    problem.check_difference()
     known = [payload.known_part() for payload in problem.payloads]
     fits = [joint_fit(problem, joint, known) for joint in range(problem.structure.arm.n)]
     return concluded(NAME, problem, joint_by_joint(fits, problem.row_period))

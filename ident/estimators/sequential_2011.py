@@ -44,8 +44,9 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
         A gain or a reason for each joint, and the first moments where some joint showed them.
 
     Raises:
-        NotIdentifiable: If there are several payloads.
+        NotIdentifiable: If no motion is bare, none is loaded, or there are several payloads.
     """
+    problem.check_difference()
     payload, *more = problem.payloads
     if more:
         raise NotIdentifiable(f"{NAME} takes one payload; {1 + len(more)} are mounted")

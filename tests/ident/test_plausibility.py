@@ -5,7 +5,7 @@ from exact import drive_gains, exact_observation, lopsided
 from ident.errors import NotIdentifiable, RecordingError
 from ident.estimate import IdentifiedGain
 from ident.options import GainOptions
-from ident.plausibility import check_load, check_pair, check_positions, residual_notes
+from ident.plausibility import check_different, check_load, check_positions, residual_notes
 from ident.recording import Recording
 
 GAIN = np.array([0.94, 0.96, 1.11, 0.91, 1.0, -1.0])
@@ -67,7 +67,7 @@ def test_an_arm_with_every_drive_wired_backwards_is_not_taken_for_swapped_files(
 def test_one_recording_given_twice_is_refused(rng):
     q = np.cumsum(rng.normal(size=(50, 6)), axis=0) * 0.01
     with pytest.raises(NotIdentifiable, match="a and b hold the same motion; record one with the payload mounted"):
-        check_pair(log(q, "a"), log(q, "b"))
+        check_different([log(q, "a"), log(q, "b")])
 
 
 def test_a_log_in_degrees_is_named(arm, rng):

@@ -49,12 +49,24 @@ def test_several_motions_and_payloads_give_exact_gains(structure, payloads, rng)
         sequential_gains(problem, SequentialOptions())
 
 
-def test_a_problem_needs_a_bare_and_a_loaded_motion(structure, payloads, rng):
+@pytest.mark.parametrize(
+    "gains",
+    [lambda p: joint_by_joint_gains(p, JointByJointOptions()), lambda p: sequential_gains(p, SequentialOptions())],
+)
+def test_the_methods_of_2011_need_a_bare_and_a_loaded_motion(structure, payloads, rng, gains):
     bare, loaded = exact_pair(structure, payloads[0], GAIN, rng, rows=20)
     with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
-        Problem(structure, (Motion(bare, None), Motion(loaded, None)), TRUSTING)
+        gains(Problem(structure, (Motion(bare, None), Motion(loaded, None)), TRUSTING))
     with pytest.raises(NotIdentifiable, match="no motion is bare"):
-        Problem(structure, (Motion(loaded, payloads[0]),), TRUSTING)
+        gains(Problem(structure, (Motion(loaded, payloads[0]),), TRUSTING))
+
+
+def test_motions_of_one_mounting_share_what_is_unknown_of_it(structure, payloads, rng):
+    bare, loaded = exact_pair(structure, payloads[0], GAIN, rng, rows=20)
+    twin = replace(payloads[0])
+    motions = [Motion(bare, None), *(Motion(loaded, each) for each in (payloads[0], twin, payloads[0]))]
+    found = Problem(structure, tuple(motions), TRUSTING).payloads
+    assert [id(each) for each in found] == [id(payloads[0]), id(twin)]
 
 
 def test_the_load_on_a_joint_is_the_rms_of_the_known_torque_on_loaded_rows(structure, payloads, rng):

@@ -212,3 +212,22 @@ def test_a_source_without_a_single_gain_is_named(tmp_path):
     assert "No trial gave a gain with one of these alone, so their cost is unknown: white." in words
     assert report.document["joints"][0]["silent"] == ["white"]
     assert silent_sources(budgets(rows.fillna(0.01), ["mass", "white"], [2], seed=0)[0], scenario) == []
+
+
+def test_what_to_buy_down_first_stands_out(tmp_path):
+    scenario = two_sources(tmp_path)
+    study = sensitivity(scenario, repeats=4, samples=8, seed=1)
+    rows = rows_of(study, lambda trial: trial.settings["plant.payload.mass"] - 7.025)
+    found = budgets(rows, ["mass", "white"], [1], seed=0)
+    report = sensitivity_report(BudgetResult(scenario=scenario, trials=study.count, budgets=tuple(found)))
+    strong = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
+    assert strong == ["Buy down first: mass (joint 1)."]
+
+
+def test_shares_add_up_to_one_and_intervals_hold_their_value_however_small_the_errors(tmp_path):
+    study = sensitivity(two_sources(tmp_path), repeats=64, samples=8, seed=1)
+    (budget,) = budgets(rows_of(study, lambda trial: 1e-3 * made_up(trial)), ["mass", "white"], [1], seed=0)
+    squares = np.array([cost.rms.value for cost in budget.costs]) ** 2
+    np.testing.assert_allclose([cost.share for cost in budget.costs], squares / squares.sum(), rtol=1e-12)
+    for cost in budget.costs:
+        assert cost.rms.low < cost.rms.value < cost.rms.high

@@ -23,8 +23,7 @@ def concluded(
     options, rows = problem.options, solution.rows
     covariance = UNCERTAINTIES[options.uncertainty](rows, solution.influence, options.serial_s)
     predicted = predicted_rel_std(rows, solution.influence, solution.inverse, covariance, options.noise_floor)
-    spread = np.array([payload.known_part().spread for payload in problem.payloads]).reshape(-1, 10, 10)
-    stated = np.linalg.norm(np.einsum("kmp,mpq->kmq", solution.sensitivity, spread), axis=(1, 2))  # (k,)
+    stated = np.linalg.norm(solution.payload, axis=1)  # (k,)
     granted = np.linalg.norm(solution.model, axis=1)  # (k,)
     predicted = np.linalg.norm(
         (predicted, stated, granted), axis=0

@@ -88,7 +88,7 @@ class GainSolution:
         joints: The k joints, from 0, shape (k,).
         inverse: 1/g, shape (k,).
         influence: Derivative of each 1/g by the current of each row, shape (k, r).
-        sensitivity: Relative change of each gain per unit of each payload's parameters, shape (k, payloads, 10).
+        payload: Relative change of each gain per deviation of what is stated of the payloads, shape (k, p).
         model: Relative change of each gain per deviation of what the model takes for granted, shape (k, m).
         load_rms: Root mean square of the known payload's torque on each joint [N m], shape (k,).
         friction: Friction torque over g at typical speed, and the dry part of it alone, whose sign is that of g, shape
@@ -101,7 +101,7 @@ class GainSolution:
     joints: Indices
     inverse: Array
     influence: Array
-    sensitivity: Array
+    payload: Array
     model: Array
     load_rms: Array
     friction: Array

@@ -48,11 +48,14 @@ class SharedParameters:
         arm: Places of the arm's among its base parameters, shape (a,).
         free: Unknown parameters of each mounting that are independent of each other, index arrays into `INERTIAL`.
         known: Values of each mounting's known parameters, zero for the others, shape (mountings, 10).
+        spread: What stated deviations may add to each mounting's known parameters, one column each of unit deviation,
+            shape (mountings, 10, 10).
     """
 
     arm: Indices
     free: tuple[Indices, ...]
     known: Array
+    spread: Array
 
     @property
     def count(self) -> int:
@@ -77,6 +80,7 @@ def shared_parameters(problem: Problem) -> SharedParameters:
         arm=np.flatnonzero(~np.isin(names, OWN)),
         free=tuple(np.sort(independent_columns(probes, [np.flatnonzero(~each.mask)])) for each in known),
         known=np.array([np.where(each.mask, each.chi, 0.0) for each in known]).reshape(len(known), len(INERTIAL)),
+        spread=np.array([each.spread for each in known]).reshape(len(known), len(INERTIAL), len(INERTIAL)),
     )
 
 

@@ -11,6 +11,7 @@ from ident.all_joints.friction import OwnColumns
 from ident.all_joints.reduction import ReducedJoint
 from ident.all_joints.search import Found, Prior
 from ident.arrays import Array
+from ident.least_squares import factors
 from ident.rows import Rows
 
 RANK_TOL = 1e-10
@@ -70,8 +71,9 @@ def fitted(
         J[rows, first[j] : first[j + 1]] = each.F
         residual[rows] = left - each.F @ phi[j]
     J[starts[-1] + np.arange(n), np.arange(n)] = 1.0 / prior.std
-    basis, pseudo = _factorised(J)
-    spread, explained = pseudo[:, : starts[-1]], basis[: starts[-1]]
+    solved, pseudo = factors(J, rank_tol=RANK_TOL), np.zeros((J.shape[1], J.shape[0]))
+    pseudo[solved.columns] = linalg.solve_triangular(solved.R, solved.Q.T, check_finite=False)
+    spread, explained = pseudo[:, : starts[-1]], solved.Q[: starts[-1]]
     whole = [spread[:, starts[j] : starts[j + 1]] @ each.Q.T for j, each in enumerate(joints)]
     influence = np.hstack([part[:, : each.rows] / each.sigma for part, each in zip(whole, joints, strict=True)])
     belief = np.hstack(
@@ -102,17 +104,3 @@ def fitted(
         log_belief=belief,
         torque=np.concatenate([each.shared @ found.theta + each.known for each in columns]),
     )
-
-
-def _factorised(J: Array) -> tuple[Array, Array]:
-    """An orthonormal basis of J's columns, and its pseudo-inverse; what J does not show stays where it is."""
-    norms = np.linalg.norm(J, axis=0)
-    seen = np.flatnonzero(norms > 0.0)
-    Q, R, pivots = linalg.qr(J[:, seen] / norms[seen], mode="economic", pivoting=True, check_finite=False)
-    size = np.abs(np.diag(R))
-    rank = int(np.sum(size > RANK_TOL * size[0]))
-    chosen = seen[pivots[:rank]]
-    pseudo = np.zeros((J.shape[1], J.shape[0]))
-    pseudo[chosen] = linalg.solve_triangular(R[:rank, :rank], Q[:, :rank].T, check_finite=False)
-    pseudo[chosen] /= norms[chosen, None]
-    return Q[:, :rank], pseudo

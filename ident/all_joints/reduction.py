@@ -63,7 +63,8 @@ def reduced_joint(joint: JointColumns, own: OwnColumns) -> ReducedJoint:
     beliefs = np.zeros((int(own.believed.sum()), W.shape[1]))
     beliefs[np.arange(len(beliefs)), np.flatnonzero(own.believed)] = 1.0 / own.std[own.believed]
     beliefs[:, -1] = (own.mean / own.std)[own.believed]
-    Q, R = linalg.qr(np.vstack((W, beliefs)), mode="economic", check_finite=False)
+    factor = linalg.qr(np.vstack((W, beliefs)), mode="economic", check_finite=False)
+    Q, R = (np.asarray(part, np.float64) for part in factor)
     return ReducedJoint(Q=Q, rows=len(W), F=R[:, :f], A=R[:, f : f + p], k=R[:, -2], V=R[:, -1], sigma=sigma)
 
 

@@ -10,6 +10,7 @@ from scipy import linalg
 from ident.all_joints.reduction import ReducedJoint
 from ident.arrays import Array
 from ident.errors import NotConverged
+from ident.least_squares import factors
 
 SMALLEST_STEP = 1e-11
 """Largest change of a logarithm at which the search ends."""
@@ -34,6 +35,10 @@ class Prior:
 
     mean: Array
     std: Array
+
+    def off(self, s: Array) -> Array:
+        """How far logarithms are from their mean, in deviations, shape (n,)."""
+        return (s - self.mean) / self.std
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,20 +81,21 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     Raises:
         NotConverged: If no end is found.
     """
-    sign, s = np.sign(start), np.log(np.abs(start))
+    sign: Array = np.sign(start)
+    s: Array = np.log(np.abs(start))
     damping = 1e-3
-    point = _point(joints, sign * np.exp(s), (s - prior.mean) / prior.std)
+    point = _point(joints, sign * np.exp(s), prior.off(s))
     for steps in range(MOST_STEPS):
         free = point.T - point.basis @ (point.basis.T @ point.T)
         normal = free.T @ free + np.diag(prior.std**-2)
-        gradient = free.T @ point.r - (s - prior.mean) / prior.std**2
+        gradient = free.T @ point.r - prior.off(s) / prior.std
         while True:
             step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), gradient)
             length = float(np.linalg.norm(step))
             step *= min(1.0, LONGEST_STEP / max(length, 1e-300))
             if length < SMALLEST_STEP:
                 return Found(h=point.h, theta=point.theta, cost=point.cost, steps=steps)
-            tried = _point(joints, sign * np.exp(s + step), (s + step - prior.mean) / prior.std)
+            tried = _point(joints, sign * np.exp(s + step), prior.off(s + step))
             if tried.cost <= point.cost:
                 break
             damping *= 8.0
@@ -97,29 +103,17 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     raise NotConverged(f"the gains do not settle in {MOST_STEPS} steps; record more, or with a heavier payload")
 
 
-def _point(joints: Sequence[ReducedJoint], h: Array, prior: Array) -> _Point:
+def _point(joints: Sequence[ReducedJoint], h: Array, off: Array) -> _Point:
     sizes = [len(each.V[each.inner]) for each in joints]
     starts = np.cumsum([0, *sizes])
     B = np.vstack([hj * each.A[each.inner] for hj, each in zip(h, joints, strict=True)])
     k = np.concatenate([hj * each.k[each.inner] for hj, each in zip(h, joints, strict=True)])
     V = np.concatenate([each.V[each.inner] for each in joints])
-    basis, theta = _solved(B, V - k)
+    found, theta = factors(B, rank_tol=RANK_TOL), np.zeros(B.shape[1])
+    theta[found.columns] = linalg.solve_triangular(found.R, found.Q.T @ (V - k), check_finite=False)
     model = B @ theta + k
     T = np.zeros((len(V), len(joints)))
     for j, (first, last) in enumerate(pairwise(starts)):
         T[first:last, j] = model[first:last]
     r = V - model
-    return _Point(h=h, theta=theta, r=r, T=T, basis=basis, cost=float(r @ r + prior @ prior))
-
-
-def _solved(B: Array, y: Array) -> tuple[Array, Array]:
-    """An orthonormal basis of the columns of B, and the parameters that explain y best, those not seen left at zero."""
-    norms = np.linalg.norm(B, axis=0)
-    seen = np.flatnonzero(norms > 0.0)
-    Q, R, pivots = linalg.qr(B[:, seen] / norms[seen], mode="economic", pivoting=True, check_finite=False)
-    size = np.abs(np.diag(R))
-    rank = int(np.sum(size > RANK_TOL * size[0])) if len(size) else 0
-    theta = np.zeros(B.shape[1])
-    solved = linalg.solve_triangular(R[:rank, :rank], Q[:, :rank].T @ y, check_finite=False)
-    theta[seen[pivots[:rank]]] = solved / norms[seen[pivots[:rank]]]
-    return Q[:, :rank], theta
+    return _Point(h=h, theta=theta, r=r, T=T, basis=found.Q, cost=float(r @ r + off @ off))

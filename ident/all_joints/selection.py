@@ -128,17 +128,13 @@ def _held_out(fitted: Fitted) -> Array:
     """Sum of squares of weighted residuals of each stretch left out, joint by joint, shape (stretches, n)."""
     rows = fitted.fit.rows
     n = int(rows.joint.max()) + 1
-    return np.array(
-        [
-            np.bincount(rows.joint[block], (rows.weight[block] * left) ** 2, minlength=n)
-            for block, left in left_out(rows)
-        ]
-    )
+    squares = [((rows.weight[block] * left) ** 2, rows.joint[block]) for block, left in left_out(rows)]
+    return np.array([np.bincount(joint, weights=each, minlength=n) for each, joint in squares], dtype=np.float64)
 
 
 def _better(before: Fitted, after: Fitted, joints: Sequence[int]) -> bool:
     """Whether stretches that were left out are predicted better."""
     scale = (before.fit.rows.weight / after.fit.rows.weight) ** 2
-    first = np.searchsorted(before.fit.rows.joint, np.arange(len(before.own)))
+    first = np.unique(before.fit.rows.joint, return_index=True)[1]
     gain = (_held_out(before) - _held_out(after) * scale[first])[:, list(joints)].sum(axis=1)
     return bool(gain.mean() > BETTER * gain.std(ddof=1) / np.sqrt(len(gain)))

@@ -16,8 +16,6 @@ from ident.errors import NotIdentifiable
 from ident.estimate import GainSolution
 from ident.problem import Problem
 
-CENTRINGS = 2
-"""Searches, each with its prior around the end of the one before: what rows show at all is not pulled aside."""
 Terms = Sequence[Mapping[str, Term]]
 """Further friction terms of each joint by name."""
 
@@ -95,10 +93,13 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     )
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
     h = start_of(ready.problem, joints, own).h if before is None else before.fit.found.h
-    for _ in range(CENTRINGS):
-        prior = Prior(mean=np.log(np.abs(h)), std=np.full(len(h), ready.prior_std))
-        found = search(joints, h, prior)
-        h = found.h
+
+    def around(h: Array) -> Prior:
+        return Prior(mean=np.log(np.abs(h)), std=np.full(len(h), ready.prior_std))
+
+    first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
+    prior = around(first.h)
+    found = search(joints, first.h, prior)
     return Fitted(own=own, fit=fitted(columns, own, joints, found, prior, ready.problem.row_period))
 
 
@@ -113,7 +114,6 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
     """
     fit = final.fit
     n, h, rows = ready.n, fit.found.h, fit.rows
-    payload = np.concatenate([each.payload for each in ready.columns], axis=1)  # (mountings, r, 10)
     friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
     for j, (own, phi, phi_influence) in enumerate(zip(final.own, fit.phi, fit.phi_influence, strict=True)):
         for k, name in enumerate(own.names):
@@ -123,6 +123,8 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
                 for which in (0, 1) if name == "Fc" else (0,):
                     friction[j, which] += size * phi[k]
                     influence[j, which] += size * phi_influence[k]
+    payload = np.concatenate([each.payload for each in ready.columns], axis=1)  # (mountings, r, 10)
+    stated = h[rows.joint][:, None] * np.hstack([W_L @ F for W_L, F in zip(payload, ready.shared.spread, strict=True)])
     loaded = np.concatenate([each.payload.any(axis=(0, 2)) for each in ready.columns])
     known = np.concatenate([each.known for each in ready.columns])
     return GainSolution(
@@ -130,7 +132,7 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
         joints=np.arange(n),
         inverse=h,
         influence=h[:, None] * fit.log_influence,
-        sensitivity=np.einsum("kr,mrp->kmp", fit.log_influence * h[rows.joint], payload),
+        payload=fit.log_influence @ stated,
         model=np.hstack((fit.log_belief, model)),
         load_rms=np.array([np.sqrt(np.mean(known[loaded & (rows.joint == j)] ** 2)) for j in range(n)]),
         friction=friction,

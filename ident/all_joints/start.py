@@ -72,7 +72,7 @@ def _extended(joints: Sequence[ReducedJoint], h: Array, sign: Array) -> Array:
 
     The joint that these explain best comes first.
     """
-    have = np.flatnonzero(h)
+    have: list[int] = np.flatnonzero(h).tolist()
     B = np.vstack([h[j] * joints[j].A[joints[j].inner] for j in have])
     y = np.concatenate([joints[j].V[joints[j].inner] - h[j] * joints[j].k[joints[j].inner] for j in have])
     norms = np.linalg.norm(B, axis=0)

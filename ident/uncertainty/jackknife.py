@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.arrays import Array, Indices
 from ident.rows import Rows
 
 BLOCKS = 20
@@ -29,9 +29,9 @@ def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
     return (len(changes) - 1) / len(changes) * (apart.T @ apart)
 
 
-def left_out(rows: Rows) -> list[tuple[Array, Array]]:
+def left_out(rows: Rows) -> list[tuple[Indices, Array]]:
     """The rows of each stretch, and the residual [drive units] they would have if the model had not seen them."""
-    found: list[tuple[Array, Array]] = []
+    found: list[tuple[Indices, Array]] = []
     for motion in np.unique(rows.motion):
         own = np.flatnonzero(rows.motion == motion)
         stretch = rows.position[own] * BLOCKS // (rows.position[own].max() + 1)

@@ -41,7 +41,7 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
         joints=solved,
         inverse=np.array([1.0 / gain for gain in gains if gain is not None]),
         influence=np.zeros((k, 3 * k)),
-        sensitivity=np.zeros((k, 1, 10)),
+        payload=np.zeros((k, 0)),
         model=np.zeros((k, 0)),
         load_rms=np.full(k, 3.0),
         friction=np.full(k, 2.0),

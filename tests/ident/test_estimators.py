@@ -93,9 +93,10 @@ def test_the_same_data_give_the_same_digits(method, noisy, heavy):
 @settings(max_examples=8, deadline=None)
 @given(k=st.floats(0.1, 10.0))
 def test_mass_times_k_is_gains_times_k(method, noisy, heavy, k):
-    heavier = replace(heavy, mass=k * heavy.mass, inertia=tuple(k * i for i in heavy.inertia), mass_std=0.0)
+    inertia, spread = tuple(k * i for i in heavy.inertia), k * heavy.mass_std
+    heavier = replace(heavy, mass=k * heavy.mass, inertia=inertia, mass_std=spread)
     before, after = estimated(method, *noisy, heavy, LOOSE), estimated(method, *noisy, heavier, LOOSE)
-    np.testing.assert_allclose(values(after), k * values(before), rtol=1e3 * EXACT)
+    np.testing.assert_allclose(values(after), k * values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
     np.testing.assert_allclose(stds(after), k * stds(before), rtol=SETTLED.get(method, 1e3 * EXACT))
 
 
@@ -104,7 +105,7 @@ def test_mass_times_k_is_gains_times_k(method, noisy, heavy, k):
 def test_currents_times_k_are_gains_over_k(method, noisy, heavy, k, sign):
     scaled = (each(o, lambda joint: replace(joint, V=sign * k * joint.V)) for o in noisy)
     before, after = estimated(method, *noisy, heavy, LOOSE), estimated(method, *scaled, heavy, LOOSE)
-    np.testing.assert_allclose(values(after), sign * values(before) / k, rtol=1e3 * EXACT)
+    np.testing.assert_allclose(values(after), sign * values(before) / k, rtol=SETTLED.get(method, 1e3 * EXACT))
     np.testing.assert_allclose(stds(after), stds(before) / k, rtol=SETTLED.get(method, 1e3 * EXACT))
     np.testing.assert_allclose(after.rel_error_norm, before.rel_error_norm, rtol=1e-9)
     np.testing.assert_allclose(after.sigma, k * before.sigma, rtol=1e-9)
@@ -114,7 +115,7 @@ def test_a_unit_of_one_joint_s_current_does_not_touch_the_other_gains(method, no
     scaled = (changed(o, {4: replace(o.joints[4], V=1e3 * o.joints[4].V)}) for o in noisy)
     before, after = estimated(method, *noisy, heavy, LOOSE), estimated(method, *scaled, heavy, LOOSE)
     factor = np.array([1.0, 1.0, 1.0, 1.0, 1e-3, 1.0])
-    np.testing.assert_allclose(values(after), factor * values(before), rtol=1e3 * EXACT)
+    np.testing.assert_allclose(values(after), factor * values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
 
 
 @settings(max_examples=5, deadline=None)
@@ -128,8 +129,8 @@ def test_the_order_of_rows_does_not_matter_to_gains_and_classical_deviations(met
 
     before = estimated(method, *noisy, heavy, options)
     after = estimated(method, *(each(o, shuffled) for o in noisy), heavy, options)
-    np.testing.assert_allclose(values(after), values(before), rtol=1e3 * EXACT)
-    np.testing.assert_allclose(stds(after), stds(before), rtol=1e3 * EXACT)
+    np.testing.assert_allclose(values(after), values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
+    np.testing.assert_allclose(stds(after), stds(before), rtol=SETTLED.get(method, 1e3 * EXACT))
 
 
 def test_rows_given_twice_change_no_gain_and_shrink_classical_deviations(method, noisy, heavy, steady_weights):
@@ -140,7 +141,7 @@ def test_rows_given_twice_change_no_gain_and_shrink_classical_deviations(method,
     options = replace(LOOSE, uncertainty="classical")
     before = estimated(method, *noisy, heavy, options)
     after = estimated(method, *(each(o, twice) for o in noisy), heavy, options)
-    np.testing.assert_allclose(values(after), values(before), rtol=1e3 * EXACT)
+    np.testing.assert_allclose(values(after), values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
     rows = before.solution.rows
     # sigma^2 = |rho|^2 / (r - b): the same square sum twice over 2 r - b, and a cofactor halved.
     own = np.array([(120 * 2 - rows.unknowns[j]) / (120 * 4 - rows.unknowns[j]) for j in range(6)])

@@ -25,7 +25,7 @@ def rows(rng) -> Rows:
         row_period=0.25,
         unknowns={0: 2, 2: 4},
         weight=np.where(joint == 0, 3.1, 0.6),
-        explained=linalg.orth(rng.normal(size=(18, 4))),
+        explained=linalg.block_diag(linalg.orth(rng.normal(size=(7, 2))), linalg.orth(rng.normal(size=(11, 2)))),
     )
 
 

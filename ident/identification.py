@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from ident.agreement import agreed, disagreement_notes, disagreements
 from ident.arm import Arm
 from ident.contradiction import check_shape, check_signs
+from ident.errors import Contradiction
 from ident.estimate import GainEstimate
 from ident.estimators import estimator
+from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
@@ -106,12 +108,17 @@ def identify_motions(
         wiring(structure, first.recording, second.recording, observing)
     problem = Problem(structure, observed, gains)
     estimate = chosen.estimate(problem, chosen.options() if options is None else options)
+    late = lags(problem, estimate)
+    estimate = in_time(estimate, late)
     check_load(estimate)
-    check_signs(estimate)
-    check_shape(problem, estimate)
+    try:
+        check_signs(estimate)
+        check_shape(problem, estimate)
+    except Contradiction as error:  # a delay makes one too
+        raise Contradiction(with_suspects(str(error), late)) from None
     different = disagreements(problem, estimate)
     observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
-    notes = observation_notes + disagreement_notes(different) + residual_notes(estimate)
+    notes = observation_notes + lag_notes(late) + disagreement_notes(different) + residual_notes(estimate)
     return Identification(agreed(estimate, different), notes)
 
 

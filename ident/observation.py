@@ -19,6 +19,7 @@ from ident.signals import (
     KERNEL_CUTOFFS,
     SETTLING,
     Decimator,
+    central_rate,
     decimator,
     delayed,
     edge_samples,
@@ -31,6 +32,8 @@ PIECE = 128
 """Samples that D is applied to at once: D is banded, and long pieces multiply mostly zeros."""
 FASTEST_PERIOD = 1e-5
 """Sampling interval below which a clock is not believed [s]."""
+RATE_OVER = 0.01
+"""Half of the time that a current's rate of change is taken over [s]."""
 LONGEST_DELAY = 1.0
 """Longest time that a current may act after its stamp [s]; a real one is a few periods of the controller."""
 REGRESSOR_RATE = 32.0
@@ -86,6 +89,7 @@ class JointObservation:
 
     Attributes:
         V: Currents [drive units], shape (r,).
+        V_rate: Their rate of change, filtered as they are [drive units/s], shape (r,).
         W: Base columns of the arm that act on the joint, shape (r, b).
         columns: Their indices in the structure's base columns, shape (b,).
         W_L: The payload's ten columns (zero torque if nothing is mounted), shape (r, 10).
@@ -95,6 +99,7 @@ class JointObservation:
     """
 
     V: Array
+    V_rate: Array
     W: Array
     columns: Indices
     W_L: Array
@@ -157,6 +162,7 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     period = group * recording.period
     D = decimator(period, options.decimation_cutoff_hz, max(1, round(1.0 / (period * options.rows_per_second))))
     v = delayed(recording.v, options.current_delay / recording.period)
+    v = np.hstack((v, central_rate(v, recording.period, RATE_OVER)))
     t, v = (group_means(x[inner], group) for x in (recording.t, v))
     rows = D.rows(len(t))
     if rows < 10 * n:
@@ -177,16 +183,16 @@ def _reduce(
     """Decimate the samples to be kept, block by block, so that the full-rate regressor is never stored.
 
     Returns:
-        Currents, shape (rows, n), and the regressor of each joint from its own link's columns on: those of the links
-        before it are zero.
+        Currents and their rates, shape (rows, 2 n), and the regressor of each joint from its own link's columns on:
+        those of the links before it are zero.
     """
     n, p, rows = structure.arm.n, len(STANDARD), D.rows(len(v))
     piece = D.factor * max(1, PIECE // D.factor)
     band = D.band(piece)
     weight = moving.astype(np.float64)
-    weighted = weight * v
+    weighted = np.hstack((weight, weight)) * v
     felt = D.overlap + -(-len(v) // piece) * piece // D.factor  # rows, with those that reach beyond the data
-    V = np.zeros((felt, n))
+    V = np.zeros((felt, 2 * n))
     W = [np.zeros((felt, structure.base.regrouping.shape[1] - p * j)) for j in range(n)]
     size = piece * max(1, BLOCK // piece)
     for block, columns in regressor_blocks(structure.arm, *motion, weight=weight, size=size):
@@ -218,6 +224,7 @@ def _kept(
     keep = W[:, STANDARD.index("off")] >= options.min_weight  # the column of ones has become the weight left
     return JointObservation(
         V=readonly(V[keep, j]),
+        V_rate=readonly(V[keep, structure.arm.n + j]),
         W=readonly(W[np.ix_(keep, structure.base.columns[columns] - own)]),
         columns=columns,
         W_L=readonly(W[np.ix_(keep, structure.payload_columns - own)]),

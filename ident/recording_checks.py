@@ -7,11 +7,15 @@ and asks for what no motion does, so that it does not alarm on one:
     step of q    faster than `FASTEST`, and `UNUSUAL` times what 99 % of the channel's steps stay below
     v            `UNUSUAL` times as far from the median as 99 % of the samples, for at most `BURST` samples
 
-Of Gaussian noise alone, a sample would have to lie 50 standard deviations out. Spikes in more than 1 % of the samples,
-or smaller than these limits, are not found here.
+    many spikes  `UNUSUAL` times as far from the median of `NEAR` samples to either side as half the samples are, and
+                 by half of the channel's own range, or what a joint would do at `FASTEST`
+
+Of Gaussian noise alone, a sample would have to lie 50 standard deviations out by the second, 13 by the third. The third
+is for spikes in more than `MANY` of the samples, which are usual by the others' measure; smaller ones are not found.
 """
 
 import numpy as np
+from scipy import ndimage
 
 from ident.arrays import Array, Mask
 from ident.errors import RecordingError
@@ -25,7 +29,13 @@ UNUSUAL = 20.0
 """Ratio to the 99 % quantile of the channel."""
 BURST = 10
 """Samples that a spike lasts at most; what lasts longer is taken for a motion."""
+NEAR = 3
+"""Samples to either side whose median stands for what a sample should be; a spike may last as many."""
+MANY = 0.001
+"""Share of the samples from which spikes of that size are too many; fewer decide no gain."""
 SHARE = 0.99
+MIDDLE = (0.05, 0.95)
+"""Quantiles that a channel's own range lies between; spikes in fewer samples than that do not widen it."""
 TURNS = ((2.0 * np.pi, "2 pi", "np.unwrap(q, axis=0)"), (360.0, "360", "np.unwrap(q, period=360, axis=0)"))
 
 
@@ -40,6 +50,10 @@ def check_log(recording: Recording) -> None:
         _check_steps(recording, j)
     for j in range(recording.n):
         _check_currents(recording, j)
+    for j in range(recording.n):
+        fastest = FASTEST * float(np.median(np.diff(recording.t)))
+        _check_many(recording, f"q{j + 1}", recording.q[:, j], fastest)
+        _check_many(recording, f"v{j + 1}", recording.v[:, j], float("inf"))
 
 
 def _check_clock(recording: Recording) -> None:
@@ -85,6 +99,21 @@ def _check_currents(recording: Recording, j: int) -> None:
     raise RecordingError(
         f"{recording.name}: v{j + 1} = {v[row]:.4g} at row {row + 1}, while 99 % of it are within {usual:.3g} of "
         f"{float(np.median(v)):.3g}; {len(rows)} such samples (rows {listed}): remove or repair them"
+    )
+
+
+def _check_many(recording: Recording, channel: str, x: Array, far: float) -> None:
+    near: Array = ndimage.median_filter(x, size=2 * NEAR + 1, mode="nearest")
+    away = np.abs(x - near)
+    low, high = np.quantile(x, MIDDLE)
+    spikes = (away > UNUSUAL * np.median(away)) & (away > min(far, 0.5 * float(high - low)))
+    row, many = int(spikes.argmax()), int(spikes.sum())
+    if many <= MANY * len(x):
+        return
+    raise RecordingError(
+        f"{recording.name}: {channel} has {many} spikes ({100.0 * many / len(x):.2g} % of its samples), the first at "
+        f"row {row + 1}, t = {recording.t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}; remove "
+        "or repair those samples"
     )
 
 

@@ -62,6 +62,20 @@ def delayed(x: Array, periods: float) -> Array:
     return (1.0 - share) * later[1:] + share * later[:-1]
 
 
+def central_rate(x: Array, period: float, over: float) -> Array:
+    """Rate of change between a time before and the same time after each sample; zero where a recording has not both.
+
+    Args:
+        x: Signal, shape (N, n).
+        period: Sampling interval [s].
+        over: That time [s], rounded to whole samples, at least one.
+    """
+    half = max(1, round(over / period))
+    rate = np.zeros_like(x)
+    rate[half:-half] = (x[2 * half :] - x[: -2 * half]) / (2.0 * half * period)
+    return rate
+
+
 def group_means(x: Array, group: int) -> Array:
     """Means of consecutive groups of samples, a last incomplete group left out, shape (N // group, ...)."""
     whole = len(x) // group * group

@@ -1,6 +1,5 @@
 """Robot files: a robot as TOML, every number with its origin and its source."""
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,6 +15,7 @@ from pydantic import (
 )
 
 from ident.arrays import Array
+from ident.toml_files import read_toml
 from sim.drives import DriveTruth
 from sim.errors import DriveError, RobotError
 from sim.robot import Coupling, GravitySpring, Robot
@@ -128,13 +128,11 @@ def read_robot(path: Path) -> Robot:
         RobotError: If it cannot be read, lacks a value, has one too many, or its model file is missing.
     """
     try:
-        table = RobotTable.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise RobotError(f"robot file {path}: {error.strerror}") from error
+        table = RobotTable.model_validate(read_toml(path, error=ValueError))
     except ValidationError as error:
         raise RobotError(f"robot file {path}: {_first_fault(error)}") from error
-    except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, too deep
-        raise RobotError(f"robot file {path}: {error}") from error
+    except ValueError as error:  # it names the path
+        raise RobotError(f"robot file {error}") from error
     try:
         robot = _robot(table, path.parent)
     except (DriveError, RobotError) as error:

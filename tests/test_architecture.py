@@ -8,7 +8,7 @@ from places import ROOT
 ALLOWED = {
     "rx90_mjcf": {"rx90_mjcf"},
     "ident": {"ident"},
-    "sim": {"sim", "rx90_mjcf", "ident.recording", "ident.arrays"},
+    "sim": {"sim", "rx90_mjcf", "ident.recording", "ident.arrays", "ident.toml_files"},
     "scenarios": {"scenarios", "sim", "ident", "rx90_mjcf"},
 }
 OURS = set(ALLOWED)

@@ -48,6 +48,7 @@ def sensitivity_report(result: BudgetResult) -> Report:
     parts: list[Part] = []
     for budget in budgets:
         parts += [Heading(f"Joint {budget.joint}"), Paragraph(f"{_headline(budget)}."), _table(budget)]
+        parts += [Paragraph(_silent(names), strong=True) for names in [silent_sources(budget, scenario)] if names]
     parts += [Paragraph(MEANING), Paragraph(first_to_buy_down(budgets), strong=True)]
     parts.append(Figure(CHART, "Error of the gain from each source alone", lambda: chart(budgets, scenario)))
     title = (
@@ -56,7 +57,15 @@ def sensitivity_report(result: BudgetResult) -> Report:
     document: dict[str, object] = {
         "scenario": scenario.name,
         "trials": result.trials,
-        "joints": [{**asdict(budget), "together": _together(budget), "summed": budget.summed} for budget in budgets],
+        "joints": [
+            {
+                **asdict(budget),
+                "together": _together(budget),
+                "summed": budget.summed,
+                "silent": silent_sources(budget, scenario),
+            }
+            for budget in budgets
+        ],
     }
     return Report(title, tuple(parts), document)
 
@@ -69,6 +78,16 @@ def first_to_buy_down(budgets: Sequence[JointBudget]) -> str:
             by_source.setdefault(budget.costs[0].source, []).append(str(budget.joint))
     parts = [f"{source} (joint {', '.join(joints)})" for source, joints in by_source.items()]
     return f"Buy down first: {'; '.join(parts)}." if parts else "No source gave a gain."
+
+
+def silent_sources(budget: JointBudget, scenario: Scenario) -> list[str]:
+    """Sources none of whose own trials gave the joint a gain, so that no table has them."""
+    told = {cost.source for cost in budget.costs}
+    return [name for name in scenario.table.sources if name not in told]
+
+
+def _silent(names: Sequence[str]) -> str:
+    return f"No trial gave a gain with one of these alone, so their cost is unknown: {', '.join(names)}."
 
 
 def _together(budget: JointBudget) -> float | None:

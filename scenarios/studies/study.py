@@ -97,7 +97,7 @@ def study_identity(study: Study) -> dict[str, object]:
     """What a folder must agree with to hold this study."""
     table = study.scenario.table
     motions = {table.experiment.motion: motion_digest(table.experiment.motion, study.scenario.folder)}
-    for draw in table.random.values():
+    for draw in (table.sources if study.kind == "sensitivity" else table.random).values():
         if draw.choice is not None and "experiment.motion" in draw.targets:
             motions |= {str(name): motion_digest(str(name), study.scenario.folder) for name in draw.choice}
     numbers = stated_table(study.scenario)

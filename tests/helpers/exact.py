@@ -86,7 +86,14 @@ def exact_observation(
         V = V + noise * np.sqrt(np.mean(V**2)) * rng.standard_normal(rows)
         joints.append(
             JointObservation(
-                V, W_st[:, j, structure.base.columns[columns]], columns, W_L, np.arange(rows), np.arange(rows), 0.05
+                V=V,
+                V_rate=np.zeros(rows),
+                W=W_st[:, j, structure.base.columns[columns]],
+                columns=columns,
+                W_L=W_L,
+                t=np.arange(rows),
+                position=np.arange(rows),
+                row_period=0.05,
             )
         )
     return Observation(structure, tuple(joints), ())

@@ -7,17 +7,14 @@ from pinocchio_arms import random_arm
 
 from ident.arm import arm_from_pinocchio
 from ident.estimate import RefusedGain
-from ident.observation import JointObservation, Observation
+from ident.observation import Observation
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.structure import structure_of
 
 
 def scaled_currents(observation: Observation, factor: float) -> Observation:
-    joints = tuple(
-        JointObservation(factor * joint.V, joint.W, joint.columns, joint.W_L, joint.t, joint.position, joint.row_period)
-        for joint in observation.joints
-    )
+    joints = tuple(replace(joint, V=factor * joint.V) for joint in observation.joints)
     return Observation(observation.structure, joints, observation.notes)
 
 

@@ -2,6 +2,7 @@
 
 import gzip
 import re
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -192,3 +193,11 @@ def test_packed_files_one_after_the_other_are_read_to_the_end(tmp_path, between)
     cut = text.index(b"\n", len(text) // 3) + 1
     path.write_bytes(gzip.compress(text[:cut]) + between + gzip.compress(text[cut:]) + between)
     np.testing.assert_array_equal(read_recording(path).q, Q)
+
+
+def test_what_follows_a_packed_log_and_is_no_gzip_is_refused(tmp_path):
+    path, text = tmp_path / "two.csv.gz", rows().encode()
+    cut = text.index(b"\n", len(text) // 3) + 1
+    path.write_bytes(gzip.compress(text[:cut]) + zlib.compress(text[cut:]))
+    with pytest.raises(RecordingError, match=r"two\.csv\.gz: not a readable gzip file"):
+        read_recording(path)

@@ -183,3 +183,20 @@ def test_a_range_limits_a_joint_where_the_file_says_so(tmp_path, autolimits, lim
     text = mjcf(head=f'<compiler autolimits="{autolimits}"/>').replace("range=", f"{limited} range=")
     (tmp_path / "arm.xml").write_text(text)
     np.testing.assert_allclose(load_arm(tmp_path / "arm.xml").upper, np.deg2rad(upper), rtol=1e-15)  # rounding
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("arm.urdf", urdf(swap=("wrist_1_joint", "elbow_joint")), 5),
+        ("arm.xml", mjcf(swap=("wrist_1_joint", "elbow_joint")), 6),
+    ],
+)
+def test_the_first_of_two_elements_of_a_name_is_told_by_its_line_alone_wherever_the_file_lies(
+    tmp_path, name, text, line
+):
+    folder = tmp_path / "cell: 4"
+    folder.mkdir()
+    (folder / name).write_text(text)
+    with pytest.raises(RobotModelError, match=rf"'elbow_joint' is there twice; the first one is in line {line}$"):
+        load_arm(folder / name)

@@ -110,3 +110,13 @@ def test_a_current_delay_is_a_time_whatever_the_sampling(arm, structure, chi, pe
     told = observe(early, structure, ObserveOptions(current_delay=0.02))
     for a, b in zip(on_time.joints, told.joints, strict=True):
         np.testing.assert_allclose(b.V[2:-2], a.V[2:-2], rtol=0, atol=1e-12 * np.abs(a.V).max())  # the ends are rolled
+
+
+def test_rates_of_currents_are_filtered_and_left_out_as_the_currents_are(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    slope = np.array([0.7, -1.3, 2.1, 0.4, -0.6, 3.7])
+    rising = Recording(recording.t, recording.q, recording.v + slope * recording.t[:, None])
+    joints = zip(observe(recording, structure, OPTIONS).joints, observe(rising, structure, OPTIONS).joints, strict=True)
+    for j, (a, b) in enumerate(joints):
+        weight = a.W[:, [structure.base.names[c] for c in a.columns].index(f"off{j + 1}")]
+        np.testing.assert_allclose(b.V_rate - a.V_rate, slope[j] * weight, rtol=1e-8)  # rounding of differences

@@ -97,3 +97,12 @@ def test_wrong_inputs_are_named(structure, chi, rng):
     bare = exact_observation(structure, np.ones(84), np.zeros(10), GAIN, rng, noise=0.01, rows=100)
     with pytest.raises(IdentificationError, match="no loaded motion: nothing shows the payload"):
         payload_parameters(stacked_system([Motion(bare, None)]), GAIN, gain_std=NONE, known={}, weighted=True)
+
+
+def test_what_is_given_is_certain_and_what_is_found_is_not(structure, chi, rng):
+    given = {name: chi[INERTIAL.index(name)] for name in ("M", "YZ")}
+    rows = system(structure, chi, rng, noise=0.01)
+    found = payload_parameters(rows, GAIN, gain_std=0.01 * np.abs(GAIN), known=given, weighted=True)
+    for name in INERTIAL:
+        certain = {found[name].std, found[name].gain_std, found[name].total_std} == {0.0}
+        assert certain == (name in given)

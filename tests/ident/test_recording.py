@@ -104,3 +104,15 @@ def test_a_hole_in_the_log_is_refused_with_its_row(rng):
         RecordingError, match=r"log: samples are missing: 2\.01 s pass from row 100 to the next, 0\.01 s"
     ):
         resampled(holed)
+
+
+@pytest.mark.parametrize(("share", "holed"), [(9.9, False), (10.1, True)])
+def test_an_interval_of_ten_others_is_a_hole_and_nothing_is_invented_for_it(rng, share, holed):
+    # 40 and 59 samples on either side: the interval begins in row 40.
+    t = 0.02 * (np.arange(99) + (share - 1.0) * (np.arange(99) >= 40))
+    motion = Recording(t, rng.normal(size=(99, 2)), rng.normal(size=(99, 2)), "motion")
+    if not holed:
+        np.testing.assert_allclose(np.diff(resampled(motion).t), motion.period, rtol=1e-9)  # of sums in float64
+        return
+    with pytest.raises(RecordingError, match=r"samples are missing: 0\.202 s pass from row 40 to the next, 0\.02 s as"):
+        resampled(motion)

@@ -152,3 +152,44 @@ def test_real_recordings_raise_no_alarm(real: Path):
     assert len(files) >= 5
     for file in files:
         check_log(read_recording(file))
+
+
+def spiky(values: np.ndarray, joint: int, share: float, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Values with spikes of either sign in a share of the rows, none beside another, and the rows."""
+    rng = np.random.default_rng(3)
+    rows = 11 + 8 * rng.choice(480, round(share * len(values)), replace=False)
+    values = values.copy()
+    values[rows, joint] += size * rng.choice([-1.0, 1.0], len(rows))
+    return values, np.sort(rows)
+
+
+@pytest.mark.parametrize("share", [0.015, 0.11])
+def test_spikes_in_many_samples_of_a_current_are_counted_and_the_first_is_named(share):
+    v, rows = spiky(V, 1, share, 1.7)
+    message = rf"v2 has {len(rows)} spikes \({100 * share:.2g} % of its samples\), the first at row {rows[0] + 1}, t = "
+    with pytest.raises(RecordingError, match=message):
+        check_log(log(v=v))
+
+
+def test_spikes_in_many_samples_of_a_position_are_counted_and_the_first_is_named():
+    q, rows = spiky(Q, 0, 0.02, 1.01 * FASTEST * H + 0.01)  # and what the motion itself does in three samples
+    with pytest.raises(RecordingError, match=rf"q1 has {len(rows)} spikes \(2 % of its samples\), the first at row"):
+        check_log(log(q=q))
+    check_log(log(q=spiky(Q, 0, 0.02, 0.9 * FASTEST * H)[0]))
+
+
+def test_spikes_smaller_than_half_of_what_a_current_does_anyway_pass():
+    low, high = np.quantile(V[:, 1], [0.05, 0.95])
+    check_log(log(v=spiky(V, 1, 0.02, 0.48 * (high - low))[0]))
+    with pytest.raises(RecordingError, match="v2 has 80 spikes"):
+        check_log(log(v=spiky(V, 1, 0.02, 0.53 * (high - low))[0]))
+
+
+@pytest.mark.parametrize(("kind", "size"), [("normal", 1.0), ("laplace", 0.7)])
+def test_noise_however_large_is_no_spike(kind, size):
+    noise = getattr(np.random.default_rng(8), kind)(size=V.shape)
+    check_log(log(v=V + size * noise))  # 13 deviations of Gaussian noise, probability 1e-38
+
+
+def test_a_step_of_friction_is_no_spike():
+    check_log(log(v=V + 9.0 * np.sign(np.sin(2.7 * T))[:, None]))

@@ -18,6 +18,8 @@ from places import ROOT
 from ident.recording import Recording
 from ident.recording_files import write_recording
 from scenarios.cli import main
+from scenarios.errors import ScenarioError
+from scenarios.files.schema import load_scenario
 
 ELBOW = "0 -0.131 0.613"
 JOINT = '<joint name="elbow_joint" axis="0 1 0" range="-170 175"/>'
@@ -506,3 +508,11 @@ def _names(line: str, path: Path, message: str) -> None:
     assert path.name in line
     assert len(line) < 500
     assert re.search(message, line), line
+
+
+def test_a_circle_of_scenarios_is_told_once(tmp_path):
+    (tmp_path / "one.toml").write_text("extends = 'two.toml'")
+    (tmp_path / "two.toml").write_text("extends = 'one.toml'")
+    with pytest.raises(ScenarioError) as caught:
+        load_scenario(str(tmp_path / "one.toml"))
+    assert str(caught.value) == f"{tmp_path / 'one.toml'}: extends itself through one.toml -> two.toml -> one.toml"

@@ -1,5 +1,6 @@
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -116,3 +117,14 @@ def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
         dask_workers(str(tmp_path / "scheduler.json")),
     ):
         pass
+
+
+def test_a_scheduler_that_is_not_there_is_waited_for_as_long_as_stated(monkeypatch):
+    monkeypatch.setattr("scenarios.workers.dask.PATIENCE", 0.3)
+    with socket.socket() as nobody:
+        nobody.bind(("127.0.0.1", 0))  # a port of its own that no one listens at
+        address = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
+        began = time.monotonic()
+        with pytest.raises(SchedulerSilent, match=f"no Dask scheduler answers at {address}"), dask_workers(address):
+            pass
+    assert time.monotonic() - began < 20.0  # unless told, Dask waits for 30 s

@@ -1,12 +1,17 @@
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from plants import CYLINDER, RX90, nominal_plant
+from robot_folders import arm_xml, robot_folder
 
-from ident.structure import Structure
-from scenarios.design.excitation import EXCESS, Design, Limits, robot_limits, search
+from ident.arm import load_arm
+from ident.structure import Structure, structure_of
+from scenarios.design.excitation import EXCESS, Design, Limits, arm_parameters, robot_limits, search
 from sim.errors import TrajectoryError
+from sim.plant import Plant
+from sim.robot_files import read_robot
 from sim.trajectory import FourierTrajectory, at_rest
 
 WANTED = np.arange(3)
@@ -123,3 +128,20 @@ def test_a_search_beats_a_small_motion_about_its_start_and_keeps_every_limit(des
     assert over.max() <= EXCESS
     assert first.sine.shape == (6, 2)
     assert first.duration == 5.0
+
+
+@pytest.mark.parametrize("weight", [1.0, 1e-4])
+def test_a_model_that_identification_and_simulation_read_differently_is_refused_however_light_the_arm(tmp_path, weight):
+    robot = read_robot(robot_folder(tmp_path, 2))
+    drives = replace(robot.drives, rotor_inertia=weight * robot.drives.rotor_inertia)
+    plant = Plant(robot=robot, drives=drives, payload=CYLINDER)
+
+    def lighter(found: re.Match[str]) -> str:
+        return f'{found[1]}="{" ".join(str(weight * float(x)) for x in found[2].split())}"'
+
+    robot.model.write_text(re.sub(r'(mass|fullinertia)="([^"]*)"', lighter, arm_xml(2)))
+    arm = load_arm(robot.model)
+    assert arm_parameters(plant, structure_of(arm)).shape == (28,)
+    bent = replace(arm, axis=np.array([[0.0, 0.0, 1.0], [0.0, np.cos(1e-3), np.sin(1e-3)]]))
+    with pytest.raises(TrajectoryError, match=r"read .*arm\.xml differently: torques differ by 0\.0\d+ %"):
+        arm_parameters(plant, structure_of(bent))

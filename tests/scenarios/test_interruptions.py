@@ -141,3 +141,19 @@ def test_a_folder_full_of_other_modules_fools_neither_command_nor_workers(scenar
     rows = pd.read_parquet(tmp_path / "out" / "trials")
     assert rows["trial"].nunique() == 2
     assert not rows["failure"].isin(["WorkerDied", "WorkerFailed"]).any()
+
+
+STUCK = """
+import threading
+from scenarios.commands import study
+study.PATIENCE = 0.2
+threading.Thread(target=threading.Event().wait).start()  # Python would wait for it for ever
+with study._interruptible("rx90 again"):
+    raise KeyboardInterrupt
+"""
+
+
+def test_an_interrupted_study_ends_though_a_thread_of_it_does_not():
+    done = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, timeout=60.0, cwd=ROOT)
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "rx90: stopped; what is finished is kept, go on with: rx90 again\n"

@@ -81,3 +81,12 @@ def test_a_terminal_shows_a_bar_with_trials_rate_and_failures(clock):
     assert "a study ━" in last
     for words in ("8/8", "2.5 a second", "4 failed"):
         assert words in last
+
+
+def test_the_bar_of_a_finished_study_tells_how_long_it_took():
+    clock = Clock()
+    console = Console(file=io.StringIO(), force_terminal=True, width=120, color_system=None, get_time=lambda: clock.now)
+    with reporter("a study", 8, 3, console) as report:
+        clock.now += 83.0
+        report.advance(5, 0)
+    assert "0:01:23" in [line for line in told(console) if "a study" in line][-1]

@@ -8,8 +8,11 @@ from quick import quick_scenario
 from scenarios.cli import main
 from scenarios.errors import NoDesign, NoSources
 from scenarios.files.schema import Scenario, load_scenario
+from scenarios.reports.content import Paragraph
+from scenarios.reports.sensitivity import BudgetResult, sensitivity_report, silent_sources
 from scenarios.studies.budget import budgets, sobol_indices
 from scenarios.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity, settings_with, sources_of
+from scenarios.studies.study import study_identity
 
 
 def two_sources(folder: Path) -> Scenario:
@@ -179,3 +182,52 @@ def test_first_and_total_order_of_an_interaction_stand_where_they_belong(tmp_pat
         # Of 256 scrambled Sobol points an index is known to some 0.1.
         assert abs(cost.first.value) < 0.3
         assert cost.total.value > 0.7
+
+
+def test_motions_that_a_source_chooses_from_are_part_of_the_study(tmp_path):
+    from scenarios.files.tables import CATALOG
+
+    motion = (CATALOG / "motions" / "drive-gains.toml").read_text()
+    (tmp_path / "other.toml").write_text(motion)
+    path = tmp_path / "chooses.toml"
+    source = '[sources.motion]\ntarget = "experiment.motion"\nchoice = ["drive-gains", "other.toml"]\n'
+    path.write_text((CATALOG / "nominal.toml").read_text().partition("# Error sources")[0] + source)
+    study = sensitivity(load_scenario(str(path)), repeats=2, samples=2, seed=3)
+    before = study_identity(study)
+    (tmp_path / "other.toml").write_text(motion + "# another\n")
+    assert study_identity(study) != before
+
+
+def test_a_source_without_a_single_gain_is_named(tmp_path):
+    scenario = two_sources(tmp_path)
+    rows = pd.DataFrame(
+        [
+            {"joint": 2, "design": ALONE, "source": source, "sample": "0", "rel_error": error}
+            for source, error in ((NONE, 0.001), (ALL, 0.02), ("mass", 0.013), ("white", np.nan))
+        ]
+    )
+    (budget,) = budgets(rows, ["mass", "white"], [2], seed=0)
+    report = sensitivity_report(BudgetResult(scenario=scenario, trials=4, budgets=(budget,)))
+    words = [part.text for part in report.parts if isinstance(part, Paragraph)]
+    assert "No trial gave a gain with one of these alone, so their cost is unknown: white." in words
+    assert report.document["joints"][0]["silent"] == ["white"]
+    assert silent_sources(budgets(rows.fillna(0.01), ["mass", "white"], [2], seed=0)[0], scenario) == []
+
+
+def test_what_to_buy_down_first_stands_out(tmp_path):
+    scenario = two_sources(tmp_path)
+    study = sensitivity(scenario, repeats=4, samples=8, seed=1)
+    rows = rows_of(study, lambda trial: trial.settings["plant.payload.mass"] - 7.025)
+    found = budgets(rows, ["mass", "white"], [1], seed=0)
+    report = sensitivity_report(BudgetResult(scenario=scenario, trials=study.count, budgets=tuple(found)))
+    strong = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
+    assert strong == ["Buy down first: mass (joint 1)."]
+
+
+def test_shares_add_up_to_one_and_intervals_hold_their_value_however_small_the_errors(tmp_path):
+    study = sensitivity(two_sources(tmp_path), repeats=64, samples=8, seed=1)
+    (budget,) = budgets(rows_of(study, lambda trial: 1e-3 * made_up(trial)), ["mass", "white"], [1], seed=0)
+    squares = np.array([cost.rms.value for cost in budget.costs]) ** 2
+    np.testing.assert_allclose([cost.share for cost in budget.costs], squares / squares.sum(), rtol=1e-12)
+    for cost in budget.costs:
+        assert cost.rms.low < cost.rms.value < cost.rms.high

@@ -176,3 +176,27 @@ def test_the_verdict_of_a_study_stands_out():
     result = StudyResult(scenario=load_scenario("nominal"), seed=0, asked=40, statistics=statistics, rows=table)
     (verdict,) = [part for part in monte_carlo_report(result).parts if isinstance(part, Paragraph) and part.strong]
     assert "PASSED: no joint missed more than" in str(verdict)
+
+
+@pytest.mark.parametrize(("times", "drawn"), [(1.9, True), (2.1, False)])
+def test_a_tolerance_up_to_twice_the_reach_of_the_errors_is_drawn_and_one_beyond_is_named(times, drawn):
+    table = two_joints()
+    claimed = table["std"] / table["true"].abs()
+    reach = 1.1 * max(table["rel_error"].abs().max(), *(3.0 * claimed[table["joint"] == j].median() for j in (1, 2)))
+    found = plots.panels(table.assign(tolerance=times * reach))
+    for axis in plots.against_true(found, plots.Subject(title="x", without=())).axes:
+        heights = sorted(
+            float(line.get_ydata()[0]) for line in axis.lines if line.get_linestyle() == "--" and len(line.get_ydata())
+        )
+        np.testing.assert_allclose(heights, [-100 * times * reach, 100 * times * reach] if drawn else [], rtol=1e-12)
+        named = axis.get_legend().get_texts()[0].get_text()
+        assert named == ("tolerance" if drawn else f"tolerance: beyond, ± {100 * times * reach:.3g} %")
+
+
+def test_a_picture_has_five_thousand_points_at_most_and_the_outermost_are_among_them():
+    error = np.random.default_rng(3).normal(size=6000)
+    table = pd.DataFrame({"identifiable": True, "joint": 1, "rel_error": error, "z": error})
+    (axis,) = plots.quantiles(plots.panels(table), plots.Subject(title="x", without=())).axes
+    drawn = axis.lines[-1].get_ydata()
+    assert len(drawn) == 5000
+    assert (drawn[0], drawn[-1]) == (error.min(), error.max())

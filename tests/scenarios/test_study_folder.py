@@ -1,4 +1,5 @@
 import json
+import re
 import subprocess
 import sys
 
@@ -8,7 +9,7 @@ import pyarrow as pa
 import pytest
 
 from scenarios.errors import DamagedFolder, FolderInUse, ForeignFolder, OtherStudy
-from scenarios.store.study_folder import LOST, WHOLE, Part, study_folder
+from scenarios.store.study_folder import LOST, WHOLE, Part, _refuse_other, study_folder
 
 IDENTITY = {"study": "monte-carlo", "scenario": {"name": "x", "table": {"plant": {"gain": [1.0, 2.0]}}}, "seed": 0}
 
@@ -170,3 +171,10 @@ def test_a_full_disk_is_one_line_and_the_finished_parts_stay(tmp_path):
     assert "00000001-00000001.parquet: cannot be written: File too large; what is finished is kept" in done.stderr
     assert [path.name for path in (tmp_path / "trials").iterdir()] == ["00000000-00000000.parquet"]
     assert not (tmp_path / ".unfinished").exists()
+
+
+@pytest.mark.parametrize(("there", "here"), [({"gain": 0.9}, None), (None, {"gain": 0.9}), ({"gain": 0.9}, 2.5)])
+def test_a_table_that_another_study_has_no_table_for_is_a_difference_like_any_other(tmp_path, there, here):
+    words = [re.escape("absent" if x is None else json.dumps(x)) for x in (there, here)]
+    with pytest.raises(OtherStudy, match=rf"another study: table\.plant is {words[0]} there and {words[1]} here"):
+        _refuse_other(tmp_path, {"table": {"plant": there}}, {"table": {"plant": here}})

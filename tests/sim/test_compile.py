@@ -153,3 +153,31 @@ def test_a_saved_plant_opens_again_with_its_truth(tmp_path):
 def test_impossible_drives_are_refused(field, value, message):
     with pytest.raises(PlantError, match=message):
         nominal_plant(**{field: value})
+
+
+def test_shapes_of_a_part_that_is_fixed_to_a_link_stay_if_they_are_its_mass(tmp_path):
+    # The model compiles without them, and weighs less.
+    robot = read_robot(robot_folder(tmp_path, 2))
+    camera = '<body name="camera" pos="0.1 0 0"><geom size="0.1" mass="3"/></body>'
+    robot.model.write_text(arm_xml(2).replace("</body></body>", f"{camera}</body></body>"))
+    plant = Plant(robot=robot, drives=robot.drives, payload=CYLINDER)
+    for make in (plant_model, lean_model):
+        assert make(plant, loaded=False, step=STEP).body("camera").mass == 3.0
+
+
+@pytest.mark.parametrize("couplings", [0.0, 0.7])
+def test_dry_friction_is_as_stiff_as_mujoco_takes_it(couplings, rng):
+    # MuJoCo takes two steps for whatever is shorter: half the time constant changes not a bit.
+    model = plant_model(nominal_plant(errors=ModelErrors(wrist_coupling=couplings)), loaded=True, step=STEP)
+    stiffer, softer = copy(model), copy(model)
+    for other, factor in ((stiffer, 0.5), (softer, 1.01)):
+        other.dof_solref[:, 0] *= factor
+        other.tendon_solref_fri[:, 0] *= factor
+    ends = []
+    for each in (model, stiffer, softer):
+        data = mujoco.MjData(each)
+        data.ctrl[:] = [30.0, -20.0, 10.0, 5.0, 8.0, -4.0]
+        mujoco.mj_step(each, data, 50)
+        ends.append(data.qpos.copy())
+    np.testing.assert_array_equal(ends[0], ends[1])
+    assert (ends[0] != ends[2]).any()

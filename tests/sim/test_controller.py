@@ -7,8 +7,9 @@ from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, stream
 
 import rx90_mjcf
 from sim.controller import ControllerBelief, ControllerOptions, tuned
-from sim.errors import PlantError
+from sim.errors import ControllerError, PlantError
 from sim.record import record
+from sim.trajectory import at_rest
 
 
 def test_the_feedforward_is_the_believed_arm_s_inverse_dynamics_over_the_believed_gain():
@@ -58,3 +59,9 @@ def test_a_belief_in_another_arm_is_refused():
     belief = replace(BELIEF, gain=(1.0, 1.0), rotor_inertia=(1.0, 1.0))
     with pytest.raises(PlantError, match="6 joints, but the controller believes in 2"):
         tuned(belief, short_motion(), ControllerOptions())
+
+
+def test_a_motion_of_another_arm_is_refused():
+    motion = at_rest(np.zeros(5), np.zeros((5, 2)), np.full((5, 2), 0.1), 2.0)
+    with pytest.raises(ControllerError, match="the motion moves 5 joints of an arm with 6"):
+        tuned(BELIEF, motion, ControllerOptions())

@@ -344,3 +344,18 @@ def test_compliances_of_another_arm_are_refused():
 
 def test_zero_compliance_is_a_rigid_joint():
     assert ModelErrors(joint_compliance=(0.0,) * 6) == ModelErrors()
+
+
+def test_a_transmission_turns_by_a_radian_under_ten_newton_metres_at_most():
+    softest = (1e-4, 0.1, 1e-4, 1e-4, 1e-4, 1e-4)
+    assert ModelErrors(joint_compliance=softest).joint_compliance == softest
+    with pytest.raises(PlantError, match=r"expected positive numbers up to 0\.1, one a joint"):
+        ModelErrors(joint_compliance=(*softest[:5], 0.1001))
+
+
+def test_joints_that_no_effect_settles_are_at_rest_at_zero(monkeypatch):
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE))
+    model = plant_model(plant, loaded=True, step=STEP)
+    monkeypatch.setattr("sim.compile.EFFECTS", {})
+    q = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2])
+    np.testing.assert_array_equal(resting(plant, model, q), [*np.zeros(6), *q])

@@ -16,6 +16,7 @@ from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation
 from sim.errors import Diverged, PlantError, SimulationError, StepError, TooLong
+from sim.experiment import substeps
 from sim.quiet import quiet
 from sim.record import record, try_record
 
@@ -145,3 +146,14 @@ def test_an_experiment_at_the_edge_of_the_ranges_runs():
     edge = ControllerOptions(rate_hz=100.0, bandwidth_hz=4.0, velocity_cutoff_hz=40.0)
     (recording,) = record([experiment(controller=edge, step=1e-3)], streams(0), threads=1)
     assert len(recording.t) == 201
+
+
+def test_a_motion_has_fifty_million_steps_or_numbers_at_most():
+    # 6 joints at 1 kHz: 8333.33333.. s are 50 million numbers; 10 us: 500 s are 50 million steps.
+    for inside, beyond, step, what in (
+        (8333.33333, 8333.33334, 1e-3, r"samples of 6 joints"),
+        (499.99999, 500.000005, 1e-5, r"steps; 5e\+07 at most"),
+    ):
+        assert substeps(experiment(trajectory=short_motion(duration=inside), step=step)) == round(1e-3 / step)
+        with pytest.raises(TooLong, match=what):
+            substeps(experiment(trajectory=short_motion(duration=beyond), step=step))

@@ -212,7 +212,7 @@ def test_a_wrong_robot_file_is_refused_in_one_line_that_names_the_place(tmp_path
 
 
 def test_a_missing_robot_file_is_refused(tmp_path):
-    with pytest.raises(RobotError, match=r"robot file .*none\.toml: No such file"):
+    with pytest.raises(RobotError, match=r"robot file .*none\.toml: no such file"):
         read_robot(tmp_path / "none.toml")
 
 
@@ -239,3 +239,21 @@ def test_what_is_read_is_what_the_file_says(tmp_path):
     np.testing.assert_array_equal(robot.home, 0.3 - 0.07 * np.arange(5))
     with pytest.raises(ValueError, match="read-only"):
         robot.home[0] = 1.0
+
+
+def test_a_robot_file_of_no_bounds_is_refused_in_one_line(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_text("x = " + "[" * 50_000 + "]" * 50_000)
+    with pytest.raises(RobotError, match=r"robot file .*robot\.toml: .*nested deeper than 16$"):
+        read_robot(path)
+    path.write_bytes(b"#" * 4_000_001)
+    with pytest.raises(RobotError, match=r"robot file .*robot\.toml"):
+        read_robot(path)
+
+
+def test_the_spring_is_hooked_along_its_own_joint_s_link(tmp_path):
+    robot = read_robot(robot_folder(tmp_path, 4, extra=SPRING))
+    model = plant_model(plant_of(robot, gravity_spring=2e4), loaded=False, step=1e-3)
+    along = np.array([0.02, 0.0, 0.221])  # from joint 2 to joint 3, as drawn
+    np.testing.assert_allclose(model.site("spring_far").pos, 0.2 * along / np.linalg.norm(along), rtol=1e-12)
+    assert model.body(model.site("spring_far").bodyid[0]).name == "part2"

@@ -15,7 +15,7 @@ from scenarios.files.draws import drawn_settings
 from scenarios.files.resolved import resolved
 from scenarios.files.schema import Scenario
 from scenarios.files.settings import Value, value_at, with_settings
-from scenarios.run import Run, pair_streams, run_batch
+from scenarios.run import Run, motion_streams, run_batch
 from scenarios.workers.memory import give_back_memory
 from sim.errors import SimulationError
 
@@ -126,7 +126,7 @@ def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> li
             rows[trial.number] = failed_rows(scenario, trial, type(error).__name__, str(error), settings)
     outcomes = run_batch(
         [(ready, trial.seed) for trial, ready, _ in prepared],
-        [pair_streams(trial.seed, trial.streams) for trial, _, _ in prepared],
+        [motion_streams(trial.seed, trial.streams, len(ready.experiments)) for trial, ready, _ in prepared],
         threads=threads,
     )
     for i, outcome in outcomes:

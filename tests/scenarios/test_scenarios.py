@@ -59,7 +59,7 @@ def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
     text = 'extends = "nominal"\n[plant]\ngain = [1, 2, 3, 4, 5, 6]\n[belief.payload]\nmass = 7.0\nknown = "mass"\n'
     prepared = bench(load_scenario(scenario_file(tmp_path, text)))
     np.testing.assert_array_equal(prepared.true_gain, [1, 2, 3, 4, 5, 6])
-    assert prepared.payload.known == "mass"
+    assert prepared.payloads["loaded"].known == "mass"
     assert prepared.experiments[0].plant.payload.mass == 7.025  # the truth is not what is believed
     nominal = robot().drives
     np.testing.assert_array_equal(prepared.experiments[0].plant.drives.viscous_friction, nominal.viscous_friction)

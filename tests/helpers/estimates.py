@@ -17,7 +17,7 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
             value=gain,
             std=std,
             payload_rel_std=0.02,
-            model_rel_std=0.0,
+            model_rel_std=0.03,
             predicted_rel_std=std / abs(gain),
         )
         for k, gain in enumerate(gains, 1)

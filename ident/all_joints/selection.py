@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize
+from scipy import optimize, stats
 
 from ident.all_joints.friction import Term
 from ident.all_joints.solution import Fitted, Setting, Terms, fit_with
@@ -22,6 +22,8 @@ from ident.uncertainty.jackknife import left_out
 
 BETTER = 2.0
 """Standard errors by which left-out stretches must be predicted better for a term to stay."""
+LEAST_DOUBT = 0.05
+"""Probability of the other form of load friction that no prediction takes away: neither is the truth."""
 LEAST_SPREAD, SPREAD_SHARE = 1e-3, 0.3
 """Least deviation of load friction between joints that is believed, on its own and as a share of their mean."""
 
@@ -66,7 +68,8 @@ def selected(ready: Setting) -> Selected:
     for form in LOAD_FORMS:
         fits[form], beliefs[form] = _with_load(ready, chosen, first, yields, base, form, soft)
     form, other = sorted(LOAD_FORMS, key=lambda name: _held_out(fits[name]).sum())
-    shift = np.log(np.abs(fits[other].fit.found.h / fits[form].fit.found.h))
+    doubt = max(LEAST_DOUBT, float(stats.norm.cdf(-_sureness(fits[other], fits[form], range(ready.n)))))
+    shift = np.sqrt(doubt * (1.0 - doubt)) * np.log(np.abs(fits[other].fit.found.h / fits[form].fit.found.h))
     remarks = [
         f"friction grows with load: {100.0 * beliefs[form].mean:.2g} % of the "
         f"{'motor torque' if form == 'load-motor' else 'torque of links and payload'}, "
@@ -76,7 +79,7 @@ def selected(ready: Setting) -> Selected:
         remarks.append(f"viscous friction grows less than the speed on joint {', '.join(str(j + 1) for j in bent)}")
     if soft:
         remarks.append("the joints yield")
-    return Selected(final=fits[form], model=0.5 * shift[:, None], remarks=tuple(remarks))
+    return Selected(final=fits[form], model=shift[:, None], remarks=tuple(remarks))
 
 
 def _with_load(
@@ -134,7 +137,12 @@ def _held_out(fitted: Fitted) -> Array:
 
 def _better(before: Fitted, after: Fitted, joints: Sequence[int]) -> bool:
     """Whether stretches that were left out are predicted better."""
+    return _sureness(before, after, joints) > BETTER
+
+
+def _sureness(before: Fitted, after: Fitted, joints: Sequence[int]) -> float:
+    """By how many standard errors stretches that were left out are predicted better."""
     scale = (before.fit.rows.weight / after.fit.rows.weight) ** 2
     first = np.unique(before.fit.rows.joint, return_index=True)[1]
     gain = (_held_out(before) - _held_out(after) * scale[first])[:, list(joints)].sum(axis=1)
-    return bool(gain.mean() > BETTER * gain.std(ddof=1) / np.sqrt(len(gain)))
+    return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))

@@ -54,48 +54,71 @@ class _Belief:
 def selected(ready: Setting) -> Selected:
     """Choose the model of a problem whose motions come from recordings."""
     nothing: Terms = [{} for _ in range(ready.n)]
-    plain = fit_with(ready, nothing, (), None)
-    first = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=True)
-    root = speed_terms(ready.problem)
-    trial = fit_with(ready, nothing, first.softened, plain)
-    soft = _better(plain, trial, range(ready.n))
-    yields: Sequence[Array] = first.softened if soft else ()
-    base = trial if soft else plain
-    curved = fit_with(ready, [{"cbrt": Term(each["cbrt"])} for each in root.own], yields, base)
-    bent = [j for j in range(ready.n) if _better(base, curved, [j])]
-    chosen = [{"cbrt": Term(root.own[j]["cbrt"])} if j in bent else {} for j in range(ready.n)]
-    fits, beliefs = dict[str, Fitted](), dict[str, _Belief]()
-    for form in LOAD_FORMS:
-        fits[form], beliefs[form] = _with_load(ready, chosen, first, yields, base, form, soft)
-    form, other = sorted(LOAD_FORMS, key=lambda name: _held_out(fits[name]).sum())
-    doubt = max(LEAST_DOUBT, float(stats.norm.cdf(-_sureness(fits[other], fits[form], range(ready.n)))))
-    shift = np.sqrt(doubt * (1.0 - doubt)) * np.log(np.abs(fits[other].fit.found.h / fits[form].fit.found.h))
+    plain = _tried(fit_with(ready, nothing, (), None))
+    first = torque_terms(ready.problem, ready.shared, plain.fitted.own, plain.fitted.fit, compliance=True)
+    soft = _tried(fit_with(ready, nothing, first.softened, plain.fitted))
+    yields = soft.surer_than(plain, range(ready.n)) > BETTER
+    base = soft if yields else plain
+    softened: Sequence[Array] = first.softened if yields else ()
+    root = [Term(each["cbrt"]) for each in speed_terms(ready.problem).own]
+    curved = _tried(fit_with(ready, [{"cbrt": term} for term in root], softened, base.fitted))
+    bent = [j for j in range(ready.n) if curved.surer_than(base, [j]) > BETTER]
+    chosen: Terms = [{"cbrt": term} if j in bent else {} for j, term in enumerate(root)]
+    loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
+    form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
+    best, second = loads[form].tried, loads[other].tried
+    doubt = max(LEAST_DOUBT, float(stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
+    shift = np.sqrt(doubt * (1.0 - doubt)) * np.log(np.abs(second.fitted.fit.found.h / best.fitted.fit.found.h))
     remarks = [
-        f"friction grows with load: {100.0 * beliefs[form].mean:.2g} % of the "
-        f"{'motor torque' if form == 'load-motor' else 'torque of links and payload'}, "
-        f"{100.0 * beliefs[form].std:.2g} % from joint to joint"
+        f"friction grows with load: {100.0 * loads[form].belief.mean:.2g} % of {LOAD_FORMS[form]}, "
+        f"{100.0 * loads[form].belief.std:.2g} % from joint to joint"
     ]
     if bent:
         remarks.append(f"viscous friction grows less than the speed on joint {', '.join(str(j + 1) for j in bent)}")
-    if soft:
+    if yields:
         remarks.append("the joints yield")
-    return Selected(final=fits[form], model=shift[:, None], remarks=tuple(remarks))
+    return Selected(final=best.fitted, model=shift[:, None], remarks=tuple(remarks))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Tried:
+    """A fit, and the squares of its weighted residuals in each stretch left out, joint by joint, (stretches, n)."""
+
+    fitted: Fitted
+    squares: Array
+
+    def surer_than(self, other: "_Tried", joints: Sequence[int]) -> float:
+        """By how many standard errors this fit predicts stretches that were left out better than another one."""
+        rows, before = self.fitted.fit.rows, other.fitted.fit.rows
+        first = np.unique(rows.joint, return_index=True)[1]
+        same = (before.weight / rows.weight)[first] ** 2
+        gain = (other.squares - same * self.squares)[:, list(joints)].sum(axis=1)
+        return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
+
+
+def _tried(fitted: Fitted) -> _Tried:
+    rows, n = fitted.fit.rows, len(fitted.own)
+    squares = [((rows.weight[block] * left) ** 2, rows.joint[block]) for block, left in left_out(rows)]
+    counted = [np.bincount(joint, weights=each, minlength=n) for each, joint in squares]
+    return _Tried(fitted, np.array(counted, dtype=np.float64))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Loaded:
+    """A fit with load friction, and the belief about it."""
+
+    tried: _Tried
+    belief: _Belief
 
 
 def _with_load(
-    ready: Setting,
-    chosen: Terms,
-    first: TermColumns,
-    yields: Sequence[Array],
-    base: Fitted,
-    form: str,
-    soft: bool,
-) -> tuple[Fitted, _Belief]:
-    """A fit with load friction of one form, its torques taken from a fit that had it, and what it came to believe."""
-    free = fit_with(ready, _grown(chosen, form, first, None), yields, base)
-    again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=soft)
+    ready: Setting, chosen: Terms, first: TermColumns, softened: Sequence[Array], base: Fitted, form: str
+) -> _Loaded:
+    """A fit with load friction of one form, its torques taken from a fit that had it."""
+    free = fit_with(ready, _grown(chosen, form, first, None), softened, base)
+    again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
     belief = _belief(free, form)
-    return fit_with(ready, _grown(chosen, form, again, belief), again.softened, free), belief
+    return _Loaded(_tried(fit_with(ready, _grown(chosen, form, again, belief), again.softened, free)), belief)
 
 
 def _grown(chosen: Terms, form: str, columns: TermColumns, belief: _Belief | None) -> Terms:
@@ -105,13 +128,10 @@ def _grown(chosen: Terms, form: str, columns: TermColumns, belief: _Belief | Non
 
 def _belief(free: Fitted, form: str) -> _Belief:
     """Mean and spread of the joints' coefficients, by the largest likelihood of what each joint shows alone."""
-    value, std = list[float](), list[float]()
-    for own, phi, influence in zip(free.own, free.fit.phi, free.fit.phi_influence, strict=True):
-        if form in own.names:
-            k = own.names.index(form)
-            value.append(float(phi[k]))
-            std.append(float(np.sqrt(cautious(free.fit.rows, influence[k : k + 1], 0.0)[0, 0])))
-    seen, noise = np.array(value), np.array(std)
+    at = [(j, own.names.index(form)) for j, own in enumerate(free.own) if form in own.names]
+    seen = np.array([free.fit.phi[j][k] for j, k in at])
+    influence = np.array([free.fit.phi_influence[j][k] for j, k in at])
+    noise = np.sqrt(np.diag(cautious(free.fit.rows, influence, 0.0)))
 
     def unlikely(x: Array) -> float:
         mean, spread = x[0], np.exp(x[1])
@@ -125,24 +145,3 @@ def _belief(free: Fitted, form: str) -> _Belief:
     )
     mean, spread = float(best.x[0]), float(np.exp(best.x[1]))
     return _Belief(mean, max(spread, SPREAD_SHARE * mean))
-
-
-def _held_out(fitted: Fitted) -> Array:
-    """Sum of squares of weighted residuals of each stretch left out, joint by joint, shape (stretches, n)."""
-    rows = fitted.fit.rows
-    n = int(rows.joint.max()) + 1
-    squares = [((rows.weight[block] * left) ** 2, rows.joint[block]) for block, left in left_out(rows)]
-    return np.array([np.bincount(joint, weights=each, minlength=n) for each, joint in squares], dtype=np.float64)
-
-
-def _better(before: Fitted, after: Fitted, joints: Sequence[int]) -> bool:
-    """Whether stretches that were left out are predicted better."""
-    return _sureness(before, after, joints) > BETTER
-
-
-def _sureness(before: Fitted, after: Fitted, joints: Sequence[int]) -> float:
-    """By how many standard errors stretches that were left out are predicted better."""
-    scale = (before.fit.rows.weight / after.fit.rows.weight) ** 2
-    first = np.unique(before.fit.rows.joint, return_index=True)[1]
-    gain = (_held_out(before) - _held_out(after) * scale[first])[:, list(joints)].sum(axis=1)
-    return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))

@@ -13,8 +13,8 @@ from ident.arrays import Array
 from ident.full_rate import FullRate
 from ident.problem import Problem
 
-LOAD_FORMS = ("load-motor", "load")
-"""Friction in proportion to the torque that a motor gives, or to the one that links and payload ask for."""
+LOAD_FORMS = {"load-motor": "the motor torque", "load": "the torque of links and payload"}
+"""What load friction may be in proportion to."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

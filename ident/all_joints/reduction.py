@@ -9,6 +9,7 @@ from ident.all_joints.columns import JointColumns
 from ident.all_joints.friction import OwnColumns
 from ident.arrays import Array
 from ident.errors import TooFewRows
+from ident.least_squares import factors
 
 DEPENDENT = 1e-9
 """Relative singular value of unit columns under which a joint alone does not see a combination of them."""
@@ -71,9 +72,7 @@ def reduced_joint(joint: JointColumns, own: OwnColumns) -> ReducedJoint:
 def own_sigma(joint: JointColumns, own: OwnColumns) -> float:
     """Standard deviation of what a joint's rows alone leave, whatever the payload [drive units]."""
     W = np.hstack((own.F, joint.shared, *joint.payload))
-    norms = np.linalg.norm(W, axis=0)
-    unit = W[:, norms > 0.0] / norms[norms > 0.0]
-    x, _, rank, _ = linalg.lstsq(unit, joint.V, cond=DEPENDENT, check_finite=False)
-    residual = joint.V - unit @ x
-    sigma = float(np.linalg.norm(residual)) / np.sqrt(max(1, len(joint.V) - rank))
+    basis = factors(W, rank_tol=DEPENDENT).Q
+    residual = joint.V - basis @ (basis.T @ joint.V)
+    sigma = float(np.linalg.norm(residual)) / np.sqrt(max(1, len(joint.V) - basis.shape[1]))
     return max(sigma, ROUNDING * float(np.sqrt(np.mean(joint.V**2))))

@@ -24,6 +24,9 @@ BETTER = 2.0
 """Standard errors by which left-out stretches must be predicted better for a term to stay."""
 LEAST_DOUBT = 0.05
 """Probability of the other form of load friction that no prediction takes away: neither is the truth."""
+FIRST_ORDER = 0.15
+"""Part of a correction for compliance that may be wrong: its column is of first order, and a rotor's inertia that is
+regrouped into its link's moves with the link (`docs/derivations.md`)."""
 LEAST_SPREAD, SPREAD_SHARE = 1e-3, 0.3
 """Least deviation of load friction between joints that is believed, on its own and as a share of their mean."""
 
@@ -68,7 +71,9 @@ def selected(ready: Setting) -> Selected:
     form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
     best, second = loads[form].tried, loads[other].tried
     doubt = max(LEAST_DOUBT, float(stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
-    shift = np.sqrt(doubt * (1.0 - doubt)) * np.log(np.abs(second.fitted.fit.found.h / best.fitted.fit.found.h))
+    shares = [np.sqrt(doubt * (1.0 - doubt)) * _log_ratio(second.fitted, best.fitted)]
+    if yields:
+        shares.append(FIRST_ORDER * _log_ratio(plain.fitted, soft.fitted))
     remarks = [
         f"friction grows with load: {100.0 * loads[form].belief.mean:.2g} % of {LOAD_FORMS[form]}, "
         f"{100.0 * loads[form].belief.std:.2g} % from joint to joint"
@@ -77,7 +82,12 @@ def selected(ready: Setting) -> Selected:
         remarks.append(f"viscous friction grows less than the speed on joint {', '.join(str(j + 1) for j in bent)}")
     if yields:
         remarks.append("the joints yield")
-    return Selected(final=best.fitted, model=shift[:, None], remarks=tuple(remarks))
+    return Selected(final=best.fitted, model=np.column_stack(shares), remarks=tuple(remarks))
+
+
+def _log_ratio(one: Fitted, other: Fitted) -> Array:
+    """Relative difference of the gains of two fits, shape (n,)."""
+    return np.log(np.abs(one.fit.found.h / other.fit.found.h))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

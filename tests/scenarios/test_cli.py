@@ -6,6 +6,7 @@ import sys
 import time
 
 import pytest
+from signals import as_in_the_foreground
 
 import scenarios.commands.list
 from ident.observation import ObserveOptions
@@ -218,15 +219,15 @@ def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
 def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
     code = (
-        "import signal, sys, time\n"
-        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
+        "import sys, time\n"
         "import scenarios.commands.list as module\n"
         "from scenarios.cli import main\n"
         f"module.builtin_names = lambda: (open({str(tmp_path / 'there')!r}, 'w').close(), time.sleep(60))\n"
         "sys.exit(main(['list']))\n"
     )
-    running = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True)
+    running = subprocess.Popen(
+        [sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, preexec_fn=as_in_the_foreground
+    )
     deadline = time.monotonic() + 60.0
     while not (tmp_path / "there").exists() and time.monotonic() < deadline:
         time.sleep(0.02)

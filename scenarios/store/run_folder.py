@@ -8,6 +8,7 @@ from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload_files import write_payload
 from ident.recording_files import write_recording
+from scenarios.files.schema_line import schema_line
 from scenarios.run import Run
 from scenarios.store.documents import run_document, to_json
 
@@ -25,7 +26,7 @@ def save_run(run: Run, folder: Path) -> None:
     """
     for name, recording in zip(("unloaded", "loaded"), run.recordings, strict=True):
         write_recording(recording, folder / f"{name}.parquet")
-    write_payload(run.bench.payload, folder / "payload.toml")
+    write_payload(run.bench.payload, folder / "payload.toml", comment=schema_line("payload"))
     plant = run.bench.experiments[0].plant
     truth = {
         "drives": {field.name: getattr(plant.drives, field.name).tolist() for field in fields(plant.drives)},

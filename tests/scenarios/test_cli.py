@@ -216,6 +216,17 @@ def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
     assert wrong.stderr.count(b"\n") == 1
 
 
+@pytest.mark.parametrize("columns", [40, 80])
+def test_help_fits_the_terminal_and_tells_every_status(columns, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert main([]) == 0
+    said = capsys.readouterr().out
+    assert max(map(len, said.splitlines())) <= columns
+    told = " ".join(said.split())
+    for status, meaning in MEANINGS.items():
+        assert f" {int(status)} {meaning}" in told
+
+
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
 def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
     code = (

@@ -22,6 +22,7 @@ from ident.identification import identify
 from ident.regressor import regressor_blocks
 from ident.wiring import check_wiring, known_wiring
 from scenarios.build import bench
+from scenarios.files.mountings import LOADED
 from scenarios.files.schema import load_scenario
 from scenarios.run import run
 from sim.compile import plant_model
@@ -83,7 +84,7 @@ def identification_speed() -> None:
             unloaded,
             loaded,
             prepared.structure,
-            prepared.payload,
+            prepared.payloads[LOADED],
             method=chosen.method,
             observing=chosen.observe,
             gains=chosen.gains,

@@ -22,7 +22,7 @@ import sim.closed_loop
 import sim.record
 from scenarios.build import bench
 from scenarios.files.schema import load_scenario
-from scenarios.run import pair_streams
+from scenarios.run import motion_streams
 from scenarios.store.study_folder import WHOLE, Part, study_folder
 from scenarios.studies.study import CHUNK
 from scenarios.trials import Trial, run_trials, trial_schema
@@ -68,7 +68,7 @@ class BareStepping:
 
     def __init__(self) -> None:
         experiments = [replace(e, sensors=SensorOptions()) for _ in range(CHUNK) for e in bench(SCENARIO).experiments]
-        streams = [s for k in range(CHUNK) for s in pair_streams(k, {})]
+        streams = [s for k in range(CHUNK) for s in motion_streams(k, {}, 2)]
         recordings = record(experiments, streams, threads=JOBS)  # without noise the log is what was commanded
         self.currents = np.stack([r.v for r in recordings], axis=1)  # (N, B, n)
         self.simulations = []

@@ -30,7 +30,7 @@ def estimate(prepared: Bench, pair: tuple[Recording, Recording], observing: Obse
     return identify(
         *pair,
         prepared.structure,
-        prepared.payload,
+        prepared.payloads["loaded"],
         method=chosen.method,
         observing=observing,
         gains=chosen.gains,

@@ -75,7 +75,7 @@ def joint_delay(problem: Problem, rows: JointRows) -> Delay | None:
     left = Rows(
         V=rows.V, residual=r + D @ value, joint=np.full(len(r), rows.joint), motion=rows.motion,
         position=rows.position, row_period=problem.row_period,
-        unknowns={rows.joint: len(r) - freedom},
+        unknowns={rows.joint: len(r) - freedom}, weight=np.ones(len(r)), explained=np.zeros((len(r), 0)),
     )  # fmt: skip
     return Delay(value, larger(left, influence, problem.options.serial_s))
 

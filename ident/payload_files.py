@@ -83,9 +83,13 @@ def write_payload(payload: Payload, path: str | Path, *, comment: str | None = N
 def _known(value: object) -> Known:
     if value == "all":
         return "all"
+    if value == "com":
+        return "com"
+    if value == "none":
+        return "none"
     if value == "mass":
         return "mass"
-    raise PayloadError(f"payload: known = {shown(value)}; expected 'all' or 'mass'")
+    raise PayloadError(f"payload: known = {shown(value)}; expected 'all', 'com', 'mass' or 'none'")
 
 
 def _number(value: object, name: str) -> float:

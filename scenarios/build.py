@@ -1,5 +1,6 @@
 """From a scenario's tables to the values that `sim` and `ident` work with: truth on one side, belief on the other."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
 
@@ -11,7 +12,8 @@ from ident.payload import Payload
 from ident.structure import Structure, structure_of
 from scenarios.errors import WrongLength
 from scenarios.files.motions import read_motion
-from scenarios.files.resolved import Resolved, believed_payload, resolved
+from scenarios.files.mountings import BARE, by_mounting, motion_names, mountings
+from scenarios.files.resolved import Resolved, believed_payloads, resolved
 from scenarios.files.schema import BodyTable, Scenario
 from scenarios.robots import robot
 from sim.controller import ControllerBelief
@@ -26,20 +28,30 @@ class Bench:
 
     Attributes:
         scenario: Where it came from, every number stated.
-        experiments: The unloaded and the loaded motion.
+        experiments: The motions, in order of time.
         structure: Identifiable structure of the arm, from its kinematics.
-        payload: The payload as believed.
+        payloads: The payloads as believed, by mounting.
     """
 
     scenario: Resolved
-    experiments: tuple[Experiment, Experiment]
+    experiments: tuple[Experiment, ...]
     structure: Structure
-    payload: Payload
+    payloads: Mapping[str, Payload]
 
     @property
     def true_gain(self) -> Array:
         """The injected drive gains [N m / drive unit], shape (n,)."""
         return self.experiments[0].plant.drives.gain
+
+    @property
+    def protocol(self) -> tuple[str, ...]:
+        """What each motion carries, `bare` or the name of a mounting."""
+        return self.scenario.table.experiment.protocol
+
+    @property
+    def mounted(self) -> tuple[Payload | None, ...]:
+        """The payload of each motion as believed, None for a bare flange; motions of one mounting share one object."""
+        return tuple(self.payloads.get(name) for name in self.protocol)
 
 
 def bench(scenario: Scenario) -> Bench:
@@ -54,7 +66,9 @@ def bench(scenario: Scenario) -> Bench:
     structure = _believed_structure(table.belief.couplings)
     if len(table.tolerance.gain) != structure.arm.n:
         raise WrongLength(f"{scenario.name}: tolerance.gain: the arm has {structure.arm.n} joints")
-    plant = true_plant(ready)
+    protocol = table.experiment.protocol
+    plants = true_plants(ready)
+    plant = next(iter(plants.values()))
     motion = read_motion(table.experiment.motion, scenario.folder)
     if motion.n != structure.arm.n:
         raise WrongLength(
@@ -65,27 +79,32 @@ def bench(scenario: Scenario) -> Bench:
         gain=table.belief.controller_gain,
         rotor_inertia=tuple(plant.robot.drives.rotor_inertia.tolist()),
     )
-    unloaded, loaded = (
+    experiments = tuple(
         Experiment(
             name=name,
-            plant=plant,
-            loaded=name == "loaded",
+            plant=plants.get(carried, plant),
+            loaded=carried != BARE,
             trajectory=motion,
             belief=belief,
             controller=table.experiment.controller,
             sensors=table.experiment.sensors,
             step=table.experiment.step,
+            earlier=earlier,
         )
-        for name in ("unloaded", "loaded")
+        for earlier, (name, carried) in enumerate(zip(motion_names(protocol), protocol, strict=True))
     )
-    return Bench(ready, (unloaded, loaded), structure, believed_payload(ready))
+    believed = believed_payloads(ready)
+    return Bench(ready, experiments, structure, {name: believed[name] for name in mountings(protocol)})
 
 
-def true_plant(scenario: Resolved) -> Plant:
-    """The truth of a scenario."""
+def true_plants(scenario: Resolved) -> dict[str, Plant]:
+    """The truth of a scenario, by mounting: one robot, with the payload that it carries then."""
     stated, arm = scenario.table.plant, robot()
     drives = DriveTruth(**{field.name: np.array(getattr(stated, field.name)) for field in fields(DriveTruth)})
-    return Plant(robot=arm, drives=drives, payload=_true_payload(stated.payload), errors=stated.errors)
+    return {
+        name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=stated.errors)
+        for name, body in by_mounting(stated.payload, stated.payloads).items()
+    }
 
 
 @lru_cache(maxsize=16)

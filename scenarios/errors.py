@@ -125,6 +125,10 @@ class NotOurs(ScenarioError):
     """A file that a command would write over, although it did not write it, or not so."""
 
 
+class WrongFiles(ScenarioError):
+    """Recordings and payloads on a command line that do not go together."""
+
+
 class NoJointWanted(ScenarioError):
     """A motion is searched for a scenario that wants no gain."""
 

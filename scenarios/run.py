@@ -1,6 +1,7 @@
 """`run`: a scenario and a seed to a verdict, the four verbs in four lines; many of them in one batch."""
 
 import time
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -8,11 +9,12 @@ import numpy as np
 
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate
-from ident.identification import identify
+from ident.identification import Recorded, identify_motions
 from ident.recording import Recording
 from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
 from scenarios.files.draws import drawn_settings
+from scenarios.files.mountings import grouped
 from scenarios.files.schema import Scenario, load_scenario
 from scenarios.files.settings import with_settings
 from scenarios.judge import Verdict, judge
@@ -29,7 +31,7 @@ class Run:
     Attributes:
         bench: The prepared scenario, what was random drawn.
         seed: Seed of every random number.
-        recordings: Unloaded and loaded.
+        recordings: Of the motions, in order of time.
         estimate: The identified gains.
         verdict: Against the truth.
         notes: From identification.
@@ -39,7 +41,7 @@ class Run:
 
     bench: Bench
     seed: int
-    recordings: tuple[Recording, Recording]
+    recordings: tuple[Recording, ...]
     estimate: GainEstimate
     verdict: Verdict
     notes: tuple[str, ...]
@@ -48,7 +50,7 @@ class Run:
 
 
 def run(prepared: Bench, seed: int) -> Run:
-    """Draw what is random, record both motions, identify, judge.
+    """Draw what is random, record the motions, identify, judge.
 
     Args:
         prepared: The prepared scenario.
@@ -59,7 +61,8 @@ def run(prepared: Bench, seed: int) -> Run:
         SimulationError: If a motion cannot be carried out.
         IdentificationError: If the recordings cannot be identified at all.
     """
-    ((_, outcome),) = run_batch([(drawn(prepared, seed), seed)], [pair_streams(seed, {})], threads=2)
+    ready = drawn(prepared, seed)
+    ((_, outcome),) = run_batch([(ready, seed)], [motion_streams(seed, {}, len(ready.experiments))], threads=2)
     if isinstance(outcome, Run):
         return outcome
     raise outcome
@@ -86,30 +89,31 @@ def drawn(prepared: Bench, seed: int) -> Bench:
     return bench(with_settings(prepared.scenario, settings)) if settings else prepared
 
 
-def pair_streams(seed: int, replaced: Mapping[str, int]) -> tuple[NoiseStreams, NoiseStreams]:
-    """Noise of the unloaded and of the loaded motion.
+def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tuple[NoiseStreams, ...]:
+    """Noise of each motion; that of the first ones does not depend on how many follow.
 
     Args:
         seed: Of the run.
         replaced: Seeds of single streams, by name in `NoiseStreams`, in place of what follows from `seed`.
+        motions: Their number.
     """
-    unloaded, loaded = (
-        noise_streams(np.random.default_rng(np.random.SeedSequence(seed).spawn(2)[k])).replaced(
-            {name: np.random.default_rng(np.random.SeedSequence(own).spawn(2)[k]) for name, own in replaced.items()}
+    own = {name: np.random.SeedSequence(each).spawn(motions) for name, each in replaced.items()}
+    return tuple(
+        noise_streams(np.random.default_rng(child)).replaced(
+            {name: np.random.default_rng(children[k]) for name, children in own.items()}
         )
-        for k in range(2)
+        for k, child in enumerate(np.random.SeedSequence(seed).spawn(motions))
     )
-    return unloaded, loaded
 
 
 def run_batch(
-    benches: Sequence[tuple[Bench, int]], streams: Sequence[tuple[NoiseStreams, NoiseStreams]], *, threads: int
+    benches: Sequence[tuple[Bench, int]], streams: Sequence[Sequence[NoiseStreams]], *, threads: int
 ) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
     """Run prepared scenarios in one batch.
 
     Args:
         benches: Nothing random left in them, each with the seed it stands for.
-        streams: Noise of the two motions of each.
+        streams: Noise of the motions of each.
         threads: Threads to step with; outcomes do not depend on it, nor on what else is in the batch.
 
     Yields:
@@ -117,34 +121,32 @@ def run_batch(
     """
     started = time.perf_counter()
     experiments = [experiment for prepared, _ in benches for experiment in prepared.experiments]
-    waiting: dict[int, Recording | SimulationError] = {}
+    places = [(i, m) for i, (prepared, _) in enumerate(benches) for m in range(len(prepared.experiments))]
+    waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
     simulate_s = 0.0
-    for k, outcome in each_record(experiments, [stream for pair in streams for stream in pair], threads=threads):
+    for k, outcome in each_record(experiments, [stream for each in streams for stream in each], threads=threads):
         simulate_s = simulate_s or (time.perf_counter() - started) / len(benches)
-        if k ^ 1 not in waiting:  # experiments 2 i and 2 i + 1 are a pair
-            waiting[k] = outcome
-            continue
-        other = waiting.pop(k ^ 1)
-        pair = (other, outcome) if k % 2 else (outcome, other)
-        yield k // 2, _identified(*benches[k // 2], pair, simulate_s)
+        i, motion = places[k]
+        waiting[i][motion] = outcome
+        if len(waiting[i]) == len(benches[i][0].experiments):
+            complete = waiting.pop(i)
+            yield i, _identified(*benches[i], [complete[m] for m in sorted(complete)], simulate_s)
 
 
 def _identified(
-    prepared: Bench, seed: int, pair: tuple[Recording | SimulationError, Recording | SimulationError], simulate_s: float
+    prepared: Bench, seed: int, outcomes: Sequence[Recording | SimulationError], simulate_s: float
 ) -> Run | SimulationError | IdentificationError:
-    unloaded, loaded = pair
-    if isinstance(unloaded, SimulationError):
-        return unloaded
-    if isinstance(loaded, SimulationError):
-        return loaded
+    recordings: list[Recording] = []
+    for outcome in outcomes:
+        if isinstance(outcome, SimulationError):
+            return outcome
+        recordings.append(outcome)
     table, started = prepared.scenario.table, time.perf_counter()
     chosen = table.identification
     try:
-        found = identify(
-            unloaded,
-            loaded,
+        found = identify_motions(
+            [Recorded(recordings[k], prepared.mounted[k]) for k in grouped(prepared.protocol)],
             prepared.structure,
-            prepared.payload,
             method=chosen.method,
             options=chosen.method_options,
             observing=chosen.observe,
@@ -157,7 +159,7 @@ def _identified(
     return Run(
         bench=prepared,
         seed=seed,
-        recordings=(unloaded, loaded),
+        recordings=tuple(recordings),
         estimate=found.estimate,
         verdict=judge(found.estimate, prepared.true_gain, table.tolerance, expectation=prepared.scenario.expectation),
         notes=found.notes,

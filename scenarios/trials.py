@@ -8,14 +8,14 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from ident.errors import IdentificationError
-from ident.estimate import IdentifiedGain
+from ident.estimate import IdentifiedGain, JointResult
 from scenarios.build import Bench, bench
 from scenarios.errors import ScenarioError
 from scenarios.files.draws import drawn_settings
 from scenarios.files.resolved import resolved
 from scenarios.files.schema import Scenario
 from scenarios.files.settings import Value, value_at, with_settings
-from scenarios.run import Run, pair_streams, run_batch
+from scenarios.run import Run, motion_streams, run_batch
 from scenarios.workers.memory import give_back_memory
 from sim.errors import SimulationError
 
@@ -33,13 +33,16 @@ CONTRACT = pa.schema(
         ("identifiable", pa.bool_()),
         ("passed", pa.bool_()),
         ("reason", pa.string()),
+        ("residual_std", pa.float64()),
         ("payload_std", pa.float64()),
+        ("model_std", pa.float64()),
         ("failure", pa.string()),
     ]
 )
 """Columns of every study.
 
-`payload_std` [N m / drive unit] is the deviation that the payload's stated uncertainty adds, not contained in `std`;
+`residual_std`, `payload_std` and `model_std` [N m / drive unit] are the shares of `std`: from the residual, from the
+payload's stated uncertainty, and from what the model takes for granted;
 `failure` the kind of error that left the trial without any estimate, null if there was none.
 """
 
@@ -126,7 +129,7 @@ def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> li
             rows[trial.number] = failed_rows(scenario, trial, type(error).__name__, str(error), settings)
     outcomes = run_batch(
         [(ready, trial.seed) for trial, ready, _ in prepared],
-        [pair_streams(trial.seed, trial.streams) for trial, _, _ in prepared],
+        [motion_streams(trial.seed, trial.streams, len(ready.experiments)) for trial, ready, _ in prepared],
         threads=threads,
     )
     for i, outcome in outcomes:
@@ -172,12 +175,19 @@ def _judged_rows(trial: Trial, run: Run, settings: Mapping[str, Value]) -> list[
             "trial": trial.number,
             "seed": trial.seed,
             **asdict(verdict),
-            "payload_std": gain.payload_std if isinstance(gain, IdentifiedGain) else None,
+            **_shares(gain),
             **trial.labels,
             **_columns(settings),
         }
         for verdict, gain in zip(run.verdict.gains, run.estimate.joints, strict=True)
     ]
+
+
+def _shares(gain: JointResult) -> dict[str, object]:
+    """What the deviation of a gain consists of."""
+    if not isinstance(gain, IdentifiedGain):
+        return {}
+    return {"residual_std": gain.std, "payload_std": gain.payload_std, "model_std": gain.model_std}
 
 
 def _columns(settings: Mapping[str, Value]) -> dict[str, object]:

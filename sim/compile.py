@@ -32,7 +32,7 @@ FRICTION_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 
 
 @quiet()
-def plant_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
+def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
     """Compile a plant, with its payload or with a bare flange; with all its shapes, to be looked at.
 
     Both have the same layout (the bare flange carries an empty body), so that they run in one batch.
@@ -41,23 +41,26 @@ def plant_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
         plant: The truth.
         loaded: Whether the payload is mounted.
         step: Physics step [s].
+        earlier: Motions before this one.
 
     Raises:
         ModelFileError: If the model file cannot be compiled or is of another arm.
         EffectError: If a model error is more than the arm or the step allows.
     """
-    return _compiled(full_spec, plant, loaded=loaded, step=step)
+    return _compiled(full_spec, plant, loaded=loaded, step=step, earlier=earlier)
 
 
 @quiet()
-def lean_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
+def lean_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
     """As `plant_model`, without shapes: bit for bit the same motion in less time."""
-    return _compiled(lean_spec, plant, loaded=loaded, step=step)
+    return _compiled(lean_spec, plant, loaded=loaded, step=step, earlier=earlier)
 
 
-def _compiled(read: Callable[[Path], mujoco.MjSpec], plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
+def _compiled(
+    read: Callable[[Path], mujoco.MjSpec], plant: Plant, *, loaded: bool, step: float, earlier: int
+) -> mujoco.MjModel:
     n, path = plant.robot.n, plant.robot.model
-    build = Build(robot=plant.robot, drives=plant.drives, loaded=loaded, step=step)
+    build = Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step)
     try:
         spec = read(path)
         if len(spec.joints) != n:
@@ -134,6 +137,11 @@ def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
 def friction_constants(model: mujoco.MjModel) -> Array:
     """Dry friction of the driven joints, then of the coupled motors [N m], shape (n + c,)."""
     return np.concatenate((model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]))
+
+
+def damping_constants(model: mujoco.MjModel) -> Array:
+    """Viscous friction of the driven joints, then of the coupled motors [N m s/rad], shape (n + c,)."""
+    return np.concatenate((model.dof_damping[-model.nu :], model.tendon_damping[coupling_tendons(model)]))
 
 
 def _give_drives(spec: mujoco.MjSpec) -> None:

@@ -21,12 +21,13 @@ class Experiment:
     Attributes:
         name: For messages and the recording.
         plant: The truth.
-        loaded: Whether the payload is mounted.
+        loaded: Whether the plant's payload is mounted.
         trajectory: Reference motion.
         belief: What the controller takes the arm for.
         controller: Its tuning.
         sensors: Noise and timing.
         step: Physics step [s]; the control period is a multiple of it.
+        earlier: Motions that the robot has carried out before this one; friction may drift from one to the next.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Experiment:
     controller: ControllerOptions
     sensors: SensorOptions
     step: float
+    earlier: int = 0
 
 
 def substeps(experiment: Experiment) -> int:

@@ -58,7 +58,7 @@ def each_record(
     experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int
 ) -> Iterator[tuple[int, Recording | SimulationError]]:
     """As `try_record`, one outcome at a time with the number of its experiment, for whoever does not keep them all."""
-    models: dict[tuple[int, bool, float], mujoco.MjModel] = {}
+    models: dict[tuple[int, bool, float, int], mujoco.MjModel] = {}
     groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
     for i, (experiment, noise) in enumerate(zip(experiments, streams, strict=True)):
         try:
@@ -85,19 +85,19 @@ class _Run:
 
 
 def _prepared(
-    experiment: Experiment, noise: NoiseStreams, models: dict[tuple[int, bool, float], mujoco.MjModel]
+    experiment: Experiment, noise: NoiseStreams, models: dict[tuple[int, bool, float, int], mujoco.MjModel]
 ) -> _Run:
-    """Compile and tune; experiments on the same plant, load and step share their compiled model."""
+    """Compile and tune; experiments on one plant, with one load and step, equally many motions later share a model."""
     steps = substeps(experiment)
     check_rate(experiment.sensors, experiment.controller.rate_hz)
-    plant, loaded, step = experiment.plant, experiment.loaded, experiment.step
+    plant, loaded, step, earlier = experiment.plant, experiment.loaded, experiment.step, experiment.earlier
     controller = tuned(experiment.belief, experiment.trajectory, experiment.controller)
-    key = id(plant), loaded, step
+    key = id(plant), loaded, step, earlier
     if key not in models:
-        models[key] = lean_model(plant, loaded=loaded, step=step)
+        models[key] = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
     model = models[key]
     start = resting(plant, model, controller.q_ref[0])
-    acting = varied(plant, model, loaded=loaded, step=step)
+    acting = varied(plant, model, step=step, earlier=earlier)
     own = model if acting is None else copy(model)
     return _Run(
         experiment=experiment,

@@ -1,7 +1,7 @@
 """Effects that act in every control period: what they write into the models of a batch.
 
-MuJoCo's dry friction is a constant of the model. Where it varies in time, it is written into that simulation's model
-from state and currents at the start of the control period, and held over the period.
+MuJoCo's dry and viscous friction are constants of the model. Where they vary in time, they are written into that
+simulation's model from state and currents at the start of the control period, and held over the period.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
-from sim.compile import friction_constants
+from sim.compile import damping_constants, friction_constants
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep
 from sim.effects.wrist_coupling import coupling_tendons
@@ -26,23 +26,25 @@ class Varied:
         errors: Their values.
         build: What its model is made of.
         constant: Dry friction without them: joints, then coupled motors [N m], shape (n + c,).
+        damping: Viscous friction without them [N m s/rad], shape (n + c,).
         turns: Speeds that it rubs at, as sums of joint speeds, shape (n + c, n).
     """
 
     errors: ModelErrors
     build: Build
     constant: Array
+    damping: Array
     turns: Array
 
 
-def varied(plant: Plant, model: mujoco.MjModel, *, loaded: bool, step: float) -> Varied | None:
+def varied(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int) -> Varied | None:
     """What acts on a plant in every control period, None if nothing does.
 
     Args:
         plant: The truth.
         model: Compiled from it.
-        loaded: As it was compiled.
         step: Physics step [s].
+        earlier: Motions before this one, as it was compiled.
     """
     if not any(effect.varies(plant.errors) for effect in EFFECTS.values()):
         return None
@@ -50,8 +52,9 @@ def varied(plant: Plant, model: mujoco.MjModel, *, loaded: bool, step: float) ->
     turns = np.eye(len(constant), n)
     for row, coupling in zip(turns[n:], plant.robot.couplings, strict=False):  # no coupled motors, no rows
         row[[coupling.motor, coupling.turns_with]] = 1.0
-    build = Build(robot=plant.robot, drives=plant.drives, loaded=loaded, step=step)
-    return Varied(errors=plant.errors, build=build, constant=constant, turns=turns)
+    build = Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step)
+    damping = damping_constants(model)
+    return Varied(errors=plant.errors, build=build, constant=constant, damping=damping, turns=turns)
 
 
 class Varying:
@@ -68,11 +71,12 @@ class Varying:
         active = [effect for effect in EFFECTS.values() if any(effect.varies(each) for each in errors)]
         self._terms = [effect.term(errors, builds) for effect in active]
         self._constant = np.stack([m.constant for m in members])
+        self._damping = np.stack([m.damping for m in members])
         self._turns = np.stack([m.turns for m in members])
         self._written = [_friction_fields(model) for model in models]
 
     def torque(self, t: float, q: Array, dq: Array, v: Array) -> Array:
-        """Write the dry friction of a control period, and return the torque beside that of the drives.
+        """Write the friction of a control period, and return the torque beside that of the drives.
 
         Args:
             t: Time since the start of the motion [s].
@@ -91,15 +95,21 @@ class Varying:
             constant=self._constant,
             speed=(self._turns @ dq[:, :, None])[:, :, 0],
             friction=self._constant.copy(),
+            damping=self._damping.copy(),
             torque=np.zeros_like(dq),
         )
         for add in self._terms:
             add(step)
-        for (joints, couplings), row in zip(self._written, step.friction, strict=True):
-            joints[:], couplings[:] = row[: len(joints)], row[len(joints) :]
+        for fields, dry, viscous in zip(self._written, step.friction, step.damping, strict=True):
+            for (joints, couplings), row in zip(fields, (dry, viscous), strict=True):
+                joints[:], couplings[:] = row[: len(joints)], row[len(joints) :]
         return step.torque
 
 
-def _friction_fields(model: mujoco.MjModel) -> tuple[Array, Array]:
-    """Live views of a model's dry friction: driven joints (n,), and coupled motors (c,)."""
-    return model.dof_frictionloss[-model.nu :], model.tendon_frictionloss[coupling_tendons(model)]
+def _friction_fields(model: mujoco.MjModel) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Live views of a model's dry, then viscous friction, each of driven joints (n,), and coupled motors (c,)."""
+    driven, coupled = slice(-model.nu, None), coupling_tendons(model)
+    return (
+        (model.dof_frictionloss[driven], model.tendon_frictionloss[coupled]),
+        (model.dof_damping[driven], model.tendon_damping[coupled]),
+    )

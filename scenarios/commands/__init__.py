@@ -12,7 +12,7 @@ COMMANDS = {
     "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
     "sensitivity": "error budget of a scenario: which error source costs how much",
     "excite": "search for a motion that shows a scenario's gains best",
-    "identify": "identify the gains of a robot from two recordings",
+    "identify": "identify the gains of a robot from recordings",
     "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
 }
 """Names with a one-line summary, in the order one would use them; `monte-carlo` is the module `monte_carlo` here."""

@@ -5,9 +5,10 @@ import time
 
 import scenarios.commands.arguments as arguments
 from ident.estimators import ESTIMATORS
-from ident.identification import identify
+from ident.identification import Recorded, identify_motions
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
+from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
@@ -18,9 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments; those of the options classes come with the classes' own descriptions."""
     add = parser.add_argument
     add("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
-    add("--unloaded", type=arguments.file, required=True, metavar="A", help="recording with a bare flange")
-    add("--loaded", type=arguments.file, required=True, metavar="B", help="recording with the payload")
-    add("--payload", type=arguments.file, required=True, metavar="P", help="payload description, TOML")
+    add_motion_arguments(parser)
     add(
         "--coupling",
         type=arguments.count,
@@ -41,22 +40,19 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, tell."""
     from threadpoolctl import threadpool_limits
 
-    from ident.payload_files import read_payload
-    from ident.recording_files import read_recording
     from ident.structure import structure_of
+    from ident.time_order import in_order_of_time
     from scenarios.reports.identify import estimate_report
     from scenarios.robot_models import read_arm
 
+    files = mounted_files(options.given)
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         structure = structure_of(read_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
-        unloaded, loaded = read_recording(options.unloaded), read_recording(options.loaded)
-        payload = read_payload(options.payload)
+        motions = in_order_of_time([motion for each in files for motion in _read(each)])
         started = time.perf_counter()
-        found = identify(
-            unloaded,
-            loaded,
+        found = identify_motions(
+            motions,
             structure,
-            payload,
             method=options.method,
             options=options_from_words(ESTIMATORS[options.method].options, options.option),
             observing=chosen(ObserveOptions, options),
@@ -68,3 +64,13 @@ def main(options: argparse.Namespace) -> Status:
             complain(note)
     show(estimate_report(found, identify_s), options)
     return Status.PASSED
+
+
+def _read(files: MountedFiles) -> list[Recorded]:
+    """The motions of one mounting."""
+    from ident.payload_files import read_payload
+    from ident.recording_files import read_recording
+
+    recordings = [read_recording(path) for path in files.recordings]
+    payload = None if files.payload is None else read_payload(files.payload)
+    return [Recorded(recording, payload) for recording in recordings]

@@ -14,7 +14,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     parser.add_argument(
-        "--save", type=arguments.folder, metavar="DIR", help="write recordings, payload, truth and result there"
+        "--save", type=arguments.folder, metavar="DIR", help="write recordings, payloads, truth and result there"
     )
     add_force_argument(parser)
     add_form_arguments(parser)
@@ -28,12 +28,12 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.run import run_report
     from scenarios.run import run
     from scenarios.store.claim import claim
-    from scenarios.store.run_folder import FILES, identify_command, save_run
+    from scenarios.store.run_folder import identify_command, run_files, save_run
 
-    held = None
+    prepared, held = bench(load_scenario(options.scenario)), None
     if options.save is not None:
-        held = claim(options.save, FILES, command="rx90 run --save", force=options.force)
-    result = run(bench(load_scenario(options.scenario)), options.seed)
+        held = claim(options.save, run_files(prepared), command="rx90 run --save", force=options.force)
+    result = run(prepared, options.seed)
     report = run_report(result)
     if held is not None:
         with held.writing():

@@ -5,6 +5,7 @@
 Whoever repeats a scenario resolves it once and changes numbers by their place; no file is read again.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import rx90_mjcf
@@ -13,9 +14,12 @@ from ident.naming import nearest, shown
 from ident.payload import INERTIA_KEYS, Payload
 from ident.payload_files import payload_from_table, payload_to_table, read_payload
 from scenarios.errors import UnknownName, WrongPayload
-from scenarios.files.schema import BodyTable, InertiaTable, PlantTable, Scenario
+from scenarios.files.mountings import LOADED, by_mounting, mountings
+from scenarios.files.schema import BeliefTable, BodyTable, InertiaTable, PlantTable, Scenario
 from scenarios.robots import robot
 from sim.drives import DriveTruth
+
+NOTHING = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,28 +36,53 @@ def resolved(scenario: Scenario) -> Resolved:
     """
     if isinstance(scenario, Resolved):
         return scenario
-    table = scenario.table
-    belief = table.belief.model_copy(update={"payload": payload_to_table(believed_payload(scenario))})
-    stated = table.model_copy(update={"plant": _stated_plant(table.plant, scenario.name), "belief": belief})
-    return Resolved(scenario.name, scenario.folder, stated, scenario.expectation)
+    table, name = scenario.table, scenario.name
+    believed = {key: payload_to_table(payload) for key, payload in believed_payloads(scenario).items()}
+    true = {key: _body(body, name) for key, body in by_mounting(table.plant.payload, table.plant.payloads).items()}
+    plant, belief = (_mounted(payloads, table.experiment.protocol) for payloads in (true, believed))
+    update = {
+        "plant": table.plant.model_copy(update={**_nominal_drives(table.plant), **plant}),
+        "belief": table.belief.model_copy(update=belief),
+    }
+    return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation)
 
 
-def believed_payload(scenario: Scenario) -> Payload:
-    """The payload that identification is told.
+def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
+    """The payloads that identification is told, by mounting.
 
     Raises:
-        UnknownName: If it is the name of none.
-        WrongPayload: If it is impossible.
+        UnknownName: If one is the name of none.
+        WrongPayload: If one is impossible.
     """
     belief = scenario.table.belief
+    return {
+        key: _believed(key, payload, belief, scenario.name)
+        for key, payload in by_mounting(belief.payload, belief.payloads).items()
+    }
+
+
+def _believed(key: str, stated: str | Mapping[str, object], belief: BeliefTable, name: str) -> Payload:
+    known = belief.known
     try:
-        if isinstance(belief.payload, str):
-            payload = _named_payload(belief.payload, scenario.name)
-        else:
-            payload = payload_from_table(belief.payload)
-        return payload if belief.known is None else replace(payload, known=belief.known)
+        payload = _named_payload(stated, name) if isinstance(stated, str) else payload_from_table(stated)
+        use = known.get(key) if isinstance(known, Mapping) else known
+        payload = payload if use is None else replace(payload, known=use)
+        return replace(payload, mass_std=0.0, com_std=NOTHING, inertia_std=2 * NOTHING) if belief.exact else payload
     except PayloadError as error:
-        raise WrongPayload(f"{scenario.name}: belief.{error}") from error
+        where = "" if key == LOADED else f"payloads.{key}: "
+        raise WrongPayload(f"{name}: belief.{where}{error}") from error
+
+
+def _mounted(payloads: Mapping[str, object], protocol: Sequence[str]) -> dict[str, object]:
+    """The fields of a table with those payloads that a protocol mounts; with all if it mounts none.
+
+    What is never mounted has no place then, so that no draw changes it in vain.
+    """
+    names = mountings(protocol) or tuple(payloads)
+    return {
+        "payload": payloads.get(LOADED) if LOADED in names else None,
+        "payloads": {name: payloads[name] for name in names if name != LOADED},
+    }
 
 
 def stated_table(scenario: Scenario) -> dict[str, object]:
@@ -61,16 +90,14 @@ def stated_table(scenario: Scenario) -> dict[str, object]:
     return resolved(scenario).table.model_dump(mode="json")
 
 
-def _stated_plant(plant: PlantTable, name: str) -> PlantTable:
+def _nominal_drives(plant: PlantTable) -> dict[str, object]:
+    """What of the drives is not stated, by field."""
     nominal = robot().drives
-    stated: dict[str, object] = {
+    return {
         field.name: tuple(getattr(nominal, field.name).tolist())
         for field in fields(DriveTruth)
         if getattr(plant, field.name) is None
     }
-    if isinstance(plant.payload, str):
-        stated["payload"] = _body(_named_payload(plant.payload, name))
-    return plant.model_copy(update=stated)
 
 
 def _named_payload(payload: str, name: str) -> Payload:
@@ -82,7 +109,10 @@ def _named_payload(payload: str, name: str) -> Payload:
     return read_payload(rx90_mjcf.PAYLOADS[payload])
 
 
-def _body(payload: Payload) -> BodyTable:
+def _body(body: str | BodyTable, name: str) -> BodyTable:
+    if not isinstance(body, str):
+        return body
+    payload = _named_payload(body, name)
     assert payload.com is not None, "the shipped payloads are complete"
     assert payload.inertia is not None, "the shipped payloads are complete"
     inertia = InertiaTable(**dict(zip(INERTIA_KEYS, payload.inertia, strict=True)))

@@ -15,6 +15,7 @@ from ident.naming import nearest, shown
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table
 from scenarios.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, WrongValue
+from scenarios.files.mountings import LOADED, PAIR, by_mounting, check_protocol
 from scenarios.files.tables import scenario_table, stating_file
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
@@ -40,7 +41,7 @@ Stream = Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={
 
 DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
 """Beginnings of the places that a run or a source may change."""
-TABLES_OF_TABLES = ("random", "sources")
+TABLES_OF_TABLES = ("random", "sources", "payloads")
 """Keys whose tables have names of the user's choice."""
 
 
@@ -72,10 +73,12 @@ class BodyTable(_Table):
 class PlantTable(_Table):
     """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's.
 
-    The payload is a name of `rx90_mjcf.PAYLOADS` or a table.
+    A payload is a name of `rx90_mjcf.PAYLOADS` or a table. `payload` is the one that the experiment's protocol calls
+    `loaded`; `payloads` has others by the names that the protocol calls them.
     """
 
-    payload: str | BodyTable
+    payload: str | BodyTable | None = None
+    payloads: dict[str, str | BodyTable] = {}
     gain: Vector | None = None
     amplifier_offset: Vector | None = None
     rotor_inertia: Vector | None = None
@@ -87,9 +90,14 @@ class PlantTable(_Table):
 
 
 class ExperimentTable(_Table):
-    """What is done with the plant."""
+    """What is done with the plant: the motion, once for each entry of `protocol`, which says what is mounted.
+
+    `bare` is the flange alone, `loaded` the plant's `payload`, any other name one of its `payloads`. Every motion has
+    noise of its own, and friction may drift from each to the next.
+    """
 
     motion: str
+    protocol: tuple[str, ...] = PAIR
     step: Positive
     controller: ControllerOptions = ControllerOptions()
     sensors: SensorOptions = SensorOptions()
@@ -98,15 +106,19 @@ class ExperimentTable(_Table):
 class BeliefTable(_Table):
     """What the controller and the identification believe.
 
-    The payload is a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files; `known` overrides its own.
+    A payload is a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files; `payload` and `payloads` are
+    named as the plant's. `known` overrides what they say themselves, for all or by name, as `{ light = "mass" }`;
+    `exact` takes their stated deviations as zero, as befits a scenario that draws no error of a payload.
     `couplings` tells identification of pairs of joints, from 1, whose second motor turns with the sum of both, as
     `[[5, 6]]`; it is told of none unless it is said here, whatever the robot has.
     """
 
     controller_gain: Vector
     couplings: tuple[Couple, ...] = ()
-    payload: str | dict[str, object]
-    known: Known | None = None
+    payload: str | dict[str, object] | None = None
+    payloads: dict[str, str | dict[str, object]] = {}
+    known: Known | dict[str, Known] | None = None
+    exact: bool = False
 
 
 class IdentificationTable(_Table):
@@ -226,6 +238,7 @@ def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, wh
     except ValidationError as error:
         raise refusal(error, where, "") from error
     check_lengths(parsed, where)
+    _check_payloads(parsed, where)
     _check_draws(parsed, where)
     return Scenario(name, folder, parsed)
 
@@ -272,10 +285,10 @@ def _subtables(kind: type) -> dict[str, type | None]:
 
 def _table_class(hint: object) -> type | None:
     """The class of a key's table, or of each table in a table of tables; None for anything else."""
-    for candidate in (hint, *get_args(hint)[1:2]):  # dict[str, X] holds tables of class X
-        if isinstance(candidate, type) and (is_dataclass(candidate) or issubclass(candidate, BaseModel)):
-            return candidate
-    return None
+    if isinstance(hint, type) and (is_dataclass(hint) or issubclass(hint, BaseModel)):
+        return hint
+    below = get_args(hint)[1:2]  # dict[str, X] holds tables of class X, str | X is one or its name
+    return _table_class(below[0]) if below else None
 
 
 def check_lengths(table: ScenarioTable, path: str) -> None:
@@ -308,6 +321,23 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
         _ = table.identification.method_options
     except OptionError as error:
         raise WrongValue(f"{path}: identification.options: {error}") from error
+
+
+def _check_payloads(table: ScenarioTable, path: str) -> None:
+    """Every payload has one description on either side, and is there for the protocol."""
+    for side, stated in (("plant", table.plant), ("belief", table.belief)):
+        if stated.payload is not None and LOADED in stated.payloads:
+            raise WrongValue(f"{path}: {side}: payload and payloads.{LOADED} are the same one; state one of them")
+    plant, belief = (
+        by_mounting(table.plant.payload, table.plant.payloads),
+        by_mounting(table.belief.payload, table.belief.payloads),
+    )
+    check_protocol(table.experiment.protocol, plant, belief, path)
+    for name in table.belief.known if isinstance(table.belief.known, Mapping) else ():
+        if name not in belief:
+            raise UnknownName(
+                f"{path}: belief.known: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
+            )
 
 
 def _check_draws(table: ScenarioTable, path: str) -> None:

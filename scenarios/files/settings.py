@@ -28,6 +28,8 @@ def value_at(table: ScenarioTable, place: str) -> Value:
     inner: object = table
     for depth, key in enumerate(keys := place.split(".")):
         below = _entries(inner)
+        if inner is None and keys[depth - 1] == "payload":
+            raise UnknownPlace(f"{'.'.join(keys[:depth])}: no motion of experiment.protocol carries it")
         if key not in below:
             at = ".".join(keys[:depth]) or "the scenario"
             raise UnknownPlace(f"no {key!r} in {at}{nearest(key, below)}; known: {', '.join(below) or 'nothing'}")

@@ -24,6 +24,7 @@ from ident.problem import Motion, pair
 from ident.recording import Recording
 from ident.stacked import stacked_system
 from scenarios.build import Bench, bench
+from scenarios.files.mountings import LOADED
 from scenarios.files.schema import load_scenario
 from sim.plant import PayloadBody
 from sim.record import record
@@ -89,11 +90,11 @@ def run_paper(seed: int) -> PaperRun:
     unloaded, loaded, second = (
         observe(recording, prepared.structure, table.observe) for recording in _recordings(prepared, second_body, seed)
     )
-    gains = joint_by_joint_gains(pair(unloaded, loaded, prepared.payload, table.gains), JointByJointOptions())
+    gains = joint_by_joint_gains(pair(unloaded, loaded, prepared.payloads[LOADED], table.gains), JointByJointOptions())
     used = _gains_in_use(gains)
     first_system, second_system = (
         stacked_system([Motion(unloaded, None), Motion(motion, mounted)])
-        for motion, mounted in ((loaded, prepared.payload), (second, weighed))
+        for motion, mounted in ((loaded, prepared.payloads[LOADED]), (second, weighed))
     )
     exact = np.zeros(len(used[0]))
     one, two, three = (payload_parameters(first_system, gain, gain_std=exact, known={}, weighted=True) for gain in used)

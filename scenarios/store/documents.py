@@ -8,7 +8,9 @@ from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGai
 from ident.identification import Identification
 from ident.parameters import INERTIAL
 from ident.payload import standard_parameters
+from scenarios.build import Bench
 from scenarios.run import Run
+from sim.plant import PayloadBody
 
 
 def run_document(run: Run) -> dict[str, object]:
@@ -16,10 +18,8 @@ def run_document(run: Run) -> dict[str, object]:
     gains = [
         {**asdict(gain), **_more(joint)} for gain, joint in zip(run.verdict.gains, run.estimate.joints, strict=True)
     ]
-    body = run.bench.experiments[0].plant.payload
-    true: dict[str, float] = dict(
-        zip(map(str, INERTIAL), standard_parameters(body.mass, body.com, body.inertia).tolist(), strict=True)
-    )
+    bodies = list(true_bodies(run.bench).values())
+    true = _true_parameters(bodies[0]) if len(bodies) == 1 else {}  # of several, a name does not say whose it is
     return {
         "scenario": run.bench.scenario.name,
         "seed": run.seed,
@@ -32,6 +32,20 @@ def run_document(run: Run) -> dict[str, object]:
     }
 
 
+def true_bodies(prepared: Bench) -> dict[str, PayloadBody]:
+    """The payloads that are really mounted, by mounting."""
+    return {
+        carried: experiment.plant.payload
+        for carried, experiment in zip(prepared.protocol, prepared.experiments, strict=True)
+        if experiment.loaded
+    }
+
+
+def _true_parameters(body: PayloadBody) -> dict[str, float]:
+    values = standard_parameters(body.mass, body.com, body.inertia).tolist()
+    return dict(zip(map(str, INERTIAL), values, strict=True))
+
+
 def estimate_document(found: Identification, identify_s: float) -> dict[str, object]:
     """The result of `rx90 identify` as one JSON object of the same form; what needs a truth is null."""
     estimate = found.estimate
@@ -40,7 +54,7 @@ def estimate_document(found: Identification, identify_s: float) -> dict[str, obj
             "joint": number,
             "true": None,
             "estimate": joint.value if isinstance(joint, IdentifiedGain) else None,
-            "std": joint.std if isinstance(joint, IdentifiedGain) else None,
+            "std": joint.total_std if isinstance(joint, IdentifiedGain) else None,
             "rel_error": None,
             "z": None,
             "tolerance": None,
@@ -73,7 +87,9 @@ def _more(joint: JointResult) -> dict[str, object]:
     gain = joint if isinstance(joint, IdentifiedGain) else None
     return {
         "name": joint.joint,
+        "residual_std": gain and gain.std,
         "payload_std": gain and gain.payload_std,
+        "model_std": gain and gain.model_std,
         "total_std": gain and gain.total_std,
         "predicted_rel_std": joint.predicted_rel_std,
     }

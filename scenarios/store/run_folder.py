@@ -2,35 +2,49 @@
 
 import shlex
 from dataclasses import asdict, fields
+from itertools import groupby
 from pathlib import Path
 
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload_files import write_payload
 from ident.recording_files import write_recording
+from scenarios.build import Bench
+from scenarios.files.mountings import BARE, LOADED, grouped
 from scenarios.files.schema_line import schema_line
 from scenarios.run import Run
-from scenarios.store.documents import run_document, to_json
+from scenarios.store.documents import run_document, to_json, true_bodies
 
-FILES = ("unloaded.parquet", "loaded.parquet", "payload.toml", "truth.json", "result.json")
-"""What is written."""
+
+def run_files(prepared: Bench) -> tuple[str, ...]:
+    """Names of the files that are written: a recording a motion, a payload a mounting, truth and result."""
+    recordings = [f"{experiment.name}.parquet" for experiment in prepared.experiments]
+    return (*recordings, *map(payload_file, prepared.payloads), "truth.json", "result.json")
+
+
+def payload_file(mounting: str) -> str:
+    """Name of the file that describes what is mounted."""
+    return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
 
 
 def save_run(run: Run, folder: Path) -> None:
-    """Write recordings, believed payload, truth and result.
+    """Write recordings, believed payloads, truth and result.
 
     `identify_command` gives the same estimate on them, to the last digit.
 
     Raises:
         OSError: If the folder cannot be written.
     """
-    for name, recording in zip(("unloaded", "loaded"), run.recordings, strict=True):
-        write_recording(recording, folder / f"{name}.parquet")
-    write_payload(run.bench.payload, folder / "payload.toml", comment=schema_line("payload"))
-    plant = run.bench.experiments[0].plant
+    for experiment, recording in zip(run.bench.experiments, run.recordings, strict=True):
+        write_recording(recording, folder / f"{experiment.name}.parquet")
+    for mounting, payload in run.bench.payloads.items():
+        write_payload(payload, folder / payload_file(mounting), comment=schema_line("payload"))
+    drives = run.bench.experiments[0].plant.drives
+    bodies = {mounting: asdict(body) for mounting, body in true_bodies(run.bench).items()}
     truth = {
-        "drives": {field.name: getattr(plant.drives, field.name).tolist() for field in fields(plant.drives)},
-        "payload": asdict(plant.payload),
+        "drives": {field.name: getattr(drives, field.name).tolist() for field in fields(drives)},
+        **({"payload": bodies[LOADED]} if LOADED in bodies else {}),
+        "payloads": bodies,
     }
     (folder / "truth.json").write_text(to_json(truth) + "\n", encoding="utf-8")
     (folder / "result.json").write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
@@ -40,9 +54,7 @@ def identify_command(run: Run, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
     chosen = run.bench.scenario.table.identification
     words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.robot.model)]
-    for name in ("unloaded", "loaded"):
-        words += [f"--{name}", str(folder / f"{name}.parquet")]
-    words += ["--payload", str(folder / "payload.toml"), "--method", chosen.method]
+    words += [*_motion_words(run.bench, folder), "--method", chosen.method]
     for first, second in run.bench.scenario.table.belief.couplings:
         words += ["--coupling", str(first), str(second)]
     for options, defaults in ((chosen.observe, ObserveOptions()), (chosen.gains, GainOptions())):
@@ -53,3 +65,14 @@ def identify_command(run: Run, folder: Path) -> str:
     for name, value in chosen.options.items():
         words += ["--option", f"{name}={value}"]
     return shlex.join(words)
+
+
+def _motion_words(prepared: Bench, folder: Path) -> list[str]:
+    """Recordings in the order that identification is given them, those of a payload followed by its description."""
+    words: list[str] = []
+    for carried, motions in groupby(grouped(prepared.protocol), key=lambda k: prepared.protocol[k]):
+        words.append("--unloaded" if carried == BARE else "--loaded")
+        words += [str(folder / f"{prepared.experiments[k].name}.parquet") for k in motions]
+        if carried != BARE:
+            words += ["--payload", str(folder / payload_file(carried))]
+    return words

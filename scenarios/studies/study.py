@@ -24,7 +24,7 @@ from scenarios.workers.progress import reporter
 from scenarios.workers.tasks import Task, run_task
 
 CHUNK = 32
-"""Trials that a worker runs at once at most, hence all that a crash can cost it: 64 simulations in a batch."""
+"""Trials that a worker runs at once at most, hence all that a crash can cost it: 64 simulations of pairs in a batch."""
 CHUNKS_EACH = 4
 """Chunks per worker that a small study is cut into, so that all workers end at about the same time."""
 MOST_TRIALS = 10**8

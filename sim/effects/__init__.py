@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from sim.effects import (
     base_tilt,
+    friction_direction,
     friction_drift,
     gravity_spring,
     joint_elasticity,
@@ -22,7 +23,8 @@ from sim.effects.effect import Effect
 
 @dataclass(frozen=True, kw_only=True)
 class ModelErrors(
-    friction_drift.FrictionDrift,  # the order of keys is from last to first
+    friction_direction.FrictionByDirection,  # the order of keys is from last to first
+    friction_drift.FrictionDrift,
     load_friction.LoadFriction,
     stribeck.Stribeck,
     joint_elasticity.JointElasticity,
@@ -42,6 +44,7 @@ EFFECTS: Mapping[str, Effect[ModelErrors]] = {
     "wrist_coupling": wrist_coupling.EFFECT,
     "friction_drift": friction_drift.EFFECT,  # after what splits friction
     "stribeck": stribeck.EFFECT,  # a share of constant friction, before what is added to it
+    "friction_by_direction": friction_direction.EFFECT,  # the same
     "load_friction": load_friction.EFFECT,
 }
 """What they do, in the order in which it is done."""

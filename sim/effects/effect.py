@@ -40,13 +40,13 @@ class Build:
     Attributes:
         robot: The arm.
         drives: Its drives as they are.
-        loaded: Whether the payload is mounted.
+        earlier: Motions that the robot has carried out before this one in the same experiment.
         step: Physics step [s].
     """
 
     robot: Robot
     drives: DriveTruth
-    loaded: bool
+    earlier: int
     step: float
 
 
@@ -62,6 +62,7 @@ class ControlStep:
         constant: Dry friction without what varies [N m], shape (B, n + c).
         speed: Speeds that it rubs at [rad/s], shape (B, n + c).
         friction: Dry friction over the period [N m], shape (B, n + c); at first `constant`, changed in place.
+        damping: Viscous friction over the period [N m s/rad], shape (B, n + c); at first constant, changed in place.
         torque: Torque on the driven joints beside the drives [N m], shape (B, n); at first zero, changed in place.
     """
 
@@ -72,6 +73,7 @@ class ControlStep:
     constant: Array
     speed: Array
     friction: Array
+    damping: Array
     torque: Array
 
 

@@ -1,4 +1,4 @@
-"""Friction that changes between the unloaded and the loaded motion."""
+"""Friction that changes from each motion to the next."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -12,11 +12,11 @@ from sim.effects.wrist_coupling import coupling_tendons
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionDrift(Values):
-    """Friction of the loaded motion against the unloaded one; -1 is no friction left.
+    """Friction of each motion against the one before, of the loaded against the bare one in a pair; -1 leaves none.
 
     Attributes:
-        coulomb_drift: Relative change of dry friction of the loaded motion against the unloaded one.
-        viscous_drift: Relative change of viscous friction of the loaded motion against the unloaded one.
+        coulomb_drift: Relative change of dry friction from each motion to the next.
+        viscous_drift: Relative change of viscous friction from each motion to the next.
     """
 
     coulomb_drift: Annotated[float, Interval(ge=-1.0, le=100.0)] = 0.0
@@ -25,9 +25,7 @@ class FrictionDrift(Values):
 
 def _drift(values: FrictionDrift, model: mujoco.MjModel, build: Build) -> None:
     """Joints and coupled motors; a transmission's damping is not friction."""
-    if not build.loaded:
-        return
-    dry, viscous = 1.0 + values.coulomb_drift, 1.0 + values.viscous_drift
+    dry, viscous = ((1.0 + drift) ** build.earlier for drift in (values.coulomb_drift, values.viscous_drift))
     model.dof_frictionloss *= dry
     model.tendon_frictionloss *= dry
     model.dof_damping *= viscous

@@ -361,7 +361,7 @@ PAYLOAD_FAULTS = {
     "wedge": (WHOLE.replace("0.04", "0.4"), "inertia violates the triangle inequality"),
     "std alone": ("mass = 2\nknown = 'mass'\ncom_std = [1, 1, 1]", "com_std is given, but com is missing"),
     "mas_std": (WHOLE + "mas_std = 0.1", r"unknown key 'mas_std'; did you mean 'mass_std'\?"),
-    "known some": (WHOLE + "known = 'some'", "known = 'some'; expected 'all' or 'mass'"),
+    "known some": (WHOLE + "known = 'some'", "known = 'some'; expected 'all', 'com', 'mass' or 'none'"),
     "decimal comma": (WHOLE.replace("2.8", "2,8"), r"\(at line \d+, column \d+\); numbers have a decimal point"),
     "no TOML": ("mass : 2.8", "not TOML: Expected '='"),
     "nested": ("mass = " + "[" * 50_000, "nested deeper than 16"),

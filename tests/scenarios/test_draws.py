@@ -35,7 +35,7 @@ def test_an_explicit_scenario_is_the_same_scenario():
     a, b = bench(nominal), bench(with_settings(nominal, {}))
     np.testing.assert_array_equal(a.true_gain, b.true_gain)
     assert a.experiments[1].plant.payload == b.experiments[1].plant.payload
-    assert a.payload == b.payload
+    assert a.payloads == b.payloads
     assert a.experiments[0].sensors == b.experiments[0].sensors
 
 
@@ -110,7 +110,7 @@ def test_settings_change_the_bench_and_what_is_believed_stays():
     nominal = load_scenario("nominal")
     changed = bench(with_settings(nominal, {"plant.payload.mass": 8.0, "plant.gain": [2.0] * 6}))
     assert changed.experiments[1].plant.payload.mass == 8.0
-    assert changed.payload.mass == 7.025
+    assert changed.payloads["loaded"].mass == 7.025
     np.testing.assert_array_equal(changed.true_gain, [2.0] * 6)
 
 

@@ -16,7 +16,7 @@ from scenarios.cli import main
 from scenarios.errors import OtherStudy, StudyTooLarge, UnfitWorker
 from scenarios.files.draws import drawn_settings
 from scenarios.files.schema import load_scenario
-from scenarios.run import pair_streams
+from scenarios.run import motion_streams
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
 from scenarios.workers import tasks
@@ -301,8 +301,8 @@ def test_what_is_drawn_makes_another_study_and_what_is_not_does_not(tmp_path):
 
 
 def test_both_motions_and_every_sensor_have_noise_of_their_own():
-    pair = [[motion[name].random() for name in STREAMS] for motion in pair_streams(5, {})]
-    again = [[motion[name].random() for name in STREAMS] for motion in pair_streams(5, {"white": 9})]
+    pair = [[motion[name].random() for name in STREAMS] for motion in motion_streams(5, {}, 2)]
+    again = [[motion[name].random() for name in STREAMS] for motion in motion_streams(5, {"white": 9}, 2)]
     assert len({number for motion in pair for number in motion}) == 2 * len(STREAMS)
     changed = {STREAMS[k] for m in range(2) for k in range(len(STREAMS)) if pair[m][k] != again[m][k]}
     assert changed == {"white"}

@@ -20,7 +20,7 @@ def rows(
 ) -> pd.DataFrame:
     """Rows of a study whose errors are normal, joint 1 with a gain of 2, joint 2 never identified."""
     error = np.random.default_rng(3).normal(bias, std, n)
-    one = {"true": 2.0, "std": 2.0 * claimed, "rel_error": error, "z": error / claimed, "payload_std": 2.0 * claimed}
+    one = {"true": 2.0, "std": 2.0 * claimed, "rel_error": error, "z": error / claimed}
     first = pd.DataFrame({"trial": np.arange(n), "joint": 1, **one, "identifiable": True, "failure": None})
     first["passed"] = np.abs(error) <= tolerance
     second = first.assign(joint=2, std=np.nan, rel_error=np.nan, z=np.nan, identifiable=False, passed=True)
@@ -41,7 +41,7 @@ def test_statistics_of_normal_errors_are_the_known_ones():
     np.testing.assert_allclose(one.bias_std, 0.01 / np.sqrt(n), rtol=4 / np.sqrt(2 * n))
     np.testing.assert_allclose(one.spread, 0.01, rtol=4 / np.sqrt(2 * n))
     np.testing.assert_allclose(one.claimed, 0.01, rtol=1e-12)
-    for share, deviations in ((one.cover_1, 1.0), (one.cover_2, 2.0), (one.cover_2_payload, 2.0 * np.sqrt(2.0))):
+    for share, deviations in ((one.cover_1, 1.0), (one.cover_2, 2.0)):
         expected = stats.norm.cdf(deviations - 0.2) - stats.norm.cdf(-deviations - 0.2)
         assert abs(share - expected) < 4 * 0.5 / np.sqrt(n)
     assert one.pass_low < one.pass_rate < one.pass_high

@@ -195,7 +195,16 @@ def test_a_fault_of_an_elastic_arm_names_its_joint():
     assert str(outcome).startswith("motion: joint5 at 2.")
 
 
-VARYING = ModelErrors(stribeck=0.4, stribeck_speed=0.2, load_friction=0.05, wrist_coupling=1.0, coulomb_drift=0.1)
+BY_DIRECTION = {"coulomb_by_direction": 0.3, "viscous_by_direction": -0.5}
+VARYING = ModelErrors(
+    stribeck=0.4,
+    stribeck_speed=0.2,
+    load_friction=0.05,
+    wrist_coupling=1.0,
+    coulomb_drift=0.1,
+    viscous_drift=-0.2,
+    **BY_DIRECTION,
+)
 
 
 @pytest.mark.parametrize("elastic", [False, True])
@@ -203,10 +212,12 @@ def test_varying_friction_is_the_stated_law_at_the_start_of_every_period(elastic
     # Against a loop over mj_step that evaluates the law as it is written, beside a simulation of constant friction.
     errors = replace(VARYING, joint_compliance=COMPLIANCE if elastic else None)
     plant, n, substeps = nominal_plant(errors=errors), 6, 2
-    constant = nominal_plant(errors=replace(errors, stribeck=0.0, load_friction=0.0))
-    models = [plant_model(p, loaded=True, step=5e-4) for p in (plant, constant)]
+    constant = nominal_plant(
+        errors=replace(errors, stribeck=0.0, load_friction=0.0, **dict.fromkeys(BY_DIRECTION, 0.0))
+    )
+    models = [plant_model(p, loaded=True, step=5e-4, earlier=1) for p in (plant, constant)]
     plants = (plant, constant)
-    acting = [varied(p, m, loaded=True, step=5e-4) for p, m in zip(plants, models, strict=True)]
+    acting = [varied(p, m, step=5e-4, earlier=1) for p, m in zip(plants, models, strict=True)]
     assert acting[1] is None
     start = [resting(p, m, Q) for p, m in zip(plants, models, strict=True)]
     entries = [Simulation(model=m, start=s, varied=f) for m, s, f in zip(models, start, acting, strict=True)]
@@ -218,17 +229,22 @@ def test_varying_friction_is_the_stated_law_at_the_start_of_every_period(elastic
         engine.advance()
         seen.append(engine.q.copy())
     coulomb = 1.1 * (plant.drives.coulomb_friction - [0, 0, 0, 0, 0, 2.5])
+    viscous = 0.8 * (plant.drives.viscous_friction - [0, 0, 0, 0, 2.4, 2.4])
     for i, p in enumerate((plant, constant)):
-        model = plant_model(p, loaded=True, step=5e-4)
+        model = plant_model(p, loaded=True, step=5e-4, earlier=1)
         data = mujoco.MjData(model)
         data.qpos[:] = start[i]
         for v, expected in zip(currents[:, i], np.array(seen)[:, i], strict=True):
             dq = data.qvel[-n:]
             if p is plant:
                 load = np.abs(p.drives.gain * (v - p.drives.amplifier_offset))
-                model.dof_frictionloss[-n:] = coulomb * (1 + 0.4 * np.exp(-((dq / 0.2) ** 2))) + 0.05 * load
-                peak = 1 + 0.4 * np.exp(-(((dq[4] + dq[5]) / 0.2) ** 2))
-                model.tendon_frictionloss[model.tendon("joint6_coupling").id] = 1.1 * 2.5 * peak
+                side, peak = np.sign(dq), 1 + 0.4 * np.exp(-((dq / 0.2) ** 2))
+                model.dof_frictionloss[-n:] = coulomb * peak * (1 + 0.15 * side) + 0.05 * load
+                model.dof_damping[-n:] = viscous * (1 - 0.25 * side)
+                turns, tendon = dq[4] + dq[5], model.tendon("joint6_coupling").id
+                peak, side = 1 + 0.4 * np.exp(-((turns / 0.2) ** 2)), np.sign(turns)
+                model.tendon_frictionloss[tendon] = 1.1 * 2.5 * peak * (1 + 0.15 * side)
+                model.tendon_damping[tendon] = 0.8 * 2.4 * (1 - 0.25 * side)
             data.ctrl[:] = v
             for _ in range(substeps):
                 mujoco.mj_step(model, data)
@@ -249,7 +265,9 @@ def test_friction_drifts_between_the_unloaded_and_the_loaded_motion_and_transmis
     errors = ModelErrors(
         coulomb_drift=0.2, viscous_drift=-0.1, wrist_coupling=1.0, joint_compliance=COMPLIANCE, gravity_spring=1e3
     )
-    bare, loaded = (plant_model(nominal_plant(errors=errors), loaded=x, step=STEP) for x in (False, True))
+    bare, loaded = (
+        plant_model(nominal_plant(errors=errors), loaded=x, step=STEP, earlier=int(x)) for x in (False, True)
+    )
     # One rounding of a product.
     np.testing.assert_allclose(loaded.dof_frictionloss, 1.2 * bare.dof_frictionloss, rtol=1e-15)
     np.testing.assert_allclose(loaded.dof_damping, 0.9 * bare.dof_damping, rtol=1e-15)
@@ -258,6 +276,15 @@ def test_friction_drifts_between_the_unloaded_and_the_loaded_motion_and_transmis
         factor = 0.9 if bare.tendon(k).name == "joint6_coupling" else 1.0
         np.testing.assert_allclose(loaded.tendon_damping[k], factor * bare.tendon_damping[k], rtol=1e-15)
     np.testing.assert_array_equal(bare.dof_frictionloss[6:10], nominal_plant().drives.coulomb_friction[:4])
+
+
+def test_friction_goes_on_drifting_from_motion_to_motion():
+    plant = nominal_plant(errors=ModelErrors(coulomb_drift=-0.3, viscous_drift=0.5))
+    models = [plant_model(plant, loaded=False, step=STEP, earlier=k) for k in range(4)]
+    for k, model in enumerate(models):
+        # One rounding a power.
+        np.testing.assert_allclose(model.dof_frictionloss, 0.7**k * plant.drives.coulomb_friction, rtol=1e-15)
+        np.testing.assert_allclose(model.dof_damping, 1.5**k * plant.drives.viscous_friction, rtol=1e-15)
 
 
 def test_errors_that_are_switched_off_leave_no_trace_in_the_model():

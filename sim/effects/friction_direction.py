@@ -1,0 +1,45 @@
+"""Friction that differs between both directions: `Fc (1 + coulomb_by_direction sign(dq) / 2)`, `Fv` in the same way.
+
+It holds for a coupled motor too, by the direction that the motor turns in.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval
+
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionByDirection(Values):
+    """Difference of friction between both directions.
+
+    Attributes:
+        coulomb_by_direction: Dry friction at positive less that at negative speed, as a share of their mean.
+        viscous_by_direction: Viscous friction at positive less that at negative speed, as a share of their mean.
+    """
+
+    coulomb_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
+    viscous_by_direction: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0
+
+
+def _term(values: Sequence[FrictionByDirection], builds: Sequence[Build]) -> Term:
+    dry = 0.5 * np.array([[each.coulomb_by_direction] for each in values])  # (B, 1)
+    viscous = 0.5 * np.array([[each.viscous_by_direction] for each in values])
+
+    def add(step: ControlStep) -> None:
+        direction = np.sign(step.speed)
+        step.friction[:] *= 1.0 + dry * direction
+        step.damping[:] *= 1.0 + viscous * direction
+
+    return add
+
+
+def _varies(values: FrictionByDirection) -> bool:
+    return bool(values.coulomb_by_direction or values.viscous_by_direction)
+
+
+EFFECT = Effect[FrictionByDirection](varies=_varies, term=_term)

@@ -1,5 +1,6 @@
 import json
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import rx90_mjcf
 import scenarios.commands.identify as command
 from ident.arm import load_arm
 from ident.errors import NotIdentifiable
+from ident.estimate import FoundParameter
 from ident.identification import Recorded, identify_motions
 from ident.options import GainOptions
 from ident.payload_files import read_payload
@@ -24,6 +26,7 @@ from scenarios.files.schema import load_scenario
 from scenarios.files.settings import value_at, with_settings
 from scenarios.robots import robot
 from scenarios.run import Run, motion_streams, run, run_batch
+from scenarios.store.documents import run_document, to_json
 from scenarios.store.run_folder import save_run
 from scenarios.studies.sensitivity import settings_with, sources_of
 from scenarios.trials import Trial, run_trials, trial_schema
@@ -144,6 +147,31 @@ def test_a_scenario_without_any_payload_is_refused(tmp_path):
     (tmp_path / "none.toml").write_text(rest + text.replace("[experiment]\nmotion", "experiment.motion"))
     with pytest.raises(ScenarioError, match=r"plant: no payload; state payload, or payloads by name"):
         load_scenario(str(tmp_path / "none.toml"))
+
+
+def test_the_payload_called_loaded_may_stand_among_the_named_ones(tmp_path):
+    quick_scenario(tmp_path)
+    names = 'plant.payloads.loaded = "4.275 kg"\nbelief.payloads.loaded = "4.275 kg"\n'
+    rest = f'description = "x"\n{names}belief.controller_gain = [1, 1, 1, 1, 1, 1]\nexperiment.step = 0.001\n'
+    text = (tmp_path / "quick.toml").read_text().replace('extends = "nominal"\n', "")
+    (tmp_path / "named.toml").write_text(rest + text.replace("[experiment]\nmotion", "experiment.motion"))
+    prepared = bench(load_scenario(str(tmp_path / "named.toml")))
+    assert [e.name for e in prepared.experiments] == ["unloaded", "loaded"]
+    assert prepared.experiments[1].plant.payload.mass == prepared.payloads["loaded"].mass == 4.275
+
+
+def test_an_experiment_may_have_64_motions(tmp_path):
+    assert len(bench_of(tmp_path, ("bare", "light") * 32).experiments) == 64
+
+
+def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_payload(tmp_path, repeated):
+    found = (FoundParameter(name="M", value=7.1, std=0.2),)
+    several = run(bench_of(tmp_path, FOUR), 0)
+    truths = []
+    for each in (repeated, several):
+        document = run_document(replace(each, estimate=replace(each.estimate, payload=found)))
+        truths.append(json.loads(to_json(document))["payload"][0]["true"])
+    assert truths == [7.025, None]
 
 
 def test_settings_reach_a_payload_by_the_name_of_its_mounting(tmp_path):

@@ -28,10 +28,22 @@ def test_without_noise_and_friction_the_error_is_below_1e_4():
 
 
 @pytest.mark.parametrize(
-    "name", ["nominal", "paper-noise", "mass-only", "gain-error-20", "sequential", "offset-payload"]
+    "name",
+    [
+        "nominal",
+        "paper-noise",
+        "mass-only",
+        "gain-error-20",
+        "sequential",
+        "offset-payload",
+        "coarse-encoder",
+        "field",
+        "field-two-weights",
+    ],
 )
 def test_built_in_scenarios_pass(name):
     # Seed 0 of each. The tolerances are 2 to 6 standard deviations: an error in method or plant shows, chance does not.
+    # Where a model error makes a bias, it is in them.
     assert run(prepared(name), 0).verdict.passed
 
 
@@ -88,3 +100,21 @@ def test_paper_noise_stays_inside_the_paper_s_two_sigma_and_claims_its_own_hones
     # 1000 z-scores: a true coverage of 95.4 % is seen as 93 to 97.5 % but for one time in 300.
     assert 0.93 < np.mean(np.abs(z) < 2.0) < 0.975
     assert all(not result.verdict.gains[5].identifiable for result in runs)
+
+
+@pytest.mark.slow
+def test_coarse_encoders_bias_least_squares_by_more_than_it_claims_and_fine_ones_do_not(tmp_path):
+    (tmp_path / "fine.toml").write_text(
+        'extends = "coarse-encoder"\nexperiment.sensors = { encoder_quantum = 2e-6, encoder_noise = 2e-6 }\n'
+    )
+    errors, claimed = {}, {}
+    for name in ("coarse-encoder", str(tmp_path / "fine.toml")):
+        runs = [run(prepared(name), seed) for seed in range(16)]
+        errors[name] = gains(runs, "rel_error")[:, :5]
+        claimed[name] = np.mean(gains(runs, "std") / gains(runs, "true"), axis=0)[:5]
+    coarse, fine = errors.values()
+    sure = 4.0 * coarse.std(axis=0, ddof=1) / 4.0  # four deviations of a mean of sixteen
+    biased = [0, 1, 3]
+    assert (coarse.mean(axis=0) - sure)[[0, 3]].min() > 0.005
+    assert (coarse.mean(axis=0) > claimed["coarse-encoder"])[biased].all()
+    assert np.abs(fine.mean(axis=0)).max() < 0.003

@@ -1,5 +1,6 @@
 import json
 import shlex
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import rx90_mjcf
 import scenarios.commands.identify as command
 from ident.arm import load_arm
 from ident.errors import NotIdentifiable
+from ident.estimate import FoundParameter
 from ident.identification import Recorded, identify_motions
 from ident.options import GainOptions
 from ident.payload_files import read_payload
@@ -24,7 +26,9 @@ from scenarios.files.schema import load_scenario
 from scenarios.files.settings import value_at, with_settings
 from scenarios.robots import robot
 from scenarios.run import Run, motion_streams, run, run_batch
+from scenarios.store.documents import run_document, to_json
 from scenarios.store.run_folder import save_run
+from scenarios.studies.sensitivity import settings_with, sources_of
 from scenarios.trials import Trial, run_trials, trial_schema
 
 TWO = """
@@ -143,6 +147,31 @@ def test_a_scenario_without_any_payload_is_refused(tmp_path):
     (tmp_path / "none.toml").write_text(rest + text.replace("[experiment]\nmotion", "experiment.motion"))
     with pytest.raises(ScenarioError, match=r"plant: no payload; state payload, or payloads by name"):
         load_scenario(str(tmp_path / "none.toml"))
+
+
+def test_the_payload_called_loaded_may_stand_among_the_named_ones(tmp_path):
+    quick_scenario(tmp_path)
+    names = 'plant.payloads.loaded = "4.275 kg"\nbelief.payloads.loaded = "4.275 kg"\n'
+    rest = f'description = "x"\n{names}belief.controller_gain = [1, 1, 1, 1, 1, 1]\nexperiment.step = 0.001\n'
+    text = (tmp_path / "quick.toml").read_text().replace('extends = "nominal"\n', "")
+    (tmp_path / "named.toml").write_text(rest + text.replace("[experiment]\nmotion", "experiment.motion"))
+    prepared = bench(load_scenario(str(tmp_path / "named.toml")))
+    assert [e.name for e in prepared.experiments] == ["unloaded", "loaded"]
+    assert prepared.experiments[1].plant.payload.mass == prepared.payloads["loaded"].mass == 4.275
+
+
+def test_an_experiment_may_have_64_motions(tmp_path):
+    assert len(bench_of(tmp_path, ("bare", "light") * 32).experiments) == 64
+
+
+def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_payload(tmp_path, repeated):
+    found = (FoundParameter(name="M", value=7.1, std=0.2),)
+    several = run(bench_of(tmp_path, FOUR), 0)
+    truths = []
+    for each in (repeated, several):
+        document = run_document(replace(each, estimate=replace(each.estimate, payload=found)))
+        truths.append(json.loads(to_json(document))["payload"][0]["true"])
+    assert truths == [7.025, None]
 
 
 def test_settings_reach_a_payload_by_the_name_of_its_mounting(tmp_path):
@@ -393,3 +422,60 @@ def test_a_protocol_that_the_method_cannot_use_fails_as_the_estimator_says(tmp_p
     with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
         run(bench_of(tmp_path, ("bare", "bare")), 0)
     assert bench_of(tmp_path, ("bare",)).payloads == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "payloads"), [("field", ("payload",)), ("field-two-weights", ("payloads.light", "payloads.heavy"))]
+)
+def test_in_the_field_every_run_draws_every_error_and_every_payload(name, payloads):
+    scenario = load_scenario(name)
+    check_draws(scenario, bench)
+    first, second = (drawn_settings(scenario, seed) for seed in (1, 2))
+    errors = {"load_friction", "coulomb_drift", "viscous_drift", "coulomb_by_direction", "viscous_by_direction"}
+    errors |= {"joint_compliance", "base_tilt_x", "base_tilt_y", "d3_error", "r4_error"}
+    places = {f"plant.errors.{error}" for error in errors}
+    for payload in payloads:
+        places |= {f"plant.{payload}.{key}" for key in ("mass", "com", "inertia.ixx", "inertia.iyy", "inertia.izz")}
+    assert set(first) == places
+    signs = {"plant.errors.coulomb_by_direction": 0.3, "plant.errors.viscous_by_direction": 0.09}
+    for place in places - set(signs):
+        assert first[place] != second[place]
+    for place, size in signs.items():
+        assert {drawn_settings(scenario, seed)[place] for seed in range(12)} == {-size, size}
+    loads = [drawn_settings(scenario, seed)["plant.errors.load_friction"] for seed in range(60)]
+    # Sixty uniform numbers from 0 to 0.1 leave the outer twentieths empty once in twenty times; the seeds are fixed.
+    assert 0.0 < min(loads) < 0.01
+    assert 0.09 < max(loads) < 0.1
+
+
+@pytest.mark.parametrize("name", ["field", "field-two-weights"])
+def test_in_the_field_a_payload_is_believed_with_the_deviations_that_it_is_drawn_with(name):
+    scenario = load_scenario(name)
+    prepared = bench(scenario)
+    for mounting, believed in prepared.payloads.items():
+        place = "plant.payload" if mounting == "loaded" else f"plant.payloads.{mounting}"
+        true = value_at(prepared.scenario.table, f"{place}.mass")
+        assert (believed.mass, believed.mass_std) == (true, scenario.table.random["payload mass"].parameters["scale"])
+        assert believed.com == tuple(value_at(prepared.scenario.table, f"{place}.com"))
+        assert believed.com_std == (scenario.table.random["payload centre"].parameters["scale"],) * 3
+        share = scenario.table.random["payload inertia"].parameters["scale"]
+        inertia, std = np.array(believed.inertia[:3]), np.array(believed.inertia_std[:3])
+        for key, value in zip(("ixx", "iyy", "izz"), inertia, strict=True):
+            assert value == value_at(prepared.scenario.table, f"{place}.inertia.{key}")
+        np.testing.assert_allclose(std, share * inertia, rtol=0.02)  # two digits are stated
+
+
+@pytest.mark.parametrize("name", ["field", "field-two-weights"])
+def test_the_error_budget_in_the_field_switches_the_payloads_that_are_mounted(name):
+    sources = sources_of(load_scenario(name))
+    on = settings_with(sources, {"payload mass": np.full(sources.width["payload mass"], 0.9)}).settings
+    masses = {place: value for place, value in on.items() if place.endswith(".mass")}
+    expected = (
+        {"plant.payload.mass": 7.025}
+        if name == "field"
+        else {"plant.payloads.light.mass": 4.275, "plant.payloads.heavy.mass": 7.025}
+    )
+    assert set(masses) == set(expected)
+    for place, value in masses.items():
+        # The 90th percentile of 25 g, from a table of the normal distribution.
+        np.testing.assert_allclose(value - expected[place], 1.2816 * 0.025, rtol=1e-4)

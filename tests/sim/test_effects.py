@@ -287,6 +287,13 @@ def test_friction_goes_on_drifting_from_motion_to_motion():
         np.testing.assert_allclose(model.dof_damping, 1.5**k * plant.drives.viscous_friction, rtol=1e-15)
 
 
+@pytest.mark.parametrize("name", BY_DIRECTION)
+def test_either_friction_may_differ_by_direction_alone(name):
+    plain, other = (experiment(plant=nominal_plant(errors=ModelErrors(**{name: x}))) for x in (0.0, 0.4))
+    first, second = record([plain, other], streams(0, 0), threads=1)
+    assert np.abs(second.v - first.v).max() > 0.1
+
+
 def test_errors_that_are_switched_off_leave_no_trace_in_the_model():
     model = plant_model(nominal_plant(errors=ModelErrors(stribeck_speed=0.3)), loaded=True, step=STEP)
     assert (model.nv, model.ntendon) == (6, 0)

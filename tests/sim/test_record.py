@@ -189,3 +189,18 @@ def test_encoder_is_the_first_and_current_the_second_child_of_an_experiment_s_ge
     noise = 0.05 * current.standard_normal(clean.v.shape) * np.sqrt(np.mean(clean.v**2, axis=0))
     # Two roundings of currents below 500.
     np.testing.assert_allclose(noisy.v, clean.v + noise, rtol=0, atol=1e-12)
+
+
+def test_motions_of_one_plant_have_the_friction_of_their_own_time():
+    plant = nominal_plant(errors=ModelErrors(coulomb_drift=0.4, viscous_drift=0.4))
+    motions = [experiment(plant=plant, sensors=SILENT, earlier=k) for k in range(3)]
+    together = record(motions, streams(0, 0, 0), threads=2)
+    for k, recording in enumerate(together):
+        drives = nominal_plant().drives
+        fixed = nominal_plant(
+            coulomb_friction=1.4**k * drives.coulomb_friction, viscous_friction=1.4**k * drives.viscous_friction
+        )
+        (expected,) = record([experiment(plant=fixed, sensors=SILENT)], streams(0), threads=1)
+        # Two roundings of a product, which a well-damped arm does not amplify.
+        np.testing.assert_allclose(recording.v, expected.v, rtol=0, atol=1e-6)
+    assert np.abs(together[2].v - together[1].v).max() > 0.1

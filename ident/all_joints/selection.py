@@ -7,7 +7,7 @@ cbrt        viscous friction that grows less than the speed, joint by joint
 compliance  of all joints, or of none
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from scipy import optimize, stats
 
 from ident.all_joints.friction import Term
 from ident.all_joints.solution import Fitted, Setting, Terms, fit_with
-from ident.all_joints.terms import LOAD_FORMS, TermColumns, speed_terms, torque_terms
+from ident.all_joints.terms import LOAD_FORMS, SPEED_TERMS, TermColumns, speed_terms, torque_terms
 from ident.arrays import Array
 from ident.uncertainty.cautious import cautious
 from ident.uncertainty.jackknife import left_out
@@ -63,10 +63,9 @@ def selected(ready: Setting) -> Selected:
     yields = soft.surer_than(plain, range(ready.n)) > BETTER
     base = soft if yields else plain
     softened: Sequence[Array] = first.softened if yields else ()
-    root = [Term(each["cbrt"]) for each in speed_terms(ready.problem).own]
-    curved = _tried(fit_with(ready, [{"cbrt": term} for term in root], softened, base.fitted))
-    bent = [j for j in range(ready.n) if curved.surer_than(base, [j]) > BETTER]
-    chosen: Terms = [{"cbrt": term} if j in bent else {} for j, term in enumerate(root)]
+    speeds = [{name: Term(column) for name, column in each.items()} for each in speed_terms(ready.problem).own]
+    bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
+    chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
     loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
     form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
     best, second = loads[form].tried, loads[other].tried
@@ -78,11 +77,22 @@ def selected(ready: Setting) -> Selected:
         f"friction grows with load: {100.0 * loads[form].belief.mean:.2g} % of {LOAD_FORMS[form]}, "
         f"{100.0 * loads[form].belief.std:.2g} % from joint to joint"
     ]
-    if bent:
-        remarks.append(f"viscous friction grows less than the speed on joint {', '.join(str(j + 1) for j in bent)}")
+    remarks += [
+        f"{SPEED_TERMS[law].words} on joint {', '.join(str(j + 1) for j in joints)}"
+        for law, joints in bent.items()
+        if joints
+    ]
     if yields:
         remarks.append("the joints yield")
     return Selected(final=best.fitted, model=np.column_stack(shares), remarks=tuple(remarks))
+
+
+def _bent(
+    ready: Setting, law: str, speeds: Sequence[Mapping[str, Term]], softened: Sequence[Array], base: "_Tried"
+) -> list[int]:
+    """Joints, from 0, whose friction follows a law of the speed."""
+    tried = _tried(fit_with(ready, [{law: terms[law]} for terms in speeds], softened, base.fitted))
+    return [j for j in range(ready.n) if tried.surer_than(base, [j]) > BETTER]
 
 
 def _log_ratio(one: Fitted, other: Fitted) -> Array:

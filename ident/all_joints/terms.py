@@ -1,6 +1,6 @@
 """Terms that follow from speed and from the torques of an earlier fit: friction laws, compliance."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,17 +30,35 @@ class TermColumns:
     softened: tuple[Array, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class SpeedTerm:
+    """A friction law in the speed: its function, and what it says."""
+
+    law: Callable[[Array], Array]
+    words: str
+
+
+SPEED_TERMS = {
+    "cbrt": SpeedTerm(np.cbrt, "viscous friction grows less than the speed"),
+    "by-direction": SpeedTerm(np.abs, "viscous friction differs between directions"),
+}
+"""Friction in the speed besides viscous and Coulomb, by name."""
+
+
 def speed_terms(problem: Problem) -> TermColumns:
-    """The cube root of the speed, for viscous friction that grows less than the speed."""
-    parts = [
-        [
-            behind.decimated(np.cbrt(behind.dq[:, j]), j)[motion.observation.joints[j].position]
-            for motion in problem.motions
-            if (behind := motion.observation.full_rate) is not None
-        ]
-        for j in range(problem.structure.arm.n)
-    ]
-    return TermColumns(tuple({"cbrt": np.concatenate(each)} for each in parts), ())
+    """Friction terms that follow from the speed alone."""
+
+    def column(joint: int, law: Callable[[Array], Array]) -> Array:
+        parts = list[Array]()
+        for motion in problem.motions:
+            behind = motion.observation.full_rate
+            assert behind is not None, "asked of recordings only"
+            kept = motion.observation.joints[joint].position
+            parts.append(behind.decimated(law(behind.dq[:, joint]), joint)[kept])
+        return np.concatenate(parts)
+
+    joints = range(problem.structure.arm.n)
+    return TermColumns(tuple({name: column(j, term.law) for name, term in SPEED_TERMS.items()} for j in joints), ())
 
 
 def torque_terms(
@@ -80,7 +98,7 @@ def torque_terms(
 def _braking(behind: FullRate, own: OwnColumns, phi: Array, joint: int, motion: int) -> Array:
     """Current against viscous and Coulomb friction at full rate, shape (N,)."""
     dq = behind.dq[:, joint]
-    signals = {"Fv": dq, "Fc": np.sign(dq), "cbrt": np.cbrt(dq)}
+    signals = {"Fv": dq, "Fc": np.sign(dq), **{name: term.law(dq) for name, term in SPEED_TERMS.items()}}
     total = np.zeros_like(dq)
     for name, which, value in zip(own.names, own.motion, phi, strict=True):
         if name in signals and which in (-1, motion):

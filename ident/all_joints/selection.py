@@ -137,6 +137,8 @@ def _with_load(
     """A fit with load friction of one form, its torques taken from a fit that had it."""
     free = fit_with(ready, _grown(chosen, form, first, None), softened, base)
     again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
+    free = fit_with(ready, _grown(chosen, form, again, None), again.softened, free)
+    again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
     belief = _belief(free, form)
     return _Loaded(_tried(fit_with(ready, _grown(chosen, form, again, belief), again.softened, free)), belief)
 

@@ -13,6 +13,8 @@ from ident.arrays import Array
 from ident.full_rate import FullRate
 from ident.problem import Problem
 
+STRONGEST = 0.5
+"""Share of the motor torque that friction is let take while a fit is on its way."""
 LOAD_FORMS = {"load-motor": "the motor torque", "load": "the torque of links and payload"}
 """What load friction may be in proportion to."""
 
@@ -84,7 +86,9 @@ def torque_terms(
             kept = motion.observation.joints[j].position
             turns = np.sign(behind.dq[:, j])
             needed = fit.found.h[j] * found.rigid[:, j]
-            given = needed + _braking(behind, own[j], fit.phi[j], j, number)
+            given = _with_load(
+                needed, turns, needed + _braking(behind, own[j], fit.phi[j], j, number), own[j], fit.phi[j]
+            )
             for name, current in zip(LOAD_FORMS, (given, needed), strict=True):
                 columns[j][name].append(behind.decimated(np.abs(current) * turns, j)[kept])
             if compliance:
@@ -95,10 +99,36 @@ def torque_terms(
     )
 
 
+def _with_load(needed: Array, turns: Array, given: Array, own: OwnColumns, phi: Array) -> Array:
+    """Current that a motor gives, friction in proportion to torque included, shape (N,).
+
+    Args:
+        needed: Current that links and payload ask for, shape (N,).
+        turns: Sign of the speed, shape (N,).
+        given: Current without that friction, shape (N,).
+        own: Own columns of the fit.
+        phi: Their values.
+    """
+    for name, value in zip(own.names, phi, strict=True):
+        if name == "load":
+            given = given + value * np.abs(needed) * turns
+        elif name == "load-motor":  # V = x + c |V| sign(dq)
+            given = given / (1.0 - np.clip(value, -STRONGEST, STRONGEST) * turns * np.sign(given))
+    return given
+
+
 def _braking(behind: FullRate, own: OwnColumns, phi: Array, joint: int, motion: int) -> Array:
-    """Current against viscous and Coulomb friction at full rate, shape (N,)."""
+    """Current against friction at full rate, shape (N,).
+
+    An offset counts as friction that differs between directions, which is mostly larger than that of an amplifier.
+    """
     dq = behind.dq[:, joint]
-    signals = {"Fv": dq, "Fc": np.sign(dq), **{name: term.law(dq) for name, term in SPEED_TERMS.items()}}
+    signals = {
+        "Fv": dq,
+        "Fc": np.sign(dq),
+        "off": np.ones_like(dq),
+        **{name: term.law(dq) for name, term in SPEED_TERMS.items()},
+    }
     total = np.zeros_like(dq)
     for name, which, value in zip(own.names, own.motion, phi, strict=True):
         if name in signals and which in (-1, motion):

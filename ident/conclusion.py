@@ -23,8 +23,11 @@ def concluded(
     options, rows = problem.options, solution.rows
     covariance = UNCERTAINTIES[options.uncertainty](rows, solution.influence, options.serial_s)
     predicted = predicted_rel_std(rows, solution.influence, solution.inverse, covariance, options.noise_floor)
-    spread = np.stack([payload.known_part().spread for payload in problem.payloads])  # (payloads, 10, 10)
-    stated = np.linalg.norm(np.einsum("kmp,mpq->kmq", solution.sensitivity, spread), axis=(1, 2))  # (k,)
+    stated = np.linalg.norm(solution.payload, axis=1)  # (k,)
+    granted = np.linalg.norm(solution.model, axis=1)  # (k,)
+    predicted = np.linalg.norm(
+        (predicted, stated, granted), axis=0
+    )  # the interval that a refusal judges is the whole one
     joints: dict[int, JointResult] = {
         j: RefusedGain(joint=problem.joint_name(j), reason=reason, predicted_rel_std=None)
         for j, reason in solution.unsolved.items()
@@ -40,6 +43,7 @@ def concluded(
             value=gain,
             std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
             payload_rel_std=float(stated[k]),
+            model_rel_std=float(granted[k]),
             predicted_rel_std=expected,
         )
     return GainEstimate(

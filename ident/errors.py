@@ -33,5 +33,9 @@ class NotExcited(IdentificationError):
     """A linear system that does not show every unknown: the motion leaves some of them free."""
 
 
+class NotConverged(IdentificationError):
+    """A search that found no end."""
+
+
 class Contradiction(IdentificationError):
     """Data that fit no arm of this model with this payload: a sign, a zero, a column or the model is mistaken."""

@@ -19,6 +19,7 @@ class IdentifiedGain:
         value: Joint torque per unit of current reference [N m / drive unit].
         std: Its standard deviation from the residuals [N m / drive unit].
         payload_rel_std: Relative standard deviation from the payload's own uncertainty, not contained in `std`.
+        model_rel_std: Relative standard deviation from what the model takes for granted, not contained in `std`.
         predicted_rel_std: Relative standard deviation to expect of data like these, never less than `std` implies.
     """
 
@@ -26,6 +27,7 @@ class IdentifiedGain:
     value: float
     std: float
     payload_rel_std: float
+    model_rel_std: float
     predicted_rel_std: float
 
     @property
@@ -34,9 +36,14 @@ class IdentifiedGain:
         return self.payload_rel_std * abs(self.value)
 
     @property
+    def model_std(self) -> float:
+        """Standard deviation from what the model takes for granted [N m / drive unit]."""
+        return self.model_rel_std * abs(self.value)
+
+    @property
     def total_std(self) -> float:
-        """Standard deviation from residuals and payload together [N m / drive unit]; no error of the model is in it."""
-        return float(np.hypot(self.std, self.payload_std))
+        """Standard deviation from residuals, payload and model together [N m / drive unit]."""
+        return float(np.linalg.norm((self.std, self.payload_std, self.model_std)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,7 +88,8 @@ class GainSolution:
         joints: The k joints, from 0, shape (k,).
         inverse: 1/g, shape (k,).
         influence: Derivative of each 1/g by the current of each row, shape (k, r).
-        sensitivity: Relative change of each gain per unit of each payload's parameters, shape (k, payloads, 10).
+        payload: Relative change of each gain per deviation of what is stated of the payloads, shape (k, p).
+        model: Relative change of each gain per deviation of what the model takes for granted, shape (k, m).
         load_rms: Root mean square of the known payload's torque on each joint [N m], shape (k,).
         friction: Friction torque over g at typical speed, and the dry part of it alone, whose sign is that of g, shape
             (k, 2).
@@ -93,7 +101,8 @@ class GainSolution:
     joints: Indices
     inverse: Array
     influence: Array
-    sensitivity: Array
+    payload: Array
+    model: Array
     load_rms: Array
     friction: Array
     friction_influence: Array
@@ -111,6 +120,7 @@ class GainEstimate:
         covariance: Of the k values 1/g of the solution, from the residuals, shape (k, k).
         options: What decided about covariance and refusals.
         payload: Payload parameters that the method found on its way.
+        remarks: What the method decided on its way, in words.
     """
 
     method: str
@@ -119,6 +129,7 @@ class GainEstimate:
     covariance: Array
     options: GainOptions
     payload: tuple[FoundParameter, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def identifiable(self) -> Mask:

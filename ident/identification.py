@@ -118,7 +118,13 @@ def identify_motions(
         raise Contradiction(with_suspects(str(error), late)) from None
     different = disagreements(problem, estimate)
     observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
-    notes = observation_notes + lag_notes(late) + disagreement_notes(different) + residual_notes(estimate)
+    notes = (
+        estimate.remarks
+        + observation_notes
+        + lag_notes(late)
+        + disagreement_notes(different)
+        + residual_notes(estimate)
+    )
     return Identification(agreed(estimate, different), notes)
 
 

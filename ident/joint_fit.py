@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import linalg
 
 from ident.arrays import Array, Indices
 from ident.errors import NotExcited, TooFewRows
@@ -37,6 +38,10 @@ class JointFit:
         """Relative change of g per unit of each payload parameter, shape (payloads, 10)."""
         return self.influence @ self.system.rows.W_L
 
+    def stated(self, known: Sequence[KnownPayload]) -> Array:
+        """Relative change of g per deviation of what is stated of each payload, shape (p,)."""
+        return np.concatenate([own @ each.spread for own, each in zip(self.sensitivity, known, strict=True)])
+
 
 @dataclass(frozen=True, slots=True)
 class NoFit:
@@ -64,11 +69,12 @@ def joint_fit(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> Jo
         return NoFit(joint, str(error))
 
 
-def joint_by_joint(fits: Sequence[JointFit | NoFit], row_period: float) -> GainSolution:
+def joint_by_joint(fits: Sequence[JointFit | NoFit], known: Sequence[KnownPayload], row_period: float) -> GainSolution:
     """The solution whose joints do not know of each other: the influence is block diagonal.
 
     Args:
         fits: One a joint, in their order.
+        known: What of each payload was taken as known.
         row_period: Time from one row to the next [s].
     """
     solved = [fit for fit in fits if isinstance(fit, JointFit)]
@@ -78,13 +84,13 @@ def joint_by_joint(fits: Sequence[JointFit | NoFit], row_period: float) -> GainS
         own = rows.of(each.system.rows.joint)
         influence[k, own] = each.influence
         friction_influence[k, :, own] = each.system.friction @ each.fit.cofactor @ each.system.W.T
-    payloads = next((each.system.rows.W_L.shape[0] for each in solved), 0)
     return GainSolution(
         rows=rows,
         joints=np.array([each.system.rows.joint for each in solved], dtype=np.intp),
         inverse=np.array([each.inverse for each in solved]),
         influence=influence,
-        sensitivity=np.array([each.sensitivity for each in solved]).reshape(len(solved), payloads, 10),
+        payload=np.array([each.stated(known) for each in solved]).reshape(len(solved), -1 if solved else 0),
+        model=np.zeros((len(solved), 0)),
         load_rms=np.array([each.system.load_rms for each in solved]),
         friction=np.array([each.system.friction @ each.fit.x for each in solved]).reshape(len(solved), 2),
         friction_influence=friction_influence,
@@ -110,4 +116,6 @@ def fitted_rows(solved: Sequence[JointFit], row_period: float) -> Rows:
         position=numbers([each.system.rows.position for each in solved]),
         row_period=row_period,
         unknowns={each.system.rows.joint: each.system.W.shape[1] for each in solved},
+        weight=joined([np.ones(len(each.system.rows.V)) for each in solved]),
+        explained=linalg.block_diag(*(each.fit.basis for each in solved)),
     )

@@ -22,6 +22,7 @@ class LeastSquares:
         sigma: Standard deviation of the residual (eq. 19).
         residual: rho = Y - W @ x, shape (r,).
         condition: Condition number of W with unit columns.
+        basis: Orthonormal basis of the columns of W, shape (r, b).
     """
 
     x: Array
@@ -29,6 +30,7 @@ class LeastSquares:
     sigma: float
     residual: Array
     condition: float
+    basis: Array
 
     @property
     def covariance(self) -> Array:
@@ -76,7 +78,42 @@ def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
     x = inverse @ (Q.T @ Y)
     residual = Y - W @ x
     sigma = float(np.linalg.norm(residual) / np.sqrt(r - b))  # eq. 19
-    return LeastSquares(x, inverse @ inverse.T, sigma, residual, float(singular[0] / singular[-1]))
+    return LeastSquares(
+        x, inverse @ inverse.T, sigma, residual, float(singular[0] / singular[-1]), np.asarray(Q, np.float64)
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Factors:
+    """`W[:, columns] = Q @ R`, the columns independent of each other and all others combinations of them.
+
+    Attributes:
+        columns: Indices of the columns, shape (k,).
+        Q: Orthonormal, shape (r, k).
+        R: Upper triangular, shape (k, k).
+    """
+
+    columns: Indices
+    Q: Array
+    R: Array
+
+
+def factors(W: Array, *, rank_tol: float) -> Factors:
+    """Factorise a matrix whose columns may depend on each other or be zero (pivoted QR of unit columns).
+
+    Args:
+        W: Matrix, shape (r, b).
+        rank_tol: Size of a unit column's new part, relative to the largest, that counts.
+    """
+    norms = np.linalg.norm(W, axis=0)
+    seen = np.flatnonzero(norms > 0.0)
+    Q, R, pivots = linalg.qr(W[:, seen] / norms[seen], mode="economic", pivoting=True, check_finite=False)
+    size = np.abs(np.diag(R))
+    rank = int(np.sum(size > rank_tol * size[0])) if len(size) else 0
+    columns = seen[pivots[:rank]]
+    return Factors(
+        columns, np.asarray(Q[:, :rank], np.float64), np.asarray(R[:rank, :rank] * norms[columns], np.float64)
+    )
 
 
 def row_weights(W: Array, Y: Array, groups: Indices) -> Array:

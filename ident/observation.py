@@ -11,6 +11,7 @@ import numpy as np
 
 from ident.arrays import Array, Indices, Mask, readonly
 from ident.errors import OptionError, RecordingError
+from ident.full_rate import FullRate
 from ident.options import check_range
 from ident.parameters import STANDARD
 from ident.recording import JITTER_TOL, Recording, resampled
@@ -116,11 +117,13 @@ class Observation:
         structure: Identifiable structure of the arm.
         joints: One `JointObservation` per joint.
         notes: What was done to the recording that its owner should know.
+        full_rate: The motion behind the rows, None for rows that come from no recording.
     """
 
     structure: Structure
     joints: tuple[JointObservation, ...]
     notes: tuple[str, ...]
+    full_rate: FullRate | None = None
 
 
 def observe(recording: Recording, structure: Structure, options: ObserveOptions) -> Observation:
@@ -172,9 +175,11 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     smooth = smooth_motion(recording.q, recording.period, options.cutoff_hz)
     q, dq, ddq = (group_means(x[inner], group) for x in smooth)
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
-    V, W = _reduce(structure, (q, dq, ddq), v, _moving(structure, dq, options.reversal_speed), D)
+    moving = _moving(structure, dq, options.reversal_speed)
+    V, W = _reduce(structure, (q, dq, ddq), v, moving, D)
     joints = (_kept(structure, j, V, W[j], middle, period * D.factor, options) for j in range(n))
-    return Observation(structure, tuple(joints), tuple(notes))
+    behind = FullRate(q=q, dq=dq, ddq=ddq, moving=moving, period=period, cutoff_hz=options.cutoff_hz, decimator=D)
+    return Observation(structure, tuple(joints), tuple(notes), behind)
 
 
 def _reduce(

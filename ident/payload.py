@@ -14,7 +14,8 @@ INERTIA_KEYS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 MOMENTS = INERTIA_KEYS[:3]
 LIGHTEST, HEAVIEST, FARTHEST = 1e-3, 2000.0, 5.0
 """Masses [kg] and distance of the centre of mass, or radius of gyration [m], beyond which units are others."""
-Known = Literal["all", "mass"]
+Known = Literal["all", "com", "mass", "none"]
+"""What of a payload is used: all of it, mass and centre of mass, the mass alone, nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +29,7 @@ class Payload:
         com_std: Its standard deviation, per axis [m].
         inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, axes of the last link [kg m^2], None if unknown.
         inertia_std: Their standard deviation [kg m^2].
-        known: "all" to use every parameter, "mass" to use the mass alone.
+        known: "all" to use every parameter, "com" mass and centre of mass, "mass" the mass alone, "none" nothing.
 
     Raises:
         PayloadError: If a value is missing for `known`, not finite, or no rigid body can have it.
@@ -55,9 +56,12 @@ class Payload:
         if self.com is not None and max(abs(c) for c in self.com) > FARTHEST:
             raise PayloadError(f"payload: com = {list(self.com)}; farther than {FARTHEST:g} m; expected metres")
         self._check_deviations()
-        if self.known == "all" and (self.com is None or self.inertia is None):
-            missing = "com" if self.com is None else "inertia"
-            raise PayloadError(f"payload: known = 'all' but {missing} is missing; add it, or set known = 'mass'")
+        needed = {"all": ("com", "inertia"), "com": ("com",)}.get(self.known, ())
+        missing = next((name for name in needed if getattr(self, name) is None), None)
+        if missing is not None:
+            raise PayloadError(
+                f"payload: known = {self.known!r} but {missing} is missing; add it, or set known = 'mass'"
+            )
         if self.inertia is not None:
             self._check_size(self.inertia)
             check_inertia(self.inertia)
@@ -85,22 +89,28 @@ class Payload:
 
     def known_part(self) -> "KnownPayload":
         """What an estimator may use of it."""
-        names = INERTIAL if self.known == "all" else ("M",)
+        names = {"all": INERTIAL, "com": INERTIAL[6:], "mass": INERTIAL[9:], "none": ()}[self.known]
         chi = standard_parameters(self.mass, self.com or (0.0,) * 3, self.inertia or (0.0,) * 6)
         return KnownPayload(names=names, chi=chi, spread=self._spread())
 
     def _spread(self) -> Array:
         """Factor F with covariance F F^T of the known standard parameters, as the stated deviations imply, (10, 10)."""
+        if self.known == "none":
+            return np.zeros((10, 10))
         if self.known == "mass":
             return np.diag([0.0] * 9 + [self.mass_std])
-        values = np.array([self.mass, *(self.com or ()), *(self.inertia or ())])
+        values = np.array([self.mass, *(self.com or (0.0,) * 3), *(self.inertia or (0.0,) * 6)])
         std = np.array([self.mass_std, *self.com_std, *self.inertia_std])
+        if self.known == "com":
+            std[4:] = 0.0
         J = np.empty((10, 10))
         for k in range(10):  # the parameters are polynomials of low degree: central differences are exact to rounding
             step = np.zeros(10)
             step[k] = 1e-4
             above, below = (standard_parameters(x[0], x[1:4], x[4:]) for x in (values + step, values - step))
             J[:, k] = (above - below) / 2e-4
+        if self.known == "com":
+            J[:6] = 0.0
         return J * std
 
 

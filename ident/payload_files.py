@@ -68,9 +68,9 @@ def payload_to_table(payload: Payload) -> dict[str, object]:
     return {**table, "known": payload.known}
 
 
-def write_payload(payload: Payload, path: str | Path) -> None:
-    """Write a payload as TOML, every digit kept."""
-    lines = []
+def write_payload(payload: Payload, path: str | Path, *, comment: str | None = None) -> None:
+    """Write a payload as TOML, every digit kept, below a line of comment."""
+    lines = [] if comment is None else [comment]
     for key, value in payload_to_table(payload).items():
         if isinstance(value, dict):
             entries = ", ".join(f"{name} = {number!r}" for name, number in value.items())
@@ -83,9 +83,13 @@ def write_payload(payload: Payload, path: str | Path) -> None:
 def _known(value: object) -> Known:
     if value == "all":
         return "all"
+    if value == "com":
+        return "com"
+    if value == "none":
+        return "none"
     if value == "mass":
         return "mass"
-    raise PayloadError(f"payload: known = {shown(value)}; expected 'all' or 'mass'")
+    raise PayloadError(f"payload: known = {shown(value)}; expected 'all', 'com', 'mass' or 'none'")
 
 
 def _number(value: object, name: str) -> float:

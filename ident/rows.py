@@ -20,7 +20,11 @@ class Rows:
         motion: Motion of each row, its place in `Problem.motions`, shape (r,).
         position: Number of each row in its motion, those left out counted, shape (r,).
         row_period: Time from one row to the next [s].
-        unknowns: Unknowns solved for on the rows of each joint that has rows, by joint.
+        unknowns: Unknowns solved for on the rows of each joint that has rows, by joint; a share of those that several
+            joints' rows show together.
+        weight: Of each row in the fit, shape (r,).
+        explained: Orthonormal columns that span what the unknowns explain of the weighted currents, shape (r, u); of a
+            fit with prior knowledge, their part on the rows.
     """
 
     V: Array
@@ -29,7 +33,9 @@ class Rows:
     motion: Indices
     position: Indices
     row_period: float
-    unknowns: dict[int, int]
+    unknowns: dict[int, float]
+    weight: Array
+    explained: Array
 
     def of(self, joint: int) -> slice:
         """The rows of a joint."""

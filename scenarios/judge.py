@@ -17,7 +17,7 @@ class GainVerdict:
         joint: Joint number, from 1.
         true: Injected gain [N m / drive unit].
         estimate: Identified gain, None if refused.
-        std: Its standard deviation, None if refused.
+        std: Its standard deviation, all shares together, None if refused.
         rel_error: (estimate - true) / true, None if refused.
         z: (estimate - true) / std, None if refused.
         tolerance: Largest relative error that passes.
@@ -94,9 +94,9 @@ def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float,
         joint=number,
         true=true,
         estimate=joint.value,
-        std=joint.std,
+        std=joint.total_std,
         rel_error=error / true,
-        z=error / joint.std if joint.std > 0.0 else None,
+        z=error / joint.total_std if joint.total_std > 0.0 else None,
         tolerance=tolerance,
         identifiable=True,
         passed=within and refusal_in is None,

@@ -8,7 +8,7 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from ident.errors import IdentificationError
-from ident.estimate import IdentifiedGain
+from ident.estimate import IdentifiedGain, JointResult
 from scenarios.build import Bench, bench
 from scenarios.errors import ScenarioError
 from scenarios.files.draws import drawn_settings
@@ -33,13 +33,16 @@ CONTRACT = pa.schema(
         ("identifiable", pa.bool_()),
         ("passed", pa.bool_()),
         ("reason", pa.string()),
+        ("residual_std", pa.float64()),
         ("payload_std", pa.float64()),
+        ("model_std", pa.float64()),
         ("failure", pa.string()),
     ]
 )
 """Columns of every study.
 
-`payload_std` [N m / drive unit] is the deviation that the payload's stated uncertainty adds, not contained in `std`;
+`residual_std`, `payload_std` and `model_std` [N m / drive unit] are the shares of `std`: from the residual, from the
+payload's stated uncertainty, and from what the model takes for granted;
 `failure` the kind of error that left the trial without any estimate, null if there was none.
 """
 
@@ -172,12 +175,19 @@ def _judged_rows(trial: Trial, run: Run, settings: Mapping[str, Value]) -> list[
             "trial": trial.number,
             "seed": trial.seed,
             **asdict(verdict),
-            "payload_std": gain.payload_std if isinstance(gain, IdentifiedGain) else None,
+            **_shares(gain),
             **trial.labels,
             **_columns(settings),
         }
         for verdict, gain in zip(run.verdict.gains, run.estimate.joints, strict=True)
     ]
+
+
+def _shares(gain: JointResult) -> dict[str, object]:
+    """What the deviation of a gain consists of."""
+    if not isinstance(gain, IdentifiedGain):
+        return {}
+    return {"residual_std": gain.std, "payload_std": gain.payload_std, "model_std": gain.model_std}
 
 
 def _columns(settings: Mapping[str, Value]) -> dict[str, object]:

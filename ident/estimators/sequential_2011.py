@@ -20,7 +20,6 @@ from ident.errors import NotIdentifiable
 from ident.estimate import FoundParameter, GainEstimate, GainSolution, IdentifiedGain
 from ident.first_moments import MOMENT_COLUMNS, MOMENTS, FirstMoments, first_moments
 from ident.joint_fit import JointFit, NoFit, joint_by_joint, joint_fit
-from ident.parameters import INERTIAL
 from ident.payload import KnownPayload
 from ident.problem import Problem
 from ident.uncertainty import UNCERTAINTIES
@@ -52,7 +51,7 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
         raise NotIdentifiable(f"{NAME} takes one payload; {1 + len(more)} are mounted")
     mass = replace(payload, known="mass").known_part()
     fits = [joint_fit(problem, joint, [mass]) for joint in range(problem.structure.arm.n)]
-    first = concluded(NAME, problem, joint_by_joint(fits, problem.row_period))
+    first = concluded(NAME, problem, joint_by_joint(fits, [mass], problem.row_period))
     found = [
         fit
         for fit, joint in zip(fits, first.joints, strict=True)
@@ -63,7 +62,7 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
     moments = first_moments(problem, found, mass)
     known = _with_moments(mass, moments)
     both = [fit if j in moments.joints else joint_fit(problem, j, [known]) for j, fit in enumerate(fits)]
-    solution = _carried(joint_by_joint(both, problem.row_period), both, moments)
+    solution = _carried(joint_by_joint(both, [known], problem.row_period), both, moments, problem.payloads[0].mass_std)
     return concluded(NAME, problem, solution, payload=_parameters(problem, moments, solution))
 
 
@@ -74,7 +73,9 @@ def _with_moments(mass: KnownPayload, moments: FirstMoments) -> KnownPayload:
     return KnownPayload(names=("M", *MOMENTS), chi=chi, spread=np.zeros((10, 1)))
 
 
-def _carried(solution: GainSolution, fits: Sequence[JointFit | NoFit], moments: FirstMoments) -> GainSolution:
+def _carried(
+    solution: GainSolution, fits: Sequence[JointFit | NoFit], moments: FirstMoments, mass_std: float
+) -> GainSolution:
     """The solution with what the errors of the moments do to the later joints, and with the mass behind every gain.
 
     A payload parameter off by d moves the solution x by -1/g (W^+ W_L d), and the moments move with the currents.
@@ -88,9 +89,8 @@ def _carried(solution: GainSolution, fits: Sequence[JointFit | NoFit], moments: 
             W_L = each.system.rows.W_L[0][:, MOMENT_COLUMNS]
             influence[k] -= each.inverse * (influence[k, own] @ W_L) @ through
             friction[k] -= each.inverse * (friction[k][:, own] @ W_L) @ through
-    sensitivity = np.zeros_like(solution.sensitivity)  # the moments, and so every gain, scale with the mass
-    sensitivity[..., INERTIAL.index("M")] = 1.0 / moments.mass
-    return replace(solution, influence=influence, friction_influence=friction, sensitivity=sensitivity)
+    mass = np.full((len(solution.joints), 1), mass_std / moments.mass)  # the moments, and so every gain, scale with it
+    return replace(solution, influence=influence, friction_influence=friction, payload=mass)
 
 
 def _parameters(problem: Problem, moments: FirstMoments, solution: GainSolution) -> tuple[FoundParameter, ...]:

@@ -7,7 +7,9 @@ from collections.abc import Callable
 
 from ident.arrays import Array
 from ident.rows import Rows
+from ident.uncertainty.cautious import cautious
 from ident.uncertainty.classical import classical
+from ident.uncertainty.jackknife import jackknife
 from ident.uncertainty.larger import larger
 from ident.uncertainty.serial import serial
 
@@ -15,5 +17,8 @@ UNCERTAINTIES: dict[str, Callable[[Rows, Array, float], Array]] = {
     "larger": larger,
     "classical": classical,
     "serial": serial,
+    "jackknife": jackknife,
+    "cautious": cautious,
 }
-"""`larger`: of both others, the default; `classical`: eq. 20; `serial`: residuals correlated in time."""
+"""`classical`: eq. 20; `serial`: residuals correlated in time; `larger`: of these two; `jackknife`: a stretch of time
+left out; `cautious`: the larger of `classical` and `jackknife`."""

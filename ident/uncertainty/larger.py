@@ -19,8 +19,11 @@ def larger(rows: Rows, influence: Array, serial_s: float) -> Array:
     Returns:
         Covariance, shape (k, k).
     """
-    white = classical(rows, influence, serial_s)
-    slow = np.diag(serial(rows, influence, serial_s))
-    own = np.diag(white)
-    grown = np.sqrt(np.maximum(own, slow) / np.where(own > 0.0, own, 1.0))
-    return white * np.outer(grown, grown)
+    return grown(classical(rows, influence, serial_s), serial(rows, influence, serial_s))
+
+
+def grown(covariance: Array, other: Array) -> Array:
+    """A covariance with the correlations of the first and the larger of both deviations, shape (k, k)."""
+    own = np.diag(covariance)
+    factor = np.sqrt(np.maximum(own, np.diag(other)) / np.where(own > 0.0, own, 1.0))
+    return covariance * np.outer(factor, factor)

@@ -11,13 +11,15 @@ from dataclasses import dataclass, fields, replace
 import rx90_mjcf
 from ident.errors import PayloadError
 from ident.naming import nearest, shown
-from ident.payload import INERTIA_KEYS, Known, Payload
+from ident.payload import INERTIA_KEYS, Payload
 from ident.payload_files import payload_from_table, payload_to_table, read_payload
 from scenarios.errors import UnknownName, WrongPayload
 from scenarios.files.mountings import LOADED, by_mounting, mountings
-from scenarios.files.schema import BodyTable, InertiaTable, PlantTable, Scenario
+from scenarios.files.schema import BeliefTable, BodyTable, InertiaTable, PlantTable, Scenario
 from scenarios.robots import robot
 from sim.drives import DriveTruth
+
+NOTHING = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,18 +56,18 @@ def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
     """
     belief = scenario.table.belief
     return {
-        key: _believed(key, payload, belief.known, scenario.name)
+        key: _believed(key, payload, belief, scenario.name)
         for key, payload in by_mounting(belief.payload, belief.payloads).items()
     }
 
 
-def _believed(
-    key: str, stated: str | Mapping[str, object], known: Known | Mapping[str, Known] | None, name: str
-) -> Payload:
+def _believed(key: str, stated: str | Mapping[str, object], belief: BeliefTable, name: str) -> Payload:
+    known = belief.known
     try:
         payload = _named_payload(stated, name) if isinstance(stated, str) else payload_from_table(stated)
         use = known.get(key) if isinstance(known, Mapping) else known
-        return payload if use is None else replace(payload, known=use)
+        payload = payload if use is None else replace(payload, known=use)
+        return replace(payload, mass_std=0.0, com_std=NOTHING, inertia_std=2 * NOTHING) if belief.exact else payload
     except PayloadError as error:
         where = "" if key == LOADED else f"payloads.{key}: "
         raise WrongPayload(f"{name}: belief.{where}{error}") from error

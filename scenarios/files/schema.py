@@ -107,7 +107,8 @@ class BeliefTable(_Table):
     """What the controller and the identification believe.
 
     A payload is a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files; `payload` and `payloads` are
-    named as the plant's. `known` overrides what they say themselves, for all or by name, as `{ light = "mass" }`.
+    named as the plant's. `known` overrides what they say themselves, for all or by name, as `{ light = "mass" }`;
+    `exact` takes their stated deviations as zero, as befits a scenario that draws no error of a payload.
     `couplings` tells identification of pairs of joints, from 1, whose second motor turns with the sum of both, as
     `[[5, 6]]`; it is told of none unless it is said here, whatever the robot has.
     """
@@ -117,6 +118,7 @@ class BeliefTable(_Table):
     payload: str | dict[str, object] | None = None
     payloads: dict[str, str | dict[str, object]] = {}
     known: Known | dict[str, Known] | None = None
+    exact: bool = False
 
 
 class IdentificationTable(_Table):

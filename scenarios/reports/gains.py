@@ -10,23 +10,22 @@ INTERVAL = (
     Column(title="2 sigma", unit="%"),
     Column(title="residual", unit="%"),
     Column(title="payload", unit="%"),
+    Column(title="model", unit="%"),
 )
 """The interval of a gain beside its parts, in percent of the gain."""
 MEANING = Paragraph(
-    "Gains in N m per drive unit. 2 sigma: two standard deviations, from the residual and from the payload's stated "
-    "uncertainty together. "
-    "No error of the model is in it: of geometry, friction law, couplings."
+    "Gains in N m per drive unit. 2 sigma: two standard deviations, from the residual, from the payload's stated "
+    "uncertainty and from what the model takes for granted together. Where that share is zero, no error of the model "
+    "is in the interval: of geometry, friction law, elasticity."
 )
 
 
-def interval(joint: JointResult) -> tuple[str, str, str]:
+def interval(joint: JointResult) -> tuple[str, ...]:
     """The cells of `INTERVAL`."""
     if not isinstance(joint, IdentifiedGain):
-        return NONE, NONE, NONE
-    total, residual, payload = (
-        percent(2.0 * std / abs(joint.value), ".2f") for std in (joint.total_std, joint.std, joint.payload_std)
-    )
-    return total, residual, payload
+        return (NONE,) * len(INTERVAL)
+    shares = (joint.total_std, joint.std, joint.payload_std, joint.model_std)
+    return tuple(percent(2.0 * std / abs(joint.value), ".2f") for std in shares)
 
 
 def sentence(text: str) -> str:

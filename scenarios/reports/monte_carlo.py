@@ -19,16 +19,14 @@ COLUMNS = (
     Column(title="95 %\nbelow", unit="%"),
     Column(title="within\n1 sigma", unit="%"),
     Column(title="within\n2 sigma", unit="%"),
-    Column(title="with\npayload", unit="%"),
     Column(title="Gains"),
     Column(title="Passed", unit="%"),
     Column(title="95 % interval", unit="%"),
 )
 MEANING = (
     "Bias, spread: mean and standard deviation of the error. Claimed: its standard deviation as each trial states it, "
-    "from the residual. Within: trials that err by less than 1 or 2 of these; of honest ones 68.3 % and 95.4 %. "
-    "With payload: within 2, the payload's stated uncertainty added; more than 95 % where trials do not draw the "
-    "payload's errors. A joint that is rightly refused passes."
+    "all its shares together. Within: trials that err by less than 1 or 2 of these; of honest ones 68.3 % and 95.4 %. "
+    "A joint that is rightly refused passes."
 )
 
 
@@ -86,7 +84,6 @@ def _row(joint: JointStatistics) -> tuple[Cell, ...]:
         percent(joint.p95),
         percent(joint.cover_1, ".1f"),
         percent(joint.cover_2, ".1f"),
-        percent(joint.cover_2_payload, ".1f"),
         str(joint.trials - joint.failed - joint.refused),
         Cell(percent(joint.pass_rate, ".1f"), Mood.PLAIN if joint.held else Mood.BAD),
         f"{percent(joint.pass_low, '.1f')}..{percent(joint.pass_high, '.1f')}",

@@ -8,7 +8,7 @@ from scipy import stats
 
 from scenarios.studies.pass_rule import JointRule, pass_rule
 
-COLUMNS = ("trial", "joint", "true", "std", "rel_error", "z", "identifiable", "passed", "payload_std", "failure")
+COLUMNS = ("trial", "joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure")
 """Columns of a study that its statistics need."""
 CONFIDENCE = 0.95
 """Of the intervals of pass rates."""
@@ -29,7 +29,6 @@ class JointStatistics:
         p95: 95th percentile of the magnitude of the relative error.
         claimed: Root mean square of the claimed relative standard deviation.
         cover_1, cover_2: Share of trials within 1 and 2 claimed standard deviations (normal: 0.683 and 0.954).
-        cover_2_payload: The same for 2, with the payload's stated uncertainty added in quadrature.
         pass_rate: Share of trials that passed; one that failed did not.
         pass_low, pass_high: Its 95 % interval (Clopper and Pearson).
         wanted: Pass rate that the scenario asks for.
@@ -48,7 +47,6 @@ class JointStatistics:
     claimed: float | None
     cover_1: float | None
     cover_2: float | None
-    cover_2_payload: float | None
     pass_rate: float
     pass_low: float
     pass_high: float
@@ -79,8 +77,7 @@ def _one_joint(rule: JointRule, rows: pd.DataFrame) -> JointStatistics:
     interval = stats.binomtest(rule.passed, rule.trials).proportion_ci(CONFIDENCE, method="exact")
     failed = int(np.count_nonzero(rows["failure"].notna()))
     found = rows[rows["identifiable"]]
-    error, z, true = (found[name].to_numpy(dtype=np.float64) for name in ("rel_error", "z", "true"))
-    std, payload = (found[name].to_numpy(dtype=np.float64) for name in ("std", "payload_std"))
+    error, z, true, std = (found[name].to_numpy(dtype=np.float64) for name in ("rel_error", "z", "true", "std"))
     some, several = len(found) > 0, len(found) > 1
     spread = float(np.std(error, ddof=1)) if several else None
     return JointStatistics(
@@ -95,7 +92,6 @@ def _one_joint(rule: JointRule, rows: pd.DataFrame) -> JointStatistics:
         claimed=float(np.sqrt(np.mean((std / true) ** 2))) if some else None,
         cover_1=float(np.mean(np.abs(z) < 1.0)) if some else None,
         cover_2=float(np.mean(np.abs(z) < 2.0)) if some else None,
-        cover_2_payload=float(np.mean(np.abs(error * true) < 2.0 * np.hypot(std, payload))) if some else None,
         pass_rate=rule.passed / rule.trials,
         pass_low=float(interval.low),
         pass_high=float(interval.high),

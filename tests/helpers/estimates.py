@@ -12,7 +12,14 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
     joints = tuple(
         RefusedGain(joint=f"j{k}", reason=reason, predicted_rel_std=None)
         if gain is None
-        else IdentifiedGain(joint=f"j{k}", value=gain, std=std, payload_rel_std=0.02, predicted_rel_std=std / abs(gain))
+        else IdentifiedGain(
+            joint=f"j{k}",
+            value=gain,
+            std=std,
+            payload_rel_std=0.02,
+            model_rel_std=0.03,
+            predicted_rel_std=std / abs(gain),
+        )
         for k, gain in enumerate(gains, 1)
     )
     solved = np.array([j for j, gain in enumerate(gains) if gain is not None])
@@ -26,13 +33,16 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
         position=np.tile(np.arange(3), k),
         row_period=0.05,
         unknowns={int(j): 1 for j in solved},
+        weight=np.ones(3 * k),
+        explained=np.zeros((3 * k, 0)),
     )
     solution = GainSolution(
         rows=rows,
         joints=solved,
         inverse=np.array([1.0 / gain for gain in gains if gain is not None]),
         influence=np.zeros((k, 3 * k)),
-        sensitivity=np.zeros((k, 1, 10)),
+        payload=np.zeros((k, 0)),
+        model=np.zeros((k, 0)),
         load_rms=np.full(k, 3.0),
         friction=np.full(k, 2.0),
         friction_influence=np.zeros((k, 3 * k)),

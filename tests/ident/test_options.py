@@ -97,5 +97,6 @@ def test_a_range_says_what_it_wants():
 
 
 def test_an_uncertainty_that_does_not_exist_is_named_with_those_that_do():
-    with pytest.raises(OptionError, match="uncertainty = 'jackknife': expected one of larger, classical, serial"):
-        GainOptions(uncertainty="jackknife")
+    expected = "uncertainty = 'bootstrap': expected one of larger, classical, serial, jackknife, cautious"
+    with pytest.raises(OptionError, match=expected):
+        GainOptions(uncertainty="bootstrap")

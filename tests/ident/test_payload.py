@@ -42,7 +42,7 @@ FAULTS = {
     "mass = 7\ncom = [0, 0, 142]\nknown = 'mass'": "expected metres",
     "mass = 7\ncom = [0, 0, inf]\nknown = 'mass'": "com = .* is not finite",
     "mass = 7\nmass_std = nan\nknown = 'mass'": "mass_std = nan is not finite",
-    "mass = 1\nknown = 'some'": "known = 'some'; expected 'all' or 'mass'",
+    "mass = 1\nknown = 'some'": "known = 'some'; expected 'all', 'com', 'mass' or 'none'",
     "mass = 1\nweight = 2": "unknown key 'weight'; expected mass",
     "mass = 1": "known = 'all' but com is missing; add it, or set known = 'mass'",
     "mass = 1\ncom = [0, 0, 0]": "known = 'all' but inertia is missing",

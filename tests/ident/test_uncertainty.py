@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import linalg
 
 from ident.least_squares import least_squares
 from ident.prediction import predicted_rel_std
@@ -23,6 +24,8 @@ def rows(rng) -> Rows:
         position=position,
         row_period=0.25,
         unknowns={0: 2, 2: 4},
+        weight=np.where(joint == 0, 3.1, 0.6),
+        explained=linalg.block_diag(linalg.orth(rng.normal(size=(7, 2))), linalg.orth(rng.normal(size=(11, 2)))),
     )
 
 
@@ -126,6 +129,8 @@ def serial_of(motions: int, left_out: bool) -> tuple[float, float, float]:
             position=np.concatenate(positions),
             row_period=0.05,
             unknowns={0: 2},
+            weight=np.ones(len(Y)),
+            explained=fit.basis,
         )
         influence = (W @ fit.cofactor[1])[None]
         found.append(fit.x[1])

@@ -34,7 +34,8 @@ def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
     verdict = judge(estimate, np.array([1.0, 1.0, 1.0, 1.0, 1.0, -1.0]), tolerance, expectation="mine.toml")
     assert [gain.passed for gain in verdict.gains] == [True, False, True, False, False, True]
     assert not verdict.passed
-    np.testing.assert_allclose([verdict.gains[0].rel_error, verdict.gains[0].z], [0.009, 0.9])
+    total = np.linalg.norm([0.01, 0.02 * 1.009, 0.03 * 1.009])  # residual, payload, model
+    np.testing.assert_allclose([verdict.gains[0].rel_error, verdict.gains[0].z], [0.009, 0.009 / total])
     np.testing.assert_allclose(verdict.gains[5].rel_error, -0.005)
     assert verdict.gains[1].reason == "off by +1.1 %, tolerance 1 %"
     assert verdict.gains[3].reason == "too little load"
@@ -201,7 +202,7 @@ def test_usage_errors_exit_with_2(capsys):
 
 
 KEYS = ["joint", "true", "estimate", "std", "rel_error", "z", "tolerance", "identifiable", "passed", "reason"]
-KEYS += ["name", "payload_std", "total_std", "predicted_rel_std"]
+KEYS += ["name", "residual_std", "payload_std", "model_std", "total_std", "predicted_rel_std"]
 
 
 @pytest.fixture(scope="module")

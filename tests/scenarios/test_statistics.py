@@ -20,7 +20,7 @@ def rows(
 ) -> pd.DataFrame:
     """Rows of a study whose errors are normal, joint 1 with a gain of 2, joint 2 never identified."""
     error = np.random.default_rng(3).normal(bias, std, n)
-    one = {"true": 2.0, "std": 2.0 * claimed, "rel_error": error, "z": error / claimed, "payload_std": 2.0 * claimed}
+    one = {"true": 2.0, "std": 2.0 * claimed, "rel_error": error, "z": error / claimed}
     first = pd.DataFrame({"trial": np.arange(n), "joint": 1, **one, "identifiable": True, "failure": None})
     first["passed"] = np.abs(error) <= tolerance
     second = first.assign(joint=2, std=np.nan, rel_error=np.nan, z=np.nan, identifiable=False, passed=True)
@@ -41,7 +41,7 @@ def test_statistics_of_normal_errors_are_the_known_ones():
     np.testing.assert_allclose(one.bias_std, 0.01 / np.sqrt(n), rtol=4 / np.sqrt(2 * n))
     np.testing.assert_allclose(one.spread, 0.01, rtol=4 / np.sqrt(2 * n))
     np.testing.assert_allclose(one.claimed, 0.01, rtol=1e-12)
-    for share, deviations in ((one.cover_1, 1.0), (one.cover_2, 2.0), (one.cover_2_payload, 2.0 * np.sqrt(2.0))):
+    for share, deviations in ((one.cover_1, 1.0), (one.cover_2, 2.0)):
         expected = stats.norm.cdf(deviations - 0.2) - stats.norm.cdf(-deviations - 0.2)
         assert abs(share - expected) < 4 * 0.5 / np.sqrt(n)
     assert one.pass_low < one.pass_rate < one.pass_high
@@ -156,6 +156,23 @@ def test_panels_share_axes_that_hold_the_joint_that_errs_most():
     for axis in plots.against_true(found, subject).axes:
         low, high = axis.get_ylim()
         assert high > largest or low < -largest
+
+
+def test_bins_of_all_panels_are_as_wide_as_the_spread_of_the_narrowest_asks():
+    error = np.random.default_rng(11).uniform(-0.03, 0.05, 150_000)
+    table = pd.concat(
+        pd.DataFrame({"identifiable": True, "joint": j, "true": 0.9, "std": 1e-4, "tolerance": 3.0, "rel_error": e})
+        for j, e in ((2, error), (5, 0.7 * error))
+    )
+    quarter, three = np.quantile(0.7 * error, [0.25, 0.75])
+    widest = 2.0 * (three - quarter) / len(error) ** (1 / 3)  # rule of Freedman and Diaconis
+    spread = 0.7 * np.ptp(error)
+    width = spread / np.ceil(spread / widest)
+    reach = 1.1 * np.abs(error).max()
+    for axis in plots.histograms(plots.panels(table), plots.Subject(title="x", without=())).axes:
+        bars = [patch.get_x() for patch in axis.patches]
+        assert len(bars) == int(2.0 * reach / width)
+        np.testing.assert_allclose(min(bars), -100.0 * reach, rtol=1e-12)
 
 
 def test_errors_are_drawn_against_the_injected_gain_where_it_varies():

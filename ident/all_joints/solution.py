@@ -1,0 +1,141 @@
+"""From a problem to a solution: columns, reduction, start, search, and again with the torques that were found."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.all_joints.columns import JointColumns, SharedParameters, joint_columns, shared_parameters
+from ident.all_joints.fit import AllJointsFit, fitted
+from ident.all_joints.friction import OwnColumns, Term, own_columns
+from ident.all_joints.reduction import reduced_joint
+from ident.all_joints.search import Prior, search
+from ident.all_joints.start import start_of
+from ident.arrays import Array
+from ident.errors import NotIdentifiable
+from ident.estimate import GainSolution
+from ident.problem import Problem
+
+Terms = Sequence[Mapping[str, Term]]
+"""Further friction terms of each joint by name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Setting:
+    """What every fit of a problem starts from.
+
+    Attributes:
+        problem: Motions and payloads.
+        shared: Which parameters joints share.
+        columns: Rows of every joint.
+        per_motion: Whether viscous and Coulomb friction differ between motions.
+        prior_std: Deviation of log|h| that is allowed around the start.
+    """
+
+    problem: Problem
+    shared: SharedParameters
+    columns: tuple[JointColumns, ...]
+    per_motion: bool
+    prior_std: float
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.columns)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fitted:
+    """A fit, and the own columns it was made with."""
+
+    own: tuple[OwnColumns, ...]
+    fit: AllJointsFit
+
+
+def setting(problem: Problem, *, per_motion: bool, prior_std: float) -> Setting:
+    """Prepare the fits of a problem.
+
+    Raises:
+        NotIdentifiable: If no known payload parameter sets the scale of the gains.
+    """
+    shared = shared_parameters(problem)
+    if not shared.known.any():
+        raise NotIdentifiable("nothing that is known sets the scale of the gains; mount a payload of known mass")
+    return Setting(
+        problem=problem,
+        shared=shared,
+        columns=joint_columns(problem, shared),
+        per_motion=per_motion,
+        prior_std=prior_std,
+    )
+
+
+def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fitted | None) -> Fitted:
+    """Fit the model with further terms.
+
+    Args:
+        ready: The problem.
+        terms: Friction terms of each joint.
+        softened: Change of each joint's torque per unit of each joint's compliance, empty for stiff joints.
+        before: A fit to begin with; None to begin from nothing.
+
+    Raises:
+        TooFewRows: If a joint has fewer rows than unknowns.
+        NotConverged: If no end is found.
+    """
+    columns = ready.columns
+    if softened:
+        columns = tuple(
+            replace(each, shared=np.hstack((each.shared, soft))) for each, soft in zip(columns, softened, strict=True)
+        )
+    own = tuple(
+        own_columns(each, dict(more), per_motion=ready.per_motion) for each, more in zip(columns, terms, strict=True)
+    )
+    joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
+    h = start_of(ready.problem, joints, own).h if before is None else before.fit.found.h
+
+    def around(h: Array) -> Prior:
+        return Prior(mean=np.log(np.abs(h)), std=np.full(len(h), ready.prior_std))
+
+    first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
+    prior = around(first.h)
+    found = search(joints, first.h, prior)
+    return Fitted(own=own, fit=fitted(columns, own, joints, found, prior, ready.problem.row_period))
+
+
+def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
+    """What a fit says about the gains.
+
+    Args:
+        ready: The problem.
+        final: The fit.
+        model: Relative change of each gain per deviation of what the model takes for granted, shape (n, m); beliefs
+            of the fit itself are added.
+    """
+    fit = final.fit
+    n, h, rows = ready.n, fit.found.h, fit.rows
+    friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
+    for j, (own, phi, phi_influence) in enumerate(zip(final.own, fit.phi, fit.phi_influence, strict=True)):
+        for k, name in enumerate(own.names):
+            if name in ("Fv", "Fc"):
+                column = own.F[:, k]
+                size = float(np.sqrt(np.mean(column[column != 0.0] ** 2)))
+                for which in (0, 1) if name == "Fc" else (0,):
+                    friction[j, which] += size * phi[k]
+                    influence[j, which] += size * phi_influence[k]
+    payload = np.concatenate([each.payload for each in ready.columns], axis=1)  # (mountings, r, 10)
+    stated = h[rows.joint][:, None] * np.hstack([W_L @ F for W_L, F in zip(payload, ready.shared.spread, strict=True)])
+    loaded = np.concatenate([each.payload.any(axis=(0, 2)) for each in ready.columns])
+    known = np.concatenate([each.known for each in ready.columns])
+    return GainSolution(
+        rows=rows,
+        joints=np.arange(n),
+        inverse=h,
+        influence=h[:, None] * fit.log_influence,
+        payload=fit.log_influence @ stated,
+        model=np.hstack((fit.log_belief, model)),
+        load_rms=np.array([np.sqrt(np.mean(known[loaded & (rows.joint == j)] ** 2)) for j in range(n)]),
+        friction=friction,
+        friction_influence=influence,
+        unsolved={},
+    )

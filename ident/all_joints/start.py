@@ -1,0 +1,93 @@
+"""Where the search begins: signs by load or friction, sizes joint by joint, the rest from what joints share."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from ident.all_joints.friction import OwnColumns
+from ident.all_joints.reduction import DEPENDENT, ReducedJoint
+from ident.arrays import Array, Mask
+from ident.joint_fit import JointFit, joint_fit
+from ident.problem import Problem
+
+SURE_Z = 6.0
+"""Standard deviations at which a joint's own rows are believed about its gain."""
+BRAKES_Z = 10.0
+"""Standard deviations at which friction is believed about the sign of a gain."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Start:
+    """Where the search begins.
+
+    Attributes:
+        h: 1/g with its sign, shape (n,).
+        sure: Joints whose sign is sure, shape (n,).
+    """
+
+    h: Array
+    sure: Mask
+
+
+def start_of(problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns]) -> Start:
+    """Begin with the gains that joints show alone (eq. 27) and those that fit their links to the others.
+
+    Args:
+        problem: Motions and payloads.
+        joints: Reduced rows of every joint, n.
+        own: Their own columns.
+    """
+    n = len(joints)
+    h, by_load = np.zeros(n), np.zeros(n, dtype=bool)
+    if problem.payloads:
+        known = [payload.known_part() for payload in problem.payloads]
+        for j, fit in enumerate(joint_fit(problem, joint, known) for joint in range(n)):
+            if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
+                h[j], by_load[j] = fit.inverse, True
+    brakes = np.array([friction_z(each, F.names) for each, F in zip(joints, own, strict=True)])
+    sign = np.where(by_load, np.sign(h), np.where(brakes < 0.0, -1.0, 1.0))
+    if not by_load.any():  # the scale is free: one joint sets it
+        loudest = int(np.argmax([np.linalg.norm(each.V[each.inner]) for each in joints]))
+        h[loudest] = sign[loudest]
+    while not h.all():
+        h = _extended(joints, h, sign)
+    return Start(h=h, sure=by_load | (np.abs(brakes) > BRAKES_Z))
+
+
+def friction_z(joint: ReducedJoint, names: Sequence[str]) -> float:
+    """Dry and viscous friction over its deviation, whichever is surer: its sign is that of the gain."""
+    W = np.column_stack((joint.F, joint.A, joint.k))
+    norms = np.linalg.norm(W, axis=0)
+    unit = W / np.where(norms > 0.0, norms, 1.0)
+    pseudo = linalg.pinv(unit, rtol=DEPENDENT, check_finite=False)
+    x, deviation = pseudo @ joint.V, np.linalg.norm(pseudo, axis=1)
+    z = [x[k] / deviation[k] for k, name in enumerate(names) if name in ("Fv", "Fc") and deviation[k] > 0.0]
+    return float(max(z, key=abs, default=0.0))
+
+
+def _extended(joints: Sequence[ReducedJoint], h: Array, sign: Array) -> Array:
+    """The gain of one more joint, from the parameters that it shares with those that have one.
+
+    The joint that these explain best comes first.
+    """
+    have: list[int] = np.flatnonzero(h).tolist()
+    B = np.vstack([h[j] * joints[j].A[joints[j].inner] for j in have])
+    y = np.concatenate([joints[j].V[joints[j].inner] - h[j] * joints[j].k[joints[j].inner] for j in have])
+    norms = np.linalg.norm(B, axis=0)
+    unit = B / np.where(norms > 0.0, norms, 1.0)
+    theta = linalg.lstsq(unit, y, cond=1e-6, check_finite=False)[0] / np.where(norms > 0.0, norms, 1.0)
+    best, share = (-1, 1.0), -1.0
+    for j in np.flatnonzero(h == 0.0).tolist():
+        each = joints[j]
+        torque, V = (each.A @ theta + each.k)[each.inner], each.V[each.inner]
+        scale = float(np.linalg.norm(torque))
+        along = float(torque @ V) / scale**2 if scale > 0.0 else 0.0
+        explained = abs(along) * scale / max(float(np.linalg.norm(V)), 1e-300)
+        size = abs(along) if along * sign[j] > 0.0 else float(np.linalg.norm(V)) / max(scale, 1e-300)
+        if explained > share:
+            best, share = (j, size), explained
+    extended = h.copy()
+    extended[best[0]] = sign[best[0]] * (best[1] or 1.0)
+    return extended

@@ -1,0 +1,80 @@
+"""Torques of the fitted arm at full rate, and the columns that follow from them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ident.all_joints.columns import SharedParameters
+from ident.arm import Arm
+from ident.arrays import Array
+from ident.parameters import STANDARD
+from ident.problem import Motion, Problem
+from ident.regressor import regressor_blocks
+
+TORQUE_RATE = 8.0
+"""Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
+SOFTENING = 1e-6
+"""Compliance by which the derivative of torques is taken [rad / (N m)]: far below any real one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Torques:
+    """Torques of an arm along a motion.
+
+    Attributes:
+        rigid: Torque of everything but friction and offset at full rate [N m], shape (N, n).
+        softened: Its change on each joint per unit of each joint's compliance [N m / (rad / (N m))], shape (N, n, n),
+            joint before compliance.
+    """
+
+    rigid: Array
+    softened: Array
+
+
+def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: Array, *, compliance: bool) -> Torques:
+    """Torques of the fitted arm along a motion.
+
+    A compliant joint's link is behind its motor, where the encoder sits, by the torque that it transmits times the
+    compliance C; so are its velocity and acceleration. The rotor is not.
+
+    Args:
+        problem: Motions and payloads.
+        motion: One of them, from a recording.
+        shared: Which parameters joints share.
+        theta: Their values, shape (p,).
+        compliance: Whether `softened` is wanted; else it is empty.
+    """
+    behind, structure = motion.observation.full_rate, problem.structure
+    assert behind is not None, "an observation of a recording has its full rate"
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+    for mounted, values in zip(problem.payloads, shared.payload_values(theta), strict=True):
+        if motion.payload is mounted:
+            chi[structure.payload_columns] += values
+    stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
+    t = np.arange(len(behind.q)) * behind.period
+    at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
+    states = behind.q[at], behind.dq[at], behind.ddq[at]
+    rigid = CubicSpline(t[at], _torque(structure.arm, chi, *states))
+    if not compliance:
+        return Torques(rigid(t), np.zeros((0, structure.arm.n, structure.arm.n)))
+    link = chi.copy()
+    link[[k * len(STANDARD) + STANDARD.index("Ia") for k in range(structure.arm.n)]] = 0.0
+    stiff = _torque(structure.arm, link, *states)
+    transmitted = CubicSpline(t[at], stiff)
+    change = np.stack([transmitted(t[at], order) for order in range(3)])  # (3, samples, n)
+    softened = np.empty((len(at), structure.arm.n, structure.arm.n))
+    for k in range(structure.arm.n):
+        only = np.arange(structure.arm.n) == k
+        moved = [x - SOFTENING * each * only for x, each in zip(states, change, strict=True)]
+        softened[:, :, k] = (_torque(structure.arm, link, *moved) - stiff) / SOFTENING
+    return Torques(rigid(t), CubicSpline(t[at], softened)(t))
+
+
+def _torque(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
+    """Torque of standard parameters, shape (N, n)."""
+    torque = np.empty_like(q)
+    for block, columns in regressor_blocks(arm, q, dq, ddq):
+        torque[block] = np.einsum("jps,p->sj", columns, chi)
+    return torque

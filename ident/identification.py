@@ -8,7 +8,7 @@ from ident.arm import Arm
 from ident.contradiction import check_shape, check_signs
 from ident.errors import Contradiction
 from ident.estimate import GainEstimate
-from ident.estimators import estimator
+from ident.estimators import DEFAULT, estimator
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
@@ -55,7 +55,7 @@ def identify(
     robot: Arm | Structure,
     payload: Payload,
     *,
-    method: str = "ls-2011",
+    method: str = DEFAULT,
     options: object | None = None,
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
@@ -77,7 +77,7 @@ def identify_motions(
     motions: Sequence[Recorded],
     robot: Arm | Structure,
     *,
-    method: str = "ls-2011",
+    method: str = DEFAULT,
     options: object | None = None,
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,

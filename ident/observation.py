@@ -62,7 +62,7 @@ class ObserveOptions:
     cutoff_hz: float = 15.0
     decimation_cutoff_hz: float = 10.0
     rows_per_second: float = 20.0
-    reversal_speed: float = 0.2
+    reversal_speed: float = 0.1
     current_delay: float = 0.0
     min_weight: float = 0.5
 

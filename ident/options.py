@@ -32,7 +32,7 @@ class GainOptions:
     noise_floor: float = 0.05
     serial_s: float = 1.0
     rank_tol: float = 1e-7
-    uncertainty: str = field(default="larger", metadata={NAMES: UNCERTAINTIES})
+    uncertainty: str = field(default="cautious", metadata={NAMES: UNCERTAINTIES})
 
     def __post_init__(self) -> None:
         """Check the values.

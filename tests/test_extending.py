@@ -212,7 +212,7 @@ def test_an_uncertainty_decides_about_deviations_from_command_line_and_scenario(
     sizes = np.array([np.sum(rows.joint == j) for j in range(6)])
     correction = np.sqrt(sizes / (sizes - np.array([rows.unknowns[j] for j in range(6)])))
     options = GainOptions(uncertainty="serial", serial_s=0.0)
-    serial = identify(*plain.recordings, arm, plain.bench.payload, gains=options).estimate
+    serial = identify(*plain.recordings, arm, plain.bench.payloads["loaded"], gains=options).estimate
     compared = 0
     for gain, joint, factor in zip(gains, serial.joints, correction, strict=True):
         if gain["std"] is not None:

@@ -4,7 +4,7 @@ import argparse
 import time
 
 import scenarios.commands.arguments as arguments
-from ident.estimators import ESTIMATORS
+from ident.estimators import DEFAULT, ESTIMATORS
 from ident.identification import Recorded, identify_motions
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar=("I", "J"),
         help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
     )
-    add("--method", choices=ESTIMATORS, default="ls-2011", help="estimator (default %(default)s)")
+    add("--method", choices=ESTIMATORS, default=DEFAULT, help="estimator (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):

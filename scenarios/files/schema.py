@@ -124,7 +124,7 @@ class BeliefTable(_Table):
 class IdentificationTable(_Table):
     """How gains are identified; `options` are the method's own."""
 
-    method: str = "ls-2011"
+    method: str = DEFAULT
     options: dict[str, bool | float | str] = {}
     observe: ObserveOptions = ObserveOptions()
     gains: GainOptions = GainOptions()

@@ -101,7 +101,7 @@ def test_arms_whose_wiring_is_known_are_not_questioned(ur, logs):
 
 def test_a_scenario_s_arm_is_not_questioned(monkeypatch):
     asked = []
-    monkeypatch.setattr(scenarios.run, "identify", lambda *_, wiring, **__: asked.append(wiring) or 1 / 0)
+    monkeypatch.setattr(scenarios.run, "identify_motions", lambda *_, wiring, **__: asked.append(wiring) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
         scenarios.run.run_scenario("ideal")
     assert asked == [known_wiring]

@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from ident.errors import OptionError
 from ident.estimate import GainEstimate
-from ident.estimators import ls_2011, nls, sequential_2011
+from ident.estimators import ls_2011, nls, ols, sequential_2011, tls_2014
 from ident.problem import Problem
 
 Options = TypeVar("Options")
@@ -39,7 +39,9 @@ def plug_in(estimate: Callable[[Problem, Options], GainEstimate], options: type[
 ESTIMATORS: dict[str, Estimator] = {
     ls_2011.NAME: plug_in(ls_2011.joint_by_joint_gains, ls_2011.JointByJointOptions),
     nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions),
+    ols.NAME: plug_in(ols.homogeneous_gains, ols.HomogeneousOptions),
     sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
+    tls_2014.NAME: plug_in(tls_2014.total_gains, tls_2014.TotalOptions),
 }
 """`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B)."""
 

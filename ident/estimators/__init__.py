@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from ident.errors import OptionError
 from ident.estimate import GainEstimate
-from ident.estimators import ls_2011, nls, ols, sequential_2011, tls_2014
+from ident.estimators import iv, ls_2011, nls, ols, sequential_2011, tls_2014
 from ident.problem import Problem
 
 Options = TypeVar("Options")
@@ -37,6 +37,7 @@ def plug_in(estimate: Callable[[Problem, Options], GainEstimate], options: type[
 
 
 ESTIMATORS: dict[str, Estimator] = {
+    iv.NAME: plug_in(iv.instrumental_gains, iv.InstrumentOptions),
     ls_2011.NAME: plug_in(ls_2011.joint_by_joint_gains, ls_2011.JointByJointOptions),
     nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions),
     ols.NAME: plug_in(ols.homogeneous_gains, ols.HomogeneousOptions),

@@ -15,7 +15,7 @@ from ident.full_rate import FullRate
 DEGREE = 5
 """Of the spline: accelerations of a third degree between knots."""
 SAMPLES = 4.0
-"""Samples that are fitted to, in cut-offs of the positions: two hold all that these have, the rest is for their edge."""
+"""Samples that are fitted to, in cut-offs of the positions: two hold all they have, the rest is for their edge."""
 MOST = 0.5
 """Largest share of the independent samples that coefficients may take."""
 FINER = 1.15
@@ -50,16 +50,14 @@ def reference(behind: FullRate) -> Reference:
     Args:
         behind: Filtered samples of a motion.
     """
-    samples, n = behind.q.shape
-    t = np.arange(samples) * behind.period
+    samples = len(behind.q)
+    t = np.asarray(behind.period * np.arange(samples), np.float64)
     at = np.arange(0, samples, max(1, int(1.0 / (SAMPLES * behind.cutoff_hz * behind.period))))
     independent = 2.0 * behind.cutoff_hz * float(t[-1])
     fits = [_Fit.of(t[at], behind.q[at], number) for number in _numbers(independent)]
     cost = np.array([independent * np.log(each.squares) + each.size * np.log(independent) for each in fits])
     best = [fits[k] for k in np.argmin(cost, axis=0).tolist()]
-    q, dq, ddq = (
-        np.column_stack([each.spline(t, order)[:, j] for j, each in enumerate(best)]) for order in range(3)
-    )
+    q, dq, ddq = (np.column_stack([each.spline(t, order)[:, j] for j, each in enumerate(best)]) for order in range(3))
     return Reference(
         q=q,
         dq=dq,

@@ -15,7 +15,7 @@ from ident.errors import NotIdentifiable
 from ident.estimate import GainEstimate
 from ident.gain_system import GainSystem, gain_system
 from ident.instruments import instrumental
-from ident.joint_fit import JointFit, joint_by_joint, joint_fit
+from ident.joint_fit import JointFit, NoFit, joint_by_joint, joint_fit
 from ident.observation import Observation, reduced
 from ident.parameters import STANDARD
 from ident.payload import KnownPayload
@@ -75,7 +75,7 @@ def instruments(problem: Problem) -> Instruments:
         behind = motion.observation.full_rate
         if behind is None:
             raise NotIdentifiable(
-                f"motion {number + 1} has rows but no recording behind them; {NAME} needs one to find a smooth motion in"
+                f"motion {number + 1} has rows but no recording behind them; {NAME} needs one to find its smooth motion"
             )
         smooth = reference(behind)
         kept = max(kept, float(smooth.kept.max()))
@@ -101,7 +101,7 @@ def _along(observation: Observation, smooth: Reference) -> Observation:
     return replace(observation, joints=joints)
 
 
-def _fit(problem: Problem, aid: Problem, joint: int, known: Sequence[KnownPayload]):
+def _fit(problem: Problem, aid: Problem, joint: int, known: Sequence[KnownPayload]) -> JointFit | NoFit:
     def solver(system: GainSystem, rank_tol: float) -> JointFit:
         along = gain_system(aid, joint, known)
         assert along is not None, "the kinematics decide, and they are the same"
@@ -111,7 +111,11 @@ def _fit(problem: Problem, aid: Problem, joint: int, known: Sequence[KnownPayloa
 
 
 def _remark(kept: float) -> str:
-    """How much of the encoder's noise the instruments share: white positions, derivatives over a band `kept` as wide."""
+    """How much of the encoder's noise the instruments share.
+
+    A fit with the share `kept` of the coefficients keeps the frequencies below that share of the cut-off. Noise of the
+    positions is white, that of accelerations grows with the fourth power of frequency.
+    """
     return (
         f"the instruments share up to {100.0 * kept:.2g} % of the positions' noise and {100.0 * kept**5:.2g} % of the "
         "accelerations' (of the variance)"

@@ -82,7 +82,7 @@ def _solved(system: HomogeneousSystem) -> Unknowns:
     Q, R = linalg.qr(system.H / scale, mode="economic", check_finite=False)
     U, s, Vt = np.linalg.svd(R)
     shown = s > system.problem.options.rank_tol * s[0]
-    explained: Array = Q @ U[:, shown]
+    explained = np.asarray(Q @ U[:, shown], np.float64)
     spread = Vt[shown].T / s[shown] / scale[:, None]
     pseudo = spread @ explained.T  # (u, r)
     x = pseudo @ system.k

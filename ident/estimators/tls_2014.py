@@ -9,13 +9,12 @@ off by tens of percent, or negative.
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import linalg
 
 from ident.arrays import Array, Indices
 from ident.conclusion import concluded
-from ident.errors import NotIdentifiable
 from ident.estimate import GainEstimate
 from ident.estimators.ols import check_weights
+from ident.homogeneous.null_vector import null_vector
 from ident.homogeneous.solved import Unknowns, gain_solution
 from ident.homogeneous.system import HomogeneousSystem, homogeneous_system
 from ident.homogeneous.weights import WEIGHTS
@@ -65,31 +64,11 @@ def total_gains(problem: Problem, options: TotalOptions) -> GainEstimate:
 
 
 def _solved(system: HomogeneousSystem) -> Unknowns:
-    """The null vector, and its derivative to first order at constant scales.
-
-    With M = U S V^T and z the last column of V, dz = G (dM^T M + M^T dM) z, G = sum over the other columns of
-    v_k v_k^T / (s^2 - s_k^2).
-    """
+    """The null vector of the columns that are there, the known payload's the last."""
     rank_tol = system.problem.options.rank_tol
     chosen = _independent(system, rank_tol)
     M = np.column_stack((system.H[:, chosen], -system.k))
-    scale = np.linalg.norm(M, axis=0)
-    Q, R = linalg.qr(M / scale, mode="economic", check_finite=False)
-    U, s, Vt = np.linalg.svd(R)
-    z = Vt[-1]
-    if s[-2] <= rank_tol * s[0] or abs(z[-1]) <= rank_tol:
-        raise NotIdentifiable("more than one set of gains fits the equations; record a richer motion, or a payload")
-    explained = Q @ U[:, :-1]
-    gap = s[-1] ** 2 - s[:-1] ** 2
-    by_row = (Vt[:-1].T * (s[:-1] / gap)) @ explained.T  # G M^T, (m, r)
-    G = (Vt[:-1].T / gap) @ Vt[:-1]
-    left = s[-1] * (Q @ U[:, -1])
-    x, top = z / scale / (z[-1] / scale[-1]), z[-1] / scale[-1]
-
-    def derivative(column: Indices, size: Array) -> Array:
-        """Of x by an entry of M in each row, in `column`, that grows by `size`, shape (m, r)."""
-        dz = (by_row * z[column] + G[:, column] * left) * (size / scale[column]) / scale[:, None]
-        return (dz - np.outer(x, dz[-1])) / top
+    found = null_vector(M, np.linalg.norm(M, axis=0), rank_tol=rank_tol)
 
     def whole(part: Array) -> Array:
         """Without the payload's own coefficient, zeros for columns that were left out."""
@@ -101,10 +80,10 @@ def _solved(system: HomogeneousSystem) -> Unknowns:
     payload = np.full(len(system.k), len(chosen))
     current = np.where(seen[system.joint], np.searchsorted(chosen, system.joint), payload)
     return Unknowns(
-        x=whole(x),
-        by_current=whole(derivative(current, system.weight)),
-        by_load=whole(derivative(payload, -system.weight)),
-        explained=explained,
+        x=whole(found.x),
+        by_current=whole(found.derivative(current, system.weight)),
+        by_load=whole(found.derivative(payload, -system.weight)),
+        explained=found.explained,
         seen=seen,
     )
 

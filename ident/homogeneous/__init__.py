@@ -1,4 +1,4 @@
-"""All joints at once, in torque units: gains as unknowns beside the arm's parameters, the known payload as what is given.
+"""All joints at once, in torque units: gains are unknowns beside the arm's parameters, the known payload is given.
 
 V_j g_j - A_j theta - F_j phi_j = k_j
 
@@ -11,6 +11,7 @@ The currents, the only noisy part, stand among the columns, so that no method on
 
 system       the stacked equations
 weights      how rows of different joints count
+null_vector  its solution by total least squares
 solved       from its unknowns to gains, with the influence of each row
 bias         what current noise does to ordinary least squares
 """

@@ -10,14 +10,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import linalg
 
-from ident.arrays import Array
 from ident.conclusion import concluded
-from ident.errors import OptionError
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.homogeneous.bias import noise_bias
 from ident.homogeneous.solved import Unknowns, gain_solution
 from ident.homogeneous.system import HomogeneousSystem, homogeneous_system
-from ident.homogeneous.weights import WEIGHTS
+from ident.homogeneous.weights import WEIGHTS, check_weights
 from ident.options import NAMES
 from ident.problem import Problem
 
@@ -45,16 +43,6 @@ class HomogeneousOptions:
         check_weights(self.weights)
 
 
-def check_weights(name: str) -> None:
-    """Refuse a name that is none of `WEIGHTS`.
-
-    Raises:
-        OptionError: Naming those that exist.
-    """
-    if name not in WEIGHTS:
-        raise OptionError(f"weights = {name!r}: expected one of {', '.join(WEIGHTS)}")
-
-
 def homogeneous_gains(problem: Problem, options: HomogeneousOptions) -> GainEstimate:
     """Estimate the gains of all joints by ordinary least squares of the homogeneous form.
 
@@ -72,7 +60,7 @@ def homogeneous_gains(problem: Problem, options: HomogeneousOptions) -> GainEsti
     system = homogeneous_system(problem, options.weights)
     found = _solved(system)
     estimate = concluded(NAME, problem, gain_solution(system, found))
-    return replace(estimate, remarks=_remarks(estimate, noise_bias(system, found.x[: system.n])))
+    return replace(estimate, remarks=_remarks(estimate, noise_bias(system, found)))
 
 
 def _solved(system: HomogeneousSystem) -> Unknowns:
@@ -99,12 +87,12 @@ def _solved(system: HomogeneousSystem) -> Unknowns:
     )
 
 
-def _remarks(estimate: GainEstimate, bias: Array | None) -> tuple[str, ...]:
+def _remarks(estimate: GainEstimate, bias: dict[int, float] | None) -> tuple[str, ...]:
     if bias is None:
         return ("the currents show no more than their noise would: how much too small the gains are cannot be said",)
     return tuple(
         f"joint {j + 1}: noise of the currents makes this gain {100.0 * abs(each):.2g} % "
         f"too {'small' if each < 0.0 else 'large'}"
-        for j, (joint, each) in enumerate(zip(estimate.joints, bias.tolist(), strict=True))
-        if isinstance(joint, IdentifiedGain)
+        for j, each in bias.items()
+        if isinstance(estimate.joints[j], IdentifiedGain)
     )

@@ -13,11 +13,10 @@ import numpy as np
 from ident.arrays import Array, Indices
 from ident.conclusion import concluded
 from ident.estimate import GainEstimate
-from ident.estimators.ols import check_weights
 from ident.homogeneous.null_vector import null_vector
 from ident.homogeneous.solved import Unknowns, gain_solution
 from ident.homogeneous.system import HomogeneousSystem, homogeneous_system
-from ident.homogeneous.weights import WEIGHTS
+from ident.homogeneous.weights import WEIGHTS, check_weights
 from ident.least_squares import factors
 from ident.options import NAMES
 from ident.problem import Problem

@@ -9,6 +9,7 @@ from ident.all_joints.friction import own_columns
 from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.start import start_of
 from ident.arrays import Array
+from ident.errors import OptionError
 from ident.problem import Problem
 
 
@@ -30,3 +31,13 @@ def by_joint(problem: Problem, columns: Sequence[JointColumns]) -> Array:
 
 
 WEIGHTS: dict[str, Callable[[Problem, Sequence[JointColumns]], Array]] = {"equal": equal, "joint": by_joint}
+
+
+def check_weights(name: str) -> None:
+    """Refuse a name that is none of `WEIGHTS`.
+
+    Raises:
+        OptionError: Naming those that exist.
+    """
+    if name not in WEIGHTS:
+        raise OptionError(f"weights = {name!r}: expected one of {', '.join(WEIGHTS)}")

@@ -44,7 +44,11 @@ ESTIMATORS: dict[str, Estimator] = {
     sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
     tls_2014.NAME: plug_in(tls_2014.total_gains, tls_2014.TotalOptions),
 }
-"""`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B)."""
+"""What each is.
+
+`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B);
+`nls`: all joints at once; `iv`: joint by joint with instruments; `ols`, `tls-2014`: in homogeneous form, for comparison.
+"""
 
 
 def estimator(name: str) -> Estimator:

@@ -3,6 +3,10 @@
 Encoder noise stands in the regressor and makes least squares favour small inertias. Instruments are the same columns
 along a motion without that noise: x = (Z^T W)^-1 Z^T V. A log holds no reference motion; a spline through its
 positions stands in. That is nearly, not quite, an instrument: it shares the low frequencies of the noise.
+
+With the default filters the low-pass has taken the noise away before, and nothing is gained even on an encoder of
+5e-4 rad. At cut-offs of 40 and 30 Hz there, least squares are off by 1.5 to 5 % and this by 0 to 0.4 %
+(`docs/derivations.md`).
 """
 
 from collections.abc import Sequence

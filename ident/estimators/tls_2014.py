@@ -3,7 +3,7 @@
 The null vector of the homogeneous equations of all joints, the known payload among the columns, is normalised so that
 the payload's coefficient is one. Rows are scaled joint by joint, columns to unit norm. Total least squares is
 consistent only if all scaled columns are equally noisy; of a robot the currents alone are noisy, so that gains may be
-off by tens of percent, or negative.
+off by tens of percent, or negative; its deviations know it and joints are refused.
 """
 
 from dataclasses import dataclass, field

@@ -47,7 +47,7 @@ ESTIMATORS: dict[str, Estimator] = {
 """What each is.
 
 `ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B);
-`nls`: all joints at once; `iv`: joint by joint with instruments; `ols`, `tls-2014`: in homogeneous form, for comparison.
+`nls`: all joints at once; `iv`: joint by joint with instruments; `ols`, `tls-2014`: in homogeneous form, to compare.
 """
 
 

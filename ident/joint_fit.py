@@ -1,6 +1,6 @@
 """One joint's gain system solved: the solution, and which row has what influence on it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +18,17 @@ from ident.rows import Rows
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointFit:
-    """The solution of a joint's system, whose last unknown is 1/g."""
+    """The solution of a joint's system, whose last unknown is 1/g.
+
+    Attributes:
+        system: The system.
+        fit: Its solution.
+        by_current: Derivative of the solution by the current of each row, shape (b, r).
+    """
 
     system: GainSystem
     fit: LeastSquares
+    by_current: Array
 
     @property
     def inverse(self) -> float:
@@ -31,7 +38,7 @@ class JointFit:
     @property
     def influence(self) -> Array:
         """Derivative of 1/g by the current of each of the joint's rows, shape (r,)."""
-        return self.system.W @ self.fit.cofactor[-1]
+        return self.by_current[-1]
 
     @property
     def sensitivity(self) -> Array:
@@ -51,20 +58,38 @@ class NoFit:
     reason: str
 
 
-def joint_fit(problem: Problem, joint: int, known: Sequence[KnownPayload]) -> JointFit | NoFit:
+Solver = Callable[[GainSystem, float], JointFit]
+"""The solution of a system, given the smallest relative singular value that counts."""
+
+
+def ordinary(system: GainSystem, rank_tol: float) -> JointFit:
+    """Ordinary least squares.
+
+    Raises:
+        TooFewRows: If rows are fewer than unknowns plus one.
+        NotExcited: If the rows do not show every unknown.
+    """
+    fit = least_squares(system.W, system.rows.V, rank_tol=rank_tol)
+    return JointFit(system, fit, fit.cofactor @ system.W.T)
+
+
+def joint_fit(
+    problem: Problem, joint: int, known: Sequence[KnownPayload], solver: Solver = ordinary
+) -> JointFit | NoFit:
     """Solve the system of a joint, from 0, or say why it has no solution (paper, eq. 27).
 
     Args:
         problem: Motions and payloads.
         joint: The joint.
         known: What of each payload is taken as known.
+        solver: How.
     """
     system = gain_system(problem, joint, known)
     if system is None:
         what = "the payload's mass alone" if all(each.names == ("M",) for each in known) else "the payload"
         return NoFit(joint, f"{what} puts no torque of its own on this joint")
     try:
-        return JointFit(system, least_squares(system.W, system.rows.V, rank_tol=problem.options.rank_tol))
+        return solver(system, problem.options.rank_tol)
     except (TooFewRows, NotExcited) as error:
         return NoFit(joint, str(error))
 
@@ -83,7 +108,7 @@ def joint_by_joint(fits: Sequence[JointFit | NoFit], known: Sequence[KnownPayloa
     for k, each in enumerate(solved):
         own = rows.of(each.system.rows.joint)
         influence[k, own] = each.influence
-        friction_influence[k, :, own] = each.system.friction @ each.fit.cofactor @ each.system.W.T
+        friction_influence[k, :, own] = each.system.friction @ each.by_current
     return GainSolution(
         rows=rows,
         joints=np.array([each.system.rows.joint for each in solved], dtype=np.intp),

@@ -176,13 +176,13 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     q, dq, ddq = (group_means(x[inner], group) for x in smooth)
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
     moving = _moving(structure, dq, options.reversal_speed)
-    V, W = _reduce(structure, (q, dq, ddq), v, moving, D)
+    V, W = reduced(structure, (q, dq, ddq), v, moving, D)
     joints = (_kept(structure, j, V, W[j], middle, period * D.factor, options) for j in range(n))
     behind = FullRate(q=q, dq=dq, ddq=ddq, moving=moving, period=period, cutoff_hz=options.cutoff_hz, decimator=D)
     return Observation(structure, tuple(joints), tuple(notes), behind)
 
 
-def _reduce(
+def reduced(
     structure: Structure, motion: tuple[Array, Array, Array], v: Array, moving: Mask, D: Decimator
 ) -> tuple[Array, list[Array]]:
     """Decimate the samples to be kept, block by block, so that the full-rate regressor is never stored.
@@ -224,7 +224,7 @@ def _moving(structure: Structure, dq: Array, share: float) -> Mask:
 def _kept(
     structure: Structure, j: int, V: Array, W: Array, t: Array, row_period: float, options: ObserveOptions
 ) -> JointObservation:
-    """The rows of joint j that lost little to reversals; V and W as `_reduce` returns them."""
+    """The rows of joint j that lost little to reversals; V and W as `reduced` returns them."""
     own, columns = len(STANDARD) * j, structure.joint_columns[j]
     keep = W[:, STANDARD.index("off")] >= options.min_weight  # the column of ones has become the weight left
     return JointObservation(

@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from ident.errors import OptionError
 from ident.estimate import GainEstimate
-from ident.estimators import ls_2011, nls, sequential_2011
+from ident.estimators import iv, ls_2011, nls, ols, sequential_2011, tls_2014
 from ident.problem import Problem
 
 Options = TypeVar("Options")
@@ -37,11 +37,21 @@ def plug_in(estimate: Callable[[Problem, Options], GainEstimate], options: type[
 
 
 ESTIMATORS: dict[str, Estimator] = {
+    iv.NAME: plug_in(iv.instrumental_gains, iv.InstrumentOptions),
     ls_2011.NAME: plug_in(ls_2011.joint_by_joint_gains, ls_2011.JointByJointOptions),
     nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions),
+    ols.NAME: plug_in(ols.homogeneous_gains, ols.HomogeneousOptions),
     sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
+    tls_2014.NAME: plug_in(tls_2014.total_gains, tls_2014.TotalOptions),
 }
-"""`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B)."""
+"""What each is.
+
+`ls-2011`: Gautier and Briot's joint by joint (eq. 27); `sequential-2011`: their sequence from the mass (III.B);
+`nls`: all joints at once; `iv`: joint by joint with instruments; `ols`, `tls-2014`: in homogeneous form, to compare.
+"""
+
+DEFAULT = nls.NAME
+"""What is used where none is named: least bias and deviation, and intervals that hold (`docs/methods.md`)."""
 
 
 def estimator(name: str) -> Estimator:

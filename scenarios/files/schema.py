@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import PydanticCustomError
 
 from ident.errors import OptionError
-from ident.estimators import ESTIMATORS
+from ident.estimators import DEFAULT, ESTIMATORS
 from ident.naming import nearest, shown
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table

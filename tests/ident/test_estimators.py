@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from ident.errors import OptionError
 from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimators import ESTIMATORS, estimator
+from ident.estimators.iv import Instruments
 from ident.observation import JointObservation, Observation
 from ident.options import GainOptions
 from ident.payload import Payload
@@ -20,7 +21,29 @@ from ident.uncertainty import UNCERTAINTIES
 pytestmark = pytest.mark.parametrize("method", ESTIMATORS)
 # A search ends where its last step does; the deviations follow from a factorisation at that point.
 SETTLED = {"nls": 1e-7}
+TOGETHER = ("nls", "ols", "tls-2014")
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _instruments_of_random_states():
+    """Rows of random states have no motion behind them to take instruments from: any columns that go with theirs do."""
+
+    def bent(x: np.ndarray) -> np.ndarray:
+        return x + 0.3 * np.sin(3.0 * x)
+
+    def instruments(problem):
+        along = (
+            replace(
+                m, observation=each(m.observation, lambda joint: replace(joint, W=bent(joint.W), W_L=bent(joint.W_L)))
+            )
+            for m in problem.motions
+        )
+        return Instruments(replace(problem, motions=tuple(along)), 0.2)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ident.estimators.iv.instruments", instruments)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +170,7 @@ def test_rows_given_twice_change_no_gain_and_shrink_classical_deviations(method,
     own = np.array([(120 * 2 - rows.unknowns[j]) / (120 * 4 - rows.unknowns[j]) for j in range(6)])
     expected = before.covariance[0, 0] * own[0]
     # All joints together: each gain feels all joints' deviations, whose factors differ by up to 0.4 %.
-    np.testing.assert_allclose(after.covariance[0, 0], expected, rtol={"nls": 5e-3}.get(method, 1e-8))
+    np.testing.assert_allclose(after.covariance[0, 0], expected, rtol=5e-3 if method in TOGETHER else 1e-8)
 
 
 def test_a_later_start_of_the_clock_changes_nothing(method, noisy, heavy):
@@ -247,7 +270,7 @@ def test_sigma_counts_the_unknowns_of_every_joint(method, noisy, heavy):
     estimate = estimated(method, *noisy, heavy, LOOSE)
     rows = estimate.solution.rows
     unknowns = sum(rows.unknowns.values())
-    assert unknowns > 70
+    assert unknowns > (63 if method in TOGETHER else 70)  # 58 parameters of the arm and 6 gains; joint by joint, more
     np.testing.assert_allclose(estimate.sigma, np.linalg.norm(rows.residual) / np.sqrt(len(rows.V) - unknowns))
     np.testing.assert_allclose(estimate.rel_error_norm, np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
 

@@ -1,0 +1,43 @@
+"""How rows of different joints count: functions `(problem, columns) -> weight of each joint [1/(N m)]`, by name."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ident.all_joints.columns import JointColumns
+from ident.all_joints.friction import own_columns
+from ident.all_joints.reduction import reduced_joint
+from ident.all_joints.start import start_of
+from ident.arrays import Array
+from ident.errors import OptionError
+from ident.problem import Problem
+
+
+def equal(problem: Problem, columns: Sequence[JointColumns]) -> Array:
+    """A newton metre counts the same on every joint, shape (n,)."""
+    return np.ones(len(columns))
+
+
+def by_joint(problem: Problem, columns: Sequence[JointColumns]) -> Array:
+    """One over the deviation of each joint's residual in torque units, shape (n,).
+
+    It is that of the joint's own free least squares in current units, times a gain in current units (eq. 27). From the
+    residual of the homogeneous form itself a gain of zero would weigh its joint without limit.
+    """
+    own = [own_columns(each, {}, per_motion=False) for each in columns]
+    joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
+    sigma = np.array([each.sigma for each in joints])
+    return np.abs(start_of(problem, joints, own).h) / sigma
+
+
+WEIGHTS: dict[str, Callable[[Problem, Sequence[JointColumns]], Array]] = {"equal": equal, "joint": by_joint}
+
+
+def check_weights(name: str) -> None:
+    """Refuse a name that is none of `WEIGHTS`.
+
+    Raises:
+        OptionError: Naming those that exist.
+    """
+    if name not in WEIGHTS:
+        raise OptionError(f"weights = {name!r}: expected one of {', '.join(WEIGHTS)}")

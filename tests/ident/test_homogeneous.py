@@ -1,0 +1,308 @@
+"""`ols` and `tls-2014`: what the homogeneous form adds to the contract of every estimator."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import EXACT, GAIN, TRUSTING, exact_pair, lopsided, values
+
+from ident.errors import NotIdentifiable, OptionError, TooFewRows
+from ident.estimate import IdentifiedGain, RefusedGain
+from ident.estimators import ols, tls_2014
+from ident.homogeneous.bias import noise_bias
+from ident.homogeneous.null_vector import null_vector
+from ident.homogeneous.system import homogeneous_system
+from ident.homogeneous.weights import WEIGHTS
+from ident.observation import Observation
+from ident.options import GainOptions
+from ident.payload import Payload
+from ident.problem import Problem, pair
+from ident.uncertainty.jackknife import left_out
+
+LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
+METHODS = {
+    "ols": lambda problem, weights: ols.homogeneous_gains(problem, ols.HomogeneousOptions(weights=weights)),
+    "tls-2014": lambda problem, weights: tls_2014.total_gains(problem, tls_2014.TotalOptions(weights=weights)),
+}
+
+
+def moved(observation: Observation, noise: dict[int, np.ndarray]) -> Observation:
+    """The same rows with something added to the currents of some joints."""
+    joints = tuple(replace(each, V=each.V + noise.get(j, 0.0)) for j, each in enumerate(observation.joints))
+    return replace(observation, joints=joints)
+
+
+@pytest.fixture(scope="module")
+def heavy(payload) -> Payload:
+    return lopsided(payload)
+
+
+@pytest.fixture(scope="module")
+def clean(structure, heavy) -> tuple[Observation, Observation]:
+    return exact_pair(structure, heavy, GAIN, np.random.default_rng(11), rows=90)
+
+
+def noisy(clean, rng: np.random.Generator, share: np.ndarray) -> tuple[Observation, ...]:
+    """White noise in proportion to each joint's rms current."""
+    rms = [np.sqrt(np.mean(np.concatenate([o.joints[j].V for o in clean]) ** 2)) for j in range(6)]
+    return tuple(
+        moved(o, {j: share[j] * rms[j] * rng.standard_normal(len(o.joints[j].V)) for j in range(6)}) for o in clean
+    )
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize("method", METHODS)
+def test_exact_data_give_every_gain_from_the_mass_alone_through_the_links_that_joints_share(
+    method, weights, clean, heavy
+):
+    problem = pair(*clean, Payload(mass=heavy.mass, known="mass"), TRUSTING)
+    np.testing.assert_allclose(values(METHODS[method](problem, weights)), GAIN, rtol=100 * EXACT)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_weight_that_is_none_is_refused_with_those_that_exist(method, clean, heavy):
+    with pytest.raises(OptionError, match="weights = 'rows': expected one of equal, joint"):
+        METHODS[method](pair(*clean, heavy, LOOSE), "rows")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_sets_no_scale_is_refused_at_once(method, clean, heavy):
+    bare, loaded = pair(*clean, heavy, LOOSE).motions
+    with pytest.raises(NotIdentifiable, match="no motion is bare"):
+        METHODS[method](Problem(bare.observation.structure, (loaded, loaded), LOOSE), "equal")
+    unknown = replace(loaded, payload=Payload(mass=heavy.mass, known="none"))
+    with pytest.raises(NotIdentifiable, match="nothing that is known of the payload puts a torque of its own"):
+        METHODS[method](Problem(bare.observation.structure, (bare, unknown), LOOSE), "equal")
+
+
+@pytest.mark.parametrize(("rows", "enough"), [(5, False), (6, True)])
+def test_there_must_be_a_row_more_than_unknowns_and_the_payload(structure, heavy, rows, enough, rng):
+    # 64 unknowns and the payload's column against 12 times the rows of a joint and motion.
+    problem = pair(*exact_pair(structure, heavy, GAIN, rng, rows=rows), heavy, LOOSE)
+    if enough:
+        assert homogeneous_system(problem, "equal").H.shape == (72, 64)
+    else:
+        with pytest.raises(TooFewRows, match="60 rows cannot give 64 unknowns"):
+            homogeneous_system(problem, "equal")
+
+
+def test_the_exact_parameters_solve_the_equations(structure, heavy):
+    rng = np.random.default_rng(4)
+    chi = np.random.default_rng(4).uniform(0.5, 2.0, 84)
+    problem = pair(*exact_pair(structure, heavy, GAIN, rng, rows=50), heavy, LOOSE)
+    base = structure.base.regrouping @ chi
+    for weights in WEIGHTS:
+        system = homogeneous_system(problem, weights)
+        own = [base[structure.base.names.index(f"{name}{j + 1}")] for j in range(6) for name in system.own[j].names]
+        x = np.concatenate((GAIN, base[system.shared.arm], own))
+        np.testing.assert_allclose(system.H @ x, system.k, atol=EXACT * np.abs(system.k).max())
+        assert [system.friction_at(j) for j in range(6)] == [46 + 3 * j for j in range(6)]
+
+
+def test_joint_weights_are_one_over_the_deviation_of_the_torque(clean, heavy):
+    # The deviation of 180 rows less up to 48 unknowns is known to 1 / sqrt(2 * 132) = 6 %; 4 of them.
+    share = np.array([0.002, 0.004, 0.003, 0.002, 0.005, 0.001])
+    rows = noisy(clean, np.random.default_rng(8), share)
+    system = homogeneous_system(pair(*rows, heavy, LOOSE), "joint")
+    for j in range(6):
+        V = np.concatenate([o.joints[j].V for o in clean])
+        deviation = share[j] * np.sqrt(np.mean(V**2)) * abs(GAIN[j])
+        np.testing.assert_allclose(system.weight[system.joint == j] * deviation, 1.0, rtol=0.25)
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_the_stated_bias_is_that_of_forty_draws(clean, heavy, weights):
+    share = np.array([0.06, 0.10, 0.04, 0.08, 0.05, 0.03])
+    error, stated = [], []
+    for seed in range(40):
+        problem = pair(*noisy(clean, np.random.default_rng(seed), share), heavy, LOOSE)
+        system = homogeneous_system(problem, weights)
+        found = ols._solved(system)
+        error.append(found.x[:6] / GAIN - 1.0)
+        stated.append([noise_bias(system, found)[j] for j in range(6)])
+    mean, wanted = np.mean(stated, axis=0), np.mean(error, axis=0)
+    deviation = np.std(error, axis=0) / np.sqrt(40)
+    assert (wanted < -10.0 * deviation).sum() >= 4  # there is a bias to be found
+    # Four deviations of the mean of six joints: once in 2600 seeds; to second order the closed form, a ratio of means,
+    # is off by a few percent of itself.
+    np.testing.assert_array_less(np.abs(mean - wanted), 4.0 * deviation + 0.05 * np.abs(wanted))
+
+
+def test_the_bias_is_the_closed_form_of_what_the_noise_adds_to_the_normal_matrix(clean, heavy):
+    # By hand: E g = (S_0 + N)^-1 S_0 g_0 with S = S_0 + N from the data, solved for g_0 by plain inverses.
+    rows = noisy(clean, np.random.default_rng(2), np.full(6, 0.05))
+    system = homogeneous_system(pair(*rows, heavy, LOOSE), "equal")
+    own, others = system.H[:, :6], system.H[:, 6:]
+    apart = np.eye(len(own)) - others @ np.linalg.pinv(others)
+    S, N = own.T @ apart @ own, np.zeros((6, 6))
+    for j in range(6):
+        mine = system.joint == j
+        W = np.hstack((others[mine], np.concatenate([o.joints[j].W_L * loaded for loaded, o in enumerate(rows)])))
+        left = own[mine, j] - W @ (np.linalg.pinv(W, rcond=1e-9) @ own[mine, j])
+        N[j, j] = left @ left / (mine.sum() - np.linalg.matrix_rank(W, tol=1e-6)) * np.diag(apart)[mine].sum()
+    found = ols._solved(system)
+    gain, bias = found.x[:6], noise_bias(system, found)
+    before = np.linalg.inv(S - N) @ S @ gain
+    np.testing.assert_allclose([bias[j] for j in range(6)], gain / before - 1.0, rtol=1e-6)  # condition of S: 1e5
+
+
+def test_each_gain_has_its_bias_in_words_and_a_refused_one_has_none(clean, heavy):
+    rows = noisy(clean, np.random.default_rng(2), np.full(6, 0.05))
+    problem = pair(*rows, heavy, LOOSE)
+    loose = METHODS["ols"](problem, "equal")
+    system = homogeneous_system(problem, "equal")
+    bias = noise_bias(system, ols._solved(system))
+    assert max(bias.values()) < 0.0
+    assert loose.remarks == tuple(
+        f"joint {j + 1}: noise of the currents makes this gain {-100.0 * bias[j]:.2g} % too small" for j in range(6)
+    )
+    predicted = np.array([joint.predicted_rel_std for joint in loose.joints])
+    limit = float(np.sort(predicted)[2])
+    strict = METHODS["ols"](replace(problem, options=replace(LOOSE, max_rel_std=limit)), "equal")
+    given = [j for j, joint in enumerate(strict.joints) if isinstance(joint, IdentifiedGain)]
+    assert len(given) == 3
+    assert [remark.split(":")[0] for remark in strict.remarks] == [f"joint {j + 1}" for j in given]
+
+
+def test_currents_of_nothing_but_noise_have_no_bias_that_could_be_stated(clean, heavy):
+    rng = np.random.default_rng(6)
+    rows = [
+        replace(o, joints=tuple(replace(joint, V=rng.standard_normal(len(joint.V))) for joint in o.joints))
+        for o in clean
+    ]
+    problem = pair(*rows, heavy, LOOSE)
+    system = homogeneous_system(problem, "equal")
+    assert noise_bias(system, ols._solved(system)) is None
+    (remark,) = METHODS["ols"](problem, "equal").remarks
+    assert "cannot be said" in remark
+
+
+def test_the_derivative_of_least_squares_holds_at_any_noise(clean, heavy):
+    rows = noisy(clean, np.random.default_rng(5), np.full(6, 0.1))
+
+    def solved(loaded: Observation):
+        return ols._solved(homogeneous_system(pair(rows[0], loaded, heavy, LOOSE), "equal"))
+
+    found, h = solved(rows[1]), 1e-4
+    for joint in (1, 4):
+        at = np.zeros(90)
+        at[31] = h
+        ends = [solved(moved(rows[1], {joint: sign * at})).x for sign in (-1.0, 1.0)]
+        derivative = (ends[1] - ends[0]) / (2.0 * h)
+        column = found.by_current[:, 180 * joint + 90 + 31]
+        # A central difference of steps of 1e-5 of the current: rounding 1e-11, times a condition of 1e5.
+        np.testing.assert_allclose(derivative, column, atol=1e-5 * np.abs(column).max())
+
+
+def test_left_out_stretches_are_those_of_least_squares_without_them(clean, heavy):
+    # Influence is of first order in the noise, 2e-5; leaving out is exact for fixed columns.
+    rows = noisy(clean, np.random.default_rng(5), np.full(6, 2e-5))
+    problem = pair(*rows, heavy, LOOSE)
+    system = homogeneous_system(problem, "equal")
+    estimate = METHODS["ols"](problem, "equal")
+    for block, left in left_out(estimate.solution.rows)[::7]:
+        kept = np.setdiff1d(np.arange(len(system.k)), block)
+        without = np.linalg.lstsq(system.H[kept], system.k[kept])[0][:6]
+        change = 1.0 / estimate.solution.inverse - without
+        found = -(estimate.solution.influence[:, block] @ left) / estimate.solution.inverse**2
+        np.testing.assert_allclose(found, change, atol=2e-3 * np.abs(change).max())
+
+
+def test_residuals_are_the_currents_less_what_gain_and_torque_say(clean, heavy):
+    problem = pair(*noisy(clean, np.random.default_rng(5), np.full(6, 0.02)), heavy, LOOSE)
+    for method in METHODS:
+        estimate = METHODS[method](problem, "equal")
+        system = homogeneous_system(problem, "equal")
+        own = ols._solved(system) if method == "ols" else tls_2014._solved(system)
+        torque = system.k - system.H[:, 6:] @ own.x[6:]
+        rows = estimate.solution.rows
+        np.testing.assert_allclose(rows.residual, rows.V - torque / own.x[rows.joint], atol=1e-9 * np.abs(rows.V).max())
+        np.testing.assert_allclose(rows.explained.T @ rows.explained, np.eye(rows.explained.shape[1]), atol=1e-12)
+        assert sum(rows.unknowns.values()) == pytest.approx(64.0, rel=1e-12)
+        np.testing.assert_allclose(rows.weight, np.abs(own.x[rows.joint]), rtol=1e-12)
+
+
+def test_friction_over_gain_is_that_of_the_arm_and_its_influence_the_derivative(structure, heavy):
+    chi = np.random.default_rng(4).uniform(0.5, 2.0, 84)
+    motions = exact_pair(structure, heavy, GAIN, np.random.default_rng(4), noise=1e-6, rows=60)
+    for method in METHODS:
+        solution = METHODS[method](pair(*motions, heavy, LOOSE), "equal").solution
+        for j in range(6):
+            Fv, Fc = (chi[structure.base.labels.index(f"{name}{j + 1}")] for name in ("Fv", "Fc"))
+            place = [structure.base.names[c] for c in motions[0].joints[j].columns].index(f"Fv{j + 1}")
+            dq = np.concatenate([o.joints[j].W[:, place] for o in motions])
+            total = (Fv * np.sqrt(np.mean(dq**2)) + Fc) / GAIN[j]
+            np.testing.assert_allclose(solution.friction[j], [total, Fc / GAIN[j]], rtol=1e-3)  # noise 1e-6, cond 1e2
+        row, h, ends = 29, 1e-6, []
+        for sign in (-1.0, 1.0):
+            at = np.zeros(60)
+            at[row] = sign * h
+            both = (motions[0], moved(motions[1], {2: at}))
+            ends.append(METHODS[method](pair(*both, heavy, LOOSE), "equal").solution.friction)
+        derivative, found = (ends[1] - ends[0]) / (2.0 * h), solution.friction_influence[:, :, 120 * 2 + 60 + row]
+        np.testing.assert_allclose(derivative, found, atol=1e-3 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_joint_whose_rows_say_nothing_has_no_gain_and_spoils_no_other(method, clean, heavy):
+    silent = [
+        replace(
+            o,
+            joints=tuple(
+                replace(joint, V=0.0 * joint.V, W=0.0 * joint.W, W_L=0.0 * joint.W_L) if j == 3 else joint
+                for j, joint in enumerate(o.joints)
+            ),
+        )
+        for o in clean
+    ]
+    estimate = METHODS[method](pair(*silent, heavy, TRUSTING), "equal")
+    others = [0, 1, 2, 4, 5]
+    np.testing.assert_allclose(values(estimate)[others], GAIN[others], rtol=100 * EXACT)
+    refused = estimate.joints[3]
+    assert isinstance(refused, RefusedGain)
+    assert refused.reason == "its rows let the gain be anything"
+    assert refused.predicted_rel_std is None
+    assert 3 not in estimate.solution.rows.joint
+
+
+def test_the_null_vector_is_the_last_eigenvector_of_the_scaled_normal_matrix(rng):
+    M = rng.normal(size=(40, 5)) * [1.0, 30.0, 0.2, 4.0, 7.0]
+    M[:, 4] = M[:, :4] @ [0.7, 0.02, -3.0, 0.4] + 0.3 * rng.normal(size=40)
+    scale = np.array([2.0, 11.0, 0.3, 5.0, 6.0])
+    z = np.linalg.eigh((M / scale).T @ (M / scale))[1][:, 0] / scale
+    found = null_vector(M, scale, rank_tol=1e-9)
+    np.testing.assert_allclose(found.x, z / z[-1], rtol=1e-9)
+    h, column, row = 1e-6, 2, 17
+    derivative = found.derivative(np.full(40, column), np.full(40, 3.0))[:, row]
+    ends = []
+    for sign in (-1.0, 1.0):
+        other = M.copy()
+        other[row, column] += 3.0 * sign * h
+        ends.append(null_vector(other, scale, rank_tol=1e-9).x)
+    np.testing.assert_allclose(derivative, (ends[1] - ends[0]) / (2.0 * h), atol=1e-7 * np.abs(derivative).max())
+
+
+def test_a_null_vector_that_is_not_the_only_one_or_knows_no_payload_is_refused(rng):
+    M = rng.normal(size=(40, 5))
+    M[:, 1], M[:, 2] = M[:, 0], 3.0 * M[:, 0]
+    with pytest.raises(NotIdentifiable, match="more than one set of gains"):
+        null_vector(M, np.ones(5), rank_tol=1e-7)
+    M = rng.normal(size=(40, 5))
+    M[:, 1] = 2.0 * M[:, 0]
+    with pytest.raises(NotIdentifiable, match="more than one set of gains"):
+        null_vector(M, np.ones(5), rank_tol=1e-7)
+
+
+def test_the_model_s_known_payload_moves_gains_of_the_homogeneous_form_as_stated(clean, heavy):
+    rows = noisy(clean, np.random.default_rng(5), np.full(6, 1e-4))
+    sure = replace(heavy, mass_std=0.0)
+    for method in METHODS:
+        stated = METHODS[method](pair(*rows, replace(sure, com_std=(0.0, 0.002, 0.0)), LOOSE), "equal")
+        x, y, z = heavy.com
+        ends = [
+            values(METHODS[method](pair(*rows, replace(sure, com=(x, y + d, z)), LOOSE), "equal"))
+            for d in (-1e-5, 1e-5)
+        ]
+        share = np.abs((ends[1] - ends[0]) / 2e-5 / values(stated)) * 0.002
+        # The known torque is part of the column's scale: of second order in the noise.
+        np.testing.assert_allclose([joint.payload_rel_std for joint in stated.joints], share, rtol=2e-2, atol=1e-6)

@@ -11,6 +11,8 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from scenarios.files.schema import Known, Positive, ScenarioTable, Triple
+from scenarios.methods.answer import AnswerFile
+from scenarios.store.problem_folder import ProblemFile
 
 FOLDER = Path(__file__).parents[1] / "schemas"
 """Where the schemas lie, in the package."""
@@ -99,7 +101,8 @@ def schemas() -> dict[str, dict[str, Any]]:
     for table in (scenario, *scenario["$defs"].values()):
         if table.get("title") not in COMPLETE:
             table.pop("required", None)  # what is left out is what the extended scenario has
-    found = {"scenario": scenario, "payload": PayloadFile.model_json_schema(), "result": Result.model_json_schema()}
+    others = {"payload": PayloadFile, "result": Result, "answer": AnswerFile, "problem": ProblemFile}
+    found = {"scenario": scenario, **{name: kind.model_json_schema() for name, kind in others.items()}}
     return {name: {"$schema": DIALECT, **schema} for name, schema in found.items()}
 
 

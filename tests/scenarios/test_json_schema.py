@@ -10,7 +10,8 @@ import rx90_mjcf
 from scenarios.files.json_schema import ENDING, FOLDER, schemas
 from scenarios.files.tables import CATALOG
 
-SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in ("scenario", "payload", "result")}
+NAMES = ("scenario", "payload", "result", "answer", "problem")
+SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
 

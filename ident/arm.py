@@ -81,7 +81,10 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = ()) -> A
         raise RobotModelError(f"robot {arm.name}: a coupling is given twice")
     for first, second in couplings:
         if not 0 <= first < second < arm.n:
-            raise RobotModelError(f"robot {arm.name}: cannot couple joints {first + 1} and {second + 1} of {arm.n}")
+            raise RobotModelError(
+                f"robot {arm.name}: cannot couple joints {first + 1} and {second + 1}; expected two of its {arm.n} "
+                "joints, the one nearer to the base first"
+            )
     return replace(arm, couplings=couplings)
 
 

@@ -68,9 +68,9 @@ def payload_to_table(payload: Payload) -> dict[str, object]:
     return {**table, "known": payload.known}
 
 
-def write_payload(payload: Payload, path: str | Path) -> None:
-    """Write a payload as TOML, every digit kept."""
-    lines = []
+def write_payload(payload: Payload, path: str | Path, *, comment: str | None = None) -> None:
+    """Write a payload as TOML, every digit kept, below a line of comment."""
+    lines = [] if comment is None else [comment]
     for key, value in payload_to_table(payload).items():
         if isinstance(value, dict):
             entries = ", ".join(f"{name} = {number!r}" for name, number in value.items())

@@ -110,7 +110,11 @@ def _check(recording: Recording) -> None:
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         k = int(back[0])
-        raise RecordingError(f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s")
+        equal = len(back) > 1 and bool((np.diff(t)[back] == 0.0).all())
+        advice = f"; {len(back)} rows repeat the time of the row before, write t with more digits" if equal else ""
+        raise RecordingError(
+            f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s{advice}"
+        )
     for label, values in (("q", q), ("v", v)):
         flat = np.flatnonzero((values == values[0]).all(axis=0))
         if len(flat):

@@ -62,9 +62,10 @@ def _check_clock(recording: Recording) -> None:
         return
     units = ((1e5, "nanoseconds"), (100.0, "microseconds"), (SLOWEST, "milliseconds"), (0.0, "hours"))
     unit = next(name for least, name in units if interval >= least)
+    counted = ", or the number of the row" if (np.diff(recording.t) == 1.0).all() else ""
     raise RecordingError(
-        f"{recording.name}: t advances by {interval:.3g} a row; is it in {unit}? t is in seconds, rows faster than "
-        f"{1.0 / SLOWEST:g} Hz"
+        f"{recording.name}: t advances by {interval:.3g} a row; is it in {unit}{counted}? t is in seconds, "
+        f"rows faster than {1.0 / SLOWEST:g} Hz"
     )
 
 

@@ -12,6 +12,7 @@ LARGEST = 4_000_000
 DEEPEST = 16
 """Tables within tables, arrays within arrays."""
 _DOTTED = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]+[ \t]*\.[ \t]*){{{DEEPEST}}}""")
+_PLACE = re.compile(r"at line (\d+), column (\d+)")
 
 
 def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:
@@ -37,7 +38,7 @@ def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:
     except RecursionError:
         raise error(too_deep) from None
     except tomllib.TOMLDecodeError as fault:
-        raise error(f"{one_line(path)}: not TOML: {one_line(fault)}") from fault
+        raise error(f"{one_line(path)}: not TOML: {one_line(fault)}{_decimal_comma(content, fault)}") from fault
     except ValueError as fault:
         if isinstance(fault, error):
             raise
@@ -45,6 +46,17 @@ def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:
     if _depth(table) > DEEPEST:
         raise error(too_deep)
     return table
+
+
+def _decimal_comma(content: bytes, fault: tomllib.TOMLDecodeError) -> str:
+    """What to do about a number with a comma, where that is the fault."""
+    place = _PLACE.search(str(fault))
+    if place is None:
+        return ""
+    line, column = map(int, place.groups())
+    rows = content.decode("utf-8-sig").split("\n")
+    around = rows[line - 1][max(0, column - 2) : column + 1] if line <= len(rows) else ""
+    return "; numbers have a decimal point" if re.fullmatch(r"\d,\d", around) else ""
 
 
 def _depth(table: dict[str, object]) -> int:

@@ -2,7 +2,9 @@
 
 import argparse
 import os
+import shutil
 import sys
+import textwrap
 import traceback
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -89,8 +91,8 @@ def _parser(wanted: str | None) -> OneLineParser:
     """The parser of the command line, with the arguments of the wanted command."""
     parser = OneLineParser(
         prog="rx90",
-        description="Testbench and identification of robot drive gains.",
-        epilog=f"rx90 COMMAND --help shows a command's options.\n\nexit statuses:\n{_statuses()}",
+        description=textwrap.fill("Testbench and identification of robot drive gains.", _width()),
+        epilog=f"rx90 COMMAND --help shows options.\n\nexit statuses:\n{_statuses()}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"rx90 {_version()}")
@@ -107,7 +109,15 @@ def _parser(wanted: str | None) -> OneLineParser:
 
 
 def _statuses() -> str:
-    return "\n".join(f"  {status:<4} {meaning}" for status, meaning in MEANINGS.items())
+    return "\n".join(
+        textwrap.fill(meaning, _width(), initial_indent=f"  {status:<4} ", subsequent_indent=" " * 7)
+        for status, meaning in MEANINGS.items()
+    )
+
+
+def _width() -> int:
+    """Characters to a line, as argparse wraps the rest."""
+    return shutil.get_terminal_size().columns - 2
 
 
 def _version() -> str:

@@ -73,6 +73,8 @@ def _gravity(root: Element) -> tuple[float, float, float]:
     for option in root.all("option"):
         if values := vector(option, "gravity", 3, largest=STRONGEST_GRAVITY):
             gravity = (values[0], values[1], values[2])
+            if not any(gravity):
+                raise RobotModelError(f"{option.title}: gravity is 0; a payload without weight shows no gain")
         for flag in option.all("flag"):
             if flag.attributes.get("gravity", "enable") != "enable":
                 raise RobotModelError(f"{flag.title}: gravity is disabled; a payload without weight shows no gain")

@@ -3,7 +3,7 @@
 import argparse
 
 import scenarios.commands.arguments as arguments
-from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.output import show
 from scenarios.commands.status import Status
 from scenarios.commands.study import (
     add_study_arguments,
@@ -19,7 +19,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("-n", type=arguments.count, required=True, dest="trials", metavar="N", help="number of trials")
     add_study_arguments(parser)
-    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:

@@ -3,7 +3,7 @@
 import argparse
 
 import scenarios.commands.arguments as arguments
-from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.output import show
 from scenarios.commands.status import Status
 from scenarios.commands.study import (
     add_study_arguments,
@@ -25,7 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--samples", type=arguments.count, default=64, help="rows of the Sobol design, a power of 2 (default 64)"
     )
     add_study_arguments(parser)
-    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:

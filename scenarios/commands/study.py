@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.lifetime import ending
+from scenarios.commands.output import add_form_arguments
 from scenarios.commands.parser import complain
 from scenarios.errors import FolderNotWritable
 from scenarios.reports.content import Paragraph, Report
@@ -27,7 +28,7 @@ PATIENCE = 5.0
 
 
 def add_study_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare scenario, folder, seed and where trials run."""
+    """Declare scenario, folder, seed, where trials run and how the result is told."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
     parser.add_argument(
         "--out",
@@ -38,6 +39,7 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
     add_worker_options(parser)
+    add_form_arguments(parser)
 
 
 def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "StudyFolder":
@@ -52,7 +54,7 @@ def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "S
 
     from scenarios.studies.study import carry_out
 
-    with _interruptible(command), open_workers(options) as workers:
+    with interruptible(command), open_workers(options) as workers:
         return carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
 
 
@@ -87,7 +89,7 @@ def with_files(report: Report, folder: Path, written: Sequence[Path]) -> Report:
 
 
 @contextmanager
-def _interruptible(command: str) -> Generator[None]:
+def interruptible(command: str) -> Generator[None]:
     """On Ctrl-C or a signal that ends, say how to go on."""
     try:
         yield

@@ -1,40 +1,27 @@
 """JSON Schema of the files that users write and read, generated from what validates them; `make schemas` writes them.
 
-A TOML file names its schema in its first line, relative to itself: `#:schema ../schemas/scenario.schema.json`. Taplo,
-and editors that use it, complete and check keys by it.
+A file of this repository names its schema relative to itself, `#:schema ../schemas/scenario.schema.json`, one that a
+command writes in full (`scenarios.files.schema_line`).
 """
 
 import json
-from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from scenarios.files.schema import Known, Positive, ScenarioTable, Triple
+from scenarios.files.motions import LARGEST, LONGEST
+from scenarios.files.schema import InertiaTable, Known, Positive, ScenarioTable, Triple
+from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.methods.answer import AnswerFile
 from scenarios.store.problem_folder import ProblemFile
 
-FOLDER = Path(__file__).parents[1] / "schemas"
-"""Where the schemas lie, in the package."""
-ENDING = ".schema.json"
+Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
 
 class _Open(BaseModel):
     """A JSON object that may have more keys than these."""
 
     model_config = ConfigDict(extra="allow")
-
-
-class SixNumbers(BaseModel):
-    """Inertia about the centre of mass, axes of the last link [kg m^2]; products that are left out are 0."""
-
-    model_config = ConfigDict(extra="forbid")
-    ixx: float
-    iyy: float
-    izz: float
-    ixy: float = 0.0
-    ixz: float = 0.0
-    iyz: float = 0.0
 
 
 class PayloadFile(BaseModel):
@@ -45,9 +32,19 @@ class PayloadFile(BaseModel):
     mass_std: float = Field(0.0, ge=0.0, description="standard deviation [kg]")
     com: Triple | None = Field(None, description="centre of mass [m]")
     com_std: Triple | None = Field(None, description="standard deviation, per axis [m]")
-    inertia: SixNumbers | None = None
-    inertia_std: SixNumbers | None = None
+    inertia: InertiaTable | None = None
+    inertia_std: InertiaTable | None = None
     known: Known = Field("all", description="what identification may use of it")
+
+
+class MotionFile(BaseModel):
+    """A motion as a Fourier series that starts and ends at rest, in radians; one entry or row a joint."""
+
+    model_config = ConfigDict(extra="forbid")
+    duration: float = Field(gt=0.0, le=LONGEST, description="of one period [s]")
+    center: list[Coefficient] = Field(description="mean position [rad]")
+    sine: list[list[Coefficient]] = Field(description="coefficients of sin(2 pi k t / duration), k = 1, 2, ... [rad]")
+    cosine: list[list[Coefficient]] = Field(description="coefficients of cos(2 pi k t / duration) [rad]")
 
 
 class ResultGain(_Open):
@@ -101,8 +98,14 @@ def schemas() -> dict[str, dict[str, Any]]:
     for table in (scenario, *scenario["$defs"].values()):
         if table.get("title") not in COMPLETE:
             table.pop("required", None)  # what is left out is what the extended scenario has
-    others = {"payload": PayloadFile, "result": Result, "answer": AnswerFile, "problem": ProblemFile}
-    found = {"scenario": scenario, **{name: kind.model_json_schema() for name, kind in others.items()}}
+    files: dict[str, type[BaseModel]] = {
+        "payload": PayloadFile,
+        "motion": MotionFile,
+        "result": Result,
+        "answer": AnswerFile,
+        "problem": ProblemFile,
+    }
+    found = {"scenario": scenario} | {name: file.model_json_schema() for name, file in files.items()}
     return {name: {"$schema": DIALECT, **schema} for name, schema in found.items()}
 
 

@@ -12,6 +12,7 @@ from ident.file_access import read_bytes
 from ident.naming import nearest, shown
 from ident.toml_files import LARGEST as LARGEST_FILE
 from scenarios.errors import UnknownKey, UnknownName, UnreadableFile, WrongMotion
+from scenarios.files.schema_line import schema_line
 from scenarios.files.tables import CATALOG, read_table
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -95,11 +96,11 @@ def _motion_path(name: str, folder: Path) -> Path:
 
 
 def write_motion(motion: FourierTrajectory, path: Path, comments: Sequence[str]) -> None:
-    """Write a motion file, every digit kept."""
+    """Write a motion file, every digit kept, below the line that names its schema."""
 
     def rows(name: str, values: np.ndarray) -> list[str]:
         return [f"{name} = [", *(f"    {row.tolist()!r}," for row in values), "]"]
 
-    lines = [*(f"# {comment}" for comment in comments), f"duration = {motion.duration!r}  # s"]
+    lines = [schema_line("motion"), *(f"# {comment}" for comment in comments), f"duration = {motion.duration!r}  # s"]
     lines += [f"center = {motion.center.tolist()!r}  # rad", *rows("sine", motion.sine), *rows("cosine", motion.cosine)]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

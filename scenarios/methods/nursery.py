@@ -10,6 +10,7 @@ import os
 import select
 import subprocess
 import sys
+import threading
 import traceback
 from collections.abc import Sequence
 from functools import lru_cache
@@ -83,20 +84,21 @@ def _line(helper: subprocess.Popen[bytes], timeout: float) -> bytes | None:
 
 
 def ready_helper() -> subprocess.Popen[bytes]:
-    """The helper of this process, once it can fork at once; started when it is first asked for, or has died.
+    """The helper of this process and thread, once it can fork at once; started when it is first asked for, or has died.
 
     Raises:
         MethodNotStarted: If it cannot start.
     """
-    helper = _running(os.getpid())
+    owner = os.getpid(), threading.get_ident()
+    helper = _running(*owner)
     if helper.poll() is not None:
         _running.cache_clear()
-        helper = _running(os.getpid())
+        helper = _running(*owner)
     return helper
 
 
-@lru_cache(maxsize=1)
-def _running(owner: int) -> subprocess.Popen[bytes]:
+@lru_cache(maxsize=64)
+def _running(process: int, thread: int) -> subprocess.Popen[bytes]:
     helper = subprocess.Popen(
         HELPER, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0, env=environment(), start_new_session=True
     )

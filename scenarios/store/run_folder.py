@@ -11,6 +11,7 @@ from ident.payload_files import write_payload
 from ident.recording_files import write_recording
 from scenarios.build import Bench
 from scenarios.files.mountings import BARE, LOADED, grouped
+from scenarios.files.schema_line import schema_line
 from scenarios.run import Run
 from scenarios.store.documents import run_document, to_json, true_bodies
 
@@ -37,7 +38,7 @@ def save_run(run: Run, folder: Path) -> None:
     for experiment, recording in zip(run.bench.experiments, run.recordings, strict=True):
         write_recording(recording, folder / f"{experiment.name}.parquet")
     for mounting, payload in run.bench.payloads.items():
-        write_payload(payload, folder / payload_file(mounting))
+        write_payload(payload, folder / payload_file(mounting), comment=schema_line("payload"))
     drives = run.bench.experiments[0].plant.drives
     bodies = {mounting: asdict(body) for mounting, body in true_bodies(run.bench).items()}
     truth = {

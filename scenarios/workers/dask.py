@@ -1,11 +1,14 @@
 """Workers of a Dask cluster."""
 
 import argparse
+import asyncio
+import json
 import logging
+import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenarios.errors import DaskMissing, SchedulerGone, SchedulerSilent
 from scenarios.workers.kinds import WorkerKind, Workers
@@ -17,8 +20,10 @@ FEWEST = 16
 """Workers that tasks are handed out for at least: a cluster that adapts to its load grows only if it sees some."""
 LOGGERS = ("distributed", "tornado", "asyncio")
 """Whose loggers speak of a scheduler that dies."""
-PATIENCE = 10
+PATIENCE = 10.0
 """How long to wait for a scheduler [s]."""
+WRITTEN_WITHIN = 1.0
+"""How long a scheduler may take to write its file [s]."""
 
 
 @contextmanager
@@ -34,6 +39,7 @@ def dask_workers(address: str) -> Generator[Workers]:
     """
     try:
         from distributed import Client, KilledWorker
+        from distributed.utils import LoopRunner
     except ImportError as error:
         raise DaskMissing("Dask is not installed; install the extra: pip install '.[cluster]'") from error
     _silence()
@@ -42,11 +48,12 @@ def dask_workers(address: str) -> Generator[Workers]:
             f"{address}: no such scheduler file; start `dask scheduler --scheduler-file {address}` first"
         )
     try:
-        if address.endswith(".json"):
-            client = Client(scheduler_file=address, timeout=PATIENCE)
-        else:
-            client = Client(address, timeout=PATIENCE)
-    except (OSError, ValueError, TimeoutError) as error:
+        found = _address_in(address) if address.endswith(".json") else address
+        LoopRunner().run_sync(_greet, found)
+        client = Client(found, timeout=PATIENCE)
+    except TimeoutError as error:
+        raise SchedulerSilent(f"no Dask scheduler answers at {address} within {PATIENCE:g} s") from error
+    except (OSError, ValueError, TypeError, ImportError) as error:  # the last two: no certificate, no such transport
         raise SchedulerSilent(f"no Dask scheduler answers at {address}: {error}") from error
     with client:
         yield Workers(
@@ -56,6 +63,40 @@ def dask_workers(address: str) -> Generator[Workers]:
             reachable=lambda: client.status in ("running", "connecting"),
             close=lambda executor: executor.shutdown(wait=False),  # it cancels, and knows no word for it
         )
+
+
+def _address_in(file: str) -> str:
+    """The address in a scheduler's file, waited for while the scheduler writes it.
+
+    Raises:
+        SchedulerSilent: If there is none in it.
+    """
+    deadline = time.monotonic() + WRITTEN_WITHIN
+    while True:
+        try:
+            return str(json.loads(Path(file).read_bytes())["address"])
+        except (ValueError, KeyError, TypeError) as error:
+            if time.monotonic() > deadline:
+                raise SchedulerSilent(
+                    f"{file}: no scheduler file, it states no address; write one with `dask scheduler "
+                    "--scheduler-file FILE`"
+                ) from error
+        time.sleep(0.01)
+
+
+async def _greet(address: str) -> None:
+    """Connect and part: for this first answer of a scheduler, a client would wait for ever.
+
+    Raises:
+        TimeoutError: If who is there says nothing.
+        OSError: If nobody is there.
+    """
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    security: dict[str, Any] = Security().get_connection_args("client")
+    comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **security), PATIENCE)
+    await comm.close()
 
 
 def _cores_of(client: "Client") -> int:

@@ -19,6 +19,8 @@ from scenarios.workers.kinds import WorkerKind, Workers
 
 WORKER = "scenarios.workers.tasks"
 """What a worker imports."""
+NO_COMPLAINT = "ignore:resource_tracker:UserWarning"
+"""The process that gives back semaphores says so on standard error."""
 MOST_PER_CORE = 4
 """Workers that a core may have; each takes 400 MB, and more than one a core gain nothing."""
 P = ParamSpec("P")
@@ -40,7 +42,7 @@ def local_processes(jobs: int) -> Generator[Workers]:
         yield Workers(lambda: _Pool(jobs, context, initializer=_begin_work), lambda: jobs)
     finally:
         for child in set(multiprocessing.active_children()) - before:
-            child.terminate()
+            child.kill()  # who ignores a request to end has passed that on to its workers
 
 
 def prepare_processes() -> str:
@@ -55,7 +57,7 @@ def prepare_processes() -> str:
     from multiprocessing import forkserver  # not there on every platform
 
     multiprocessing.set_forkserver_preload([WORKER])
-    with _ignored_signals(), _own_imports():
+    with _ignored_signals(), _own_environment():
         forkserver.ensure_running()
     return "forkserver"
 
@@ -91,9 +93,16 @@ def _deferred_signals() -> Generator[None]:
 
 
 @contextmanager
-def _own_imports() -> Generator[None]:
-    """Processes started meanwhile import as this one does: from its path, where the working folder is only if named."""
-    changed = {"PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
+def _own_environment() -> Generator[None]:
+    """Processes started meanwhile import as this one does, and do not complain of what one that ends at once held.
+
+    They look where this one looks: the working folder is on the path only if named.
+    """
+    changed = {
+        "PYTHONSAFEPATH": "1",
+        "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
+        "PYTHONWARNINGS": ",".join(filter(None, [os.environ.get("PYTHONWARNINGS"), NO_COMPLAINT])),
+    }
     before = {name: os.environ.get(name) for name in changed}
     os.environ.update(changed)
     try:

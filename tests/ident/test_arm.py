@@ -29,6 +29,13 @@ def test_files_that_are_no_model_are_named(tmp_path):
         load_arm(tmp_path / "absent.urdf")
 
 
+@pytest.mark.parametrize("pair", [(5, 4), (2, 2), (3, 6), (-1, 2)])
+def test_a_coupling_of_joints_that_are_not_there_or_in_the_other_order_is_refused(pair):
+    said = f"cannot couple joints {pair[0] + 1} and {pair[1] + 1}; expected two of its 6 joints, the one nearer"
+    with pytest.raises(RobotModelError, match=said):
+        load_arm(rx90_mjcf.MJCF, (pair,))
+
+
 def test_only_serial_arms_of_one_axis_joints_are_taken(rng):
     model = random_arm(rng, 3)
     model.addJoint(1, pin.JointModelRX(), pin.SE3.Identity(), "branch")

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
+from ident.delay import SURE, Delay, common_delay, joint_delay
 from ident.errors import Contradiction, NotIdentifiable
 from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimators import ESTIMATORS
 from ident.gain_system import joint_rows
 from ident.identification import identify
-from ident.lag import MOST, SEEN, SURE, Delay, Lag, common_delay, in_time, joint_delay, lag_notes, lags, with_suspects
+from ident.lag import MOST, SEEN, Lag, in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.problem import Problem, pair

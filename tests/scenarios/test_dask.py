@@ -119,6 +119,36 @@ def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
         pass
 
 
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"address_": "tcp://127.0.0.1:8786"}'])
+def test_a_scheduler_file_without_an_address_is_refused(text, tmp_path, monkeypatch):
+    monkeypatch.setattr("scenarios.workers.dask.WRITTEN_WITHIN", 0.05)
+    (tmp_path / "s.json").write_text(text)
+    with pytest.raises(SchedulerSilent, match=r"s\.json: no scheduler file"), dask_workers(str(tmp_path / "s.json")):
+        pass
+
+
+@pytest.mark.parametrize("address", ["tls://127.0.0.1:1", "foo://127.0.0.1:1", "nonsense", "tcp://127.0.0.1"])
+def test_an_address_that_cannot_be_one_is_refused(address):
+    with pytest.raises(SchedulerSilent, match=f"no Dask scheduler answers at {address}: .*"), dask_workers(address):
+        pass
+
+
+def test_a_port_that_takes_the_connection_and_says_nothing_ends_the_command_with_2(tmp_path):
+    changed = "import sys, scenarios.workers.dask as dask; dask.PATIENCE = 0.3; from scenarios.cli import main"
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "2", "--out", str(tmp_path / "out"), "--dask"]
+        done = subprocess.run(
+            [sys.executable, "-c", f"{changed}; sys.exit(main(sys.argv[1:]))", *words, address],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=ROOT,
+            timeout=60.0,
+        )
+    assert (done.returncode, done.stderr) == (2, f"rx90: no Dask scheduler answers at {address} within 0.3 s\n")
+
+
 def test_a_scheduler_that_is_not_there_is_waited_for_as_long_as_stated(monkeypatch):
     monkeypatch.setattr("scenarios.workers.dask.PATIENCE", 0.3)
     with socket.socket() as nobody:

@@ -18,6 +18,7 @@ import pytest
 from places import ROOT
 from quick import RANDOM, quick_scenario
 from rich.console import Console
+from signals import as_in_the_foreground, as_under_a_supervisor_that_ignores
 
 from scenarios.files.schema import load_scenario
 from scenarios.studies.monte_carlo import monte_carlo
@@ -38,7 +39,7 @@ def rx90(*words: object) -> list[str]:
     return [sys.executable, "-m", "scenarios", *map(str, words)]
 
 
-def started(words: list[str]) -> subprocess.Popen:
+def started(words: list[str], prepared: Callable[[], None] = as_in_the_foreground) -> subprocess.Popen:
     """A command in a session of its own, as a terminal starts it."""
     return subprocess.Popen(
         words,
@@ -47,7 +48,7 @@ def started(words: list[str]) -> subprocess.Popen:
         text=True,
         start_new_session=True,
         cwd=ROOT,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # shells turn it off for what runs behind `&`
+        preexec_fn=prepared,
     )
 
 
@@ -131,6 +132,31 @@ def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(
     assert parts(tmp_path / "s").items() >= kept.items()
 
 
+def of_its_session(process: subprocess.Popen) -> bool:
+    """Whether a process of the command is left."""
+    try:
+        os.killpg(process.pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_workers_that_cannot_be_asked_to_end_are_ended(scenario, tmp_path):
+    words = rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 80, "--jobs", 2)
+    running = started(words, as_under_a_supervisor_that_ignores)
+    wait_until(lambda: parts(tmp_path / "s"), running)
+    group(running, signal.SIGINT)
+    _, errors = running.communicate(timeout=DEADLINE)
+    assert running.returncode == 130
+    assert [line.partition(";")[0] for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")] == [
+        "rx90: stopped"
+    ]
+    deadline = time.monotonic() + DEADLINE
+    while of_its_session(running) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not of_its_session(running)
+
+
 def test_a_folder_full_of_other_modules_fools_neither_command_nor_workers(scenario, tmp_path):
     for name in ("sim", "ident", "rx90_mjcf", "random", "queue", "tomllib"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('imported from the working folder')")
@@ -148,7 +174,7 @@ import threading
 from scenarios.commands import study
 study.PATIENCE = 0.2
 threading.Thread(target=threading.Event().wait).start()  # Python would wait for it for ever
-with study._interruptible("rx90 again"):
+with study.interruptible("rx90 again"):
     raise KeyboardInterrupt
 """
 
@@ -157,3 +183,16 @@ def test_an_interrupted_study_ends_though_a_thread_of_it_does_not():
     done = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, timeout=60.0, cwd=ROOT)
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "rx90: stopped; what is finished is kept, go on with: rx90 again\n"
+
+
+CUT_OFF = """
+import multiprocessing, os
+from scenarios.workers.processes import prepare_processes
+lock = multiprocessing.get_context(prepare_processes()).Lock()
+os._exit(130)
+"""
+
+
+def test_a_process_that_ends_at_once_leaves_no_complaint_about_what_it_held():
+    done = subprocess.run([sys.executable, "-c", CUT_OFF], capture_output=True, text=True, timeout=60.0, cwd=ROOT)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

@@ -1,19 +1,27 @@
 import json
 import tomllib
 from pathlib import Path
+from urllib.request import urlopen
+from zipfile import ZipFile
 
 import jsonschema
 import pytest
+from hatchling.build import build_wheel
 from places import ROOT
+from plants import short_motion
 
 import rx90_mjcf
-from scenarios.files.json_schema import ENDING, FOLDER, schemas
+from scenarios.cli import main
+from scenarios.files.json_schema import schemas
+from scenarios.files.motions import MOTIONS, write_motion
+from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import CATALOG
 
-NAMES = ("scenario", "payload", "result", "answer", "problem")
+NAMES = ("scenario", "payload", "motion", "result", "answer", "problem")
 SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
+TOML += [(path, "motion") for path in sorted(MOTIONS.glob("*.toml"))]
 
 
 def checked(value: object, name: str) -> None:
@@ -48,6 +56,10 @@ def test_a_shipped_file_fits_the_schema_that_its_first_line_names(path: Path, na
         ("payload", "mass = -1.0"),
         ("payload", "mass = 1.0\nmas_std = 0.1"),
         ("payload", "mass = 1.0\ncom = [0.1, 0.2]"),
+        ("motion", "duration = 4.0\ncenter = [0.3]\nsine = [[0.1]]"),
+        ("motion", "duration = 4.0\ncenter = [0.3]\nsine = [0.1]\ncosine = [[0.2]]"),
+        ("motion", "duration = 601.0\ncenter = [0.3]\nsine = [[0.1]]\ncosine = [[0.2]]"),
+        ("motion", "duration = 4.0\ncenter = [0.3]\nsine = [[0.1]]\ncosine = [[0.2]]\nharmonics = 1"),
     ],
 )
 def test_a_wrong_file_does_not_fit(name, text):
@@ -56,8 +68,6 @@ def test_a_wrong_file_does_not_fit(name, text):
 
 
 def test_the_result_of_a_run_fits_its_schema(tmp_path, capsys):
-    from scenarios.cli import main
-
     main(["run", "nominal", "--seed", "3", "--save", str(tmp_path / "run"), "--json"])
     result = json.loads(capsys.readouterr().out)
     checked(result, "result")
@@ -70,8 +80,32 @@ def test_the_result_of_a_run_fits_its_schema(tmp_path, capsys):
         + ["--payload", str(tmp_path / "run" / "payload.toml")]
     )
     checked(json.loads(capsys.readouterr().out), "result")
-    checked(tomllib.loads((tmp_path / "run" / "payload.toml").read_text()), "payload")
+    fits_the_schema_that_it_names(tmp_path / "run" / "payload.toml", "payload")
 
 
-def test_schemas_are_part_of_the_package():
-    assert FOLDER == ROOT / "scenarios" / "schemas"
+def fits_the_schema_that_it_names(path: Path, name: str) -> None:
+    """For a file that a command wrote, wherever that is."""
+    marker, place = path.read_text().splitlines()[0].split(" ")
+    assert marker == "#:schema"
+    with urlopen(place) as schema:
+        assert json.load(schema) == SHIPPED[name]
+    checked(tomllib.loads(path.read_text()), name)
+
+
+def test_a_motion_that_is_written_fits_the_schema_that_it_names(tmp_path):
+    path = tmp_path / "a motion.toml"
+    write_motion(short_motion(6.5, 0.25), path, ["Found by: nobody"])
+    fits_the_schema_that_it_names(path, "motion")
+
+
+def test_an_installed_package_holds_the_schemas_and_every_other_file_that_it_reads(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    with ZipFile(tmp_path / build_wheel(str(tmp_path))) as wheel:
+        held = {name: wheel.read(name) for name in wheel.namelist()}
+    packages = [ROOT / name for name in ("rx90_mjcf", "ident", "sim", "scenarios")]
+    files = [
+        path for package in packages for ending in ("json", "toml", "xml") for path in package.rglob(f"*.{ending}")
+    ]
+    assert {path.name for path in files} >= {"motion.schema.json", "drive-gains.toml", "robot.toml", "rx90.xml"}
+    for path in files:
+        assert held[path.relative_to(ROOT).as_posix()] == path.read_bytes()

@@ -204,6 +204,33 @@ def test_an_error_that_nobody_foresaw_costs_its_own_trial_alone(scenario, monkey
     assert together.loc[together["failure"] == "MemoryError", "trial"].tolist() == [1] * 6
 
 
+def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scenario):
+    loaded = load_scenario(str(scenario))
+    wrong, good = (
+        trials.Trial(number=number, seed=seed, settings={"plant.payload.mass": mass}, labels={"which": which})
+        for number, seed, mass, which in ((7, 23, -4.5, "built"), (3, 31, 6.9, "simulated"))
+    )
+    schema = trials.trial_schema(loaded, ["plant.payload.mass"], ["which"])
+    table = trials.run_trials(loaded, [wrong, good], schema, threads=1).to_pandas()
+    assert table["trial"].tolist() == [7] * 6 + [3] * 6
+    failed, done = table[:6], table[6:]
+    assert failed["joint"].tolist() == [1, 2, 3, 4, 5, 6]
+    assert failed["tolerance"].tolist() == [0.2, 0.03, 0.03, 0.2, 0.03, 0.03]
+    for column, value in {
+        "seed": 23,
+        "failure": "WrongValue",
+        "identifiable": False,
+        "passed": False,
+        "plant.payload.mass": -4.5,
+        "which": "built",
+    }.items():
+        assert failed[column].tolist() == [value] * 6
+    assert failed["reason"].str.contains(r"plant\.payload\.mass: .* got -4\.5").all()
+    assert failed[["true", "estimate", "std", "rel_error", "z", "payload_std"]].isna().all(axis=None)
+    assert done["failure"].isna().all()
+    assert done["passed"].all()
+
+
 def test_two_trials_that_fail_are_no_pass(tmp_path, capsys):
     path = quick_scenario(
         tmp_path, "[plant.payload]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"

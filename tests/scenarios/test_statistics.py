@@ -158,6 +158,23 @@ def test_panels_share_axes_that_hold_the_joint_that_errs_most():
         assert high > largest or low < -largest
 
 
+def test_bins_of_all_panels_are_as_wide_as_the_spread_of_the_narrowest_asks():
+    error = np.random.default_rng(11).uniform(-0.03, 0.05, 150_000)
+    table = pd.concat(
+        pd.DataFrame({"identifiable": True, "joint": j, "true": 0.9, "std": 1e-4, "tolerance": 3.0, "rel_error": e})
+        for j, e in ((2, error), (5, 0.7 * error))
+    )
+    quarter, three = np.quantile(0.7 * error, [0.25, 0.75])
+    widest = 2.0 * (three - quarter) / len(error) ** (1 / 3)  # rule of Freedman and Diaconis
+    spread = 0.7 * np.ptp(error)
+    width = spread / np.ceil(spread / widest)
+    reach = 1.1 * np.abs(error).max()
+    for axis in plots.histograms(plots.panels(table), plots.Subject(title="x", without=())).axes:
+        bars = [patch.get_x() for patch in axis.patches]
+        assert len(bars) == int(2.0 * reach / width)
+        np.testing.assert_allclose(min(bars), -100.0 * reach, rtol=1e-12)
+
+
 def test_errors_are_drawn_against_the_injected_gain_where_it_varies():
     table = two_joints()
     statistics = joint_statistics(table, wanted=0.95, false_alarm=0.01)

@@ -166,7 +166,7 @@ def test_shapes_of_a_part_that_is_fixed_to_a_link_stay_if_they_are_its_mass(tmp_
 
 
 @pytest.mark.parametrize("couplings", [0.0, 0.7])
-def test_dry_friction_is_as_stiff_as_mujoco_takes_it(couplings, rng):
+def test_dry_friction_is_as_stiff_as_mujoco_takes_it(couplings):
     # MuJoCo takes two steps for whatever is shorter: half the time constant changes not a bit.
     model = plant_model(nominal_plant(errors=ModelErrors(wrist_coupling=couplings)), loaded=True, step=STEP)
     stiffer, softer = copy(model), copy(model)

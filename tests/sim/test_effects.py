@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import mujoco
@@ -166,6 +167,25 @@ def test_the_stiffest_transmission_that_is_taken_is_stable(share, loaded):
     assert np.abs(data.qvel[:6] - data.qvel[6:]).max() < 0.1
     with pytest.raises(PlantError, match=r"joint_compliance of joint \d = .* too stiff for a step of 0\.001 s; use a"):
         plant_model(elastic(0.99), loaded=loaded, step=STEP)
+
+
+def test_the_stiffest_of_several_transmissions_is_named_with_a_step_and_a_compliance_that_are_taken():
+    stiffest = STEP**2 / (FASTEST_MODE**2 * np.asarray(nominal_plant().drives.rotor_inertia))
+    factor = np.array([3.0, 0.9, 1.4, 0.8, 0.6, 2.0])
+
+    def elastic(factor: np.ndarray, step: float) -> None:
+        errors = ModelErrors(joint_compliance=tuple(factor * stiffest))
+        plant_model(nominal_plant(errors=errors), loaded=True, step=step)
+
+    with pytest.raises(PlantError, match="joint_compliance of joint 5 = ") as refused:
+        elastic(factor, STEP)
+    step, softest = map(float, re.findall(r"use a step of (\S+) s at most, or (\S+) rad", str(refused.value))[0])
+    # sqrt(Ke / Ia) step = FASTEST_MODE at most: 1 % is left for the rounding of what is said.
+    np.testing.assert_allclose(step, 0.99 * STEP * 0.6**0.5, rtol=6e-3)
+    np.testing.assert_allclose(softest, 1.01 * stiffest[4], rtol=6e-3)
+    elastic(factor, step)
+    with pytest.raises(PlantError, match="joint_compliance of joint 4 = "):
+        elastic(np.where(np.arange(6) == 4, softest / stiffest[4], factor), STEP)
 
 
 def test_a_fault_of_an_elastic_arm_names_its_joint():

@@ -1,6 +1,6 @@
 """Where the search begins: signs by load or friction, sizes joint by joint, the rest from what joints share."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,13 +31,16 @@ class Start:
     sure: Mask
 
 
-def start_of(problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns]) -> Start:
+def start_of(
+    problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns], given: Mapping[int, float]
+) -> Start:
     """Begin with the gains that joints show alone (eq. 27) and those that fit their links to the others.
 
     Args:
         problem: Motions and payloads.
         joints: Reduced rows of every joint, n.
         own: Their own columns.
+        given: 1/g of joints, from 0, whose gains are known.
     """
     n = len(joints)
     h, by_load = np.zeros(n), np.zeros(n, dtype=bool)
@@ -46,6 +49,8 @@ def start_of(problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[Own
         for j, fit in enumerate(joint_fit(problem, joint, known) for joint in range(n)):
             if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
                 h[j], by_load[j] = fit.inverse, True
+    for j, inverse in given.items():
+        h[j], by_load[j] = inverse, True
     brakes = np.array([friction_z(each, F.names) for each, F in zip(joints, own, strict=True)])
     sign = np.where(by_load, np.sign(h), np.where(brakes < 0.0, -1.0, 1.0))
     if not by_load.any():  # the scale is free: one joint sets it

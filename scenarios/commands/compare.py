@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="M",
         help="an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable",
     )
+    add("--check", metavar="M", help="ask a method for what any method should keep, and compare nothing")
     add("-n", type=arguments.count, dest="trials", metavar="N", help="trials of each scenario")
     add("--out", type=arguments.folder, metavar="DIR", help="folder of the comparison; what it already holds is kept")
     add("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
@@ -46,15 +47,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Give every trial to every method, tell who solved what."""
+    from scenarios.methods.process import Limits
+
+    limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
+    if options.check is not None:
+        return _checked(options, limits)
     if not options.method:
         raise NothingToCompare("no method; name one with --method")
     prepare_workers(options)
     from scenarios.methods import method_of
-    from scenarios.methods.process import Limits
 
     methods = [method_of(text) for text in options.method]
-    limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
     return _compared(options, methods, limits)
+
+
+def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
+    """Ask one method for what any method should keep; 1 if a promise is broken."""
+    from scenarios.comparison.contract import checks
+    from scenarios.methods import method_of
+    from scenarios.reports.contract import contract_report
+
+    found = list(checks(method_of(options.check), limits))
+    show(contract_report(options.check, found), options)
+    return Status.PASSED if all(check.broken is None for check in found) else Status.MISSED
 
 
 def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Limits") -> Status:

@@ -153,6 +153,10 @@ class WrongSeal(ScenarioError):
     """A revealed truth that is not the one that was sealed, or answers that belong to no sealed problem."""
 
 
+class ForeignAnswers(ScenarioError):
+    """A file that holds no answers to problems."""
+
+
 class MethodError(ScenarioError):
     """A call of a method that gave no answer: counted, never raised to the user."""
 

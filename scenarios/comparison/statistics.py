@@ -20,7 +20,10 @@ SOLVED = (0.01, 0.03, 0.10)
 RANKED_BY = 0.03
 """The one of them that methods are ranked by."""
 FAR, SURE = 0.10, 3.0
-"""A claim is wrong that is off by more than this share of the gain, and by more than so many of its own deviations."""
+"""A claim is wrong that is off by more than this share of the gain, and by more than so many of its own deviations.
+
+One of a gain that the data should not give is wrong unless it errs, and may err, by less than both.
+"""
 CRASHES = ("MethodCrashed", "MethodOutOfMemory", "MethodNotStarted")
 TIME_OUTS = ("MethodTimedOut",)
 
@@ -82,7 +85,7 @@ class MethodSummary:
         solved: Share of the gains wanted that are within each of `SOLVED`.
         refused_rightly: Gains not claimed that the data cannot give.
         refused_wrongly: Gains not claimed that the data should give, in answers that were read.
-        wrong_claims: Gains claimed that the data cannot give, or that are wrong as `FAR` and `SURE` say.
+        wrong_claims: Gains claimed that are wrong as `FAR` and `SURE` say.
         wrong_signs: Gains claimed with the wrong sign.
         crashes, time_outs, misfits: Calls that ended so, or with an answer that cannot be read.
         failures: All of these by kind.
@@ -139,10 +142,14 @@ class Told:
 
     @property
     def wrong(self) -> Mask:
-        """Rows that claim a gain that had better not been claimed; without a deviation nothing excuses an error."""
+        """Rows that claim a gain that had better not been claimed; without a deviation nothing excuses an error.
+
+        Of a gain that the scenario does not expect, a claim may still be good: sure of itself, and right.
+        """
         off = np.abs(self.estimate - self.true)
-        far = (np.abs(self.error) > FAR) & ~(off <= SURE * self.std)
-        return self.claimed & (~self.expected | far)
+        near, honest = np.abs(self.error) <= FAR, off <= SURE * self.std
+        good = near & honest & (self.std <= FAR * np.abs(self.estimate))
+        return self.claimed & np.where(self.expected, ~near & ~honest, ~good)
 
 
 def told(rows: pd.DataFrame) -> Told:

@@ -37,10 +37,11 @@ JOINTS = (
 )
 RULE = (
     f"Order: gains within {100.0 * RANKED_BY:g} % less wrong claims, as a share of the gains that the data should "
-    "give, so that who refuses everything has 0. A claim is wrong if the data cannot give the gain, or if it is off by "
-    f"more than {100.0 * FAR:g} % and by more than {SURE:g} of its stated deviations. A gain that a crash, a time-out "
-    "or a misfit of an answer has cost is neither solved nor refused. Time: median of a call, start of a process and "
-    "reading of files included."
+    f"give, so that who refuses everything has 0. A claim is wrong if it is off by more than {100.0 * FAR:g} % and by "
+    f"more than {SURE:g} of its stated deviations; of a gain that the scenario says the data cannot give, also if it "
+    f"states no deviation below {100.0 * FAR:g} %, or is off by more than {SURE:g} of them. A gain that a crash, a "
+    "time-out or a misfit of an answer has cost is neither solved nor refused. Time: median of a call, start of a "
+    "process and reading of files included."
 )
 MEANING = (
     "Bias, spread: mean and standard deviation of the error. Within: trials that err by less than 1 or 2 stated "

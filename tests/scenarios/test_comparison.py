@@ -205,7 +205,13 @@ def test_gains_without_deviation_count_for_errors_and_not_for_coverage():
         ({"estimate": 2.21, "std": 0.08}, (0, 0, 0), 0),  # within three deviations of an honest, wide interval
         ({"estimate": 2.21, "std": 0.06}, (0, 0, 0), 1),
         ({"estimate": -2.0, "std": 0.1}, (0, 0, 0), 1),
-        ({"estimate": 2.0, "std": 0.1, "expected": False}, (0, 0, 0), 1),  # by luck
+        ({"estimate": 2.0, "std": 0.1, "expected": False}, (0, 0, 0), 0),  # sure of itself, and right
+        ({"estimate": 2.0, "std": 0.21, "expected": False}, (0, 0, 0), 1),
+        ({"estimate": 2.0, "expected": False}, (0, 0, 0), 1),
+        ({"estimate": 2.1, "std": 0.03, "expected": False}, (0, 0, 0), 1),
+        ({"estimate": 2.1, "std": 0.04, "expected": False}, (0, 0, 0), 0),
+        ({"estimate": 2.3, "std": 0.2, "expected": False}, (0, 0, 0), 1),
+        ({"expected": False}, (0, 0, 0), 0),
         ({}, (0, 0, 0), 0),
         ({"failure": "MethodCrashed"}, (0, 0, 0), 0),
     ],

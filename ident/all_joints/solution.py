@@ -92,7 +92,7 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
         own_columns(each, dict(more), per_motion=ready.per_motion) for each, more in zip(columns, terms, strict=True)
     )
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
-    h = start_of(ready.problem, joints, own).h if before is None else before.fit.found.h
+    h = start_of(ready.problem, joints, own) if before is None else before.fit.found.h
 
     def around(h: Array) -> Prior:
         return Prior(mean=np.log(np.abs(h)), std=np.full(len(h), ready.prior_std))
@@ -119,7 +119,7 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
         for k, name in enumerate(own.names):
             if name in ("Fv", "Fc"):
                 column = own.F[:, k]
-                size = float(np.sqrt(np.mean(column[column != 0.0] ** 2)))
+                size = float(np.sqrt(np.mean(column[column != 0.0] ** 2))) / own.names.count(name)
                 for which in (0, 1) if name == "Fc" else (0,):
                     friction[j, which] += size * phi[k]
                     influence[j, which] += size * phi_influence[k]

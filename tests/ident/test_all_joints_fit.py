@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exact import GAIN, exact_problem, lopsided
 from pinocchio_arms import random_arm
-from scipy import linalg, optimize
+from scipy import optimize
 
 from ident.all_joints.columns import JointColumns, joint_columns, shared_parameters
 from ident.all_joints.fit import AllJointsFit, fitted
@@ -130,7 +130,8 @@ def n_and(p: int, f: list[int]) -> np.ndarray:
 
 def data_rows(given: Case) -> tuple[np.ndarray, np.ndarray]:
     """Which of the rows of `whole` are currents, and which are beliefs about own columns; the last are the priors."""
-    kind = np.concatenate([np.repeat([0, 1], [len(c.V), int(o.believed.sum())]) for c, o in zip(given.columns, given.own, strict=True)])  # fmt: skip
+    counts = [[len(each.V), int(own.believed.sum())] for each, own in zip(given.columns, given.own, strict=True)]
+    kind = np.concatenate([np.repeat([0, 1], count) for count in counts])
     return np.flatnonzero(kind == 0), np.flatnonzero(kind == 1)
 
 

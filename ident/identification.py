@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from ident.agreement import agreed, disagreement_notes, disagreements
 from ident.arm import Arm
 from ident.contradiction import check_shape, check_signs
-from ident.errors import Contradiction
+from ident.errors import Contradiction, NotIdentifiable
 from ident.estimate import GainEstimate
 from ident.estimators import DEFAULT, estimator
+from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
@@ -110,13 +111,14 @@ def identify_motions(
     estimate = chosen.estimate(problem, chosen.options() if options is None else options)
     late = lags(problem, estimate)
     estimate = in_time(estimate, late)
-    check_load(estimate)
+    alone = joint_by_joint(problem) or estimate
+    check_load(alone)
     try:
-        check_signs(estimate)
-        check_shape(problem, estimate)
+        check_signs(alone)
+        check_shape(problem, alone)
     except Contradiction as error:  # a delay makes one too
         raise Contradiction(with_suspects(str(error), late)) from None
-    different = disagreements(problem, estimate)
+    different = disagreements(problem, estimate, drift=chosen.drift)
     observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
     notes = (
         estimate.remarks
@@ -126,6 +128,17 @@ def identify_motions(
         + residual_notes(estimate)
     )
     return Identification(agreed(estimate, different), notes)
+
+
+def joint_by_joint(problem: Problem) -> GainEstimate | None:
+    """What each joint says alone (eq. 27), None where no payload of known parameters makes a difference.
+
+    Signs and shapes that contradict each other show here: a fit of all joints together settles between them.
+    """
+    try:
+        return joint_by_joint_gains(problem, JointByJointOptions())
+    except NotIdentifiable:
+        return None
 
 
 def _compared(motions: Sequence[Recorded]) -> list[tuple[Recorded, Recorded]]:

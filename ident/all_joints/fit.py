@@ -30,7 +30,6 @@ class AllJointsFit:
         phi_influence: Derivative of each joint's own values, n arrays of shape (f_j, r).
         log_belief: Change of each log|h| per deviation of everything that is believed beforehand, of log|h| and of own
             coefficients, shape (n, beliefs).
-        torque: Torque of the shared and known parameters on each row [N m], shape (r,).
     """
 
     found: Found
@@ -39,7 +38,6 @@ class AllJointsFit:
     log_influence: Array
     phi_influence: tuple[Array, ...]
     log_belief: Array
-    torque: Array
 
 
 def fitted(
@@ -102,5 +100,4 @@ def fitted(
         log_influence=influence[:n],
         phi_influence=tuple(influence[first[j] : first[j + 1]] for j in range(n)),
         log_belief=belief,
-        torque=np.concatenate([each.shared @ found.theta + each.known for each in columns]),
     )

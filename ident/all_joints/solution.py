@@ -116,7 +116,7 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     )
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
     given = {} if ready.given is None else {ready.given.joint: 1.0 / ready.given.value}
-    h = start_of(ready.problem, joints, own, given).h if before is None else before.fit.found.h
+    h = start_of(ready.problem, joints, own, given) if before is None else before.fit.found.h
     std = np.full(ready.n, ready.prior_std)
     std[list(given)] = GIVEN_STD
 
@@ -145,7 +145,7 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
         for k, name in enumerate(own.names):
             if name in ("Fv", "Fc"):
                 column = own.F[:, k]
-                size = float(np.sqrt(np.mean(column[column != 0.0] ** 2)))
+                size = float(np.sqrt(np.mean(column[column != 0.0] ** 2))) / own.names.count(name)
                 for which in (0, 1) if name == "Fc" else (0,):
                     friction[j, which] += size * phi[k]
                     influence[j, which] += size * phi_influence[k]

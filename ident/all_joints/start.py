@@ -1,40 +1,24 @@
 """Where the search begins: signs by load or friction, sizes joint by joint, the rest from what joints share."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 
 from ident.all_joints.friction import OwnColumns
 from ident.all_joints.reduction import DEPENDENT, ReducedJoint
-from ident.arrays import Array, Mask
+from ident.arrays import Array
 from ident.joint_fit import JointFit, joint_fit
 from ident.problem import Problem
 
 SURE_Z = 6.0
 """Standard deviations at which a joint's own rows are believed about its gain."""
-BRAKES_Z = 10.0
-"""Standard deviations at which friction is believed about the sign of a gain."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Start:
-    """Where the search begins.
-
-    Attributes:
-        h: 1/g with its sign, shape (n,).
-        sure: Joints whose sign is sure, shape (n,).
-    """
-
-    h: Array
-    sure: Mask
 
 
 def start_of(
     problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns], given: Mapping[int, float]
-) -> Start:
-    """Begin with the gains that joints show alone (eq. 27) and those that fit their links to the others.
+) -> Array:
+    """1/g that joints show alone (eq. 27), of the others what fits their links to these, shape (n,).
 
     Args:
         problem: Motions and payloads.
@@ -58,7 +42,7 @@ def start_of(
         h[loudest] = sign[loudest]
     while not h.all():
         h = _extended(joints, h, sign)
-    return Start(h=h, sure=by_load | (np.abs(brakes) > BRAKES_Z))
+    return h
 
 
 def friction_z(joint: ReducedJoint, names: Sequence[str]) -> float:

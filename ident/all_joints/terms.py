@@ -24,7 +24,8 @@ class TermColumns:
     """Columns of every joint by name.
 
     Attributes:
-        own: Friction terms, n dicts of columns of shape (r_j,). Those of `LOAD_FORMS` have coefficients without unit.
+        own: Friction terms, n dicts of columns of shape (r_j,). Those of `LOAD_FORMS` have coefficients without unit,
+            positive where friction brakes.
         softened: Change of torque per unit of each joint's compliance, n arrays of shape (r_j, n), empty if not asked.
     """
 
@@ -84,13 +85,12 @@ def torque_terms(
         found = torques(problem, motion, shared, fit.found.theta, compliance=compliance)
         for j in range(n):
             kept = motion.observation.joints[j].position
-            turns = np.sign(behind.dq[:, j])
+            against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
             needed = fit.found.h[j] * found.rigid[:, j]
-            given = _with_load(
-                needed, turns, needed + _braking(behind, own[j], fit.phi[j], j, number), own[j], fit.phi[j]
-            )
+            given = needed + _braking(behind, own[j], fit.phi[j], j, number)
+            given = _with_load(needed, against, given, own[j], fit.phi[j])
             for name, current in zip(LOAD_FORMS, (given, needed), strict=True):
-                columns[j][name].append(behind.decimated(np.abs(current) * turns, j)[kept])
+                columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
             if compliance:
                 softened[j].append(_softened(behind, found, j)[kept])
     return TermColumns(
@@ -99,21 +99,21 @@ def torque_terms(
     )
 
 
-def _with_load(needed: Array, turns: Array, given: Array, own: OwnColumns, phi: Array) -> Array:
+def _with_load(needed: Array, against: Array, given: Array, own: OwnColumns, phi: Array) -> Array:
     """Current that a motor gives, friction in proportion to torque included, shape (N,).
 
     Args:
         needed: Current that links and payload ask for, shape (N,).
-        turns: Sign of the speed, shape (N,).
+        against: Sign of the current against friction, shape (N,).
         given: Current without that friction, shape (N,).
         own: Own columns of the fit.
         phi: Their values.
     """
     for name, value in zip(own.names, phi, strict=True):
         if name == "load":
-            given = given + value * np.abs(needed) * turns
-        elif name == "load-motor":  # V = x + c |V| sign(dq)
-            given = given / (1.0 - np.clip(value, -STRONGEST, STRONGEST) * turns * np.sign(given))
+            given = given + value * np.abs(needed) * against
+        elif name == "load-motor":  # V = x + c |V| against
+            given = given / (1.0 - np.clip(value, -STRONGEST, STRONGEST) * against * np.sign(given))
     return given
 
 

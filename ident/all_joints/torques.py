@@ -7,10 +7,10 @@ from scipy.interpolate import CubicSpline
 
 from ident.all_joints.columns import SharedParameters
 from ident.arm import Arm
-from ident.arrays import Array
-from ident.parameters import STANDARD
+from ident.arrays import Array, Indices
 from ident.problem import Motion, Problem
 from ident.regressor import regressor_blocks
+from ident.structure import Structure
 
 TORQUE_RATE = 8.0
 """Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
@@ -36,7 +36,7 @@ def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: A
     """Torques of the fitted arm along a motion.
 
     A compliant joint's link is behind its motor, where the encoder sits, by the torque that it transmits times the
-    compliance C; so are its velocity and acceleration. The rotor is not.
+    compliance C; so are its velocity and acceleration. The rotor is not, where its inertia is told from its link's.
 
     Args:
         problem: Motions and payloads.
@@ -60,7 +60,7 @@ def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: A
     if not compliance:
         return Torques(rigid(t), np.zeros((0, structure.arm.n, structure.arm.n)))
     link = chi.copy()
-    link[[k * len(STANDARD) + STANDARD.index("Ia") for k in range(structure.arm.n)]] = 0.0
+    link[_rotors(structure)] = 0.0
     stiff = _torque(structure.arm, link, *states)
     transmitted = CubicSpline(t[at], stiff)
     change = np.stack([transmitted(t[at], order) for order in range(3)])  # (3, samples, n)
@@ -70,6 +70,13 @@ def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: A
         moved = [x - SOFTENING * each * only for x, each in zip(states, change, strict=True)]
         softened[:, :, k] = (_torque(structure.arm, link, *moved) - stiff) / SOFTENING
     return Torques(rigid(t), CubicSpline(t[at], softened)(t))
+
+
+def _rotors(structure: Structure) -> Indices:
+    """Standard parameters that are inertias of rotors, those left out that hold inertia of links as well."""
+    base = structure.base
+    alone = np.count_nonzero(base.regrouping, axis=1) == 1
+    return base.columns[alone & np.array([name.startswith("Ia") for name in base.names])]
 
 
 def _torque(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:

@@ -34,7 +34,8 @@ def left_out(rows: Rows) -> list[tuple[Indices, Array]]:
     found: list[tuple[Indices, Array]] = []
     for motion in np.unique(rows.motion):
         own = np.flatnonzero(rows.motion == motion)
-        stretch = rows.position[own] * BLOCKS // (rows.position[own].max() + 1)
+        at = rows.position[own] - rows.position[own].min()
+        stretch = at * BLOCKS // (at.max() + 1)
         for number in np.unique(stretch):
             block = own[stretch == number]
             explained, weight = rows.explained[block], rows.weight[block]

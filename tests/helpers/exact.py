@@ -1,5 +1,6 @@
 """Exact linear systems: what a recording would give with a perfect filter, for identities that hold to rounding."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from ident.estimators import ESTIMATORS
 from ident.observation import JointObservation, Observation
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.problem import pair
+from ident.problem import Motion, Problem, pair
 from ident.regressor import regressor
 from ident.structure import Structure
 
@@ -97,3 +98,36 @@ def exact_observation(
             )
         )
     return Observation(structure, tuple(joints), ())
+
+
+def exact_problem(
+    structure: Structure,
+    motions: Sequence[tuple[np.ndarray, Payload | None, Payload | None]],
+    gain: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    noise: float = 0.0,
+    rows: int = 150,
+    options: GainOptions = TRUSTING,
+) -> Problem:
+    """A problem of motions on random states, each of standard parameters, the payload that is there, and its belief."""
+    nothing = np.zeros(10)
+    return Problem(
+        structure,
+        tuple(
+            Motion(
+                exact_observation(
+                    structure,
+                    chi,
+                    nothing if true is None else true.known_part().chi,
+                    gain,
+                    rng,
+                    noise=noise,
+                    rows=rows,
+                ),
+                believed,
+            )
+            for chi, true, believed in motions
+        ),
+        options,
+    )

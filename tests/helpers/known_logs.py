@@ -20,8 +20,10 @@ BRICK = Payload(
 )
 
 
-def ur_like(gravity: tuple[float, float, float] = (0.0, 0.0, -9.81), reach: float = 1.0) -> pin.Model:
-    """Six axes in the arrangement of a UR10, links of lopsided inertia; `reach` scales its arm's lengths."""
+def ur_like(gravity: tuple[float, float, float] = (0.0, 0.0, -9.81), reach: float = 1.0, count: int = 6) -> pin.Model:
+    """Six axes in the arrangement of a UR10, links of lopsided inertia; `reach` scales its arm's lengths,
+    and only the first `count` axes are taken.
+    """
     model = pin.Model()
     model.name = "ur-like"
     model.gravity = pin.Motion(np.array(gravity), np.zeros(3))
@@ -38,7 +40,7 @@ def ur_like(gravity: tuple[float, float, float] = (0.0, 0.0, -9.81), reach: floa
     masses = [7.8, 12.9, 3.9, 2.0, 1.9, 0.4]
     coms = [(0.01, -0.02, -0.03), (0.02, -0.04, 0.24), (0.01, 0.03, 0.26), (0.01, 0.02, 0.03)]
     coms += [(-0.01, 0.02, 0.02), (0.006, -0.01, 0.004)]
-    for j in range(6):
+    for j in range(count):
         place = pin.SE3(places[j][0], np.array(places[j][1]))
         axis = np.array(axes[j], dtype=float)
         index = model.addJoint(j, pin.JointModelRevoluteUnaligned(axis), place, f"joint{j + 1}")

@@ -108,16 +108,14 @@ def identify_motions(
     for first, second in _compared(motions):
         wiring(structure, first.recording, second.recording, observing)
     problem = Problem(structure, observed, gains)
+    alone = joint_by_joint(problem)
+    if alone is not None:
+        _check_alone(problem, alone)
     estimate = chosen.estimate(problem, chosen.options() if options is None else options)
+    if alone is None:
+        _check_alone(problem, estimate)
     late = lags(problem, estimate)
     estimate = in_time(estimate, late)
-    alone = joint_by_joint(problem) or estimate
-    check_load(alone)
-    try:
-        check_signs(alone)
-        check_shape(problem, alone)
-    except Contradiction as error:  # a delay makes one too
-        raise Contradiction(with_suspects(str(error), late)) from None
     different = disagreements(problem, estimate, drift=chosen.drift)
     observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
     notes = (
@@ -128,6 +126,16 @@ def identify_motions(
         + residual_notes(estimate)
     )
     return Identification(agreed(estimate, different), notes)
+
+
+def _check_alone(problem: Problem, estimate: GainEstimate) -> None:
+    """Refuse what no gains can explain."""
+    check_load(estimate)
+    try:
+        check_signs(estimate)
+        check_shape(problem, estimate)
+    except Contradiction as error:  # a delay makes one too
+        raise Contradiction(with_suspects(str(error), lags(problem, estimate))) from None
 
 
 def joint_by_joint(problem: Problem) -> GainEstimate | None:

@@ -1,7 +1,7 @@
 """Identify drive gains from bare and loaded recordings: check, observe, estimate, check."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ident.agreement import agreed, disagreement_notes, disagreements
 from ident.arm import Arm
@@ -21,6 +21,8 @@ from ident.structure import Structure, structure_of
 from ident.wiring import WiringCheck, check_wiring
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
+ALONE = "larger"
+"""Uncertainty that the limits of contradictions were measured with (`docs/derivations.md`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,8 +145,9 @@ def joint_by_joint(problem: Problem) -> GainEstimate | None:
 
     Signs and shapes that contradict each other show here: a fit of all joints together settles between them.
     """
+    options = replace(problem.options, uncertainty=ALONE)
     try:
-        return joint_by_joint_gains(problem, JointByJointOptions())
+        return joint_by_joint_gains(replace(problem, options=options), JointByJointOptions())
     except NotIdentifiable:
         return None
 

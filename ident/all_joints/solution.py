@@ -80,8 +80,8 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Give
     shared = shared_parameters(problem)
     if not shared.known.any() and given is None:
         raise NotIdentifiable(
-            "nothing that is known sets the scale of the gains: links that joints share give their ratios alone; "
-            "mount a payload of known mass, or give one gain (options gain_joint and gain_value)"
+            "no motion carries a payload of known mass: links that joints share give the ratios of the gains alone; "
+            "mount one, or give one gain (options gain_joint and gain_value)"
         )
     return Setting(
         problem=problem,

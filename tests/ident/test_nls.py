@@ -28,7 +28,7 @@ def test_bare_motions_and_one_given_gain_give_the_others(bare, joint):
 
 
 def test_without_payload_and_given_gain_the_scale_is_free(bare):
-    with pytest.raises(NotIdentifiable, match="links that joints share give their ratios alone; mount a payload"):
+    with pytest.raises(NotIdentifiable, match="links that joints share give the ratios of the gains alone; mount one"):
         all_joints_gains(bare, AllJointsOptions())
 
 

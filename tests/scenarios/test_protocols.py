@@ -353,7 +353,7 @@ UNPAIRED = {
     (): "no recording is given",
     ("--unloaded", "unloaded.parquet"): "no motion carries a payload",
     ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "no motion carries a payload",
-    ("--loaded", "loaded.parquet", "loaded-2.parquet", "--payload", "payload.toml"): "no motion is bare",
+    ("--loaded", "loaded.parquet", "loaded-2.parquet", "--payload", "payload.toml"): "no drive gain can be identified",
     ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "hold the same motion",
 }
 

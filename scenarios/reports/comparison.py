@@ -15,8 +15,8 @@ RANKS = (
     Column(title="wrong\nclaims"),
     Column(title="wrong\nsigns"),
     Column(title="crashes"),
-    Column(title="time-\nouts"),
-    Column(title="mis-\nfits"),
+    Column(title="time\nouts"),
+    Column(title="misfits"),
     Column(title="Time", unit="s"),
 )
 JOINTS = (

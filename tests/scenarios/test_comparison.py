@@ -181,6 +181,7 @@ def test_coverage_has_the_interval_of_clopper_and_pearson():
 def test_an_interval_holds_the_truth_at_its_very_end_and_one_of_zero_only_without_error():
     edge = one(told("m", {"estimate": 2.25, "std": 0.25}, {"estimate": 2.0, "std": 0.0}, {"estimate": 2.5, "std": 0.0}))
     assert edge.joints[0].cover_1.share == pytest.approx(2 / 3)
+    assert one(told("m", {"estimate": 2.5, "std": 0.25})).joints[0].cover_2.share == 1.0
 
 
 def test_gains_without_deviation_count_for_errors_and_not_for_coverage():

@@ -10,10 +10,11 @@ import pytest
 from method_stubs import constant
 
 import scenarios.comparison.contract as contract
+from ident.options import GainOptions
 from ident.structure import Structure
 from scenarios.cli import main
 from scenarios.comparison.contract import checks
-from scenarios.comparison.exact import PAYLOAD, exact_motions
+from scenarios.comparison.exact import PAYLOAD, TRUSTING, exact_motions
 from scenarios.errors import MethodCrashed
 from scenarios.judge import Claim
 from scenarios.methods.call import Call
@@ -45,6 +46,8 @@ def perfect(problem: GivenProblem, known) -> tuple[int, list[Claim]]:
     before = known[seed].motions[0].recording.v
     with np.errstate(divide="ignore"):
         unit = np.median(bare.recording.v / before, axis=0)
+    # Nothing is refused that shows at all, but where refusing is what is asked for.
+    assert problem.gains == (GainOptions() if seed == ABSENT else TRUSTING)
     if seed == ABSENT:
         return seed, [Claim(None, None, "nothing there")] * 6
     gain = known[seed].gain * factor / np.where(np.abs(unit - np.round(unit, 1)) < 0.05, np.round(unit, 1), unit)

@@ -87,6 +87,8 @@ def test_options_of_a_method_and_of_the_identification_reach_it(folder):
     strict = asked("ls-2011,max_rel_std=1e-15,noise-floor=0.3", folder).outcome
     assert all(claim.value is None for claim in strict)
     assert "exceeds 1e-13 %" in strict[0].reason
+    coarse = asked("ls-2011,cutoff-hz=600", folder).outcome
+    assert "too slow for a cut-off of 600 Hz" in coarse[0].reason
 
 
 def test_data_that_are_refused_as_a_whole_are_every_joint_refused(structure, tmp_path):

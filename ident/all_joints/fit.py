@@ -30,6 +30,7 @@ class AllJointsFit:
         phi_influence: Derivative of each joint's own values, n arrays of shape (f_j, r).
         log_belief: Change of each log|h| per deviation of everything that is believed beforehand, of log|h| and of own
             coefficients, shape (n, beliefs).
+        phi_belief: The same of each joint's own values, n arrays of shape (f_j, beliefs).
     """
 
     found: Found
@@ -38,6 +39,7 @@ class AllJointsFit:
     log_influence: Array
     phi_influence: tuple[Array, ...]
     log_belief: Array
+    phi_belief: tuple[Array, ...]
 
 
 def fitted(
@@ -75,7 +77,7 @@ def fitted(
     whole = [spread[:, starts[j] : starts[j + 1]] @ each.Q.T for j, each in enumerate(joints)]
     influence = np.hstack([part[:, : each.rows] / each.sigma for part, each in zip(whole, joints, strict=True)])
     belief = np.hstack(
-        [*(part[:n, each.rows :] for part, each in zip(whole, joints, strict=True)), pseudo[:n, starts[-1] :]]
+        [*(part[:, each.rows :] for part, each in zip(whole, joints, strict=True)), pseudo[:, starts[-1] :]]
     )
     data = [each.Q[: each.rows] for each in joints]
     hat = np.vstack([Q @ explained[starts[j] : starts[j + 1]] for j, Q in enumerate(data)])
@@ -99,5 +101,6 @@ def fitted(
         ),
         log_influence=influence[:n],
         phi_influence=tuple(influence[first[j] : first[j + 1]] for j in range(n)),
-        log_belief=belief,
+        log_belief=belief[:n],
+        phi_belief=tuple(belief[first[j] : first[j + 1]] for j in range(n)),
     )

@@ -54,6 +54,14 @@ class _Belief:
     std: float
 
 
+ANY = _Belief(0.0, 0.15)
+"""Of load friction before the joints of an arm have shown theirs: geared drives have up to 15 % (Harmonic Drive 100:1).
+
+Where friction dominates, a gain and its joint's load friction look the same, and a coefficient without bounds takes the
+gain, and the torques that its column follows from, anywhere.
+"""
+
+
 def selected(ready: Setting) -> Selected:
     """Choose the model of a problem whose motions come from recordings."""
     nothing: Terms = [{} for _ in range(ready.n)]
@@ -135,17 +143,19 @@ def _with_load(
     ready: Setting, chosen: Terms, first: TermColumns, softened: Sequence[Array], base: Fitted, form: str
 ) -> _Loaded:
     """A fit with load friction of one form, its torques taken from a fit that had it."""
-    free = fit_with(ready, _grown(chosen, form, first, None), softened, base)
+    free = fit_with(ready, _grown(chosen, form, first, ANY), softened, base)
     again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
-    free = fit_with(ready, _grown(chosen, form, again, None), again.softened, free)
+    free = fit_with(ready, _grown(chosen, form, again, ANY), again.softened, free)
     again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
     belief = _belief(free, form)
     return _Loaded(_tried(fit_with(ready, _grown(chosen, form, again, belief), again.softened, free)), belief)
 
 
-def _grown(chosen: Terms, form: str, columns: TermColumns, belief: _Belief | None) -> Terms:
-    mean, std = (0.0, float("inf")) if belief is None else (belief.mean, belief.std)
-    return [{**terms, form: Term(own[form], mean, std)} for terms, own in zip(chosen, columns.own, strict=True)]
+def _grown(chosen: Terms, form: str, columns: TermColumns, belief: _Belief) -> Terms:
+    return [
+        {**terms, form: Term(own[form], belief.mean, belief.std)}
+        for terms, own in zip(chosen, columns.own, strict=True)
+    ]
 
 
 def _belief(free: Fitted, form: str) -> _Belief:
@@ -153,7 +163,8 @@ def _belief(free: Fitted, form: str) -> _Belief:
     at = [(j, own.names.index(form)) for j, own in enumerate(free.own) if form in own.names]
     seen = np.array([free.fit.phi[j][k] for j, k in at])
     influence = np.array([free.fit.phi_influence[j][k] for j, k in at])
-    noise = np.sqrt(np.diag(cautious(free.fit.rows, influence, 0.0)))
+    unseen = np.array([free.fit.phi_belief[j][k] for j, k in at])
+    noise = np.sqrt(np.diag(cautious(free.fit.rows, influence, 0.0)) + np.sum(unseen**2, axis=1))
 
     def unlikely(x: Array) -> float:
         mean, spread = x[0], np.exp(x[1])

@@ -98,8 +98,8 @@ def test_torques_between_evaluated_samples_are_splines(ready):
             getattr(torques(ready.problem, m, ready.shared, theta, compliance=True), name) for m in (motion, sparse)
         )
         assert np.abs(one - two).max() > 0.0
-        # Torques of up to 1 Hz, known at 31: a spline is off by some (1 / 31)^4 in them, (1 / 31)^2 in what their second
-        # derivative makes, and by more at the ends.
+        # Torques of up to 1 Hz, known at 31: a spline is off by some (1 / 31)^4 in them, (1 / 31)^2 in what their
+        # second derivative makes, and by more at the ends.
         inner = slice(40, -40)
         np.testing.assert_allclose(two[inner], one[inner], rtol=0, atol=2e-3 * np.abs(one).max())
 

@@ -15,7 +15,7 @@ from scipy import optimize, stats
 
 from ident.all_joints.friction import Term
 from ident.all_joints.solution import Fitted, Setting, Terms, fit_with
-from ident.all_joints.terms import LOAD_FORMS, SPEED_TERMS, TermColumns, speed_terms, torque_terms
+from ident.all_joints.terms import LOAD_FORMS, LOAD_STD, SPEED_TERMS, TermColumns, speed_terms, torque_terms
 from ident.arrays import Array
 from ident.uncertainty.cautious import cautious
 from ident.uncertainty.jackknife import left_out
@@ -54,12 +54,7 @@ class _Belief:
     std: float
 
 
-ANY = _Belief(0.0, 0.15)
-"""Of load friction before the joints of an arm have shown theirs: geared drives have up to 15 % (Harmonic Drive 100:1).
-
-Where friction dominates, a gain and its joint's load friction look the same, and a coefficient without bounds takes the
-gain, and the torques that its column follows from, anywhere.
-"""
+ANY = _Belief(0.0, LOAD_STD)
 
 
 def selected(ready: Setting) -> Selected:

@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs methods schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -32,6 +32,11 @@ bench: .venv/ready
 docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py
 	$(BIN)/python docs/accuracy.py
+
+COMPARED ?= $(wildcard out/methods/*)
+
+methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
+	$(BIN)/python docs/methods.py $(COMPARED)
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.files.json_schema

@@ -50,19 +50,34 @@ class Disagreement:
         return self.F > SURE_F and self.share > SEEN
 
 
-def disagreements(problem: Problem, estimate: GainEstimate) -> tuple[Disagreement, ...]:
-    """Of the joints that have a gain, those on which the motions surely differ."""
-    found = [
-        disagreement(problem, joint_rows(problem, joint)) for joint in np.flatnonzero(estimate.identifiable).tolist()
-    ]
+def disagreements(problem: Problem, estimate: GainEstimate, *, drift: bool = False) -> tuple[Disagreement, ...]:
+    """Of the joints that have a gain, those on which the motions surely differ.
+
+    Args:
+        problem: Motions and payloads.
+        estimate: What was found from them.
+        drift: Whether viscous and Coulomb friction may differ between motions.
+    """
+    joints: list[int] = np.flatnonzero(estimate.identifiable).tolist()
+    found = [disagreement(problem, joint_rows(problem, joint), drift=drift) for joint in joints]
     return tuple(each for each in found if each is not None and each.sure)
 
 
-def disagreement(problem: Problem, rows: JointRows) -> Disagreement | None:
-    """How much the arm's own parameters on a joint differ between motions with and without payload; None if unseen."""
+def disagreement(problem: Problem, rows: JointRows, *, drift: bool = False) -> Disagreement | None:
+    """How much the arm's own parameters on a joint differ between motions with and without payload; None if unseen.
+
+    Args:
+        problem: Motions and payloads.
+        rows: The joint's.
+        drift: Whether viscous and Coulomb friction may differ.
+    """
     probes = problem.structure.payload_probes[rows.joint]
     free = independent_columns(probes, [np.arange(probes.shape[1])])
-    common = _basis(_unit(np.hstack((rows.W, *(W_L[:, free] for W_L in rows.W_L)))))
+    brakes = [
+        k for k, name in enumerate(rows.names) if drift and name in (f"Fv{rows.joint + 1}", f"Fc{rows.joint + 1}")
+    ]
+    anew = [rows.W[:, brakes] * (rows.motion == motion)[:, None] for motion in range(1, len(problem.motions))]
+    common = _basis(_unit(np.hstack((rows.W, *anew, *(W_L[:, free] for W_L in rows.W_L)))))
     left = rows.V - common @ (common.T @ rows.V)
     second = _unit(rows.W * rows.loaded[:, None])
     own = _basis(second - common @ (common.T @ second))

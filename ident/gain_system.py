@@ -72,7 +72,7 @@ def joint_rows(problem: Problem, joint: int) -> JointRows:
     parts = [motion.observation.joints[joint] for motion in problem.motions]
     arm = np.isin(parts[0].columns, structure.joint_independent[joint])
     lengths = [len(part.V) for part in parts]
-    W_L = np.stack(
+    W_L = np.array(
         [
             np.vstack(
                 [

@@ -1,14 +1,15 @@
 """Identify drive gains from bare and loaded recordings: check, observe, estimate, check."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ident.agreement import agreed, disagreement_notes, disagreements
 from ident.arm import Arm
 from ident.contradiction import check_shape, check_signs
-from ident.errors import Contradiction
+from ident.errors import Contradiction, NotIdentifiable
 from ident.estimate import GainEstimate
 from ident.estimators import DEFAULT, estimator
+from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
@@ -20,6 +21,8 @@ from ident.structure import Structure, structure_of
 from ident.wiring import WiringCheck, check_wiring
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
+ALONE = "larger"
+"""Uncertainty that the limits of contradictions were measured with (`docs/derivations.md`)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,16 +110,15 @@ def identify_motions(
     for first, second in _compared(motions):
         wiring(structure, first.recording, second.recording, observing)
     problem = Problem(structure, observed, gains)
+    alone = joint_by_joint(problem)
+    if alone is not None:
+        _check_alone(problem, alone)
     estimate = chosen.estimate(problem, chosen.options() if options is None else options)
+    if alone is None:
+        _check_alone(problem, estimate)
     late = lags(problem, estimate)
     estimate = in_time(estimate, late)
-    check_load(estimate)
-    try:
-        check_signs(estimate)
-        check_shape(problem, estimate)
-    except Contradiction as error:  # a delay makes one too
-        raise Contradiction(with_suspects(str(error), late)) from None
-    different = disagreements(problem, estimate)
+    different = disagreements(problem, estimate, drift=chosen.drift)
     observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
     notes = (
         estimate.remarks
@@ -126,6 +128,28 @@ def identify_motions(
         + residual_notes(estimate)
     )
     return Identification(agreed(estimate, different), notes)
+
+
+def _check_alone(problem: Problem, estimate: GainEstimate) -> None:
+    """Refuse what no gains can explain."""
+    check_load(estimate)
+    try:
+        check_signs(estimate)
+        check_shape(problem, estimate)
+    except Contradiction as error:  # a delay makes one too
+        raise Contradiction(with_suspects(str(error), lags(problem, estimate))) from None
+
+
+def joint_by_joint(problem: Problem) -> GainEstimate | None:
+    """What each joint says alone (eq. 27), None where no payload of known parameters makes a difference.
+
+    Signs and shapes that contradict each other show here: a fit of all joints together settles between them.
+    """
+    options = replace(problem.options, uncertainty=ALONE)
+    try:
+        return joint_by_joint_gains(replace(problem, options=options), JointByJointOptions())
+    except NotIdentifiable:
+        return None
 
 
 def _compared(motions: Sequence[Recorded]) -> list[tuple[Recorded, Recorded]]:

@@ -13,6 +13,9 @@ from ident.observation import ObserveOptions
 from ident.recording import Recording, resampled
 from ident.signals import delayed, edge_samples, smooth_motion
 
+SLOW = 0.2
+"""Speed below which an instant of a joint tells nothing sure of it, as a share of its rms speed."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instants:
@@ -50,5 +53,5 @@ def instants(recording: Recording, most: int, options: ObserveOptions) -> Instan
     q, dq, ddq = smooth_motion(recording.q, recording.period, options.cutoff_hz)
     v = delayed(recording.v, options.current_delay / recording.period)
     v, _, _ = smooth_motion(v, recording.period, options.decimation_cutoff_hz)
-    slow = options.reversal_speed * np.sqrt(np.mean(dq[inner] ** 2, axis=0))
+    slow = SLOW * np.sqrt(np.mean(dq[inner] ** 2, axis=0))
     return Instants(q[chosen], dq[chosen], ddq[chosen], v[chosen], np.abs(dq[chosen]) > slow)

@@ -39,7 +39,7 @@ class Lag:
 def lags(problem: Problem, estimate: GainEstimate) -> tuple[Lag, ...]:
     """The gains that sure delays move by more than `SEEN`.
 
-    The delay of all joints together is taken where it is sure, a joint's own elsewhere.
+    The delay is that of all joints together: the log of a controller is late as a whole.
     """
     if not problem.payloads:
         return ()
@@ -85,11 +85,14 @@ def with_suspects(message: str, found: Sequence[Lag]) -> str:
 
 
 def _late(own: Mapping[int, Delay]) -> dict[int, Delay]:
-    """The delays that are sure: that of all joints together for each of them, else those of single joints."""
+    """The delay of all joints together for each of them, if it is sure.
+
+    A delay of one joint alone is not believed: a friction law or a compliance that its model lacks looks like one.
+    """
     if not own:
         return {}
     common = common_delay(list(own.values()))
-    return dict.fromkeys(own, common) if common.sure else {joint: each for joint, each in own.items() if each.sure}
+    return dict.fromkeys(own, common) if common.sure else {}
 
 
 def _correction(problem: Problem, rows: Rows, late: Mapping[int, Delay]) -> Array:

@@ -135,3 +135,63 @@ class NoJointWanted(ScenarioError):
 
 class MotionTooFine(ScenarioError):
     """Harmonics that a search does not see between its samples."""
+
+
+class ForeignProblem(ScenarioError):
+    """A folder that is no problem, or says what cannot be."""
+
+
+class UnknownMethod(ScenarioError):
+    """A method of a comparison that does not exist, or does not take its options."""
+
+
+class NothingToCompare(ScenarioError):
+    """A comparison without methods or scenarios, or with one of them twice."""
+
+
+class WrongSeal(ScenarioError):
+    """A revealed truth that is not the one that was sealed, or answers that belong to no sealed problem."""
+
+
+class ForeignAnswers(ScenarioError):
+    """A file that holds no answers to problems."""
+
+
+class MethodError(ScenarioError):
+    """A call of a method that gave no answer: counted, never raised to the user."""
+
+
+class MethodTimedOut(MethodError):
+    """It took longer than it may."""
+
+
+class MethodOutOfMemory(MethodError):
+    """It wanted more memory than it may have."""
+
+
+class MethodCrashed(MethodError):
+    """It ended with an error or by a signal."""
+
+
+class MethodNotStarted(MethodError):
+    """It could not be started."""
+
+
+class NoAnswer(MethodError):
+    """What it said is no JSON object, or longer than any answer."""
+
+
+class NotFinite(MethodError):
+    """A number of its answer is not finite."""
+
+
+class WrongForm(MethodError):
+    """Its answer lacks a key, or a value is of another type."""
+
+
+class WrongJoints(MethodError):
+    """Its answer has not one gain for each joint, in their order."""
+
+
+class ImpossibleGain(MethodError):
+    """A gain of zero, a negative deviation, a gain that is refused and stated, or neither."""

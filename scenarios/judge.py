@@ -1,5 +1,6 @@
 """`judge`: hold an estimate against the truth. The only place that sees both."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,21 @@ class GainVerdict:
 
 
 @dataclass(frozen=True, slots=True)
+class Claim:
+    """What is claimed of one joint.
+
+    Attributes:
+        value: The gain [N m / drive unit], None if refused.
+        std: Its standard deviation, all shares together, None if refused or not stated.
+        reason: Why it is refused, if that is said.
+    """
+
+    value: float | None
+    std: float | None
+    reason: str | None
+
+
+@dataclass(frozen=True, slots=True)
 class Verdict:
     """Every joint's verdict; `passed` if all passed."""
 
@@ -59,18 +75,36 @@ def judge(estimate: GainEstimate, true_gain: Array, tolerance: ToleranceTable, *
         tolerance: What counts as passed.
         expectation: Name of the file that says which joints' gains the data should give, for the reason.
     """
-    rows = zip(estimate.joints, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
+    return judge_claims([_claim(joint) for joint in estimate.joints], true_gain, tolerance, expectation=expectation)
+
+
+def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: ToleranceTable, *, expectation: str) -> Verdict:
+    """As `judge`, for what any method claims.
+
+    Args:
+        claims: One a joint.
+        true_gain: Injected gains [N m / drive unit], shape (n,).
+        tolerance: What counts as passed.
+        expectation: Name of the file that says which joints' gains the data should give, for the reason.
+    """
+    rows = zip(claims, true_gain, tolerance.gain, tolerance.identifiable, strict=True)
     return Verdict(
         tuple(
-            _judge_joint(j + 1, joint, float(true), allowed, None if expected else expectation)
-            for j, (joint, true, allowed, expected) in enumerate(rows)
+            _judge_joint(j + 1, claim, float(true), allowed, None if expected else expectation)
+            for j, (claim, true, allowed, expected) in enumerate(rows)
         )
     )
 
 
-def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float, refusal_in: str | None) -> GainVerdict:
-    """One joint; `refusal_in` names the file that wants it refused, None where a gain is wanted."""
+def _claim(joint: JointResult) -> Claim:
     if isinstance(joint, RefusedGain):
+        return Claim(None, None, joint.reason)
+    return Claim(joint.value, joint.total_std, None)
+
+
+def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refusal_in: str | None) -> GainVerdict:
+    """One joint; `refusal_in` names the file that wants it refused, None where a gain is wanted."""
+    if claim.value is None:
         return GainVerdict(
             joint=number,
             true=true,
@@ -81,9 +115,9 @@ def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float,
             tolerance=tolerance,
             identifiable=False,
             passed=refusal_in is not None,
-            reason=joint.reason,
+            reason=claim.reason,
         )
-    error = joint.value - true
+    error = claim.value - true
     within = bool(np.abs(error / true) <= tolerance)
     reason = None
     if refusal_in is not None:
@@ -93,10 +127,10 @@ def _judge_joint(number: int, joint: JointResult, true: float, tolerance: float,
     return GainVerdict(
         joint=number,
         true=true,
-        estimate=joint.value,
-        std=joint.total_std,
+        estimate=claim.value,
+        std=claim.std,
         rel_error=error / true,
-        z=error / joint.total_std if joint.total_std > 0.0 else None,
+        z=error / claim.std if claim.std else None,
         tolerance=tolerance,
         identifiable=True,
         passed=within and refusal_in is None,

@@ -106,6 +106,47 @@ def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tupl
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulated:
+    """What the cell of one prepared scenario logged.
+
+    Attributes:
+        recordings: Of the motions, in order of time.
+        simulate_s: Wall time, its share of the batch [s].
+    """
+
+    recordings: tuple[Recording, ...]
+    simulate_s: float
+
+
+def simulate_batch(
+    benches: Sequence[Bench], streams: Sequence[Sequence[NoiseStreams]], *, threads: int
+) -> Iterator[tuple[int, Simulated | SimulationError]]:
+    """Record the motions of prepared scenarios in one batch.
+
+    Args:
+        benches: Nothing random left in them.
+        streams: Noise of the motions of each.
+        threads: Threads to step with; recordings do not depend on it, nor on what else is in the batch.
+
+    Yields:
+        The number of a bench, with its recordings or the first reason why there are none; one at a time, so that they
+        need not be kept.
+    """
+    started = time.perf_counter()
+    experiments = [experiment for prepared in benches for experiment in prepared.experiments]
+    places = [(i, m) for i, prepared in enumerate(benches) for m in range(len(prepared.experiments))]
+    waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
+    simulate_s = 0.0
+    for k, outcome in each_record(experiments, [stream for each in streams for stream in each], threads=threads):
+        simulate_s = simulate_s or (time.perf_counter() - started) / len(benches)
+        i, motion = places[k]
+        waiting[i][motion] = outcome
+        if len(waiting[i]) == len(benches[i].experiments):
+            complete = waiting.pop(i)
+            yield i, _simulated([complete[m] for m in sorted(complete)], simulate_s)
+
+
 def run_batch(
     benches: Sequence[tuple[Bench, int]], streams: Sequence[Sequence[NoiseStreams]], *, threads: int
 ) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
@@ -117,35 +158,37 @@ def run_batch(
         threads: Threads to step with; outcomes do not depend on it, nor on what else is in the batch.
 
     Yields:
-        The number of a bench, with its run or why there is none; one at a time, so that recordings need not be kept.
+        The number of a bench, with its run or why there is none, one at a time.
     """
-    started = time.perf_counter()
-    experiments = [experiment for prepared, _ in benches for experiment in prepared.experiments]
-    places = [(i, m) for i, (prepared, _) in enumerate(benches) for m in range(len(prepared.experiments))]
-    waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
-    simulate_s = 0.0
-    for k, outcome in each_record(experiments, [stream for each in streams for stream in each], threads=threads):
-        simulate_s = simulate_s or (time.perf_counter() - started) / len(benches)
-        i, motion = places[k]
-        waiting[i][motion] = outcome
-        if len(waiting[i]) == len(benches[i][0].experiments):
-            complete = waiting.pop(i)
-            yield i, _identified(*benches[i], [complete[m] for m in sorted(complete)], simulate_s)
+    for i, outcome in simulate_batch([prepared for prepared, _ in benches], streams, threads=threads):
+        yield i, _identified(*benches[i], outcome) if isinstance(outcome, Simulated) else outcome
 
 
-def _identified(
-    prepared: Bench, seed: int, outcomes: Sequence[Recording | SimulationError], simulate_s: float
-) -> Run | SimulationError | IdentificationError:
+def as_identified(prepared: Bench, recordings: Sequence[Recording]) -> tuple[Recorded, ...]:
+    """The motions of a scenario in the order that identification is given them, each with what it carries.
+
+    Args:
+        prepared: The scenario.
+        recordings: Of its motions, in order of time.
+    """
+    return tuple(Recorded(recordings[k], prepared.mounted[k]) for k in grouped(prepared.protocol))
+
+
+def _simulated(outcomes: Sequence[Recording | SimulationError], simulate_s: float) -> Simulated | SimulationError:
     recordings: list[Recording] = []
     for outcome in outcomes:
         if isinstance(outcome, SimulationError):
             return outcome
         recordings.append(outcome)
+    return Simulated(recordings=tuple(recordings), simulate_s=simulate_s)
+
+
+def _identified(prepared: Bench, seed: int, simulated: Simulated) -> Run | IdentificationError:
     table, started = prepared.scenario.table, time.perf_counter()
     chosen = table.identification
     try:
         found = identify_motions(
-            [Recorded(recordings[k], prepared.mounted[k]) for k in grouped(prepared.protocol)],
+            as_identified(prepared, simulated.recordings),
             prepared.structure,
             method=chosen.method,
             options=chosen.method_options,
@@ -159,10 +202,10 @@ def _identified(
     return Run(
         bench=prepared,
         seed=seed,
-        recordings=tuple(recordings),
+        recordings=simulated.recordings,
         estimate=found.estimate,
         verdict=judge(found.estimate, prepared.true_gain, table.tolerance, expectation=prepared.scenario.expectation),
         notes=found.notes,
-        simulate_s=simulate_s,
+        simulate_s=simulated.simulate_s,
         identify_s=identify_s,
     )

@@ -1,12 +1,12 @@
 """Trials: a scenario repeated with other seeds and settings, many to a batch, one row a trial and joint."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
-import numpy as np
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
+from ident.arrays import Array
 from ident.errors import IdentificationError
 from ident.estimate import IdentifiedGain, JointResult
 from scenarios.build import Bench, bench
@@ -18,6 +18,7 @@ from scenarios.files.settings import Value, value_at, with_settings
 from scenarios.run import Run, motion_streams, run_batch
 from scenarios.workers.memory import give_back_memory
 from sim.errors import SimulationError
+from sim.sensors.effect import NoiseStreams
 
 CONTRACT = pa.schema(
     [
@@ -88,7 +89,66 @@ def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str
     return pa.schema([*CONTRACT, *(pa.field(name, pa.string()) for name in labels), *map(_field, settings)])
 
 
-def run_trials(scenario: Scenario, trials: Sequence[Trial], schema: pa.Schema, *, threads: int) -> pa.Table:
+Rows = list[dict[str, object]]
+"""Rows by column."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadyTrial:
+    """A trial with everything random drawn.
+
+    Attributes:
+        trial: Which.
+        bench: Its scenario, prepared.
+        settings: What was drawn, by place.
+    """
+
+    trial: Trial
+    bench: Bench
+    settings: Mapping[str, Value]
+
+    @property
+    def streams(self) -> tuple[NoiseStreams, ...]:
+        """Noise of its motions."""
+        return motion_streams(self.trial.seed, self.trial.streams, len(self.bench.experiments))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """A trial that has no estimate.
+
+    Attributes:
+        trial: Which.
+        kind: Of the error.
+        reason: In words.
+        settings: What was drawn before it failed.
+        true_gain: The injected gains [N m / drive unit], shape (n,), None where it did not come so far.
+    """
+
+    trial: Trial
+    kind: str
+    reason: str
+    settings: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    true_gain: Array | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Work:
+    """What is done with the trials of a study. Travels to workers: functions of modules, and plain values.
+
+    Attributes:
+        finished: Simulates trials that are ready in one batch; yields the number of each, with its rows or why there
+            are none. Takes the trials and the threads to step with.
+        failed: The rows of a trial that failed.
+    """
+
+    finished: Callable[[Sequence[ReadyTrial], int], Iterator[tuple[int, Rows | Failure]]]
+    failed: Callable[[Scenario, Failure], Rows]
+
+
+def run_trials(
+    scenario: Scenario, trials: Sequence[Trial], schema: pa.Schema, *, threads: int, work: Work | None = None
+) -> pa.Table:
     """Simulate trials in one batch, identify and judge each.
 
     Args:
@@ -96,64 +156,72 @@ def run_trials(scenario: Scenario, trials: Sequence[Trial], schema: pa.Schema, *
         trials: Which.
         schema: Columns to fill, of `trial_schema`.
         threads: Threads to step with; rows do not depend on it, nor on which trials share a batch.
+        work: What is done with them, `IDENTIFY` if None.
 
     Returns:
         n rows a trial. A trial that fails is n rows with the reason.
     """
     with threadpool_limits(1):
-        return pa.Table.from_pylist(_rows(scenario, trials, threads), schema)
+        return pa.Table.from_pylist(_rows(scenario, trials, threads, work or IDENTIFY), schema)
 
 
-def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> list[dict[str, object]]:
+def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work) -> Rows:
     """Rows of trials; what nobody foresaw costs the trial that it happens to, and no other of its batch."""
     try:
-        return _batch_rows(scenario, trials, threads)
+        return _batch_rows(scenario, trials, threads, work)
     except Exception as error:
         if len(trials) == 1:
             kind = "MemoryError" if isinstance(error, MemoryError) else type(error).__name__  # NumPy has one of its own
-            return failed_rows(scenario, trials[0], kind, str(error) or kind, {})
-    return [row for trial in trials for row in _rows(scenario, [trial], threads)]
+            return work.failed(scenario, Failure(trial=trials[0], kind=kind, reason=str(error) or kind))
+    return [row for trial in trials for row in _rows(scenario, [trial], threads, work)]
 
 
-def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int) -> list[dict[str, object]]:
+def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work) -> Rows:
     scenario = resolved(scenario)
-    prepared: list[tuple[Trial, Bench, Mapping[str, Value]]] = []
-    rows: dict[int, list[dict[str, object]]] = {}
+    ready: list[ReadyTrial] = []
+    rows: dict[int, Rows] = {}
     for trial in trials:
         settings: Mapping[str, Value] = {}
         try:
             settings = drawn_settings(scenario, trial.seed) if trial.settings is None else trial.settings
-            ready = bench(with_settings(scenario, settings) if settings else scenario)
-            prepared.append((trial, ready, settings))
+            prepared = bench(with_settings(scenario, settings) if settings else scenario)
+            ready.append(ReadyTrial(trial=trial, bench=prepared, settings=settings))
         except (ScenarioError, SimulationError, IdentificationError) as error:
-            rows[trial.number] = failed_rows(scenario, trial, type(error).__name__, str(error), settings)
-    outcomes = run_batch(
-        [(ready, trial.seed) for trial, ready, _ in prepared],
-        [motion_streams(trial.seed, trial.streams, len(ready.experiments)) for trial, ready, _ in prepared],
-        threads=threads,
-    )
-    for i, outcome in outcomes:
-        trial, ready, settings = prepared[i]
-        if isinstance(outcome, Run):
-            rows[trial.number] = _judged_rows(trial, outcome, settings)
-        else:
-            reason = (type(outcome).__name__, str(outcome))
-            rows[trial.number] = failed_rows(ready.scenario, trial, *reason, settings, ready.true_gain)
+            failure = Failure(trial=trial, kind=type(error).__name__, reason=str(error), settings=settings)
+            rows[trial.number] = work.failed(scenario, failure)
+    for i, outcome in work.finished(ready, threads):
+        each = ready[i]
+        found = work.failed(each.bench.scenario, outcome) if isinstance(outcome, Failure) else outcome
+        rows[each.trial.number] = found
         if len(rows) % TIDY_EVERY == 0:
             give_back_memory()
     return [row for trial in trials for row in rows[trial.number]]
 
 
-def failed_rows(
-    scenario: Scenario,
-    trial: Trial,
-    failure: str,
-    reason: str,
-    settings: Mapping[str, Value],
-    true_gain: np.ndarray | None = None,
-) -> list[dict[str, object]]:
+def failure_of(ready: ReadyTrial, error: Exception) -> Failure:
+    """Why a trial that was ready has no estimate."""
+    return Failure(
+        trial=ready.trial,
+        kind=type(error).__name__,
+        reason=str(error),
+        settings=ready.settings,
+        true_gain=ready.bench.true_gain,
+    )
+
+
+def _identified(trials: Sequence[ReadyTrial], threads: int) -> Iterator[tuple[int, Rows | Failure]]:
+    outcomes = run_batch(
+        [(each.bench, each.trial.seed) for each in trials], [each.streams for each in trials], threads=threads
+    )
+    for i, outcome in outcomes:
+        each = trials[i]
+        yield i, _judged_rows(each, outcome) if isinstance(outcome, Run) else failure_of(each, outcome)
+
+
+def failed_rows(scenario: Scenario, failure: Failure) -> Rows:
     """Rows of a trial that has no estimate, one a joint: not identifiable, not passed, with the reason."""
-    common = {"trial": trial.number, "seed": trial.seed, "failure": failure, "reason": reason}
+    trial, true_gain = failure.trial, failure.true_gain
+    common = {"trial": trial.number, "seed": trial.seed, "failure": failure.kind, "reason": failure.reason}
     return [
         {
             **common,
@@ -163,21 +231,25 @@ def failed_rows(
             "identifiable": False,
             "passed": False,
             **trial.labels,
-            **_columns(settings),
+            **setting_columns(failure.settings),
         }
         for joint, tolerance in enumerate(scenario.table.tolerance.gain, 1)
     ]
 
 
-def _judged_rows(trial: Trial, run: Run, settings: Mapping[str, Value]) -> list[dict[str, object]]:
+IDENTIFY = Work(finished=_identified, failed=failed_rows)
+"""The scenario's own identification, judged."""
+
+
+def _judged_rows(ready: ReadyTrial, run: Run) -> Rows:
     return [
         {
-            "trial": trial.number,
-            "seed": trial.seed,
+            "trial": ready.trial.number,
+            "seed": ready.trial.seed,
             **asdict(verdict),
             **_shares(gain),
-            **trial.labels,
-            **_columns(settings),
+            **ready.trial.labels,
+            **setting_columns(ready.settings),
         }
         for verdict, gain in zip(run.verdict.gains, run.estimate.joints, strict=True)
     ]
@@ -190,7 +262,7 @@ def _shares(gain: JointResult) -> dict[str, object]:
     return {"residual_std": gain.std, "payload_std": gain.payload_std, "model_std": gain.model_std}
 
 
-def _columns(settings: Mapping[str, Value]) -> dict[str, object]:
+def setting_columns(settings: Mapping[str, Value]) -> dict[str, object]:
     """Settings by column: arrays take one a number, counted from 1."""
     columns: dict[str, object] = {}
     for place, value in settings.items():

@@ -145,7 +145,7 @@ def slope(x: np.ndarray, y: np.ndarray) -> float:
 
 def test_there_is_a_recipe_for_every_kind_at_the_cost_of_two_files():
     costs = dict.fromkeys(("estimator", "uncertainty", "log format", "constant effect", "varying effect", "sensor"), 2)
-    costs |= {"robot": 0, "report renderer": 2, "executor": 2, "command": 2}
+    costs |= {"robot": 0, "report renderer": 2, "executor": 2, "kind of method": 2, "command": 2}
     assert {name: recipe.cost for name, recipe in RECIPES.items()} == costs
 
 
@@ -258,6 +258,15 @@ def test_a_sensor_loses_samples_and_changes_no_other(followed, plain):
         assert abs(np.mean(~kept) - 0.02) < 0.009
     assert followed.keys("SensorOptions")["lost_samples"]["maximum"] == 0.5
     assert "lost" in followed.keys("SourceTable")["stream"]["anyOf"][0]["enum"]
+
+
+def test_a_saved_answer_is_scored(followed):
+    (told,) = json.loads(followed.said("kind of method"))["scenarios"]
+    (method,) = told["methods"]
+    # 0.95, 0.95 and 1.1 of 0.9401, 0.9619 and 1.1148; of the fifth joint the sign is wrong, two are refused.
+    assert method["solved"] == [0.0, 3 / 5, 3 / 5]
+    assert (method["wrong_signs"], method["wrong_claims"]) == (1, 1)
+    assert (method["refused_rightly"], method["refused_wrongly"]) == (1, 1)
 
 
 def test_a_robot_is_simulated_and_identified_from_its_folder(followed):

@@ -17,6 +17,9 @@ SMALLEST_STEP = 1e-11
 LONGEST_STEP = 0.5
 """Largest change of the logarithms in one step, as a norm."""
 MOST_STEPS = 200
+POOR, GOOD = 0.25, 0.75
+"""Parts of the promised decrease under which steps become shorter, and above which they become longer."""
+SLOWER, FASTER = 4.0, 1.0 / 6.0
 RANK_TOL = 1e-10
 """Relative size of a unit column's new part under which the rows do not show a shared parameter."""
 
@@ -99,7 +102,9 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
             if tried.cost <= point.cost:
                 break
             damping *= 8.0
-        s, point, damping = s + step, tried, damping / 6.0
+        kept = (point.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # of the decrease that the step promised
+        damping *= SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0
+        s, point = s + step, tried
     raise NotConverged(f"the gains do not settle in {MOST_STEPS} steps; record more, or with a heavier payload")
 
 

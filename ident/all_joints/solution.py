@@ -20,6 +20,23 @@ Terms = Sequence[Mapping[str, Term]]
 """Further friction terms of each joint by name."""
 
 
+GIVEN_STD = 1e-9
+"""Deviation of the logarithm of a gain that is given: none to speak of."""
+
+
+@dataclass(frozen=True, slots=True)
+class GivenGain:
+    """A gain that is known beforehand and sets the scale of the others.
+
+    Attributes:
+        joint: Its joint, from 0.
+        value: Joint torque per unit of current reference [N m / drive unit].
+    """
+
+    joint: int
+    value: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Setting:
     """What every fit of a problem starts from.
@@ -30,6 +47,7 @@ class Setting:
         columns: Rows of every joint.
         per_motion: Whether viscous and Coulomb friction differ between motions.
         prior_std: Deviation of log|h| that is allowed around the start.
+        given: A gain that is known beforehand.
     """
 
     problem: Problem
@@ -37,6 +55,7 @@ class Setting:
     columns: tuple[JointColumns, ...]
     per_motion: bool
     prior_std: float
+    given: GivenGain | None = None
 
     @property
     def n(self) -> int:
@@ -52,21 +71,25 @@ class Fitted:
     fit: AllJointsFit
 
 
-def setting(problem: Problem, *, per_motion: bool, prior_std: float) -> Setting:
+def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: GivenGain | None = None) -> Setting:
     """Prepare the fits of a problem.
 
     Raises:
-        NotIdentifiable: If no known payload parameter sets the scale of the gains.
+        NotIdentifiable: If neither a known payload parameter nor a given gain sets the scale of the gains.
     """
     shared = shared_parameters(problem)
-    if not shared.known.any():
-        raise NotIdentifiable("nothing that is known sets the scale of the gains; mount a payload of known mass")
+    if not shared.known.any() and given is None:
+        raise NotIdentifiable(
+            "no motion carries a payload of known mass: links that joints share give the ratios of the gains alone; "
+            "mount one, or give one gain (options gain_joint and gain_value)"
+        )
     return Setting(
         problem=problem,
         shared=shared,
         columns=joint_columns(problem, shared),
         per_motion=per_motion,
         prior_std=prior_std,
+        given=given,
     )
 
 
@@ -92,10 +115,13 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
         own_columns(each, dict(more), per_motion=ready.per_motion) for each, more in zip(columns, terms, strict=True)
     )
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
-    h = start_of(ready.problem, joints, own) if before is None else before.fit.found.h
+    given = {} if ready.given is None else {ready.given.joint: 1.0 / ready.given.value}
+    h = start_of(ready.problem, joints, own, given) if before is None else before.fit.found.h
+    std = np.full(ready.n, ready.prior_std)
+    std[list(given)] = GIVEN_STD
 
     def around(h: Array) -> Prior:
-        return Prior(mean=np.log(np.abs(h)), std=np.full(len(h), ready.prior_std))
+        return Prior(mean=np.log(np.abs(h)), std=std)
 
     first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
     prior = around(first.h)
@@ -124,7 +150,8 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
                     friction[j, which] += size * phi[k]
                     influence[j, which] += size * phi_influence[k]
     payload = np.concatenate([each.payload for each in ready.columns], axis=1)  # (mountings, r, 10)
-    stated = h[rows.joint][:, None] * np.hstack([W_L @ F for W_L, F in zip(payload, ready.shared.spread, strict=True)])
+    spread = [W_L @ F for W_L, F in zip(payload, ready.shared.spread, strict=True)]
+    stated = h[rows.joint][:, None] * np.hstack([np.zeros((len(rows.V), 0)), *spread])
     loaded = np.concatenate([each.payload.any(axis=(0, 2)) for each in ready.columns])
     known = np.concatenate([each.known for each in ready.columns])
     return GainSolution(
@@ -134,8 +161,13 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
         influence=h[:, None] * fit.log_influence,
         payload=fit.log_influence @ stated,
         model=np.hstack((fit.log_belief, model)),
-        load_rms=np.array([np.sqrt(np.mean(known[loaded & (rows.joint == j)] ** 2)) for j in range(n)]),
+        load_rms=np.array([_rms(known[loaded & (rows.joint == j)]) for j in range(n)]),
         friction=friction,
         friction_influence=influence,
         unsolved={},
     )
+
+
+def _rms(x: Array) -> float:
+    """Root mean square, zero of nothing."""
+    return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0

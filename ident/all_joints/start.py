@@ -1,6 +1,6 @@
 """Where the search begins: signs by load or friction, sizes joint by joint, the rest from what joints share."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy import linalg
@@ -15,13 +15,16 @@ SURE_Z = 6.0
 """Standard deviations at which a joint's own rows are believed about its gain."""
 
 
-def start_of(problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns]) -> Array:
+def start_of(
+    problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns], given: Mapping[int, float]
+) -> Array:
     """1/g that joints show alone (eq. 27), of the others what fits their links to these, shape (n,).
 
     Args:
         problem: Motions and payloads.
         joints: Reduced rows of every joint, n.
         own: Their own columns.
+        given: 1/g of joints, from 0, whose gains are known.
     """
     n = len(joints)
     h, by_load = np.zeros(n), np.zeros(n, dtype=bool)
@@ -30,6 +33,8 @@ def start_of(problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[Own
         for j, fit in enumerate(joint_fit(problem, joint, known) for joint in range(n)):
             if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
                 h[j], by_load[j] = fit.inverse, True
+    for j, inverse in given.items():
+        h[j], by_load[j] = inverse, True
     brakes = np.array([friction_z(each, F.names) for each, F in zip(joints, own, strict=True)])
     sign = np.where(by_load, np.sign(h), np.where(brakes < 0.0, -1.0, 1.0))
     if not by_load.any():  # the scale is free: one joint sets it

@@ -11,8 +11,8 @@ import numpy as np
 
 from ident.all_joints.friction import Term
 from ident.all_joints.selection import Selected, selected
-from ident.all_joints.solution import Fitted, Setting, Terms, fit_with, setting, solution
-from ident.all_joints.terms import LOAD_FORMS, LOAD_STD, speed_terms, torque_terms
+from ident.all_joints.solution import Fitted, GivenGain, Setting, Terms, fit_with, setting, solution
+from ident.all_joints.terms import LOAD_FORMS, speed_terms, torque_terms
 from ident.conclusion import concluded
 from ident.errors import OptionError
 from ident.estimate import GainEstimate
@@ -48,12 +48,16 @@ class AllJointsOptions:
         friction_per_motion: Whether viscous and Coulomb friction differ between motions.
         compliance: Whether joints yield, one compliance each; with `friction = "auto"` data decide.
         prior_std: Deviation of log|1/g| that is allowed around the start: keeps a joint finite that nothing loads.
+        gain_joint: Joint, from 1, whose gain is known: with it no payload is needed.
+        gain_value: That gain [N m / drive unit].
     """
 
     friction: str = field(default=AUTO, metadata={NAMES: FRICTIONS})
     friction_per_motion: bool = True
     compliance: bool = False
     prior_std: float = 1.0
+    gain_joint: int | None = None
+    gain_value: float | None = None
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -64,6 +68,10 @@ class AllJointsOptions:
         if self.friction not in FRICTIONS:
             raise OptionError(f"friction = {self.friction!r}: expected one of {', '.join(FRICTIONS)}")
         check_range("prior_std", self.prior_std, above=0.0, upto=100.0)
+        if (self.gain_joint is None) != (self.gain_value is None):
+            raise OptionError("gain_joint and gain_value belong together: the number of a joint and its gain")
+        if self.gain_value is not None:
+            check_range("gain_value", abs(self.gain_value), above=0.0, upto=1e9, unit="N m / drive unit")
 
 
 def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimate:
@@ -81,7 +89,12 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
         TooFewRows: If a joint has fewer rows than unknowns.
         NotConverged: If no end is found.
     """
-    ready = setting(problem, per_motion=options.friction_per_motion, prior_std=options.prior_std)
+    ready = setting(
+        problem,
+        per_motion=options.friction_per_motion,
+        prior_std=options.prior_std,
+        given=_given(options, problem.structure.arm.n),
+    )
     recorded = all(motion.observation.full_rate is not None for motion in problem.motions)
     if options.friction == AUTO and recorded:
         chosen = selected(ready)
@@ -91,8 +104,16 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     return replace(concluded(NAME, problem, solution(ready, chosen.final, chosen.model)), remarks=chosen.remarks)
 
 
+def _given(options: AllJointsOptions, n: int) -> GivenGain | None:
+    if options.gain_joint is None or options.gain_value is None:
+        return None
+    if not 1 <= options.gain_joint <= n:
+        raise OptionError(f"gain_joint = {options.gain_joint}: the arm has joints 1 to {n}")
+    return GivenGain(options.gain_joint - 1, options.gain_value)
+
+
 def _as_told(ready: Setting, names: tuple[str, ...], *, compliance: bool) -> Fitted:
-    """The fit with named terms, every coefficient free but for what is believed of any load friction."""
+    """The fit with named terms, every coefficient free."""
     fixed: Terms = [{} for _ in range(ready.n)]
     if "cbrt" in names:
         fixed = [{"cbrt": Term(each["cbrt"])} for each in speed_terms(ready.problem).own]
@@ -101,7 +122,7 @@ def _as_told(ready: Setting, names: tuple[str, ...], *, compliance: bool) -> Fit
         for _ in range(PASSES):
             found = torque_terms(ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance)
             terms = [
-                {**known, **{name: Term(own[name], std=LOAD_STD) for name in LOAD_FORMS if name in names}}
+                {**known, **{name: Term(own[name]) for name in LOAD_FORMS if name in names}}
                 for known, own in zip(fixed, found.own, strict=True)
             ]
             fitted = fit_with(ready, terms, found.softened, fitted)

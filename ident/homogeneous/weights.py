@@ -27,7 +27,7 @@ def by_joint(problem: Problem, columns: Sequence[JointColumns]) -> Array:
     own = [own_columns(each, {}, per_motion=False) for each in columns]
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
     sigma = np.array([each.sigma for each in joints])
-    return np.abs(start_of(problem, joints, own)) / sigma
+    return np.abs(start_of(problem, joints, own, {})) / sigma
 
 
 WEIGHTS: dict[str, Callable[[Problem, Sequence[JointColumns]], Array]] = {"equal": equal, "joint": by_joint}

@@ -11,6 +11,7 @@ COMMANDS = {
     "run": "simulate a scenario, identify its gains, judge them",
     "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
     "sensitivity": "error budget of a scenario: which error source costs how much",
+    "compare": "methods side by side on scenarios, yours included",
     "excite": "search for a motion that shows a scenario's gains best",
     "identify": "identify the gains of a robot from recordings",
     "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",

@@ -54,7 +54,7 @@ def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "S
 
     from scenarios.studies.study import carry_out
 
-    with _interruptible(command), open_workers(options) as workers:
+    with interruptible(command), open_workers(options) as workers:
         return carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
 
 
@@ -89,7 +89,7 @@ def with_files(report: Report, folder: Path, written: Sequence[Path]) -> Report:
 
 
 @contextmanager
-def _interruptible(command: str) -> Generator[None]:
+def interruptible(command: str) -> Generator[None]:
     """On Ctrl-C or a signal that ends, say how to go on."""
     try:
         yield

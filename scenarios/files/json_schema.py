@@ -12,6 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from scenarios.files.motions import LARGEST, LONGEST
 from scenarios.files.schema import InertiaTable, Known, Positive, ScenarioTable, Triple
 from scenarios.files.schema_line import ENDING, FOLDER
+from scenarios.methods.answer import AnswerFile
+from scenarios.store.problem_folder import ProblemFile
 
 Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
@@ -96,7 +98,13 @@ def schemas() -> dict[str, dict[str, Any]]:
     for table in (scenario, *scenario["$defs"].values()):
         if table.get("title") not in COMPLETE:
             table.pop("required", None)  # what is left out is what the extended scenario has
-    files: dict[str, type[BaseModel]] = {"payload": PayloadFile, "motion": MotionFile, "result": Result}
+    files: dict[str, type[BaseModel]] = {
+        "payload": PayloadFile,
+        "motion": MotionFile,
+        "result": Result,
+        "answer": AnswerFile,
+        "problem": ProblemFile,
+    }
     found = {"scenario": scenario} | {name: file.model_json_schema() for name, file in files.items()}
     return {name: {"$schema": DIALECT, **schema} for name, schema in found.items()}
 

@@ -32,3 +32,13 @@ def write_markdown(report: Report, path: Path) -> Path:
     """
     path.write_text(renderer("markdown")(report, Page()), encoding="utf-8", errors="backslashreplace")
     return path
+
+
+def write_json(report: Report, path: Path) -> Path:
+    """Write the document for programs.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    path.write_text(renderer("json")(report, Page()), encoding="utf-8")
+    return path

@@ -3,17 +3,20 @@
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification
 from ident.parameters import INERTIAL
 from ident.payload import standard_parameters
-from scenarios.build import Bench
-from scenarios.run import Run
-from sim.plant import PayloadBody
+
+if TYPE_CHECKING:  # a process that only identifies needs no simulator
+    from scenarios.build import Bench
+    from scenarios.run import Run
+    from sim.plant import PayloadBody
 
 
-def run_document(run: Run) -> dict[str, object]:
+def run_document(run: "Run") -> dict[str, object]:
     """The result of `rx90 run` as one JSON object."""
     gains = [
         {**asdict(gain), **_more(joint)} for gain, joint in zip(run.verdict.gains, run.estimate.joints, strict=True)
@@ -32,7 +35,7 @@ def run_document(run: Run) -> dict[str, object]:
     }
 
 
-def true_bodies(prepared: Bench) -> dict[str, PayloadBody]:
+def true_bodies(prepared: "Bench") -> "dict[str, PayloadBody]":
     """The payloads that are really mounted, by mounting."""
     return {
         carried: experiment.plant.payload
@@ -41,7 +44,7 @@ def true_bodies(prepared: Bench) -> dict[str, PayloadBody]:
     }
 
 
-def _true_parameters(body: PayloadBody) -> dict[str, float]:
+def _true_parameters(body: "PayloadBody") -> dict[str, float]:
     values = standard_parameters(body.mass, body.com, body.inertia).tolist()
     return dict(zip(map(str, INERTIAL), values, strict=True))
 

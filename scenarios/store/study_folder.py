@@ -119,7 +119,7 @@ class StudyFolder:
         _write_whole(self.trials / part.name, buffer.getvalue(), self.path / UNFINISHED)
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
-        """All rows that are there, by trial and joint.
+        """All rows that are there, by trial, method where there are several, and joint.
 
         Args:
             columns: Those wanted, all if None.
@@ -134,7 +134,8 @@ class StudyFolder:
             raise DamagedFolder(
                 f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}"
             ) from error
-        return rows.sort_values(["trial", "joint"], ignore_index=True)
+        keys = [key for key in ("trial", "method", "joint") if key in rows.columns]
+        return rows.sort_values(keys, ignore_index=True)
 
 
 @contextmanager

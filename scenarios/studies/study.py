@@ -16,7 +16,7 @@ from scenarios.files.motions import motion_digest
 from scenarios.files.resolved import stated_table
 from scenarios.files.schema import Scenario
 from scenarios.store.study_folder import LOST, WHOLE, Part, StudyFolder, study_folder
-from scenarios.trials import OUTSIDE, Trial, failed_rows
+from scenarios.trials import IDENTIFY, OUTSIDE, Failure, Trial, Work
 from scenarios.versions import versions
 from scenarios.workers.execute import GivenUp, completed
 from scenarios.workers.kinds import Workers
@@ -36,12 +36,14 @@ class Study:
     """What is to be run.
 
     Attributes:
-        kind: `monte-carlo` or `sensitivity`.
+        kind: `monte-carlo`, `sensitivity` or `comparison`.
         scenario: What is repeated.
         count: Number of trials.
         trial: The trial of a number.
         schema: Columns of its rows.
         identity: What, besides kind and scenario, makes it this study and no other; JSON values.
+        work: What is done with the trials.
+        rows_per_joint: Rows that a trial has for each joint.
     """
 
     kind: str
@@ -50,6 +52,8 @@ class Study:
     trial: Callable[[int], Trial]
     schema: pa.Schema
     identity: Mapping[str, object]
+    work: Work = IDENTIFY
+    rows_per_joint: int = 1
 
 
 def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
@@ -76,7 +80,7 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         study_identity(study),
         count=study.count,
         command=command,
-        rows_per_trial=len(study.scenario.table.tolerance.gain),
+        rows_per_trial=study.rows_per_joint * len(study.scenario.table.tolerance.gain),
     )
     with opened as place:
         missing = place.missing(study.count)
@@ -101,7 +105,7 @@ def study_identity(study: Study) -> dict[str, object]:
         if draw.choice is not None and "experiment.motion" in draw.targets:
             motions |= {str(name): motion_digest(str(name), study.scenario.folder) for name in draw.choice}
     numbers = stated_table(study.scenario)
-    for unused in ("description", "sources" if study.kind == "monte-carlo" else "random"):
+    for unused in ("description", "random" if study.kind == "sensitivity" else "sources"):
         del numbers[unused]
     return {
         "study": study.kind,
@@ -113,7 +117,7 @@ def study_identity(study: Study) -> dict[str, object]:
 def _tasks(study: Study, missing: Sequence[range], workers: int) -> Iterator[Task]:
     """Chunks of consecutive trials, small enough for every worker to get some."""
     size = max(1, min(CHUNK, -(-sum(map(len, missing)) // (CHUNKS_EACH * workers))))
-    make = partial(Task, study.scenario, schema=study.schema, versions=versions())
+    make = partial(Task, study.scenario, schema=study.schema, versions=versions(), work=study.work)
     for gap in missing:
         for start in range(gap.start, gap.stop, size):
             yield make(trials=tuple(study.trial(number) for number in gap[start - gap.start :][:size]))
@@ -131,7 +135,9 @@ def _keep(place: StudyFolder, task: Task, rows: pa.Table) -> None:
 
 def _given_up(task: Task, outcome: GivenUp) -> pa.Table:
     rows = [
-        row for trial in task.trials for row in failed_rows(task.scenario, trial, outcome.failure, outcome.reason, {})
+        row
+        for trial in task.trials
+        for row in task.work.failed(task.scenario, Failure(trial=trial, kind=outcome.failure, reason=outcome.reason))
     ]
     return pa.Table.from_pylist(rows, task.schema)
 

@@ -7,7 +7,7 @@ import pyarrow as pa
 
 from scenarios.errors import UnfitWorker
 from scenarios.files.schema import Scenario
-from scenarios.trials import Trial, run_trials
+from scenarios.trials import IDENTIFY, Trial, Work, run_trials
 from scenarios.versions import versions
 from scenarios.workers.memory import give_back_memory
 
@@ -21,12 +21,14 @@ class Task:
         trials: Which.
         schema: Columns of the rows.
         versions: Of the one who asks.
+        work: What is done with the trials.
     """
 
     scenario: Scenario
     trials: tuple[Trial, ...]
     schema: pa.Schema
     versions: Mapping[str, str]
+    work: Work = IDENTIFY
 
 
 def run_task(task: Task) -> pa.Table:
@@ -41,6 +43,6 @@ def run_task(task: Task) -> pa.Table:
             raise UnfitWorker(
                 f"a worker has {name} {here.get(name)}, the study was begun with {wanted}; install that there"
             )
-    rows = run_trials(task.scenario, task.trials, task.schema, threads=1)
+    rows = run_trials(task.scenario, task.trials, task.schema, threads=1, work=task.work)
     give_back_memory()
     return rows

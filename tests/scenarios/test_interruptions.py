@@ -174,7 +174,7 @@ import threading
 from scenarios.commands import study
 study.PATIENCE = 0.2
 threading.Thread(target=threading.Event().wait).start()  # Python would wait for it for ever
-with study._interruptible("rx90 again"):
+with study.interruptible("rx90 again"):
     raise KeyboardInterrupt
 """
 

@@ -17,9 +17,8 @@ from scenarios.files.motions import MOTIONS, write_motion
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import CATALOG
 
-SHIPPED = {
-    name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in ("scenario", "payload", "motion", "result")
-}
+NAMES = ("scenario", "payload", "motion", "result", "answer", "problem")
+SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
 TOML += [(path, "motion") for path in sorted(MOTIONS.glob("*.toml"))]

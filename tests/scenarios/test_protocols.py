@@ -221,6 +221,15 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
     np.testing.assert_array_equal([gain.estimate for gain in single.verdict.gains[:3]], again)
 
 
+def test_a_trial_s_own_seed_of_a_noise_stream_changes_its_gains(tmp_path):
+    scenario = load_scenario(str(quick_scenario(tmp_path)))
+    trials = [Trial(number=k, seed=4, settings={}, streams=own) for k, own in enumerate(({}, {"white": 9}))]
+    rows = run_trials(scenario, trials, trial_schema(scenario, (), ()), threads=2).to_pandas()
+    plain, own = (rows[rows.trial == k]["estimate"].to_numpy()[:3] for k in (0, 1))
+    assert np.isfinite(plain).all()
+    assert (plain != own).all()
+
+
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):
     scenario = load_scenario(scenario_of(tmp_path, ("bare", "loaded"), DRAW))
     with pytest.raises(WrongDraw, match=r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"):
@@ -344,7 +353,7 @@ UNPAIRED = {
     (): "no recording is given",
     ("--unloaded", "unloaded.parquet"): "no motion carries a payload",
     ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "no motion carries a payload",
-    ("--loaded", "loaded.parquet", "loaded-2.parquet", "--payload", "payload.toml"): "no motion is bare",
+    ("--loaded", "loaded.parquet", "loaded-2.parquet", "--payload", "payload.toml"): "no drive gain can be identified",
     ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "hold the same motion",
 }
 

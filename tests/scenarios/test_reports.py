@@ -80,6 +80,12 @@ def test_markdown_has_every_row_and_names_pictures():
     assert "**Words that go on" in text
 
 
+def test_a_heading_of_two_lines_is_one_line_of_markdown():
+    table = Table(columns=(Column(title="95 %\nbelow", unit="%"),), rows=(cells("1.5"),))
+    text = renderer("markdown")(Report("Title", (table,), {}), Page())
+    assert "| 95 % below [%] |\n| ---: |\n| 1.5 |" in text
+
+
 def test_json_is_the_document_and_no_number_that_is_none():
     assert renderer("json")(REPORT, Page()) == '{\n  "answer": 0.125\n}\n'
     with pytest.raises(ValueError, match="not JSON compliant"):

@@ -32,4 +32,5 @@ def _table(table: Table) -> str:
 
 
 def _heading(column: Column) -> str:
-    return f"{column.title} [{column.unit}]" if column.unit else column.title
+    title = " ".join(column.title.split())  # a line of a table is one line
+    return f"{title} [{column.unit}]" if column.unit else title

@@ -1,0 +1,233 @@
+"""`rx90 compare`."""
+
+import argparse
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import scenarios.commands.arguments as arguments
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.status import Status
+from scenarios.commands.study import interruptible, summary_of
+from scenarios.errors import NothingToCompare
+from scenarios.workers.choice import add_worker_options, open_workers, prepare_workers, worker_words
+
+if TYPE_CHECKING:
+    from scenarios.methods.method import Method
+    from scenarios.methods.process import Limits
+    from scenarios.reports.comparison import Compared
+    from scenarios.store.study_folder import StudyFolder
+    from scenarios.studies.study import Study
+
+REPORT, DOCUMENT = "report.md", "report.json"
+TIME = arguments.number_from(0.1, 86400.0, "s", "a tenth of a second to a day")
+MEMORY = arguments.number_from(0.1, 1024.0, "GB", "0.1 is what an empty process takes")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add(
+        "subjects",
+        nargs="*",
+        metavar="SCENARIO|FOLDER",
+        help="built-in names or paths of TOML files; or problem folders, whose answers are written down",
+    )
+    add(
+        "--method",
+        action="append",
+        default=[],
+        metavar="M",
+        help="an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable",
+    )
+    add("-n", type=arguments.count, dest="trials", metavar="N", help="trials of each scenario")
+    add("--out", type=arguments.folder, metavar="DIR", help="folder of the comparison; what it already holds is kept")
+    add("--seed", type=arguments.seed, help="seed of the first trial (default 0; of --seal, one that nobody knows)")
+    add("--time-limit", type=TIME, default=60.0, metavar="S", help="of each call of a method [s] (default 60)")
+    add("--memory-limit", type=MEMORY, default=4.0, metavar="GB", help="likewise, on Linux [GB] (default 4)")
+    instead = parser.add_mutually_exclusive_group()
+    instead.add_argument("--check", metavar="M", help="ask one method for what any method should keep")
+    instead.add_argument(
+        "--seal", type=arguments.folder, metavar="DIR", help="write trials as problems, their truth apart and sealed"
+    )
+    instead.add_argument(
+        "--open", type=arguments.folder, metavar="DIR", help="score files of answers to problems that were sealed there"
+    )
+    add_worker_options(parser)
+    arguments.add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Give every trial to every method, tell who solved what; or check one, seal problems, open them."""
+    from scenarios.methods.process import Limits
+
+    limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
+    if options.check is not None:
+        return _checked(options, limits)
+    if options.seal is not None:
+        return _sealed(options)
+    if options.open is not None:
+        return _opened(options)
+    if not options.method:
+        raise NothingToCompare("no method; name one with --method")
+    prepare_workers(options)
+    from scenarios.methods import method_of
+    from scenarios.store.problem_folder import is_problem
+
+    methods = [method_of(text) for text in options.method]
+    folders = [Path(subject) for subject in options.subjects if is_problem(Path(subject))]
+    if not folders:
+        return _compared(options, methods, limits)
+    if len(folders) < len(options.subjects):
+        raise NothingToCompare("scenarios and problem folders together; compare them one after the other")
+    return _answered(options, folders, methods, limits)
+
+
+def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[Method]", limits: "Limits") -> Status:
+    """Write down what each method answers to each problem; what is there already is not asked again."""
+    from scenarios.comparison.answering import answered
+    from scenarios.reports.answers import answers_report
+    from scenarios.store.answers import ANSWERS
+
+    if options.out is None:
+        raise NothingToCompare("expected --out DIR, for the answers")
+    options.out.mkdir(parents=True, exist_ok=True)
+    rows = answered(folders, methods, limits, options.out / ANSWERS)
+    show(answers_report(rows, options.out / ANSWERS), options)
+    return Status.PASSED
+
+
+def _sealed(options: argparse.Namespace) -> Status:
+    """Publish problems."""
+    from scenarios.comparison.seal import PROBLEMS, SEAL, TRUTH, seal, unknown_seed
+    from scenarios.files.schema import load_scenario
+    from scenarios.reports.content import Paragraph, Report
+
+    if not options.subjects or options.trials is None:
+        raise NothingToCompare("expected scenarios and -n N, to be sealed")
+    loaded = [load_scenario(name) for name in options.subjects]
+    if options.seal.exists() and any(options.seal.iterdir()):
+        raise NothingToCompare(f"{options.seal}: is not empty; seal into a new folder")
+    seed = unknown_seed(options.trials) if options.seed is None else options.seed
+    count = seal(loaded, options.trials, seed, options.seal)
+    said = (
+        Paragraph(f"Publish {options.seal / PROBLEMS} and {options.seal / SEAL}."),
+        Paragraph(f"Keep {options.seal / TRUTH} to yourself until the answers are in; then reveal it."),
+    )
+    show(Report(f"{count} problems sealed", said, {"problems": count, "folder": str(options.seal)}), options)
+    return Status.PASSED
+
+
+def _opened(options: argparse.Namespace) -> Status:
+    """Score answers against the truth that was sealed."""
+    from scenarios.comparison.seal import SEAL, TRUTH, revealed, scored
+    from scenarios.comparison.statistics import summaries
+    from scenarios.reports.comparison import Compared, comparison_report
+    from scenarios.store.answers import read_answers
+
+    if not options.subjects:
+        raise NothingToCompare("expected files of answers, as rx90 compare FOLDER writes them")
+    known = revealed(options.open / SEAL, options.open / TRUTH)
+    answers = [row for name in options.subjects for row in read_answers(Path(name))]
+    if not answers:
+        raise NothingToCompare("the files hold no answer")
+    methods = list(dict.fromkeys(row.method for row in answers))
+    found = [
+        Compared(
+            name=name,
+            trials=rows["trial"].unique().size,
+            unposed=0,
+            methods=summaries(rows, methods, None),
+        )
+        for name, rows in scored(answers, known).items()
+    ]
+    show(comparison_report(found, _about(shlex.join(["rx90", "compare", "--open", str(options.open)]))), options)
+    return Status.PASSED
+
+
+def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
+    """Ask one method for what any method should keep; 1 if a promise is broken."""
+    from scenarios.comparison.contract import checks
+    from scenarios.methods import method_of
+    from scenarios.reports.contract import contract_report
+
+    found = list(checks(method_of(options.check), limits))
+    show(contract_report(options.check, found), options)
+    return Status.PASSED if all(check.broken is None for check in found) else Status.MISSED
+
+
+def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Limits") -> Status:
+    from rich.console import Console
+
+    from scenarios.files.schema import load_scenario
+    from scenarios.store.claim import claim
+    from scenarios.studies.comparison import comparison
+    from scenarios.studies.study import carry_out
+
+    if not options.subjects or options.trials is None or options.out is None:
+        raise NothingToCompare("expected scenarios, -n N and --out DIR")
+    loaded = [load_scenario(name) for name in options.subjects]
+    names = [scenario.name for scenario in loaded]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise NothingToCompare(f"scenario {twice!r} is given twice; each has a folder of its name")
+    held = claim(options.out, (REPORT, DOCUMENT), command="rx90 compare --out", force=options.force)
+    studies = [comparison(scenario, methods, limits, options.trials, options.seed or 0) for scenario in loaded]
+    command = _command(options)
+    options.out.mkdir(parents=True, exist_ok=True)
+    with interruptible(command), open_workers(options) as workers:
+        folders = [
+            carry_out(study, options.out / study.scenario.name, workers, command=command, console=Console(stderr=True))
+            for study in studies
+        ]
+
+    from scenarios.reports.comparison import comparison_report  # tables: after the work
+    from scenarios.reports.files import write_json, write_markdown
+
+    found = [_summed_up(study, folder, methods) for study, folder in zip(studies, folders, strict=True)]
+    report = comparison_report(found, _about(command))
+    with summary_of(options.out), held.writing():
+        write_markdown(report, options.out / REPORT)
+        write_json(report, options.out / DOCUMENT)
+    show(report, options)
+    return Status.PASSED
+
+
+def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -> "Compared":
+    from scenarios.build import bench
+    from scenarios.comparison.bound import gain_bound
+    from scenarios.comparison.statistics import NEEDED, summaries
+    from scenarios.reports.comparison import Compared
+
+    rows = folder.table(NEEDED)
+    trials, posed = (each["trial"].unique().size for each in (rows, rows.dropna(subset=["seconds"])))
+    return Compared(
+        name=study.scenario.name,
+        trials=trials,
+        unposed=trials - posed,
+        methods=summaries(rows, [method.text for method in methods], gain_bound(bench(study.scenario))),
+    )
+
+
+def _about(command: str) -> dict[str, str]:
+    """What a report must say so that it can be repeated."""
+    from datetime import UTC, datetime
+
+    from scenarios.versions import versions
+
+    return {
+        "Command": command,
+        "Date": datetime.now(UTC).date().isoformat(),
+        "Versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
+    }
+
+
+def _command(options: argparse.Namespace) -> str:
+    """The command that repeats or resumes it."""
+    words = ["rx90", "compare", *options.subjects]
+    for text in options.method:
+        words += ["--method", text]
+    words += ["-n", str(options.trials), "--out", str(options.out), "--seed", str(options.seed or 0)]
+    words += ["--time-limit", f"{options.time_limit:g}", "--memory-limit", f"{options.memory_limit:g}"]
+    return shlex.join([*words, *worker_words(options)])

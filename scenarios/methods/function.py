@@ -1,0 +1,70 @@
+"""Methods in Python: `package.module:function`, which takes a `GivenProblem` and returns the gains.
+
+It returns a sequence with one mapping a joint, as the gains of `rx90 identify --json`: `estimate` and `std`, or neither
+and a `reason`. `joint` and `identifiable` may be left out, they follow.
+"""
+
+import importlib
+import os
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import cast
+
+from ident.naming import shown
+from scenarios.errors import UnknownMethod
+from scenarios.methods.method import INSIDE, Method, digests
+from scenarios.store.problem_folder import GivenProblem
+
+FORM = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):([A-Za-z_]\w*)")
+Gains = Sequence[Mapping[str, object]]
+
+
+def method(text: str) -> Method | None:
+    """The method of a text, None if the text names no function.
+
+    Raises:
+        UnknownMethod: If the module cannot be imported or lacks the function.
+    """
+    if ":" not in text:
+        return None
+    module = _loaded(text).__module__
+    spec = find_spec(module)
+    origin = spec.origin if spec is not None else None
+    return Method(text, (*INSIDE, text), digests([Path(origin)] if origin else []))
+
+
+def answered(text: str, problem: GivenProblem) -> dict[str, object]:
+    """Call the function; the answer as a JSON object, whose form nobody has looked at."""
+    gains = _loaded(text)(problem)
+    rows = [
+        {
+            "joint": joint,
+            "std": None,
+            "estimate": None,
+            "reason": None,
+            **gain,
+            "identifiable": gain.get("identifiable", gain.get("estimate") is not None),
+        }
+        for joint, gain in enumerate(gains, 1)
+    ]
+    return {"gains": rows}
+
+
+def _loaded(text: str) -> Callable[[GivenProblem], Gains]:
+    """Import the function; the working folder is looked at last, as its modules must not stand before ours."""
+    found = FORM.fullmatch(text)
+    if found is None:
+        raise UnknownMethod(f"method {shown(text)}: expected package.module:function, or exec:COMMAND")
+    module, name = found.groups()
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    try:
+        function = getattr(importlib.import_module(module), name, None)
+    except ImportError as error:
+        raise UnknownMethod(f"method {shown(text)}: {error}") from error
+    if not callable(function):
+        raise UnknownMethod(f"method {shown(text)}: module {module} has no function {name}")
+    return cast(Callable[[GivenProblem], Gains], function)

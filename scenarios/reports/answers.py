@@ -1,0 +1,39 @@
+"""What methods answered to problems whose truth is not known: their gains side by side."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Report, Table, cells, number, percent
+from scenarios.store.answers import AnswerRow
+
+COLUMNS = (
+    Column(title="Problem", words=True),
+    Column(title="Method", words=True),
+    Column(title="Joint"),
+    Column(title="Gain", unit="N m/unit"),
+    Column(title="2 sigma", unit="%"),
+    Column(title="Verdict", words=True),
+)
+
+
+def answers_report(rows: Sequence[AnswerRow], path: Path) -> Report:
+    """A row a problem, method and joint; of a call without an answer, one with its failure."""
+    lines = [line for row in rows for line in _lines(row)]
+    parts = (Table(columns=COLUMNS, rows=tuple(lines)), Paragraph(f"Answers in {path}."))
+    return Report(f"{len(rows)} answers", parts, {"answers": [row.model_dump(mode="json") for row in rows]})
+
+
+def _lines(row: AnswerRow) -> list[tuple[Cell, ...]]:
+    if row.failure is not None:
+        return [cells(row.problem, row.method, NONE, NONE, NONE, Cell(row.failure, Mood.BAD))]
+    return [
+        cells(
+            row.problem,
+            row.method,
+            str(joint),
+            number(claim.value, ".4f"),
+            percent(None if claim.std is None or not claim.value else 2.0 * claim.std / abs(claim.value), ".2f"),
+            Cell("refused", Mood.DOUBTFUL) if claim.value is None else Cell("identified", Mood.GOOD),
+        )
+        for joint, claim in enumerate(row.claims, 1)
+    ]

@@ -1,0 +1,152 @@
+"""What a comparison says: who solved how much of each scenario, how often intervals held, and what went wrong."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+from scenarios.comparison.statistics import FAR, RANKED_BY, SOLVED, SURE, Coverage, MethodSummary
+from scenarios.reports.content import NONE, Cell, Column, Heading, Mood, Paragraph, Part, Report, Table, cells, percent
+
+RANKS = (
+    Column(title="Method", words=True),
+    Column(title="Score", unit="%"),
+    *(Column(title=f"within\n{100.0 * share:g} %", unit="%") for share in SOLVED),
+    Column(title="refused\nrightly"),
+    Column(title="refused\nwrongly"),
+    Column(title="wrong\nclaims"),
+    Column(title="wrong\nsigns"),
+    Column(title="crashes"),
+    Column(title="time\nouts"),
+    Column(title="misfits"),
+    Column(title="Time", unit="s"),
+)
+JOINTS = (
+    Column(title="Method", words=True),
+    Column(title="Joint"),
+    Column(title="Gains"),
+    Column(title="Bias", unit="%"),
+    Column(title="Spread", unit="%"),
+    Column(title="rms", unit="%"),
+    Column(title="95 %\nbelow", unit="%"),
+    Column(title="within\n1 sigma", unit="%"),
+    Column(title="within\n2 sigma", unit="%"),
+    Column(title="95 % interval", unit="%"),
+    Column(title="Claimed", unit="%"),
+    Column(title="Bound", unit="%"),
+    Column(title="Spread\nover bound"),
+    Column(title="Claimed\nover bound"),
+)
+RULE = (
+    f"Order: gains within {100.0 * RANKED_BY:g} % less wrong claims, as a share of the gains that the data should "
+    f"give, so that who refuses everything has 0. A claim is wrong if it is off by more than {100.0 * FAR:g} % and by "
+    f"more than {SURE:g} of its stated deviations; of a gain that the scenario says the data cannot give, also if it "
+    f"states no deviation below {100.0 * FAR:g} %, or is off by more than {SURE:g} of them. A gain that a crash, a "
+    "time-out or a misfit of an answer has cost is neither solved nor refused. Time: median of a call, start of a "
+    "process and reading of files included."
+)
+MEANING = (
+    "Bias, spread: mean and standard deviation of the error. Within: trials that err by less than 1 or 2 stated "
+    "deviations, of honest ones 68.3 % and 95.4 %; with the 95 % interval of the latter (Clopper and Pearson). Bound: "
+    "Cramer and Rao's, of all joints together for the injected current noise, with the level that it has in the band "
+    "of the rows; neither encoder noise nor errors of payload or model are in it. Of a scenario that draws numbers, it "
+    "is that of the numbers it states."
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Compared:
+    """One scenario or set of problems.
+
+    Attributes:
+        name: Of it.
+        trials: Of it.
+        unposed: Trials that failed before any method was asked.
+        methods: The best first.
+    """
+
+    name: str
+    trials: int
+    unposed: int
+    methods: tuple[MethodSummary, ...]
+
+
+def comparison_report(compared: Sequence[Compared], about: Mapping[str, str]) -> Report:
+    """A table of methods and one of joints for each scenario, and the rule of the order.
+
+    Args:
+        compared: The scenarios.
+        about: What a reader must know to repeat it: command, date, versions.
+    """
+    parts: list[Part] = []
+    for each in compared:
+        trials = "1 trial" if each.trials == 1 else f"{each.trials} trials"
+        parts += [Heading(f"{each.name}, {trials}"), _ranks(each), *_failures(each), _joints(each)]
+        if each.unposed:
+            parts.append(Paragraph(f"{each.unposed} of them failed before any method was asked."))
+    parts += [Paragraph(RULE), Paragraph(MEANING)]
+    parts += [Paragraph(f"{key}: {text}.") for key, text in about.items()]
+    many = len(compared[0].methods)
+    title = f"{many} {'method' if many == 1 else 'methods'} compared on {', '.join(each.name for each in compared)}"
+    document: dict[str, object] = {"about": dict(about), "scenarios": [asdict(each) for each in compared]}
+    return Report(title, tuple(parts), document)
+
+
+def _ranks(compared: Compared) -> Table:
+    rows = tuple(
+        cells(
+            each.method,
+            percent(each.score, ".1f"),
+            *(percent(share, ".1f") for share in each.solved),
+            str(each.refused_rightly),
+            str(each.refused_wrongly),
+            *(_bad(count) for count in (each.wrong_claims, each.wrong_signs)),
+            *(_bad(count) for count in (each.crashes, each.time_outs, each.misfits)),
+            NONE if each.seconds is None else f"{each.seconds:.2g}",
+        )
+        for each in compared.methods
+    )
+    return Table(columns=RANKS, rows=rows)
+
+
+def _joints(compared: Compared) -> Table:
+    rows = tuple(
+        cells(
+            each.method,
+            str(joint.joint),
+            str(joint.gains),
+            percent(joint.bias, "+.3f"),
+            percent(joint.spread),
+            percent(joint.rms),
+            percent(joint.p95),
+            *_held(joint.cover_1)[:1],
+            *_held(joint.cover_2),
+            percent(joint.claimed),
+            percent(joint.bound),
+            _ratio(joint.spread_over_bound),
+            _ratio(joint.claimed_over_bound),
+        )
+        for each in compared.methods
+        for joint in each.joints
+    )
+    return Table(columns=JOINTS, rows=rows)
+
+
+def _held(coverage: Coverage | None) -> tuple[str, str]:
+    if coverage is None:
+        return NONE, NONE
+    return percent(coverage.share, ".1f"), f"{percent(coverage.low, '.1f')}..{percent(coverage.high, '.1f')}"
+
+
+def _ratio(value: float | None) -> str:
+    return NONE if value is None else f"{value:.2f}"
+
+
+def _bad(count: int) -> Cell:
+    return Cell(str(count), Mood.BAD if count else Mood.PLAIN)
+
+
+def _failures(compared: Compared) -> list[Paragraph]:
+    return [
+        Paragraph(f"{each.method}: {', '.join(f'{count} {kind}' for kind, count in each.failures.items())}.")
+        for each in compared.methods
+        if each.failures
+    ]

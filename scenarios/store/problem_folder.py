@@ -1,0 +1,199 @@
+"""A problem as a folder: recordings, payloads as believed, the robot's kinematics, and nothing of the truth.
+
+What is in it:
+
+problem.json       which recording carries which payload, couplings, how recordings are observed
+robot.xml, .urdf   links and joints; every inertia is 1, whatever the robot has
+*.parquet          recordings
+payload*.toml      payloads
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ident.arm import Arm, load_arm
+from ident.errors import IdentificationError
+from ident.identification import Recorded
+from ident.model_files import minimal_model
+from ident.naming import one_line, shown
+from ident.observation import ObserveOptions
+from ident.options import GainOptions, options_from_table
+from ident.payload import Payload
+from ident.payload_files import read_payload, write_payload
+from ident.recording import Recording
+from ident.recording_files import read_recording, write_recording
+from scenarios.errors import ForeignProblem
+
+Options = TypeVar("Options")
+
+PROBLEM = "problem.json"
+LARGEST = 1_000_000
+"""Bytes of a problem file."""
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=200)]
+"""A file beside the problem file."""
+Number = Annotated[int, Field(ge=1)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class RobotTable(_Table):
+    """The arm: a model file, and pairs of joints, from 1, whose second motor turns with the sum of both."""
+
+    model: Name
+    couplings: tuple[tuple[Number, Number], ...] = ()
+
+
+class MotionTable(_Table):
+    """One motion, and what was mounted; motions of one payload file are one mounting."""
+
+    recording: Name
+    payload: Name | None = None
+
+
+class ProblemFile(_Table):
+    """A problem: motions of one arm from which its drive gains are to be found, in order of time within a mounting.
+
+    `observe` and `gains` are the options of `rx90 identify` of those names; other methods may ignore them.
+    """
+
+    format: Literal[1]
+    robot: RobotTable
+    motions: tuple[MotionTable, ...] = Field(min_length=1)
+    observe: dict[str, float | str] = {}
+    gains: dict[str, float | str] = {}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GivenProblem:
+    """What a method is given.
+
+    Attributes:
+        folder: Where it was read from; None for one that never was a folder.
+        arm: The arm that moved.
+        motions: Recordings and payloads, as `identify_motions` takes them.
+        observing: Filters and thresholds.
+        gains: When a gain counts as identifiable.
+    """
+
+    folder: Path | None
+    arm: Arm
+    motions: tuple[Recorded, ...]
+    observing: ObserveOptions
+    gains: GainOptions
+
+
+def write_problem(
+    folder: Path,
+    model: Path,
+    couplings: Sequence[tuple[int, int]],
+    motions: Sequence[Recorded],
+    *,
+    observing: ObserveOptions,
+    gains: GainOptions,
+) -> None:
+    """Write a problem into a folder, which is made; what carries the same payload object shares a payload file.
+
+    Args:
+        folder: Where.
+        model: MJCF or URDF file of the robot, of which the kinematics are taken.
+        couplings: Pairs of joints, from 1.
+        motions: Recordings, whose names become those of the files, and what they carry.
+        observing: Filters and thresholds.
+        gains: When a gain counts as identifiable.
+
+    Raises:
+        OSError: If the folder cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    robot = _write_model(model, folder)
+    payloads: dict[int, str] = {}
+    tables: list[MotionTable] = []
+    for k, motion in enumerate(motions, 1):
+        recording, payload = f"motion-{k}.parquet", motion.payload
+        if payload is not None and id(payload) not in payloads:
+            payloads[id(payload)] = f"payload-{len(payloads) + 1}.toml"
+            write_payload(payload, folder / payloads[id(payload)])
+        write_recording(motion.recording, folder / recording)
+        tables.append(MotionTable(recording=recording, payload=None if payload is None else payloads[id(payload)]))
+    problem = ProblemFile(
+        format=1,
+        robot=RobotTable(model=robot, couplings=tuple(couplings)),
+        motions=tuple(tables),
+        observe=asdict(observing),
+        gains=asdict(gains),
+    )
+    text = json.dumps(problem.model_dump(mode="json"), indent=2, allow_nan=False)
+    (folder / PROBLEM).write_text(text + "\n", encoding="utf-8")
+
+
+def read_problem(folder: Path) -> GivenProblem:
+    """Read a problem.
+
+    Raises:
+        ForeignProblem: If the folder holds none, or one that says what cannot be.
+        IdentificationError: If robot, recording or payload cannot be read.
+    """
+    path = folder / PROBLEM
+    stated = _read_problem_file(path)
+    payloads: dict[str, Payload] = {}
+    motions: list[Recorded] = []
+    for motion in stated.motions:
+        if motion.payload is not None and motion.payload not in payloads:
+            payloads[motion.payload] = read_payload(folder / motion.payload)
+        recording: Recording = read_recording(folder / motion.recording)
+        motions.append(Recorded(recording, None if motion.payload is None else payloads[motion.payload]))
+    couplings = tuple((first - 1, second - 1) for first, second in stated.robot.couplings)
+    return GivenProblem(
+        folder=folder,
+        arm=load_arm(folder / stated.robot.model, couplings),
+        motions=tuple(motions),
+        observing=_options(ObserveOptions, stated.observe, path, "observe"),
+        gains=_options(GainOptions, stated.gains, path, "gains"),
+    )
+
+
+def is_problem(folder: Path) -> bool:
+    """Whether a folder is meant as a problem."""
+    return (folder / PROBLEM).is_file()
+
+
+def _read_problem_file(path: Path) -> ProblemFile:
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ForeignProblem(f"{one_line(path)}: larger than {LARGEST} bytes; it is no problem file")
+        return ProblemFile.model_validate_json(path.read_text(encoding="utf-8"), strict=True)
+    except OSError as error:
+        raise ForeignProblem(f"{one_line(path)}: {error.strerror}; expected the file of a problem folder") from error
+    except UnicodeDecodeError as error:
+        raise ForeignProblem(f"{one_line(path)}: is no text in UTF-8") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        what = first["msg"][0].lower() + first["msg"][1:]
+        got = "" if first["type"] in ("missing", "json_invalid") else f", got {shown(first['input'])}"
+        raise ForeignProblem(f"{one_line(path)}: {where + ': ' if where else ''}{one_line(what)}{got}") from error
+
+
+def _options(kind: type[Options], table: Mapping[str, object], path: Path, key: str) -> Options:
+    try:
+        return options_from_table(kind, table)
+    except IdentificationError as error:
+        raise ForeignProblem(f"{one_line(path)}: {key}: {error}") from error
+
+
+def _write_model(model: Path, folder: Path) -> str:
+    """The kinematics of a robot as a file of its own; its name."""
+    minimal = minimal_model(model)
+    text, name = minimal.text, f"robot.{'xml' if minimal.kind == 'mjcf' else 'urdf'}"
+    if minimal.kind == "mjcf":
+        gravity = " ".join(repr(g) for g in minimal.gravity)
+        text = text.replace("<worldbody>", f'<option gravity="{gravity}"/><worldbody>', 1)
+    (folder / name).write_text(text + "\n", encoding="utf-8")
+    return name

@@ -49,6 +49,12 @@ def drifted(chi: np.ndarray, viscous: float, coulomb: float) -> np.ndarray:
     return other.ravel()
 
 
+def knowing(payload: Payload, what: str) -> Payload:
+    """The same payload, of which nothing else is stated than what is known."""
+    unknown = {"all": (), "com": ("inertia",), "mass": ("com", "inertia"), "none": ("com", "inertia")}[what]
+    return replace(payload, known=what, **dict.fromkeys(unknown))
+
+
 def gains(problem: Problem, options: AllJointsOptions = COMMON) -> np.ndarray:
     return values(all_joints_gains(problem, options))
 
@@ -56,7 +62,7 @@ def gains(problem: Problem, options: AllJointsOptions = COMMON) -> np.ndarray:
 @pytest.mark.parametrize("second", ["all", "com", "mass", "none"])
 @pytest.mark.parametrize("first", ["all", "com", "mass"])
 def test_two_mountings_give_exact_gains_whatever_is_known_of_each(structure, heavy, light, rng, first, second):
-    chi, one, two = chi_of(rng), replace(heavy, known=first), replace(light, known=second)
+    chi, one, two = chi_of(rng), knowing(heavy, first), knowing(light, second)
     motions = [(chi, None, None), (chi, heavy, one), (chi, light, two), (chi, None, None), (chi, heavy, one)]
     np.testing.assert_allclose(gains(exact_problem(structure, motions, GAIN, rng)), GAIN, rtol=FOUND)
 
@@ -220,7 +226,7 @@ def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(stru
     ready = setting(problem, per_motion=False, prior_std=1.0)
     own = [own_columns(each, {}, per_motion=False) for each in ready.columns]
     joints = [reduced_joint(each, F) for each, F in zip(ready.columns, own, strict=True)]
-    start = start_of(problem, joints, own, None)
+    start = start_of(problem, joints, own, {})
     alone = ESTIMATORS["ls-2011"].estimate(problem, ESTIMATORS["ls-2011"].options()).solution
     np.testing.assert_array_equal(alone.joints[:3], [0, 1, 2])
     np.testing.assert_allclose(start[:3], alone.inverse[:3], rtol=1e-12)

@@ -7,10 +7,14 @@ import pytest
 from exact import EXACT, GAIN, exact_problem, lopsided, values
 from pinocchio_arms import random_arm
 
+from ident.all_joints.friction import own_columns
+from ident.all_joints.reduction import own_sigma, reduced_joint
 from ident.all_joints.solution import fit_with, setting
+from ident.all_joints.start import friction_z, start_of
 from ident.arm import arm_from_pinocchio
-from ident.errors import NotConverged, NotIdentifiable, TooFewRows
+from ident.errors import NotConverged, NotIdentifiable, OptionError, TooFewRows
 from ident.estimate import IdentifiedGain, RefusedGain
+from ident.estimators import ESTIMATORS
 from ident.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.payload import Payload
 from ident.problem import Problem
@@ -45,6 +49,12 @@ def drifted(chi: np.ndarray, viscous: float, coulomb: float) -> np.ndarray:
     return other.ravel()
 
 
+def knowing(payload: Payload, what: str) -> Payload:
+    """The same payload, of which nothing else is stated than what is known."""
+    unknown = {"all": (), "com": ("inertia",), "mass": ("com", "inertia"), "none": ("com", "inertia")}[what]
+    return replace(payload, known=what, **dict.fromkeys(unknown))
+
+
 def gains(problem: Problem, options: AllJointsOptions = COMMON) -> np.ndarray:
     return values(all_joints_gains(problem, options))
 
@@ -52,7 +62,7 @@ def gains(problem: Problem, options: AllJointsOptions = COMMON) -> np.ndarray:
 @pytest.mark.parametrize("second", ["all", "com", "mass", "none"])
 @pytest.mark.parametrize("first", ["all", "com", "mass"])
 def test_two_mountings_give_exact_gains_whatever_is_known_of_each(structure, heavy, light, rng, first, second):
-    chi, one, two = chi_of(rng), replace(heavy, known=first), replace(light, known=second)
+    chi, one, two = chi_of(rng), knowing(heavy, first), knowing(light, second)
     motions = [(chi, None, None), (chi, heavy, one), (chi, light, two), (chi, None, None), (chi, heavy, one)]
     np.testing.assert_allclose(gains(exact_problem(structure, motions, GAIN, rng)), GAIN, rtol=FOUND)
 
@@ -140,13 +150,33 @@ def test_a_joint_that_nothing_loads_is_refused_and_does_not_spoil_the_others(str
             assert joint.model_rel_std < 1e-3
 
 
-def test_one_payload_in_every_motion_leaves_the_scale_free_and_every_gain_refused(structure, heavy, rng):
-    chi = chi_of(rng)
-    estimate = all_joints_gains(exact_problem(structure, [(chi, heavy, heavy)] * 2, GAIN, rng), COMMON)
+@pytest.mark.parametrize("prior_std", [1.0, 0.6])
+def test_one_payload_in_every_motion_leaves_the_scale_free_and_every_gain_refused(structure, heavy, rng, prior_std):
+    chi, options = chi_of(rng), replace(COMMON, prior_std=prior_std)
+    estimate = all_joints_gains(exact_problem(structure, [(chi, heavy, heavy)] * 2, GAIN, rng), options)
     assert not estimate.identifiable.any()
-    # Six priors of deviation 1 on six logarithms whose differences the links fix: 1 / sqrt(6).
+    # Six priors on six logarithms whose differences the links fix: their mean has the deviation of one over sqrt(6).
     granted = np.linalg.norm(estimate.solution.model, axis=1)
-    np.testing.assert_allclose(granted, np.full(6, 1.0 / np.sqrt(6.0)), rtol=1e-4)
+    np.testing.assert_allclose(granted, np.full(6, prior_std / np.sqrt(6.0)), rtol=1e-4)
+
+
+def test_options_that_make_no_sense_are_refused():
+    assert AllJointsOptions() == AllJointsOptions(friction="auto", friction_per_motion=True, compliance=False)
+    with pytest.raises(OptionError, match="friction = 'stribeck': expected one of auto, viscous-coulomb, cbrt, load,"):
+        AllJointsOptions(friction="stribeck")
+    for wrong in (0.0, 101.0):
+        with pytest.raises(OptionError, match="prior_std"):
+            AllJointsOptions(prior_std=wrong)
+    assert AllJointsOptions(prior_std=100.0).prior_std == 100.0
+
+
+def test_rows_that_come_from_no_recording_have_no_friction_but_viscous_and_dry(structure, heavy, rng):
+    chi = chi_of(rng)
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], GAIN, rng, noise=0.01)
+    automatic, told = (all_joints_gains(problem, each) for each in (AllJointsOptions(), PER_MOTION))
+    np.testing.assert_array_equal(automatic.solution.inverse, told.solution.inverse)
+    assert automatic.remarks == told.remarks == ()
+    assert told.method == "nls"
 
 
 def test_nothing_known_sets_no_scale(structure, heavy, rng):
@@ -186,3 +216,29 @@ def test_a_search_without_end_is_an_error(structure, heavy, rng, monkeypatch):
     monkeypatch.setattr("ident.all_joints.search.MOST_STEPS", 1)
     with pytest.raises(NotConverged, match="the gains do not settle in 1 steps; record more"):
         all_joints_gains(problem, COMMON)
+
+
+def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(structure, heavy, rng):
+    # The mass alone shows joints 1 to 3 (eq. 27); of the others friction says the sign, and shared links the size.
+    chi = chi_of(rng)
+    weighed = replace(heavy, known="mass")
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, weighed)], GAIN, rng, noise=1e-4)
+    ready = setting(problem, per_motion=False, prior_std=1.0)
+    own = [own_columns(each, {}, per_motion=False) for each in ready.columns]
+    joints = [reduced_joint(each, F) for each, F in zip(ready.columns, own, strict=True)]
+    start = start_of(problem, joints, own, {})
+    alone = ESTIMATORS["ls-2011"].estimate(problem, ESTIMATORS["ls-2011"].options()).solution
+    np.testing.assert_array_equal(alone.joints[:3], [0, 1, 2])
+    np.testing.assert_allclose(start[:3], alone.inverse[:3], rtol=1e-12)
+    np.testing.assert_array_equal(np.sign(start), np.sign(GAIN))
+    assert (np.abs(np.log(start * GAIN)) < 0.7).all()  # within a factor of two
+    brakes = np.array([friction_z(each, F.names) for each, F in zip(joints, own, strict=True)])
+    np.testing.assert_array_equal(np.sign(brakes), np.sign(GAIN))
+    for j, each in enumerate(ready.columns):  # the surer of both frictions over its deviation, by the joint's own rows
+        W = np.column_stack([*each.own.values(), each.shared, each.known])
+        unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
+        pseudo = np.linalg.pinv(unit, rcond=1e-9)
+        x, deviation = pseudo @ each.V, own_sigma(each, own[j]) * np.linalg.norm(pseudo, axis=1)
+        z = x[:2] / deviation[:2]
+        assert list(each.own)[:2] == ["Fv", "Fc"]
+        np.testing.assert_allclose(brakes[j], z[np.argmax(np.abs(z))], rtol=1e-4)

@@ -327,6 +327,21 @@ def test_shared_parameters_hold_what_is_known_and_what_was_found(small, heavy):
     assert not shared.free[0].size
 
 
+def test_each_mounting_has_its_own_share_of_what_was_found(small, heavy):
+    given = case(small, heavy, 0.0)
+    loaded = [replace(motion, payload=replace(heavy, known="mass")) for motion in given.problem.motions[1:]]
+    problem = replace(given.problem, motions=(given.problem.motions[0], *loaded))
+    shared = shared_parameters(problem)
+    theta = 1.0 + np.arange(shared.count)
+    found = shared.payload_values(theta)
+    assert shared.count == len(shared.arm) + 2 * len(shared.free[0])
+    np.testing.assert_array_equal(np.concatenate([found[k, shared.free[k]] for k in (0, 1)]), theta[len(shared.arm) :])
+    for k, each in enumerate(joint_columns(problem, shared)):  # the columns of the one are zero where the other is
+        mine, count = each.shared[:, len(shared.arm) :], len(shared.free[0])
+        assert not mine[each.motion != 1, :count].any(), k
+        assert not mine[each.motion != 2, count:].any(), k
+
+
 def test_own_columns_are_one_a_motion_and_drop_what_does_not_move(small, heavy):
     given = case(small, heavy, 0.02)
     each = given.columns[1]

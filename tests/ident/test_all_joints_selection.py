@@ -120,8 +120,10 @@ def test_a_root_of_the_speed_is_asked_for_by_name(axes):
     np.testing.assert_allclose(
         sum(told.unknowns.values()), sum(plain.unknowns.values()) + N, rtol=1e-4
     )  # and the prior
+    both = gains(problem, friction="load-motor+cbrt").solution.rows
     for j in range(N):
         assert told.sigma(j) < plain.sigma(j)
+        np.testing.assert_allclose(both.sigma(j), told.sigma(j), rtol=1e-2)  # no load friction is there
 
 
 def test_a_drive_wired_backwards_or_in_other_units_changes_its_own_gain_alone(axes):

@@ -115,3 +115,16 @@ def test_products_of_inertia_that_are_left_out_are_zero():
     assert found.inertia == (0.02, 0.03, 0.04, 0.0, 0.001, 0.0)
     assert found.inertia_std == (1.0, 2.0, 3.0, 0.0, 0.0, 0.0)
     assert found.com_std == (0.4, 0.5, 0.6)
+
+
+def test_mass_and_centre_are_known_with_their_own_deviations_alone():
+    payload = Payload(mass=3.4, com=(-0.06, 0.09, 0.05), mass_std=0.02, com_std=(0.001, 0.003, 0.002), known="com")
+    known = payload.known_part()
+    assert known.names == ("MX", "MY", "MZ", "M")
+    np.testing.assert_allclose(known.chi[6:], [-0.204, 0.306, 0.17, 3.4], rtol=1e-12)
+    # d(m c) = c dm + m dc, of independent dm and dc; nothing is said of the inertia.
+    expected = np.zeros((10, 10))
+    for k in range(3):
+        expected[6 + k, 0], expected[6 + k, 1 + k] = payload.com[k] * 0.02, 3.4 * payload.com_std[k]
+    expected[9, 0] = 0.02
+    np.testing.assert_allclose(known.spread, expected, rtol=0, atol=1e-12)  # differences of polynomials

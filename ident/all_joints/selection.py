@@ -15,15 +15,7 @@ from scipy import optimize, stats
 
 from ident.all_joints.friction import Term
 from ident.all_joints.solution import Fitted, Setting, Terms, fit_with
-from ident.all_joints.terms import (
-    LOAD_FORMS,
-    LOAD_MEAN,
-    LOAD_STD,
-    SPEED_TERMS,
-    TermColumns,
-    speed_terms,
-    torque_terms,
-)
+from ident.all_joints.terms import LOAD_FORMS, LOAD_STD, SPEED_TERMS, TermColumns, speed_terms, torque_terms
 from ident.arrays import Array
 from ident.uncertainty.cautious import cautious
 from ident.uncertainty.jackknife import left_out
@@ -62,7 +54,7 @@ class _Belief:
     std: float
 
 
-ANY_DRIVE = _Belief(LOAD_MEAN, LOAD_STD)
+ANY = _Belief(0.0, LOAD_STD)
 
 
 def selected(ready: Setting) -> Selected:
@@ -146,9 +138,9 @@ def _with_load(
     ready: Setting, chosen: Terms, first: TermColumns, softened: Sequence[Array], base: Fitted, form: str
 ) -> _Loaded:
     """A fit with load friction of one form, its torques taken from a fit that had it."""
-    free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE), softened, base)
+    free = fit_with(ready, _grown(chosen, form, first, ANY), softened, base)
     again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
-    free = fit_with(ready, _grown(chosen, form, again, ANY_DRIVE), again.softened, free)
+    free = fit_with(ready, _grown(chosen, form, again, ANY), again.softened, free)
     again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
     belief = _belief(free, form)
     return _Loaded(_tried(fit_with(ready, _grown(chosen, form, again, belief), again.softened, free)), belief)
@@ -166,8 +158,8 @@ def _belief(free: Fitted, form: str) -> _Belief:
     at = [(j, own.names.index(form)) for j, own in enumerate(free.own) if form in own.names]
     seen = np.array([free.fit.phi[j][k] for j, k in at])
     influence = np.array([free.fit.phi_influence[j][k] for j, k in at])
-    held = np.array([np.linalg.norm(free.fit.phi_belief[j][k]) for j, k in at])
-    noise = np.hypot(np.sqrt(np.diag(cautious(free.fit.rows, influence, 0.0))), held)
+    unseen = np.array([free.fit.phi_belief[j][k] for j, k in at])
+    noise = np.sqrt(np.diag(cautious(free.fit.rows, influence, 0.0)) + np.sum(unseen**2, axis=1))
 
     def unlikely(x: Array) -> float:
         mean, spread = x[0], np.exp(x[1])

@@ -17,8 +17,8 @@ STRONGEST = 0.5
 """Share of the motor torque that friction is let take while a fit is on its way."""
 LOAD_FORMS = {"load-motor": "the motor torque", "load": "the torque of links and payload"}
 """What load friction may be in proportion to."""
-LOAD_MEAN, LOAD_STD = 0.05, 0.1
-"""What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
+LOAD_STD = 0.15
+"""Deviation from none of load friction that is believed before joints have shown theirs: some geared drives have 15 %.
 
 Where friction dominates, a gain and its joint's load friction look the same, and a coefficient without bounds takes the
 gain, and the torques that its column follows from, anywhere.

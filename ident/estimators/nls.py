@@ -12,7 +12,7 @@ import numpy as np
 from ident.all_joints.friction import Term
 from ident.all_joints.selection import Selected, selected
 from ident.all_joints.solution import Fitted, GivenGain, Setting, Terms, fit_with, setting, solution
-from ident.all_joints.terms import LOAD_FORMS, speed_terms, torque_terms
+from ident.all_joints.terms import LOAD_FORMS, LOAD_STD, speed_terms, torque_terms
 from ident.conclusion import concluded
 from ident.errors import OptionError
 from ident.estimate import GainEstimate
@@ -113,7 +113,7 @@ def _given(options: AllJointsOptions, n: int) -> GivenGain | None:
 
 
 def _as_told(ready: Setting, names: tuple[str, ...], *, compliance: bool) -> Fitted:
-    """The fit with named terms, every coefficient free."""
+    """The fit with named terms, every coefficient free but for what is believed of any load friction."""
     fixed: Terms = [{} for _ in range(ready.n)]
     if "cbrt" in names:
         fixed = [{"cbrt": Term(each["cbrt"])} for each in speed_terms(ready.problem).own]
@@ -122,7 +122,7 @@ def _as_told(ready: Setting, names: tuple[str, ...], *, compliance: bool) -> Fit
         for _ in range(PASSES):
             found = torque_terms(ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance)
             terms = [
-                {**known, **{name: Term(own[name]) for name in LOAD_FORMS if name in names}}
+                {**known, **{name: Term(own[name], std=LOAD_STD) for name in LOAD_FORMS if name in names}}
                 for known, own in zip(fixed, found.own, strict=True)
             ]
             fitted = fit_with(ready, terms, found.softened, fitted)

@@ -69,10 +69,15 @@ def test_the_built_in_motion_keeps_every_limit_and_its_distance(structure: Struc
     assert Clearance(experiment.plant, 0.05)(motion[0]).min() > 0.029
 
 
-def test_the_predicted_deviation_of_a_motion_is_the_one_identification_finds():
+def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_joint_finds(tmp_path):
     # Both in units of the residual's share of the rms current; 20 rows a second less those lost to reversals, and
     # row weights below one near them, make the prediction the smaller one.
-    scenario = prepared("nominal")
+    path = tmp_path / "alone.toml"
+    path.write_text(
+        'extends = "nominal"\n[identification]\nmethod = "ls-2011"\n'
+        "[identification.gains]\nuncertainty = 'larger'\n[identification.observe]\nreversal_speed = 0.2\n"
+    )
+    scenario = prepared(str(path))
     plant = scenario.experiments[0].plant
     design = Design(plant, scenario.structure, robot_limits(plant), np.arange(5))
     predicted = design.predicted_std(scenario.experiments[0].trajectory)[0]

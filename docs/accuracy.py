@@ -26,14 +26,12 @@ def recordings(prepared: Bench, step: float, sensors: SensorOptions) -> tuple[Re
 
 
 def estimate(prepared: Bench, pair: tuple[Recording, Recording], observing: ObserveOptions) -> GainEstimate:
-    chosen = prepared.scenario.table.identification
     return identify(
         *pair,
         prepared.structure,
         prepared.payloads["loaded"],
-        method=chosen.method,
+        method="ls-2011",
         observing=observing,
-        gains=chosen.gains,
         wiring=known_wiring,
     ).estimate
 
@@ -53,7 +51,7 @@ def main() -> None:
     for delay_ms in (0.0, 0.5):
         print(f"\n| ideal, currents taken {delay_ms:g} ms late, step [ms] " + header)
         for step, pair in pairs.items():
-            print(row(f"{step:g}", ideal, estimate(ideal, pair, ObserveOptions(current_delay=1e-3 * delay_ms))))
+            print(row(f"{step:g}", ideal, estimate(ideal, pair, ObserveOptions(current_delay=1e-3 * delay_ms, reversal_speed=0.2))))
     print("\n| nominal without noise, share " + header)
     pair = recordings(nominal, 1e-3, SensorOptions())
     for share in SHARES:

@@ -12,7 +12,7 @@ from ident.estimators import ols, tls_2014
 from ident.homogeneous.bias import noise_bias
 from ident.homogeneous.null_vector import null_vector
 from ident.homogeneous.system import homogeneous_system
-from ident.homogeneous.weights import WEIGHTS
+from ident.homogeneous.weights import WEIGHTS, HomogeneousOptions
 from ident.observation import Observation
 from ident.options import GainOptions
 from ident.payload import Payload
@@ -21,8 +21,8 @@ from ident.uncertainty.jackknife import left_out
 
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
 METHODS = {
-    "ols": lambda problem, weights: ols.homogeneous_gains(problem, ols.HomogeneousOptions(weights=weights)),
-    "tls-2014": lambda problem, weights: tls_2014.total_gains(problem, tls_2014.TotalOptions(weights=weights)),
+    "ols": lambda problem, weights: ols.homogeneous_gains(problem, HomogeneousOptions(weights=weights)),
+    "tls-2014": lambda problem, weights: tls_2014.total_gains(problem, HomogeneousOptions(weights=weights)),
 }
 
 
@@ -97,6 +97,15 @@ def test_the_exact_parameters_solve_the_equations(structure, heavy):
         x = np.concatenate((GAIN, base[system.shared.arm], own))
         np.testing.assert_allclose(system.H @ x, system.k, atol=EXACT * np.abs(system.k).max())
         assert [system.friction_at(j) for j in range(6)] == [46 + 3 * j for j in range(6)]
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize("method", METHODS)
+def test_the_load_on_a_joint_is_what_the_known_payload_puts_on_its_loaded_rows(method, weights, clean, heavy):
+    chi = heavy.known_part().chi
+    rms = [np.sqrt(np.mean((joint.W_L @ chi) ** 2)) for joint in clean[1].joints]
+    found = METHODS[method](pair(*clean, heavy, LOOSE), weights).solution.load_rms
+    np.testing.assert_allclose(found, rms, rtol=1e-12)
 
 
 def test_joint_weights_are_one_over_the_deviation_of_the_torque(clean, heavy):

@@ -217,18 +217,19 @@ def test_left_out_stretches_are_those_of_least_squares_without_them(clean, heavy
         np.testing.assert_allclose(found, change, atol=2e-3 * np.abs(change).max())
 
 
-def test_residuals_are_the_currents_less_what_gain_and_torque_say(clean, heavy):
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_residuals_are_the_currents_less_what_gain_and_torque_say(clean, heavy, weights):
     problem = pair(*noisy(clean, np.random.default_rng(5), np.full(6, 0.02)), heavy, LOOSE)
     for method in METHODS:
-        estimate = METHODS[method](problem, "equal")
-        system = homogeneous_system(problem, "equal")
+        estimate = METHODS[method](problem, weights)
+        system = homogeneous_system(problem, weights)
         own = ols._solved(system) if method == "ols" else tls_2014._solved(system)
-        torque = system.k - system.H[:, 6:] @ own.x[6:]
+        torque = (system.k - system.H[:, 6:] @ own.x[6:]) / system.weight
         rows = estimate.solution.rows
         np.testing.assert_allclose(rows.residual, rows.V - torque / own.x[rows.joint], atol=1e-9 * np.abs(rows.V).max())
         np.testing.assert_allclose(rows.explained.T @ rows.explained, np.eye(rows.explained.shape[1]), atol=1e-12)
         assert sum(rows.unknowns.values()) == pytest.approx(64.0, rel=1e-12)
-        np.testing.assert_allclose(rows.weight, np.abs(own.x[rows.joint]), rtol=1e-12)
+        np.testing.assert_allclose(rows.weight, np.abs(own.x[rows.joint]) * system.weight, rtol=1e-12)
 
 
 def test_friction_over_gain_is_that_of_the_arm_and_its_influence_the_derivative(structure, heavy):

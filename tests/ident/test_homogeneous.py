@@ -229,6 +229,10 @@ def test_residuals_are_the_currents_less_what_gain_and_torque_say(clean, heavy, 
         np.testing.assert_allclose(rows.residual, rows.V - torque / own.x[rows.joint], atol=1e-9 * np.abs(rows.V).max())
         np.testing.assert_allclose(rows.explained.T @ rows.explained, np.eye(rows.explained.shape[1]), atol=1e-12)
         assert sum(rows.unknowns.values()) == pytest.approx(64.0, rel=1e-12)
+        if method == "ols":
+            leverage = np.einsum("ru,ur->r", system.H, np.linalg.pinv(system.H))
+            shares = [leverage[rows.joint == j].sum() for j in range(6)]
+            np.testing.assert_allclose([rows.unknowns[j] for j in range(6)], shares, rtol=1e-7)
         np.testing.assert_allclose(rows.weight, np.abs(own.x[rows.joint]) * system.weight, rtol=1e-12)
 
 

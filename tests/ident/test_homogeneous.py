@@ -327,6 +327,10 @@ def test_a_null_vector_that_is_not_the_only_one_or_knows_no_payload_is_refused(r
     with pytest.raises(NotIdentifiable, match="more than one set of gains"):
         null_vector(M, np.ones(5), rank_tol=1e-7)
     M = rng.normal(size=(40, 5))
+    M[:, 4], M[:, 3] = 0.7 * M[:, 0], 2.0 * M[:, 1] + M[:, 0]
+    with pytest.raises(NotIdentifiable, match="more than one set of gains"):
+        null_vector(M, np.ones(5), rank_tol=1e-7)
+    M = rng.normal(size=(40, 5))
     M[:, 1] = 2.0 * M[:, 0]
     with pytest.raises(NotIdentifiable, match="more than one set of gains"):
         null_vector(M, np.ones(5), rank_tol=1e-7)

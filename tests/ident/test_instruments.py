@@ -93,7 +93,8 @@ def test_the_share_of_the_noise_that_is_kept_is_that_of_the_coefficients(monkeyp
     monkeypatch.setattr("ident.reference._numbers", lambda independent: [60])
     t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
     below = (np.fft.rfftfreq(3000, 0.005) < 15.0)[:, None]
-    noise = np.fft.irfft(np.fft.rfft(0.01 * rng.standard_normal((3000, 6)), axis=0) * below, 3000, axis=0)
+    sizes = 0.01 * np.arange(1, 7)
+    noise = np.fft.irfft(np.fft.rfft(sizes * rng.standard_normal((3000, 6)), axis=0) * below, 3000, axis=0)
     true = (0.1 * t[:, None]) ** 3
     found = reference(full_rate(true + noise))
     np.testing.assert_allclose(found.kept, 65 / (2 * 15.0 * t[-1]), rtol=1e-12)
@@ -207,6 +208,9 @@ def test_a_regressor_without_recording_is_refused(structure, payload):
     problem = pair(*exact_pair(structure, heavy, GAIN, np.random.default_rng(5), rows=80), heavy, TRUSTING)
     with pytest.raises(NotIdentifiable, match="motion 1 has rows but no recording behind them; iv needs one"):
         instrumental_gains(problem, InstrumentOptions())
+    bare = replace(problem, motions=(problem.motions[0],) * 2)
+    with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
+        instrumental_gains(bare, InstrumentOptions())
 
 
 def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypatch):
@@ -214,7 +218,7 @@ def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypat
 
     def same(behind: FullRate) -> Reference:
         share = np.array([0.1, 0.3, 0.2, 0.1, 0.1, 0.1]) * (
-            1.5 if behind is problem.motions[1].observation.full_rate else 1
+            1.5 if behind is problem.motions[0].observation.full_rate else 1
         )
         return Reference(q=behind.q, dq=behind.dq, ddq=behind.ddq, kept=share, left=np.zeros(6))
 

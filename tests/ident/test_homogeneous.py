@@ -349,3 +349,13 @@ def test_the_model_s_known_payload_moves_gains_of_the_homogeneous_form_as_stated
         share = np.abs((ends[1] - ends[0]) / 2e-5 / values(stated)) * 0.002
         # The known torque is part of the column's scale: of second order in the noise.
         np.testing.assert_allclose([joint.payload_rel_std for joint in stated.joints], share, rtol=2e-2, atol=1e-6)
+
+
+def test_total_least_squares_have_columns_of_unit_norm_and_rows_weighted_by_joint_unless_told_otherwise(clean, heavy):
+    problem = pair(*noisy(clean, np.random.default_rng(9), np.full(6, 0.03)), heavy, LOOSE)
+    system = homogeneous_system(problem, "joint")
+    M = np.column_stack((system.H, -system.k))
+    scale = np.linalg.norm(M, axis=0)
+    z = np.linalg.eigh((M / scale).T @ (M / scale))[1][:, 0] / scale
+    found = tls_2014.total_gains(problem, HomogeneousOptions()).solution.inverse
+    np.testing.assert_allclose(1.0 / found, z[:6] / z[-1], rtol=1e-6)  # a square of singular values, condition 1e3

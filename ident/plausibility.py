@@ -72,7 +72,9 @@ def check_load(estimate: GainEstimate) -> None:
     signs = joint_signs(estimate)
     seen = np.abs(signs.load_z) > LOAD_Z
     if len(seen) and not seen.any():
-        raise NotIdentifiable("the loaded motion shows no load on any joint; was the payload mounted?")
+        raise NotIdentifiable(
+            f"by {estimate.method} the loaded motion shows no load on any joint; was the payload mounted?"
+        )
     if not estimate.identifiable.any():
         reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
         raise NotIdentifiable(f"no drive gain can be identified; joint 1: {reason}")

@@ -46,7 +46,7 @@ ESTIMATORS: dict[str, Estimator] = {
     nls.NAME: plug_in(nls.all_joints_gains, nls.AllJointsOptions, drift=True),
     ols.NAME: plug_in(ols.homogeneous_gains, ols.HomogeneousOptions),
     sequential_2011.NAME: plug_in(sequential_2011.sequential_gains, sequential_2011.SequentialOptions),
-    tls_2014.NAME: plug_in(tls_2014.total_gains, tls_2014.TotalOptions),
+    tls_2014.NAME: plug_in(tls_2014.total_gains, tls_2014.HomogeneousOptions),
 }
 """What each is.
 

@@ -1,11 +1,11 @@
 """Drive gains of all joints by ordinary least squares of the homogeneous form: a baseline that is known to be biased.
 
 The torque of the known payload is regressed on the currents, whose noise makes every gain too small (by 0.3 to 0.7 %
-where the residual is 5 % of the current, by 8 to 14 % where it is 16 %). How much stands beside the gains, in closed
+in scenario `nominal`, by 8 to 14 % in `paper-noise`). How much stands beside the gains, in closed
 form; it is no part of their intervals.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy import linalg
@@ -15,32 +15,12 @@ from ident.estimate import GainEstimate, IdentifiedGain
 from ident.homogeneous.bias import noise_bias
 from ident.homogeneous.solved import Unknowns, gain_solution
 from ident.homogeneous.system import HomogeneousSystem, homogeneous_system
-from ident.homogeneous.weights import WEIGHTS, check_weights
-from ident.options import NAMES
+from ident.homogeneous.weights import HomogeneousOptions
 from ident.problem import Problem
 
 NAME = "ols"
 FREE = 1e-6
 """Part of a gain's direction in combinations that the rows do not show, beyond which the gain is not determined."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HomogeneousOptions:
-    """Options of `ols`.
-
-    Attributes:
-        weights: How rows of different joints count.
-    """
-
-    weights: str = field(default="equal", metadata={NAMES: WEIGHTS})
-
-    def __post_init__(self) -> None:
-        """Check the name.
-
-        Raises:
-            OptionError: If there is none such.
-        """
-        check_weights(self.weights)
 
 
 def homogeneous_gains(problem: Problem, options: HomogeneousOptions) -> GainEstimate:

@@ -6,8 +6,6 @@ consistent only if all scaled columns are equally noisy; of a robot the currents
 off by tens of percent, or negative; its deviations know it and joints are refused.
 """
 
-from dataclasses import dataclass, field
-
 import numpy as np
 
 from ident.arrays import Array, Indices
@@ -16,34 +14,14 @@ from ident.estimate import GainEstimate
 from ident.homogeneous.null_vector import null_vector
 from ident.homogeneous.solved import Unknowns, gain_solution
 from ident.homogeneous.system import HomogeneousSystem, homogeneous_system
-from ident.homogeneous.weights import WEIGHTS, check_weights
+from ident.homogeneous.weights import HomogeneousOptions
 from ident.least_squares import factors
-from ident.options import NAMES
 from ident.problem import Problem
 
 NAME = "tls-2014"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TotalOptions:
-    """Options of `tls-2014`.
-
-    Attributes:
-        weights: How rows of different joints count.
-    """
-
-    weights: str = field(default="joint", metadata={NAMES: WEIGHTS})
-
-    def __post_init__(self) -> None:
-        """Check the name.
-
-        Raises:
-            OptionError: If there is none such.
-        """
-        check_weights(self.weights)
-
-
-def total_gains(problem: Problem, options: TotalOptions) -> GainEstimate:
+def total_gains(problem: Problem, options: HomogeneousOptions) -> GainEstimate:
     """Estimate the gains of all joints by total least squares of the homogeneous form.
 
     Args:

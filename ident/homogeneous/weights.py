@@ -1,6 +1,7 @@
 """How rows of different joints count: functions `(problem, columns) -> weight of each joint [1/(N m)]`, by name."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.start import start_of
 from ident.arrays import Array
 from ident.errors import OptionError
+from ident.options import NAMES
 from ident.problem import Problem
 
 
@@ -33,11 +35,21 @@ def by_joint(problem: Problem, columns: Sequence[JointColumns]) -> Array:
 WEIGHTS: dict[str, Callable[[Problem, Sequence[JointColumns]], Array]] = {"equal": equal, "joint": by_joint}
 
 
-def check_weights(name: str) -> None:
-    """Refuse a name that is none of `WEIGHTS`.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HomogeneousOptions:
+    """Options of the methods in homogeneous form.
 
-    Raises:
-        OptionError: Naming those that exist.
+    Attributes:
+        weights: How rows of different joints count.
     """
-    if name not in WEIGHTS:
-        raise OptionError(f"weights = {name!r}: expected one of {', '.join(WEIGHTS)}")
+
+    weights: str = field(default="joint", metadata={NAMES: WEIGHTS})
+
+    def __post_init__(self) -> None:
+        """Check the name.
+
+        Raises:
+            OptionError: If there is none such.
+        """
+        if self.weights not in WEIGHTS:
+            raise OptionError(f"weights = {self.weights!r}: expected one of {', '.join(WEIGHTS)}")

@@ -12,7 +12,7 @@ from ident.estimators import ols, tls_2014
 from ident.homogeneous.bias import noise_bias
 from ident.homogeneous.null_vector import null_vector
 from ident.homogeneous.system import homogeneous_system
-from ident.homogeneous.weights import WEIGHTS
+from ident.homogeneous.weights import WEIGHTS, HomogeneousOptions
 from ident.observation import Observation
 from ident.options import GainOptions
 from ident.payload import Payload
@@ -21,8 +21,8 @@ from ident.uncertainty.jackknife import left_out
 
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
 METHODS = {
-    "ols": lambda problem, weights: ols.homogeneous_gains(problem, ols.HomogeneousOptions(weights=weights)),
-    "tls-2014": lambda problem, weights: tls_2014.total_gains(problem, tls_2014.TotalOptions(weights=weights)),
+    "ols": lambda problem, weights: ols.homogeneous_gains(problem, HomogeneousOptions(weights=weights)),
+    "tls-2014": lambda problem, weights: tls_2014.total_gains(problem, HomogeneousOptions(weights=weights)),
 }
 
 
@@ -30,6 +30,29 @@ def moved(observation: Observation, noise: dict[int, np.ndarray]) -> Observation
     """The same rows with something added to the currents of some joints."""
     joints = tuple(replace(each, V=each.V + noise.get(j, 0.0)) for j, each in enumerate(observation.joints))
     return replace(observation, joints=joints)
+
+
+def imitated(observation: Observation, loaded: float) -> Observation:
+    """The payload's mass puts on every joint what an offset that only loaded motions have would."""
+
+    def changed(j, joint):
+        W, W_L = joint.W.copy(), np.zeros_like(joint.W_L)
+        names = [observation.structure.base.names[c] for c in joint.columns]
+        W[:, names.index(f"off{j + 1}")] = loaded
+        W_L[:, 9] = (0.3 + j) * loaded
+        return replace(joint, W=W, W_L=W_L)
+
+    return replace(observation, joints=tuple(changed(j, joint) for j, joint in enumerate(observation.joints)))
+
+
+def shorter(observation: Observation, joints: int) -> Observation:
+    """Without the first row of the first few joints."""
+
+    def cut(joint):
+        rows = {name: getattr(joint, name)[1:] for name in ("V", "V_rate", "W", "W_L", "t", "position")}
+        return replace(joint, **rows)
+
+    return replace(observation, joints=(*map(cut, observation.joints[:joints]), *observation.joints[joints:]))
 
 
 @pytest.fixture(scope="module")
@@ -73,17 +96,19 @@ def test_what_sets_no_scale_is_refused_at_once(method, clean, heavy):
     unknown = replace(loaded, payload=Payload(mass=heavy.mass, known="none"))
     with pytest.raises(NotIdentifiable, match="nothing that is known of the payload puts a torque of its own"):
         METHODS[method](Problem(bare.observation.structure, (bare, unknown), LOOSE), "equal")
+    with pytest.raises(NotIdentifiable, match="nothing that is known of the payload puts a torque of its own"):
+        METHODS[method](pair(imitated(clean[0], 0.0), imitated(clean[1], 1.0), heavy, LOOSE), "equal")
 
 
-@pytest.mark.parametrize(("rows", "enough"), [(5, False), (6, True)])
-def test_there_must_be_a_row_more_than_unknowns_and_the_payload(structure, heavy, rows, enough, rng):
-    # 64 unknowns and the payload's column against 12 times the rows of a joint and motion.
-    problem = pair(*exact_pair(structure, heavy, GAIN, rng, rows=rows), heavy, LOOSE)
+@pytest.mark.parametrize(("rows", "enough"), [(64, False), (65, True)])
+def test_there_must_be_more_rows_than_unknowns(structure, heavy, rows, enough, rng):
+    bare, loaded = exact_pair(structure, heavy, GAIN, rng, rows=6)  # 72 rows; every bare joint loses one
+    motions = shorter(bare, 6), shorter(loaded, 66 - rows)
     if enough:
-        assert homogeneous_system(problem, "equal").H.shape == (72, 64)
+        assert homogeneous_system(pair(*motions, heavy, LOOSE), "equal").H.shape == (65, 64)
     else:
-        with pytest.raises(TooFewRows, match="60 rows cannot give 64 unknowns"):
-            homogeneous_system(problem, "equal")
+        with pytest.raises(TooFewRows, match="64 rows cannot give 64 unknowns"):
+            homogeneous_system(pair(*motions, heavy, LOOSE), "equal")
 
 
 def test_the_exact_parameters_solve_the_equations(structure, heavy):
@@ -97,6 +122,15 @@ def test_the_exact_parameters_solve_the_equations(structure, heavy):
         x = np.concatenate((GAIN, base[system.shared.arm], own))
         np.testing.assert_allclose(system.H @ x, system.k, atol=EXACT * np.abs(system.k).max())
         assert [system.friction_at(j) for j in range(6)] == [46 + 3 * j for j in range(6)]
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize("method", METHODS)
+def test_the_load_on_a_joint_is_what_the_known_payload_puts_on_its_loaded_rows(method, weights, clean, heavy):
+    chi = heavy.known_part().chi
+    rms = [np.sqrt(np.mean((joint.W_L @ chi) ** 2)) for joint in clean[1].joints]
+    found = METHODS[method](pair(*clean, heavy, LOOSE), weights).solution.load_rms
+    np.testing.assert_allclose(found, rms, rtol=1e-12)
 
 
 def test_joint_weights_are_one_over_the_deviation_of_the_torque(clean, heavy):
@@ -208,18 +242,23 @@ def test_left_out_stretches_are_those_of_least_squares_without_them(clean, heavy
         np.testing.assert_allclose(found, change, atol=2e-3 * np.abs(change).max())
 
 
-def test_residuals_are_the_currents_less_what_gain_and_torque_say(clean, heavy):
+@pytest.mark.parametrize("weights", WEIGHTS)
+def test_residuals_are_the_currents_less_what_gain_and_torque_say(clean, heavy, weights):
     problem = pair(*noisy(clean, np.random.default_rng(5), np.full(6, 0.02)), heavy, LOOSE)
     for method in METHODS:
-        estimate = METHODS[method](problem, "equal")
-        system = homogeneous_system(problem, "equal")
+        estimate = METHODS[method](problem, weights)
+        system = homogeneous_system(problem, weights)
         own = ols._solved(system) if method == "ols" else tls_2014._solved(system)
-        torque = system.k - system.H[:, 6:] @ own.x[6:]
+        torque = (system.k - system.H[:, 6:] @ own.x[6:]) / system.weight
         rows = estimate.solution.rows
         np.testing.assert_allclose(rows.residual, rows.V - torque / own.x[rows.joint], atol=1e-9 * np.abs(rows.V).max())
         np.testing.assert_allclose(rows.explained.T @ rows.explained, np.eye(rows.explained.shape[1]), atol=1e-12)
         assert sum(rows.unknowns.values()) == pytest.approx(64.0, rel=1e-12)
-        np.testing.assert_allclose(rows.weight, np.abs(own.x[rows.joint]), rtol=1e-12)
+        if method == "ols":
+            leverage = np.einsum("ru,ur->r", system.H, np.linalg.pinv(system.H))
+            shares = [leverage[rows.joint == j].sum() for j in range(6)]
+            np.testing.assert_allclose([rows.unknowns[j] for j in range(6)], shares, rtol=1e-7)
+        np.testing.assert_allclose(rows.weight, np.abs(own.x[rows.joint]) * system.weight, rtol=1e-12)
 
 
 def test_friction_over_gain_is_that_of_the_arm_and_its_influence_the_derivative(structure, heavy):
@@ -288,6 +327,10 @@ def test_a_null_vector_that_is_not_the_only_one_or_knows_no_payload_is_refused(r
     with pytest.raises(NotIdentifiable, match="more than one set of gains"):
         null_vector(M, np.ones(5), rank_tol=1e-7)
     M = rng.normal(size=(40, 5))
+    M[:, 4], M[:, 3] = 0.7 * M[:, 0], 2.0 * M[:, 1] + M[:, 0]
+    with pytest.raises(NotIdentifiable, match="more than one set of gains"):
+        null_vector(M, np.ones(5), rank_tol=1e-7)
+    M = rng.normal(size=(40, 5))
     M[:, 1] = 2.0 * M[:, 0]
     with pytest.raises(NotIdentifiable, match="more than one set of gains"):
         null_vector(M, np.ones(5), rank_tol=1e-7)
@@ -306,3 +349,13 @@ def test_the_model_s_known_payload_moves_gains_of_the_homogeneous_form_as_stated
         share = np.abs((ends[1] - ends[0]) / 2e-5 / values(stated)) * 0.002
         # The known torque is part of the column's scale: of second order in the noise.
         np.testing.assert_allclose([joint.payload_rel_std for joint in stated.joints], share, rtol=2e-2, atol=1e-6)
+
+
+def test_total_least_squares_have_columns_of_unit_norm_and_rows_weighted_by_joint_unless_told_otherwise(clean, heavy):
+    problem = pair(*noisy(clean, np.random.default_rng(9), np.full(6, 0.03)), heavy, LOOSE)
+    system = homogeneous_system(problem, "joint")
+    M = np.column_stack((system.H, -system.k))
+    scale = np.linalg.norm(M, axis=0)
+    z = np.linalg.eigh((M / scale).T @ (M / scale))[1][:, 0] / scale
+    found = tls_2014.total_gains(problem, HomogeneousOptions()).solution.inverse
+    np.testing.assert_allclose(1.0 / found, z[:6] / z[-1], rtol=1e-6)  # a square of singular values, condition 1e3

@@ -51,7 +51,8 @@ def main() -> None:
     for delay_ms in (0.0, 0.5):
         print(f"\n| ideal, currents taken {delay_ms:g} ms late, step [ms] " + header)
         for step, pair in pairs.items():
-            print(row(f"{step:g}", ideal, estimate(ideal, pair, ObserveOptions(current_delay=1e-3 * delay_ms, reversal_speed=0.2))))
+            observing = ObserveOptions(current_delay=1e-3 * delay_ms, reversal_speed=0.2)
+            print(row(f"{step:g}", ideal, estimate(ideal, pair, observing)))
     print("\n| nominal without noise, share " + header)
     pair = recordings(nominal, 1e-3, SensorOptions())
     for share in SHARES:

@@ -35,6 +35,8 @@ LEAST_DOUBT = 0.05
 FIRST_ORDER = 0.15
 """Part of a correction for compliance that may be wrong: its column is of first order, and a rotor's inertia that is
 regrouped into its link's moves with the link (`docs/derivations.md`)."""
+LEAST_LOAD = 5e-3
+"""Load friction that is worth a word."""
 LEAST_SPREAD, SPREAD_SHARE = 1e-3, 0.3
 """Least deviation of load friction between joints that is believed, on its own and as a share of their mean."""
 
@@ -84,10 +86,7 @@ def selected(ready: Setting) -> Selected:
     shares = [np.sqrt(doubt * (1.0 - doubt)) * _log_ratio(second.fitted, best.fitted)]
     if yields:
         shares.append(FIRST_ORDER * _log_ratio(plain.fitted, soft.fitted))
-    remarks = [
-        f"friction grows with load: {100.0 * loads[form].belief.mean:.2g} % of {LOAD_FORMS[form]}, "
-        f"{100.0 * loads[form].belief.std:.2g} % from joint to joint"
-    ]
+    remarks = [_load_words(form, loads[form].belief)]
     remarks += [
         f"{SPEED_TERMS[law].words} on joint {', '.join(str(j + 1) for j in joints)}"
         for law, joints in bent.items()
@@ -96,6 +95,14 @@ def selected(ready: Setting) -> Selected:
     if yields:
         remarks.append("the joints yield")
     return Selected(final=best.fitted, model=np.column_stack(shares), remarks=tuple(remarks))
+
+
+def _load_words(form: str, belief: _Belief) -> str:
+    mean, spread = 100.0 * belief.mean, 100.0 * belief.std
+    if belief.mean < LEAST_LOAD:
+        allowed = f"{np.hypot(mean, spread):.2g} % of {LOAD_FORMS[form]}"
+        return f"no friction that grows with load is seen; {allowed} is allowed for"
+    return f"friction grows with load: {mean:.2g} % of {LOAD_FORMS[form]}, {spread:.2g} % from joint to joint"
 
 
 def _bent(

@@ -12,7 +12,7 @@ demo: .venv/ready
 	$(BIN)/rx90 run nominal
 
 test: .venv/ready
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses logical --dist worksteal
 
 test-slow: .venv/ready
 	$(BIN)/pytest -m slow

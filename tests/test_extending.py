@@ -77,7 +77,7 @@ CONTRACTS = {
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory) -> Run:
-    return run_scenario(str(quick_scenario(tmp_path_factory.mktemp("quick"))))
+    return run_scenario(str(quick_scenario(tmp_path_factory.mktemp("quick"), method="nls")))
 
 
 @dataclass(frozen=True)

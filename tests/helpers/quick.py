@@ -1,4 +1,4 @@
-"""A scenario that runs in a twentieth of a second a trial."""
+"""A scenario that runs in a twentieth of a second a trial: a short motion, gains joint by joint."""
 
 from pathlib import Path
 
@@ -12,6 +12,8 @@ motion = "short.toml"
 [tolerance]
 gain = [0.2, 0.03, 0.03, 0.2, 0.03, 0.03]
 identifiable = [true, true, true, false, true, false]
+[identification]
+method = "{method}"
 """
 RANDOM = """
 [random.gains]
@@ -25,9 +27,9 @@ choice = [7.025, 7.0, 95.0]
 """
 
 
-def quick_scenario(folder: Path, more: str = "") -> Path:
+def quick_scenario(folder: Path, more: str = "", method: str = "ls-2011") -> Path:
     """A scenario file beside its motion of 6 s; with `RANDOM`, a third of the trials are too heavy for the drives."""
     write_motion(short_motion(6.0, 0.25), folder / "short.toml", [])
     path = folder / "quick.toml"
-    path.write_text(TEXT + more)
+    path.write_text(TEXT.format(method=method) + more)
     return path

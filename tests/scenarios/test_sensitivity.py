@@ -27,7 +27,8 @@ def two_sources(folder: Path) -> Scenario:
     # `extends` would bring the sources of the scenario it extends along.
     from scenarios.files.tables import CATALOG
 
-    path.write_text((CATALOG / "nominal.toml").read_text().partition("# Error sources")[0] + names)
+    method = '[identification]\nmethod = "ls-2011"\n'
+    path.write_text((CATALOG / "nominal.toml").read_text().partition("# Error sources")[0] + method + names)
     return load_scenario(str(path))
 
 

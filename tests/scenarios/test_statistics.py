@@ -114,7 +114,10 @@ def test_the_nominal_scenario_keeps_its_accuracy():
 
 def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
     path = tmp_path / "strict.toml"
-    path.write_text('extends = "nominal"\n[tolerance]\ngain = [1e-6, 0.01, 0.01, 0.01, 0.01, 0.01]\npass_rate = 0.5\n')
+    path.write_text(
+        'extends = "nominal"\n[identification]\nmethod = "ls-2011"\n'
+        "[tolerance]\ngain = [1e-6, 0.01, 0.01, 0.01, 0.01, 0.01]\npass_rate = 0.5\n"
+    )
     with pytest.raises(AssertionError) as caught:
         assert_scenario(str(path), seeds=range(8), false_alarm=0.1)
     lines = str(caught.value).splitlines()

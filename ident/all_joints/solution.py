@@ -156,7 +156,7 @@ def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
     return replace(before, columns=columns, fit=fit)
 
 
-def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
+def solution(ready: Setting, final: Fitted, model: Array, moved: Array) -> GainSolution:
     """What a fit says about the gains.
 
     Args:
@@ -164,9 +164,10 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
         final: The fit.
         model: Relative change of each gain per deviation of what the model takes for granted, shape (n, m); beliefs
             of the fit itself are added.
+        moved: Change of each log|h| by what is known beyond the fit, shape (n,). Deviations stay those of the fit.
     """
     fit = final.fit
-    n, h, rows = ready.n, fit.found.h, fit.rows
+    n, h, rows = ready.n, fit.found.h * np.exp(moved), fit.rows
     friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
     for j, (own, phi, phi_influence) in enumerate(zip(final.own, fit.phi, fit.phi_influence, strict=True)):
         for k, name in enumerate(own.names):

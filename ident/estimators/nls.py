@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ident.all_joints.body import BODIES
 from ident.all_joints.loss import LOSSES, Tame, drawn_in, settled
 from ident.all_joints.named import fit_as_named
 from ident.all_joints.selection import Selected, selected
@@ -25,12 +26,12 @@ FRICTIONS: dict[str, tuple[str, ...]] = {
     AUTO: (),
     "viscous-coulomb": (),
     "cbrt": ("cbrt",),
-    "by-direction": ("by-direction",),
     "load": ("load",),
     "load-motor": ("load-motor",),
     "load+cbrt": ("load", "cbrt"),
-    "load+by-direction": ("load", "by-direction"),
     "load-motor+cbrt": ("load-motor", "cbrt"),
+    "by-direction": ("by-direction",),
+    "load+by-direction": ("load", "by-direction"),
     "load-motor+by-direction": ("load-motor", "by-direction"),
 }
 """Further friction terms of every joint by name.
@@ -49,6 +50,7 @@ class AllJointsOptions:
         friction: Friction of every joint besides viscous and Coulomb.
         friction_per_motion: Whether viscous and Coulomb friction differ between motions.
         compliance: Whether joints yield, one compliance each; if not, with `friction = "auto"`, data decide.
+        payload_body: Whether unknown parameters of a payload may be anything, or only those that a body can have.
         loss: What residuals count: their squares, or by Student's distribution, which bears gross outliers.
         prior_std: Deviation of log|1/g| that is allowed around the start: keeps a joint finite that nothing loads.
         gain_joint: Joint, from 1, whose gain is known: with it no payload is needed.
@@ -58,6 +60,7 @@ class AllJointsOptions:
     friction: str = field(default=AUTO, metadata={NAMES: FRICTIONS})
     friction_per_motion: bool = True
     compliance: bool = False
+    payload_body: str = field(default="free", metadata={NAMES: BODIES})
     loss: str = field(default="squares", metadata={NAMES: LOSSES})
     prior_std: float = 1.0
     gain_joint: int | None = None
@@ -69,10 +72,9 @@ class AllJointsOptions:
         Raises:
             OptionError: If one makes no sense.
         """
-        if self.friction not in FRICTIONS:
-            raise OptionError(f"friction = {self.friction!r}: expected one of {', '.join(FRICTIONS)}")
-        if self.loss not in LOSSES:
-            raise OptionError(f"loss = {self.loss!r}: expected one of {', '.join(LOSSES)}")
+        for name, known in (("friction", FRICTIONS), ("payload_body", BODIES), ("loss", LOSSES)):
+            if getattr(self, name) not in known:
+                raise OptionError(f"{name} = {getattr(self, name)!r}: expected one of {', '.join(known)}")
         check_range("prior_std", self.prior_std, above=0.0, upto=100.0)
         if (self.gain_joint is None) != (self.gain_value is None):
             raise OptionError("gain_joint and gain_value belong together: the number of a joint and its gain")
@@ -103,8 +105,9 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     )
     tame = LOSSES[options.loss]
     chosen = _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
-    estimate = concluded(NAME, problem, solution(ready, chosen.final, chosen.model))
-    return replace(estimate, remarks=chosen.remarks)
+    moved = BODIES[options.payload_body](ready, chosen.final)
+    estimate = concluded(NAME, problem, solution(ready, chosen.final, chosen.model, moved.log))
+    return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
 
 def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:

@@ -29,7 +29,12 @@ from ident.uncertainty.cautious import cautious
 from ident.uncertainty.jackknife import left_out
 
 BETTER = 2.0
-"""Standard errors by which left-out stretches must be predicted better for one term to stay."""
+"""Standard errors by which left-out stretches must be predicted better for a term to stay.
+
+Of each joint's term alone, however many are tried: in 100 runs of `nominal` no useless term was chosen on a joint that
+has a gain. 2.9, which Bonferroni's inequality asks for of twelve, changes no error there, on `field` or where friction
+grows with load, and loses two cube roots of a real arm, whose deviations then grow by a tenth.
+"""
 LEAST_DOUBT = 0.05
 """Probability of the other form of load friction that no prediction takes away: neither is the truth."""
 FIRST_ORDER = 0.15
@@ -115,16 +120,7 @@ def _bent(
 ) -> list[int]:
     """Joints, from 0, whose friction follows a law of the speed."""
     tried = _tried(fit_with(ready, [{law: terms[law]} for terms in speeds], softened, base.fitted))
-    least = _surest(ready.n * len(SPEED_TERMS))
-    return [j for j in range(ready.n) if tried.surer_than(base, [j]) > least]
-
-
-def _surest(terms: int) -> float:
-    """Standard errors that the best of so many useless terms exceeds no more often than one exceeds `BETTER`.
-
-    By Bonferroni's inequality, for normal errors.
-    """
-    return float(stats.norm.isf(stats.norm.sf(BETTER) / terms))
+    return [j for j in range(ready.n) if tried.surer_than(base, [j]) > BETTER]
 
 
 def _log_ratio(one: Fitted, other: Fitted) -> Array:

@@ -109,7 +109,7 @@ def test_parameters_that_nothing_shows_are_refused(thin):
     ready = setting(thin, per_motion=True, prior_std=1.0)
     final = fit_as_named(ready, (), compliance=False)
     few = replace(ready, shared=replace(ready.shared, free=(ready.shared.free[0][:-1],)))
-    with pytest.raises(NotIdentifiable, match=r"do not show each unknown parameter of the payload.*payload_body = free"):
+    with pytest.raises(NotIdentifiable, match="do not show each unknown parameter of the payload"):
         possible(few, final)
 
 

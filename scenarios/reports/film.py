@@ -47,7 +47,8 @@ def write_mp4(path: Path, images: Iterator[Image.Image], fps: float) -> None:
     if missing:
         raise NoFilm(f"{path}: MP4 needs {' and '.join(missing)}: install the extra `film`; PNG and GIF need nothing")
     imageio = import_module("imageio.v3")
-    imageio.imwrite(path, np.stack([np.asarray(image) for image in images]), extension=".mp4", fps=fps, macro_block_size=2)
+    pixels = np.stack([np.asarray(image) for image in images])
+    imageio.imwrite(path, pixels, extension=".mp4", fps=fps, macro_block_size=2)
 
 
 WRITERS: dict[str, Callable[[Path, Iterator[Image.Image], float], None]] = {

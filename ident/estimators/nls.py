@@ -101,7 +101,8 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     else:
         final = _as_told(ready, FRICTIONS[options.friction], compliance=options.compliance)
         chosen = Selected(final=final, model=np.zeros((ready.n, 0)), remarks=())
-    return replace(concluded(NAME, problem, solution(ready, chosen.final, chosen.model)), remarks=chosen.remarks)
+    found = solution(ready, chosen.final, chosen.model, chosen.softened)
+    return replace(concluded(NAME, problem, found), remarks=chosen.remarks)
 
 
 def _given(options: AllJointsOptions, n: int) -> GivenGain | None:

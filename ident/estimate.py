@@ -108,8 +108,8 @@ class GainSolution:
             (k, 2).
         friction_influence: Its derivative by the current of each row, shape (k, 2, r).
         unsolved: Why the other joints have no 1/g at all, by joint.
-        softened: Change of each row's current if joints were as soft as drives may be [drive units], shape (r,); None if
-            it was not found.
+        softened: Change of each row's current if joints were as soft as drives may be [drive units], shape (r,); None
+            if it was not found.
         load_friction: What friction in proportion to the load does to gains that were found beside it; None if it was
             not.
     """

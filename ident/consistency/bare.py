@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, stats
 
-from ident.arrays import Array
+from ident.arrays import Array, readonly
 from ident.consistency.difference import FALSE_ALARM, most_deviations
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
@@ -78,13 +78,14 @@ def check_bare(evidence: Evidence) -> Finding | None:
 
 def _sentence(first: int, failed: Sequence[Drift]) -> str:
     said = "; ".join(
-        f"joint {each.joint + 1}: {each.what} by {100.0 * each.share:+.2g} % of its {_unit(each)}, motion {each.motion + 1}"
+        f"joint {each.joint + 1}: {each.what} by {100.0 * each.share:+.2g} % of its {_unit(each)} "
+        f"in motion {each.motion + 1}"
         for each in failed
     )
     harm = (
         "the fit lets friction differ between motions"
         if all(each.harmless for each in failed)
-        else "the fit takes it as constant, and the deviations do not contain it; record bare, loaded, bare after warming up"
+        else "the fit takes it as constant, and the deviations do not contain it; warm the drives up before recording"
     )
     return f"bare motions differ from motion {first + 1} ({FALSE_ALARM:.1%} by accident): {said}; {harm}"
 
@@ -173,4 +174,4 @@ def _basis(columns: Array) -> Array:
     """Orthonormal basis of columns, shape (r, rank)."""
     norms = np.linalg.norm(columns, axis=0)
     Q, R, _ = linalg.qr(columns[:, norms > 0.0] / norms[norms > 0.0], mode="economic", pivoting=True)
-    return Q[:, np.abs(np.diag(R)) > NEW]
+    return readonly(Q[:, np.abs(np.diag(R)) > NEW])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy import linalg, stats
 
-from ident.arrays import Array, Indices
+from ident.arrays import Array, Indices, readonly
 from ident.consistency.difference import FALSE_ALARM
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
@@ -89,8 +89,8 @@ def _found(evidence: Evidence, name: str, columns: Callable[[Array, Array], Arra
 
 def _sentence(name: str, failed: Mapping[int, Curve]) -> str:
     said = "; ".join(
-        f"joint {joint + 1}: a smooth curve explains {100.0 * each.share:.2g} % of its square and would move the gain by "
-        f"{100.0 * abs(each.moved):.2g} %"
+        f"joint {joint + 1}: a smooth curve explains {100.0 * each.share:.2g} % of its square and would move the gain "
+        f"by {100.0 * abs(each.moved):.2g} %"
         for joint, each in failed.items()
     )
     suspects = {
@@ -141,7 +141,7 @@ def stretches(terms: Array, motion: Indices, position: Indices) -> Array:
     for count, which in enumerate(np.unique(motion)):
         at = position[motion == which]
         number[motion == which] = count * BLOCKS + (at - at.min()) * BLOCKS // (at.max() - at.min() + 1)
-    return np.stack([np.bincount(number, weights=each) for each in terms.T], axis=1)
+    return np.stack([np.bincount(number, weights=each).astype(np.float64) for each in terms.T], axis=1)
 
 
 def _scaled(x: Array) -> Array:
@@ -152,4 +152,4 @@ def _scaled(x: Array) -> Array:
 
 def _polynomials(x: Array, degree: int) -> Array:
     """Legendre's, of degree 1 on, shape (r, degree)."""
-    return legendre.legvander(x, degree)[:, 1:]
+    return readonly(legendre.legvander(x, degree)[:, 1:])

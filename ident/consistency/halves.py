@@ -41,6 +41,6 @@ def check_halves(evidence: Evidence) -> Finding | None:
         if z[worst] <= limit
         else f"joint {worst + 1}: the second half of the motions gives a gain {abs(change):.2g} % "
         f"{'larger' if change > 0.0 else 'smaller'} than the first, by {z[worst]:.2g} standard deviations of that "
-        f"difference ({limit:.2g} on any of {len(z)} joints are an accident once in {1.0 / FALSE_ALARM:.0f} times); did "
-        "the drive warm up, or the payload come loose? The deviations do not contain it",
+        f"difference ({limit:.2g} on any of {len(z)} joints are an accident once in {1.0 / FALSE_ALARM:.0f} times); "
+        "did the drive warm up, or the payload come loose? The deviations do not contain it",
     )

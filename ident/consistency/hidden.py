@@ -19,8 +19,9 @@ SHOWN_Z = 4.0
 """Deviations above zero from which on the residual shows an effect."""
 UNTOLD = 0.5
 """Part of the assumed size that data must exclude for them to tell."""
-MATTERS = 0.5
-"""Change of a gain by all that data allow of an effect, in deviations of the gain, that is worth a word."""
+SHOWN_MATTERS, UNTOLD_MATTERS = 0.5, 1.5
+"""Change of a gain by all that data allow of an effect, in deviations of the gain, that is worth a word: where the
+residual shows it, and where it is assumed alone."""
 BOUND_Z = 2.0
 """Deviations above what is seen that an effect may still have."""
 
@@ -43,6 +44,11 @@ class Hidden:
     def suspected(self) -> bool:
         """Whether the residual shows it, or cannot tell it from nothing or from half of it."""
         return self.shown or self.possible > UNTOLD
+
+    @property
+    def most(self) -> float:
+        """Change of a gain by it, in deviations of the gain, above which it is worth a word."""
+        return SHOWN_MATTERS if self.shown else UNTOLD_MATTERS
 
     @property
     def shown(self) -> bool:

@@ -42,7 +42,7 @@ def check_joints(evidence: Evidence) -> Finding | None:
         sentence=None
         if z[worst] <= limit
         else f"joint {worst + 1}: its own currents alone give a gain {abs(change[worst]):.2g} % "
-        f"{'larger' if change[worst] > 0.0 else 'smaller'} than all joints together, by {z[worst]:.2g} standard deviations "
-        f"of that difference ({limit:.2g} on any of {len(z)} joints are an accident once in {1.0 / FALSE_ALARM:.0f} "
+        f"{'larger' if change[worst] > 0.0 else 'smaller'} than all joints together, by {z[worst]:.2g} standard "
+        f"deviations of that difference ({limit:.2g} on any of {len(z)} joints are an accident once in {1.0 / FALSE_ALARM:.0f} "
         "times); suspect its friction, its zero, lengths of the model, or the payload's centre and inertia",
     )

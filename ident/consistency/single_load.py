@@ -11,15 +11,17 @@ import numpy as np
 from ident.arrays import Array
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
-from ident.consistency.hidden import MATTERS, hidden_effect
+from ident.consistency.hidden import SHOWN_MATTERS, hidden_effect
 
 NAME = "load friction"
+INSIDE = 0.7
+"""Share of a deviation by what is not known of the coefficient that is worth a word: half of its square."""
 USUAL = 0.06
 """Share of its torque that a geared drive loses at least, as published (6 to 15 %)."""
 
 
 def check_single_load(evidence: Evidence) -> Finding | None:
-    """Whether a gain hangs on load friction that one weight cannot show; None where weights differ, or none is known."""
+    """Whether a gain hangs on load friction that one weight cannot show; None where weights differ or there is none."""
     masses = {payload.mass for payload in evidence.problem.payloads}
     if len(masses) != 1 or not evidence.identified:
         return None
@@ -27,29 +29,29 @@ def check_single_load(evidence: Evidence) -> Finding | None:
     if found is not None:
         unsure = {joint: float(abs(found.slope[k]) * found.std[k]) for joint, k in evidence.identified.items()}
         ratio = {joint: each / evidence.rel_std(joint) for joint, each in unsure.items()}
-        slope = {joint: float(found.slope[k]) for joint, k in evidence.identified.items()}
-        suspected = set(ratio)
+        slope = {joint: -float(found.slope[k]) for joint, k in evidence.identified.items()}
+        suspected, most = set(ratio), INSIDE
         allowed = "the deviations contain what the friction of all joints lets expect"
     else:
-        slope, ratio, suspected = dict[int, float](), dict[int, float](), set[int]()
+        slope, ratio, suspected, most = dict[int, float](), dict[int, float](), set[int](), SHOWN_MATTERS
         for joint in evidence.identified:
             added = load_currents(evidence, joint)
             if added is not None:
                 effect = hidden_effect(evidence, added)
                 slope[joint] = effect.moved[joint] / USUAL
                 ratio[joint] = effect.possible * abs(effect.moved[joint]) / evidence.rel_std(joint)
-                if effect.suspected:
+                if effect.suspected and ratio[joint] > effect.most:
                     suspected.add(joint)
         allowed = "the deviations do not contain it"
     if not ratio:
         return None
     worst = max(ratio, key=lambda joint: ratio[joint])
-    failed = {joint: slope[joint] for joint in ratio if joint in suspected and ratio[joint] > MATTERS}
+    failed = {joint: slope[joint] for joint in ratio if joint in suspected and ratio[joint] > most}
     return Finding(
         check=NAME,
         joint=worst,
         statistic=ratio[worst],
-        threshold=MATTERS,
+        threshold=most,
         measure="deviations of the gain",
         sentence=_sentence(failed, allowed) if failed else None,
     )
@@ -58,8 +60,8 @@ def check_single_load(evidence: Evidence) -> Finding | None:
 def _sentence(slopes: Mapping[int, float], allowed: str) -> str:
     moved = ", ".join(f"joint {joint + 1} by {each:+.2g} %" for joint, each in slopes.items())
     return (
-        "one weight does not tell these gains from friction that grows with the load; each per cent of such friction moves "
-        f"{moved}; {allowed}; a second, different weight tells them apart"
+        "one weight does not tell these gains from friction that grows with the load; each per cent of such friction "
+        f"that the model lacks moves {moved}; {allowed}; a second, different weight tells them apart"
     )
 
 

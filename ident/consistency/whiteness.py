@@ -38,8 +38,8 @@ def check_whiteness(evidence: Evidence) -> Finding | None:
         statistic=growth[worst],
         threshold=MUCH,
         measure="ratio of deviations",
-        sentence=f"{joints_in_words(many)}: residuals hang together in time (from row to row by {related}); a deviation "
-        f"that minds it {allowed} by a factor of {ratios}: a better model would tell more than a longer motion"
+        sentence=f"{joints_in_words(many)}: residuals hang together in time (from row to row by {related}); a "
+        f"deviation that minds it {allowed} by a factor of {ratios}: a better model would tell more than longer motions"
         if many
         else None,
     )

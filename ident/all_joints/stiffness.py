@@ -11,6 +11,8 @@ RESONANCE_HZ = 25.0
 """Frequency of a rotor on its transmission, assumed; measured ones of geared drives are 20 to 31 Hz."""
 ROTOR_SHARE = 0.5
 """Share of a rotor in a joint's inertia where the two cannot be told apart, assumed: gears match rotor and load."""
+LEAST_ROTOR = 0.1
+"""Share of a rotor in a joint's inertia at least: a smaller one that is found is an error of the fit."""
 STATES = 16
 """Positions along the first motion that a joint's inertia is the mean of."""
 
@@ -25,13 +27,14 @@ def assumed_compliance(problem: Problem, shared: SharedParameters, theta: Array)
     """
     base = problem.structure.base
     value = dict(zip(shared.arm.tolist(), theta[: len(shared.arm)].tolist(), strict=True))
-    inertia = ROTOR_SHARE * joint_inertia(problem, shared, theta)
+    whole = joint_inertia(problem, shared, theta)
+    inertia = ROTOR_SHARE * whole
     alone = np.count_nonzero(base.regrouping, axis=1) == 1
     for joint in range(problem.structure.arm.n):
         name = f"Ia{joint + 1}"
         place = base.names.index(name) if name in base.names else -1
-        if place >= 0 and alone[place] and value.get(place, 0.0) > 0.0:
-            inertia[joint] = value[place]
+        if place >= 0 and alone[place] and place in value:
+            inertia[joint] = max(value[place], LEAST_ROTOR * whole[joint])
     stiffness = inertia * (2.0 * np.pi * RESONANCE_HZ) ** 2
     return np.divide(1.0, stiffness, out=np.zeros_like(stiffness), where=stiffness > 0.0)
 

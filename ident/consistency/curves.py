@@ -12,11 +12,11 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy import linalg, stats
 
-from ident.arrays import Array, Indices, readonly
+from ident.arrays import Array, readonly
 from ident.consistency.difference import FALSE_ALARM
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
-from ident.uncertainty.jackknife import BLOCKS
+from ident.consistency.stretches import stretches
 
 DEGREE = 6
 """Of the polynomials in the position, and of those in the speed in either direction."""
@@ -133,15 +133,6 @@ def residual_curve(evidence: Evidence, joint: int, columns: Callable[[Array, Arr
         freedom=len(S),
         moved=-float(change) / float(solution.inverse[evidence.identified[joint]]),
     )
-
-
-def stretches(terms: Array, motion: Indices, position: Indices) -> Array:
-    """Sums over the stretches of each motion, all joints together, shape (stretches, c)."""
-    number = np.empty(len(terms), dtype=np.intp)
-    for count, which in enumerate(np.unique(motion)):
-        at = position[motion == which]
-        number[motion == which] = count * BLOCKS + (at - at.min()) * BLOCKS // (at.max() - at.min() + 1)
-    return np.stack([np.bincount(number, weights=each).astype(np.float64) for each in terms.T], axis=1)
 
 
 def _scaled(x: Array) -> Array:

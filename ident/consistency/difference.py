@@ -5,6 +5,7 @@ from scipy import stats
 
 from ident.arrays import Array
 from ident.consistency.evidence import Evidence
+from ident.consistency.stretches import stretches
 
 FALSE_ALARM = 0.005
 """Probability, all joints together, that a test fails on data that are as the model says."""
@@ -12,18 +13,23 @@ FREEDOM = 38
 """Degrees of freedom of a deviation that stretches of two motions give (`uncertainty.jackknife`)."""
 
 
-def difference_std(evidence: Evidence, k: int, influence: Array) -> float:
-    """Deviation of a difference between two estimates of a 1/g.
+def difference_std(evidence: Evidence, influence: Array, residual: Array) -> float:
+    """Deviation of a difference between two estimates of a 1/g, what is stated of the payloads included.
 
-    Errors that last make it larger by as much as they do the deviation of the gain itself.
+    From the residual it is the larger of two: for unrelated ones (eq. 20), and for those that last, the root of the sum
+    of squares over stretches of time. It takes residuals of the parts' own fits: those of all rows together hold the
+    difference itself.
 
     Args:
         evidence: The estimate.
-        k: Place of the 1/g in the solution.
         influence: Derivative of the difference by the current of each row, shape (r,).
+        residual: Of each row [drive units], shape (r,).
     """
-    plain = float(np.linalg.norm(influence * evidence.sigma)) * float(evidence.growth[k])
-    return float(np.hypot(plain, np.linalg.norm(influence @ evidence.stated)))
+    rows = evidence.estimate.solution.rows
+    white = np.linalg.norm(influence * evidence.sigma)
+    lasting = np.linalg.norm(stretches((influence * residual)[:, None], rows.motion, rows.position))
+    freedom = 1.0 - sum(rows.unknowns.values()) / len(rows.V)
+    return float(np.hypot(max(white, lasting / np.sqrt(freedom)), np.linalg.norm(influence @ evidence.stated)))
 
 
 def most_deviations(tests: int) -> float:

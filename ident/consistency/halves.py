@@ -26,7 +26,8 @@ def check_halves(evidence: Evidence) -> Finding | None:
         if all(k in half for half in halves):
             first, last = (half[k] for half in halves)
             apart[joint] = last.value - first.value
-            z[joint] = abs(apart[joint]) / difference_std(evidence, k, last.influence - first.influence)
+            std = difference_std(evidence, last.influence - first.influence, first.residual + last.residual)
+            z[joint] = abs(apart[joint]) / std
     if not z:
         return None
     worst, limit = max(z, key=lambda joint: z[joint]), most_deviations(len(z))

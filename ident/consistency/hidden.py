@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Array
-from ident.consistency.curves import stretches
 from ident.consistency.evidence import Evidence
+from ident.consistency.stretches import stretches
 
 NEW = 1e-3
 """Part of an effect that the fit must leave for the residual to show it."""

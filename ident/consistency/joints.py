@@ -28,7 +28,7 @@ def check_joints(evidence: Evidence) -> Finding | None:
         if part is not None:
             size = abs(float(solution.inverse[k]))
             change[joint] = -100.0 * part.value / float(solution.inverse[k])  # of g = 1/x
-            std = float(np.hypot(difference_std(evidence, k, part.influence) / size, granted[k]))
+            std = float(np.hypot(difference_std(evidence, part.influence, rows.residual) / size, granted[k]))
             z[joint] = abs(part.value) / size / std
     if not z:
         return None
@@ -43,6 +43,7 @@ def check_joints(evidence: Evidence) -> Finding | None:
         if z[worst] <= limit
         else f"joint {worst + 1}: its own currents alone give a gain {abs(change[worst]):.2g} % "
         f"{'larger' if change[worst] > 0.0 else 'smaller'} than all joints together, by {z[worst]:.2g} standard "
-        f"deviations of that difference ({limit:.2g} on any of {len(z)} joints are an accident once in {1.0 / FALSE_ALARM:.0f} "
-        "times); suspect its friction, its zero, lengths of the model, or the payload's centre and inertia",
+        f"deviations of that difference ({limit:.2g} on any of {len(z)} joints are an accident once in "
+        f"{1.0 / FALSE_ALARM:.0f} times); suspect its friction, its zero, lengths of the model, or the payload's "
+        "centre and inertia",
     )

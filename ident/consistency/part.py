@@ -51,10 +51,12 @@ class PartChange:
     Attributes:
         value: Its change.
         influence: Derivative of that by the current of each row, shape (r,).
+        residual: What the part's own fit leaves of its rows [drive units], zero for the others, shape (r,).
     """
 
     value: float
     influence: Array
+    residual: Array
 
 
 def linear_fit(solution: GainSolution) -> LinearFit | None:
@@ -93,9 +95,13 @@ def part_changes(fit: LinearFit, kept: Mask, which: Sequence[int]) -> dict[int, 
     own = np.flatnonzero(kept[fit.group])
     by_weighted = -within @ rows.explained.T
     by_weighted[:, own] += through @ rows.explained[own].T
-    value = -through @ fit.pull[~kept].sum(axis=0)
+    pull = fit.pull[~kept].sum(axis=0)
+    value = -through @ pull
+    moved = -directions[:, seen] @ ((directions[:, seen].T @ pull) / size[seen])  # of z
+    residual = np.zeros(len(rows.V))
+    residual[own] = rows.residual[own] - (rows.explained[own] @ moved) / rows.weight[own]
     return {
-        k: PartChange(float(value[place]), by_weighted[place] * rows.weight)
+        k: PartChange(float(value[place]), by_weighted[place] * rows.weight, residual)
         for place, k in enumerate(which)
         if not lost[place]
     }

@@ -7,7 +7,7 @@ from ident.arrays import Array
 from ident.consistency.evidence import Evidence
 from ident.consistency.stretches import stretches
 
-FALSE_ALARM = 0.005
+FALSE_ALARM = 0.002
 """Probability, all joints together, that a test fails on data that are as the model says."""
 FREEDOM = 38
 """Degrees of freedom of a deviation that stretches of two motions give (`uncertainty.jackknife`)."""

@@ -115,7 +115,8 @@ def residual_curve(evidence: Evidence, joint: int, columns: Callable[[Array, Arr
     own = rows.of(joint)
     weight, residual, Q = rows.weight[own], rows.weight[own] * rows.residual[own], rows.explained[own]
     P = weight[:, None] * columns(*states)
-    P = P / np.linalg.norm(P, axis=0)
+    length = np.linalg.norm(P, axis=0)
+    P = P[:, length > 0.0] / length[length > 0.0]
     known = Q.T @ P
     size, directions = linalg.eigh(P.T @ P - known.T @ known)
     seen = size > NEW

@@ -9,6 +9,8 @@ from ident.consistency.stretches import stretches
 
 FALSE_ALARM = 0.002
 """Probability, all joints together, that a test fails on data that are as the model says."""
+DIFFERENT = 1e-6
+"""Deviation of a difference, over that of the gain itself, under which the two estimates are one."""
 FREEDOM = 38
 """Degrees of freedom of a deviation that stretches of two motions give (`uncertainty.jackknife`)."""
 

@@ -36,6 +36,10 @@ class Evidence:
             if isinstance(self.estimate.joints[joint], IdentifiedGain)
         }
 
+    def std(self, k: int) -> float:
+        """Standard deviation of the 1/g at a place in the solution, from the residuals."""
+        return float(np.sqrt(self.estimate.covariance[k, k]))
+
     def rel_std(self, joint: int) -> float:
         """Relative standard deviation that is claimed of a joint's gain, all shares together."""
         gain = self.estimate.joints[joint]

@@ -5,7 +5,7 @@ What warms up, slips or comes loose during a motion changes the gains; a deviati
 
 import numpy as np
 
-from ident.consistency.difference import FALSE_ALARM, difference_std, most_deviations
+from ident.consistency.difference import DIFFERENT, FALSE_ALARM, difference_std, most_deviations
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
 from ident.consistency.part import part_changes
@@ -27,7 +27,8 @@ def check_halves(evidence: Evidence) -> Finding | None:
             first, last = (half[k] for half in halves)
             apart[joint] = last.value - first.value
             std = difference_std(evidence, last.influence - first.influence, first.residual + last.residual)
-            z[joint] = abs(apart[joint]) / std
+            if std > DIFFERENT * evidence.std(k):
+                z[joint] = abs(apart[joint]) / std
     if not z:
         return None
     worst, limit = max(z, key=lambda joint: z[joint]), most_deviations(len(z))

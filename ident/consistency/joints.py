@@ -6,7 +6,7 @@ kinematics or its friction, pulls at the others' gains; alone it says something 
 
 import numpy as np
 
-from ident.consistency.difference import FALSE_ALARM, difference_std, most_deviations
+from ident.consistency.difference import DIFFERENT, FALSE_ALARM, difference_std, most_deviations
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
 from ident.consistency.part import part_changes
@@ -25,11 +25,11 @@ def check_joints(evidence: Evidence) -> Finding | None:
     change, z = dict[int, float](), dict[int, float]()
     for joint, k in evidence.identified.items():
         part = part_changes(fit, np.arange(len(fit.gram)) // 2 == joint, [k]).get(k)
-        if part is not None:
+        own = 0.0 if part is None else difference_std(evidence, part.influence, rows.residual)
+        if part is not None and own > DIFFERENT * evidence.std(k):
             size = abs(float(solution.inverse[k]))
             change[joint] = -100.0 * part.value / float(solution.inverse[k])  # of g = 1/x
-            std = float(np.hypot(difference_std(evidence, part.influence, rows.residual) / size, granted[k]))
-            z[joint] = abs(part.value) / size / std
+            z[joint] = abs(part.value) / size / float(np.hypot(own / size, granted[k]))
     if not z:
         return None
     worst, limit = max(z, key=lambda joint: z[joint]), most_deviations(len(z))

@@ -1,10 +1,13 @@
-"""The deviation of a difference between two estimates from parts of the same rows, and what is too many of them."""
+"""Two estimates from parts of the same rows: the deviation of their difference, and what is too much of it."""
+
+from collections.abc import Mapping
 
 import numpy as np
 from scipy import stats
 
 from ident.arrays import Array
 from ident.consistency.evidence import Evidence
+from ident.consistency.finding import Finding
 from ident.consistency.stretches import stretches
 
 FALSE_ALARM = 0.002
@@ -28,7 +31,12 @@ def difference_std(evidence: Evidence, influence: Array, residual: Array) -> flo
         residual: Of each row [drive units], shape (r,).
     """
     rows = evidence.estimate.solution.rows
-    white = np.linalg.norm(influence * evidence.sigma)
+    sigma = np.empty(len(residual))
+    for joint in rows.unknowns:
+        own = rows.of(joint)
+        whole = float(np.linalg.norm(rows.residual[own]))
+        sigma[own] = evidence.sigma[own] * float(np.linalg.norm(residual[own])) / whole
+    white = np.linalg.norm(influence * sigma)
     lasting = np.linalg.norm(stretches((influence * residual)[:, None], rows.motion, rows.position))
     freedom = 1.0 - sum(rows.unknowns.values()) / len(rows.V)
     return float(np.hypot(max(white, lasting / np.sqrt(freedom)), np.linalg.norm(influence @ evidence.stated)))
@@ -37,3 +45,34 @@ def difference_std(evidence: Evidence, influence: Array, residual: Array) -> flo
 def most_deviations(tests: int) -> float:
     """Deviations that the largest of so many differences exceeds by accident with `FALSE_ALARM` (Bonferroni)."""
     return float(stats.t.isf(FALSE_ALARM / (2.0 * tests), FREEDOM))
+
+
+def judged_difference(
+    check: str, z: Mapping[int, float], change: Mapping[int, float], words: tuple[str, str], reason: str
+) -> Finding | None:
+    """The finding of a test that compares two gains of each joint; None where no joint has two.
+
+    Args:
+        check: Name of the test.
+        z: Difference of each joint in standard deviations.
+        change: The same in percent of the gain.
+        words: What gives the other gain, and what it is compared with.
+        reason: What to suspect.
+    """
+    if not z:
+        return None
+    worst, limit = max(z, key=lambda joint: z[joint]), most_deviations(len(z))
+    side = "larger" if change[worst] > 0.0 else "smaller"
+    told = (
+        f"joint {worst + 1}: {words[0]} a gain {abs(change[worst]):.2g} % {side} {words[1]}, by {z[worst]:.2g} "
+        f"standard deviations of that difference ({limit:.2g} on any of {len(z)} joints are an accident once in "
+        f"{1.0 / FALSE_ALARM:.0f} times); {reason}"
+    )
+    return Finding(
+        check=check,
+        joint=worst,
+        statistic=z[worst],
+        threshold=limit,
+        measure="standard deviations",
+        sentence=told if z[worst] > limit else None,
+    )

@@ -5,10 +5,10 @@ What warms up, slips or comes loose during a motion changes the gains; a deviati
 
 import numpy as np
 
-from ident.consistency.difference import DIFFERENT, FALSE_ALARM, difference_std, most_deviations
+from ident.consistency.difference import DIFFERENT, difference_std, judged_difference
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
-from ident.consistency.part import part_changes
+from ident.consistency.part import part_of
 
 NAME = "halves"
 
@@ -20,29 +20,17 @@ def check_halves(evidence: Evidence) -> Finding | None:
         return None
     second = np.arange(len(fit.gram)) % 2 == 1
     places = list(evidence.identified.values())
-    halves = [part_changes(fit, kept, places) for kept in (~second, second)]
-    apart, z = dict[int, float](), dict[int, float]()
+    halves = [part_of(fit, kept, places) for kept in (~second, second)]
+    residual = halves[0].residual + halves[1].residual
+    change, z = dict[int, float](), dict[int, float]()
     for joint, k in evidence.identified.items():
-        if all(k in half for half in halves):
-            first, last = (half[k] for half in halves)
-            apart[joint] = last.value - first.value
-            std = difference_std(evidence, last.influence - first.influence, first.residual + last.residual)
+        if all(k in half.changes for half in halves):
+            first, last = (half.changes[k] for half in halves)
+            apart = last.value - first.value
+            std = difference_std(evidence, last.influence - first.influence, residual)
             if std > DIFFERENT * evidence.std(k):
-                z[joint] = abs(apart[joint]) / std
-    if not z:
-        return None
-    worst, limit = max(z, key=lambda joint: z[joint]), most_deviations(len(z))
-    change = -100.0 * apart[worst] / float(inverse[evidence.identified[worst]])  # of g = 1/x
-    return Finding(
-        check=NAME,
-        joint=worst,
-        statistic=z[worst],
-        threshold=limit,
-        measure="standard deviations",
-        sentence=None
-        if z[worst] <= limit
-        else f"joint {worst + 1}: the second half of the motions gives a gain {abs(change):.2g} % "
-        f"{'larger' if change > 0.0 else 'smaller'} than the first, by {z[worst]:.2g} standard deviations of that "
-        f"difference ({limit:.2g} on any of {len(z)} joints are an accident once in {1.0 / FALSE_ALARM:.0f} times); "
-        "did the drive warm up, or the payload come loose? The deviations do not contain it",
-    )
+                change[joint] = -100.0 * apart / float(inverse[k])  # of g = 1/x
+                z[joint] = abs(apart) / std
+    words = ("the second half of the motions gives", "than the first")
+    reason = "did the drive warm up, or the payload come loose? The deviations do not contain it"
+    return judged_difference(NAME, z, change, words, reason)

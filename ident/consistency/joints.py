@@ -6,10 +6,10 @@ kinematics or its friction, pulls at the others' gains; alone it says something 
 
 import numpy as np
 
-from ident.consistency.difference import DIFFERENT, FALSE_ALARM, difference_std, most_deviations
+from ident.consistency.difference import DIFFERENT, difference_std, judged_difference
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
-from ident.consistency.part import part_changes
+from ident.consistency.part import part_of
 
 NAME = "joints"
 
@@ -23,27 +23,16 @@ def check_joints(evidence: Evidence) -> Finding | None:
         return None
     granted = np.linalg.norm(solution.model, axis=1)
     change, z = dict[int, float](), dict[int, float]()
+    places = list(evidence.identified.values())
+    parts = {joint: part_of(fit, np.arange(len(fit.gram)) // 2 == joint, places) for joint in rows.unknowns}
+    residual = sum((each.residual for each in parts.values()), start=np.zeros(len(rows.V)))
     for joint, k in evidence.identified.items():
-        part = part_changes(fit, np.arange(len(fit.gram)) // 2 == joint, [k]).get(k)
-        own = 0.0 if part is None else difference_std(evidence, part.influence, rows.residual)
+        part = parts[joint].changes.get(k)
+        own = 0.0 if part is None else difference_std(evidence, part.influence, residual)
         if part is not None and own > DIFFERENT * evidence.std(k):
             size = abs(float(solution.inverse[k]))
             change[joint] = -100.0 * part.value / float(solution.inverse[k])  # of g = 1/x
             z[joint] = abs(part.value) / size / float(np.hypot(own / size, granted[k]))
-    if not z:
-        return None
-    worst, limit = max(z, key=lambda joint: z[joint]), most_deviations(len(z))
-    return Finding(
-        check=NAME,
-        joint=worst,
-        statistic=z[worst],
-        threshold=limit,
-        measure="standard deviations",
-        sentence=None
-        if z[worst] <= limit
-        else f"joint {worst + 1}: its own currents alone give a gain {abs(change[worst]):.2g} % "
-        f"{'larger' if change[worst] > 0.0 else 'smaller'} than all joints together, by {z[worst]:.2g} standard "
-        f"deviations of that difference ({limit:.2g} on any of {len(z)} joints are an accident once in "
-        f"{1.0 / FALSE_ALARM:.0f} times); suspect its friction, its zero, lengths of the model, or the payload's "
-        "centre and inertia",
-    )
+    words = ("its own currents alone give", "than all joints together")
+    reason = "suspect its friction, its zero, lengths of the model, or the payload's centre and inertia"
+    return judged_difference(NAME, z, change, words, reason)

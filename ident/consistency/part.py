@@ -51,11 +51,22 @@ class PartChange:
     Attributes:
         value: Its change.
         influence: Derivative of that by the current of each row, shape (r,).
-        residual: What the part's own fit leaves of its rows [drive units], zero for the others, shape (r,).
     """
 
     value: float
     influence: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """What part of the rows alone says.
+
+    Attributes:
+        changes: Of those 1/g that it shows, by place in the solution.
+        residual: What its own fit leaves of its rows [drive units], zero for the others, shape (r,).
+    """
+
+    changes: dict[int, PartChange]
     residual: Array
 
 
@@ -77,8 +88,8 @@ def linear_fit(solution: GainSolution) -> LinearFit | None:
     return LinearFit(solution, along, group, gram, pull)
 
 
-def part_changes(fit: LinearFit, kept: Mask, which: Sequence[int]) -> dict[int, PartChange]:
-    """What the groups that are kept say beside all of them, of those 1/g that they show.
+def part_of(fit: LinearFit, kept: Mask, which: Sequence[int]) -> Part:
+    """What the groups that are kept say beside all of them.
 
     Args:
         fit: The linear fit.
@@ -100,11 +111,12 @@ def part_changes(fit: LinearFit, kept: Mask, which: Sequence[int]) -> dict[int, 
     moved = -directions[:, seen] @ ((directions[:, seen].T @ pull) / size[seen])  # of z
     residual = np.zeros(len(rows.V))
     residual[own] = rows.residual[own] - (rows.explained[own] @ moved) / rows.weight[own]
-    return {
-        k: PartChange(float(value[place]), by_weighted[place] * rows.weight, residual)
+    changes = {
+        k: PartChange(float(value[place]), by_weighted[place] * rows.weight)
         for place, k in enumerate(which)
         if not lost[place]
     }
+    return Part(changes, residual)
 
 
 def _second_half(rows: Rows) -> Indices:

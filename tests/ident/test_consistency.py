@@ -29,7 +29,7 @@ from ident.consistency.finding import joints_in_words
 from ident.consistency.halves import check_halves
 from ident.consistency.hidden import Hidden, hidden_effect
 from ident.consistency.joints import check_joints
-from ident.consistency.part import linear_fit, part_changes
+from ident.consistency.part import linear_fit, part_of
 from ident.consistency.single_load import USUAL, check_single_load, load_currents
 from ident.consistency.soft_currents import soft_currents
 from ident.consistency.whiteness import check_whiteness, neighbours
@@ -95,8 +95,8 @@ def chosen(axes) -> Evidence:
 # Parts of the rows
 
 
-def linear_solution(rng: np.random.Generator) -> tuple[GainSolution, np.ndarray, np.ndarray, np.ndarray]:
-    """Two joints of 2 motions with 30 rows each, 7 unknowns, beliefs about all; what W, beliefs and 1/g are."""
+def linear_solution(rng: np.random.Generator):
+    """Two joints of 2 motions with 30 rows each, 7 unknowns, beliefs about all; currents, and fits of some rows."""
     r, u = 120, 7
     W, belief, of = rng.normal(size=(r, u)), 2.3 * rng.normal(size=(u, u)), rng.normal(size=(2, u))
     weight = np.repeat([0.7, 3.1], r // 2)
@@ -131,7 +131,11 @@ def linear_solution(rng: np.random.Generator) -> tuple[GainSolution, np.ndarray,
         some = np.vstack(((weight[:, None] * W)[kept], belief))
         return of @ np.linalg.lstsq(some, np.concatenate(((weight * currents)[kept], expected)), rcond=None)[0]
 
-    return solution, y, of, refit
+    def left_of(kept: np.ndarray) -> np.ndarray:
+        some = np.vstack(((weight[:, None] * W)[kept], belief))
+        return y - W @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]
+
+    return solution, y, left_of, refit
 
 
 KEPT = {
@@ -144,15 +148,19 @@ KEPT = {
 
 @pytest.mark.parametrize("kept", KEPT.values(), ids=KEPT)
 def test_a_part_of_the_rows_gives_what_a_fit_of_them_and_the_beliefs_gives(kept):
-    solution, y, _, refit = linear_solution(np.random.default_rng(3))
+    solution, y, left_of, refit = linear_solution(np.random.default_rng(3))
     rows, fit = solution.rows, linear_fit(solution)
     group = 2 * rows.joint + (rows.position >= 18)  # of positions 3 to 32
-    changes = part_changes(fit, kept, [0, 1])
+    changes = part_of(fit, kept, [0, 1]).changes
     # Linear algebra in another order; the condition of the parts is below 1e2.
     np.testing.assert_allclose([changes[k].value for k in (0, 1)], refit(kept[group]) - solution.inverse, rtol=1e-9)
     nudge = np.random.default_rng(4).normal(size=len(y))
     moved = refit(kept[group], y + nudge) - refit(kept[group]) - solution.influence @ nudge
     np.testing.assert_allclose([changes[k].influence @ nudge for k in (0, 1)], moved, rtol=1e-9)
+    own = kept[group]
+    left = part_of(fit, kept, [0]).residual
+    assert not left[~own].any()
+    np.testing.assert_allclose(left[own], left_of(own)[own], rtol=1e-9, atol=1e-12)
 
 
 def test_a_part_that_does_not_show_a_quantity_gives_none():
@@ -166,8 +174,8 @@ def test_a_part_that_does_not_show_a_quantity_gives_none():
         influence=np.random.default_rng(9).normal(size=(2, 7)) @ Q.T,
     )
     fit = linear_fit(replace(alone, rows=replace(alone.rows, joint=np.array([0, 0] + [1] * 118))))
-    assert part_changes(fit, np.array([True, True, False, False]), [0, 1]) == {}
-    assert set(part_changes(fit, np.array([False, False, True, True]), [1])) == {1}
+    assert part_of(fit, np.array([True, True, False, False]), [0, 1]).changes == {}
+    assert set(part_of(fit, np.array([False, False, True, True]), [1]).changes) == {1}
 
 
 def test_an_estimate_that_is_no_least_squares_is_left_alone(axes, clean):
@@ -202,7 +210,7 @@ def test_halves_are_what_a_search_on_each_half_gives(clean):
     finding = check_halves(clean)
     k = finding.joint
     fit, second = clean.fit, np.arange(6) % 2 == 1
-    first_order = [part_changes(fit, kept, [0, 1, 2]) for kept in (~second, second)]
+    first_order = [part_of(fit, kept, [0, 1, 2]).changes for kept in (~second, second)]
     std = np.sqrt(np.diag(clean.estimate.covariance))
     for j in range(3):
         apart = first_order[1][j].value - first_order[0][j].value
@@ -212,7 +220,8 @@ def test_halves_are_what_a_search_on_each_half_gives(clean):
     plain = first_order[1][k].influence - first_order[0][k].influence
     sigma = np.array([clean.estimate.solution.rows.sigma(j) for j in clean.estimate.solution.rows.joint])
     white = np.sqrt(np.sum((plain * sigma) ** 2))
-    assert 0.4 * abs(apart) / white < finding.statistic <= abs(apart) / white * (1.0 + 1e-9)
+    # The halves' own fits leave a little less than that of all rows; what lasts may make the deviation larger.
+    assert 0.4 * abs(apart) / white < finding.statistic < 1.1 * abs(apart) / white
 
 
 # Silence
@@ -250,7 +259,7 @@ def test_a_current_that_grows_in_the_second_half_of_the_motions_is_a_smaller_gai
 
 
 def test_a_joint_whose_payload_torque_is_wrong_says_something_else_than_all_joints(axes):
-    wrong = replace(BRICK, com=(0.07, -0.05, 0.06), com_std=(0.001,) * 3)
+    wrong = replace(BRICK, com=(0.07, -0.05, 0.03), com_std=(0.001,) * 3)
     finding = check_joints(evidence_of(problem_of(axes, logs_of(Truth()), (None, wrong))))
     assert finding.failed
     assert "its own currents alone give a gain" in finding.sentence
@@ -263,8 +272,7 @@ def test_friction_that_changes_between_bare_motions_is_named_with_its_size(axes)
     payloads = (None, BRICK, None)
     logs = [*logs_of(before), *real_logs(after, (None,), np.random.default_rng(9))]
     problem = problem_of(axes, logs, payloads)
-    evidence = evidence_of(problem)
-    finding = check_bare(evidence)
+    finding = check_bare(evidence_of(problem))
     assert finding.failed
     said = {(each.joint, each.what): each for j in range(3) for each in bare_drifts(problem, j, [0, 2], drift=True)}
     coulomb, offset = said[1, "Coulomb friction changed"], said[2, "the offset changed"]
@@ -431,7 +439,6 @@ def test_the_assumed_compliance_makes_a_rotor_swing_at_the_assumed_frequency(axe
     data, places = model.createData(), np.linspace(0, len(behind.q) - 1, STATES).astype(int)
     known = np.mean([np.diag(pin.crba(model, data, behind.q[k])) for k in places], axis=0)
     np.testing.assert_allclose(whole, known, rtol=0.03)  # identified from noisy rows
-    swings = (2.0 * np.pi * RESONANCE_HZ) ** -2 / assumed_compliance(clean.problem, ready.shared, fit.found.theta)
     swings = 1.0 / (
         assumed_compliance(clean.problem, ready.shared, fit.found.theta) * (2.0 * np.pi * RESONANCE_HZ) ** 2
     )
@@ -503,10 +510,11 @@ def test_joints_are_listed_in_words():
 def test_failed_tests_are_among_the_notes_of_an_identification(axes):
     logs = [with_current(log, 1, lambda v, t, q, dq: np.where(t > 0.5, 1.03 * v, v)) for log in logs_of(Truth())]
     motions = [Recorded(log, payload) for log, payload in zip(logs, PAYLOADS, strict=True)]
-    found = identify_motions(motions, axes, gains=LOOSE, wiring=known_wiring)
+    given = {"options": PLAIN, "gains": LOOSE, "wiring": known_wiring}
+    found = identify_motions(motions, axes, **given)
     failed = [each for each in found.findings if each.failed]
     assert any(each.check == "halves" for each in failed)
     assert all(each.sentence in found.notes for each in failed)
-    quiet = identify_motions(motions, axes, gains=LOOSE, wiring=known_wiring, checks=UNCHECKED)
+    quiet = identify_motions(motions, axes, **given, checks=UNCHECKED)
     assert quiet.findings == ()
     assert not any("second half" in note for note in quiet.notes)

@@ -1,0 +1,186 @@
+"""How often intervals hold, and whether the ranks of z are uniform: from closed forms and fresh draws."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from scenarios.reports.plots import calibration as plots
+from scenarios.studies.calibration import GRID, Band, Calibration, calibration, simultaneous_band
+from scenarios.studies.coverage import Coverage, Target, joint_claims
+from scenarios.studies.statistics import joint_statistics
+
+LEVEL, DRAWS = 0.9, 4000
+ALONE = np.eye(1)
+SURE = 4.0 * np.sqrt(LEVEL * (1 - LEVEL) / DRAWS)
+"""Four deviations of a level that is found from that many draws."""
+
+
+def band(trials: int, correlation: np.ndarray = ALONE, *, level: float = LEVEL, seed: int = 5) -> Band:
+    return simultaneous_band(correlation, trials, level=level, draws=DRAWS, rng=np.random.default_rng(seed))
+
+
+def chance_of_staying(within: Band, trials: int) -> float:
+    """That the counts of uniform ranks stay in a band at every point: a Markov chain of binomial steps, exact."""
+    counts = np.arange(trials + 1)
+    chance, before = np.where(counts == 0, 1.0, 0.0), 0.0
+    for rank, low, high in zip(GRID, within.low, within.high, strict=True):
+        step = (rank - before) / (1.0 - before)
+        chance = stats.binom.pmf(counts[:, None] - counts, trials - counts, step) @ chance
+        chance[(counts / trials - rank < low - 1e-12) | (counts / trials - rank > high + 1e-12)] = 0.0
+        before = rank
+    return float(chance.sum())
+
+
+def test_the_band_holds_uniform_ranks_jointly_at_its_level():
+    # At its k-th curve the simulated level is 0.9 or, by what one more k changes, a little above: less than 0.012 here.
+    for trials in (60, 170):
+        chance = chance_of_staying(band(trials), trials)
+        assert LEVEL - SURE < chance < LEVEL + SURE + 0.012
+
+
+def test_a_band_of_a_higher_level_is_wider():
+    for narrow, wide in ((0.5, 0.9), (0.9, 0.99)):
+        inner, outer = band(80, level=narrow), band(80, level=wide)
+        assert (outer.low <= inner.low).all()
+        assert (outer.high >= inner.high).all()
+        assert (outer.high - outer.low).sum() > 1.1 * (inner.high - inner.low).sum()
+
+
+def test_every_side_of_the_band_leaves_out_as_much():
+    # An honest curve turned round, from both ends and upside down, is an honest curve; four counts of sixty of noise.
+    found = band(60)
+    np.testing.assert_allclose(found.low, -found.high[::-1], atol=4.0 / 60)
+    assert (found.low < 0.0).all()
+    assert (found.high > 0.0).all()
+
+
+@pytest.mark.parametrize("shared", [0.0, 0.6, -0.3])
+def test_the_band_of_joints_that_err_together_holds_them_jointly_at_its_level(shared):
+    correlation = np.eye(3) + shared * (1.0 - np.eye(3))
+    within, rng, T, tries = band(30, correlation), np.random.default_rng(19), 30, 1000
+    ranks = stats.norm.cdf(rng.multivariate_normal(np.zeros(3), correlation, (tries, T)).reshape(tries, -1))
+    curves = [stats.ecdf(each).cdf.evaluate(GRID) - GRID for each in ranks]
+    held = np.mean([((within.low - 1e-12 <= c) & (c <= within.high + 1e-12)).all() for c in curves])
+    # The level is known to 0.005 from 4000 draws, the share to 0.010 from 1000; four deviations of both, and one k.
+    assert abs(held - LEVEL) < 0.042 + 0.012
+
+
+def test_joints_that_err_alike_are_worth_one_and_not_two():
+    alike, one, apart = band(60, np.ones((2, 2))), band(60), band(60, np.eye(2))
+    width = {name: float((each.high - each.low).mean()) for name, each in locals().items() if name != "width"}
+    # A mean of 99 widths of single counts, each within one of 60.
+    np.testing.assert_allclose(width["alike"], width["one"], rtol=0.05)
+    np.testing.assert_allclose(width["apart"], width["one"] / np.sqrt(2.0), rtol=0.06)
+
+
+def quantiles(trials: int) -> np.ndarray:
+    """A sample as normal as can be."""
+    return stats.norm.ppf((np.arange(trials) + 0.5) / trials)
+
+
+def held(z: np.ndarray) -> Calibration:
+    return calibration(z, level=LEVEL, draws=1000, rng=np.random.default_rng(2))
+
+
+def test_a_normal_sample_lies_on_the_middle_of_its_band():
+    found = held(quantiles(230)[:, None])
+    assert not found.outside.any()
+    assert np.abs(found.difference).max() <= 0.5 / 230 + 1e-12  # ranks are half a step off at most
+    assert found.trials == 230
+
+
+def test_curves_of_wide_narrow_and_shifted_claims_leave_the_band_where_they_should():
+    z = quantiles(300)[:, None]
+    low, high = GRID < 0.4, GRID > 0.6
+    for scale, side in ((0.6, -1.0), (1.7, 1.0)):  # claims too wide: no z far out; too narrow: too many
+        found = held(scale * z)
+        expected = stats.norm.cdf(stats.norm.ppf(GRID) / scale) - GRID
+        np.testing.assert_allclose(found.difference, expected, atol=0.5 / 300 + 1e-12)
+        assert found.outside.any()
+        assert (side * found.difference[found.outside & low] > 0.0).all()
+        assert (side * found.difference[found.outside & high] < 0.0).all()
+    for shift in (0.5, -0.5):
+        found = held(z + shift)
+        assert (np.sign(found.difference[found.outside]) == -np.sign(shift)).all()
+        assert found.outside[45:55].all()
+
+
+def test_several_joints_make_one_curve_of_all_their_ranks():
+    z = np.column_stack([quantiles(90) - 0.7, np.random.default_rng(4).permutation(quantiles(90)) + 1.1])
+    expected = (stats.norm.cdf(z).reshape(-1, 1) <= GRID).mean(axis=0) - GRID
+    np.testing.assert_allclose(held(z).difference, expected, atol=1e-12)
+
+
+def test_joints_that_err_together_in_the_sample_are_given_the_wider_band():
+    z, rng = quantiles(120), np.random.default_rng(8)
+    together, apart = held(np.column_stack([z, z])), held(np.column_stack([z, rng.permutation(z)]))
+    width = [float((each.band.high - each.band.low).mean()) for each in (together, apart)]
+    assert width[0] > 1.25 * width[1]  # sqrt(2) but for chance
+
+
+def study(error: list[float], std: list[float]) -> pd.DataFrame:
+    """Joint 4 with a gain of -2.5 and such errors, joint 5 refused, a trial of both that failed."""
+    n = len(error)
+    e, s = np.array(error), np.array(std)
+    found = {"true": -2.5, "std": 2.5 * s, "rel_error": e, "z": -e / s, "identifiable": True, "failure": None}
+    gone = {key: np.nan for key in ("true", "std", "rel_error", "z")} | {"identifiable": False}
+    table = pd.concat(
+        [
+            pd.DataFrame({"trial": np.arange(n), "joint": 4, **found, "passed": True}),
+            pd.DataFrame({"trial": np.arange(n), "joint": 5, **gone, "failure": None, "passed": True}),
+            pd.DataFrame({"trial": n, "joint": [4, 5], **gone, "failure": "Saturated", "passed": False}),
+        ],
+        ignore_index=True,
+    )
+    return table.astype({"identifiable": bool, "passed": bool})
+
+
+def test_what_a_joint_claims_is_held_against_what_it_errs():
+    rows = study([0.03, -0.01, 0.05, -0.07], [0.02, 0.02, 0.02, 0.08])
+    four, five = (joint_claims(rows, each) for each in joint_statistics(rows, wanted=0.5, false_alarm=0.01))
+    assert (four.statistics.joint, four.statistics.failed, four.statistics.refused) == (4, 1, 0)
+    assert (five.statistics.failed, five.statistics.refused) == (1, 4)
+    assert (four.cover_1.share, four.cover_2.share) == (0.5, 0.75)  # z of 1.5, 0.5, 2.5 and 0.875
+    assert (four.cover_1.share, four.cover_2.share) == (four.statistics.cover_1, four.statistics.cover_2)
+    np.testing.assert_allclose(four.largest, 0.07, rtol=1e-12)
+    # Errors have a mean of 0: squares of 9, 1, 25 and 49 over three; the median claim is 0.02; rounding alone.
+    np.testing.assert_allclose(four.width, 0.02 / np.sqrt(84e-4 / 3.0), rtol=1e-12)
+    assert (five.largest, five.cover_1, five.cover_2, five.width) == (None, None, None, None)
+
+
+def test_one_gain_has_no_spread_to_hold_its_claim_against():
+    rows = study([0.03], [0.02])
+    four = joint_claims(rows, joint_statistics(rows, wanted=0.5, false_alarm=0.01)[0])
+    assert (four.width, four.cover_1.share, four.cover_2.share) == (None, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("share", "low", "high", "side", "reached"),
+    [
+        (0.93, 0.90, 0.96, "inside", True),
+        (0.975, 0.95, 0.99, "inside", True),
+        (0.929, 0.90, 0.95, "below", True),
+        (0.92, 0.88, 0.93, "below", True),
+        (0.92, 0.88, 0.929, "below", False),
+        (0.976, 0.96, 0.99, "above", True),
+        (0.99, 0.975, 0.998, "above", True),
+        (0.99, 0.976, 0.998, "above", False),
+    ],
+)
+def test_a_coverage_is_wanted_between_both_ends_included(share, low, high, side, reached):
+    found, target = Coverage(share=share, low=low, high=high), Target(low=0.93, high=0.975)
+    assert (target.side(found), target.reached_by(found)) == (side, reached)
+
+
+def test_the_picture_has_a_panel_a_calibration_with_curve_band_and_what_is_outside():
+    honest, wide = held(quantiles(40)[:, None]), held(0.4 * quantiles(200)[:, None])
+    figure = plots.curves({"joint 2": honest, "joint 5": wide}, "series, 200 trials")
+    assert [axis.get_title() for axis in figure.axes] == ["joint 2", "joint 5"]
+    for axis, each in zip(figure.axes, (honest, wide), strict=True):
+        curve, marks = axis.lines[1], axis.lines[2]
+        np.testing.assert_array_equal(curve.get_xydata(), np.column_stack([GRID, each.difference]))
+        np.testing.assert_array_equal(marks.get_ydata(), each.difference[each.outside])
+        edges = axis.collections[0].get_paths()[0].vertices[:, 1]
+        assert (edges.min(), edges.max()) == (each.band.low.min(), each.band.high.max())
+    assert wide.outside.any()

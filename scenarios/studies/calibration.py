@@ -1,9 +1,9 @@
 """Whether claimed deviations are honest as a whole: the ranks of z, which are uniform where they are.
 
 The curve is the distribution function of the ranks less the uniform one. Its band holds the whole curve of honest
-claims at once with a stated chance (Säilynoja, Bürkner and Vehtari, Statistics and Computing 32, 2022, algorithm 1): of
-simulated curves, at every point those of the k-th smallest and largest value, with the largest k that leaves enough of
-them inside everywhere. Several joints in one curve err together within a trial, and are simulated so.
+claims at once with a stated chance, after Säilynoja, Bürkner and Vehtari (Statistics and Computing 32, 2022, algorithm
+1): of simulated curves, at every point the k-th smallest and the k-th largest value, with the largest k that leaves
+enough of the curves inside everywhere. Several joints in one curve err together within a trial, and are simulated so.
 """
 
 from dataclasses import dataclass

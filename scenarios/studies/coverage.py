@@ -61,12 +61,14 @@ class JointClaims:
 
     Attributes:
         statistics: Errors, refusals, failures.
+        gains: Trials that gave one.
         largest: Largest magnitude of the relative error.
         cover_1, cover_2: How often 1 and 2 claimed deviations held the truth (normal: 0.683 and 0.954).
         width: Median of the claimed relative deviation over the spread of the relative error.
     """
 
     statistics: JointStatistics
+    gains: int
     largest: float | None
     cover_1: Coverage | None
     cover_2: Coverage | None
@@ -85,6 +87,7 @@ def joint_claims(rows: pd.DataFrame, statistics: JointStatistics) -> JointClaims
     spread = statistics.spread
     return JointClaims(
         statistics=statistics,
+        gains=len(found),
         largest=float(np.abs(error).max()) if len(found) else None,
         cover_1=coverage(np.abs(z) < 1.0),
         cover_2=coverage(np.abs(z) < 2.0),

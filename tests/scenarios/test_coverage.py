@@ -1,11 +1,16 @@
 """How often intervals hold, and whether the ranks of z are uniform: from closed forms and fresh draws."""
 
+import json
+import runpy
+
 import numpy as np
 import pandas as pd
 import pytest
+from places import ROOT
 from scipy import stats
 
 from scenarios.reports.plots import calibration as plots
+from scenarios.reports.renderers import Page, renderer
 from scenarios.studies.calibration import GRID, Band, Calibration, calibration, simultaneous_band
 from scenarios.studies.coverage import Coverage, Target, joint_claims
 from scenarios.studies.statistics import joint_statistics
@@ -146,6 +151,7 @@ def test_what_a_joint_claims_is_held_against_what_it_errs():
     np.testing.assert_allclose(four.largest, 0.07, rtol=1e-12)
     # Errors have a mean of 0: squares of 9, 1, 25 and 49 over three; the median claim is 0.02; rounding alone.
     np.testing.assert_allclose(four.width, 0.02 / np.sqrt(84e-4 / 3.0), rtol=1e-12)
+    assert (four.gains, five.gains) == (4, 0)
     assert (five.largest, five.cover_1, five.cover_2, five.width) == (None, None, None, None)
 
 
@@ -184,3 +190,66 @@ def test_the_picture_has_a_panel_a_calibration_with_curve_band_and_what_is_outsi
         edges = axis.collections[0].get_paths()[0].vertices[:, 1]
         assert (edges.min(), edges.max()) == (each.band.low.min(), each.band.high.max())
     assert wide.outside.any()
+
+
+# The page
+
+
+@pytest.fixture(scope="module")
+def write_page():
+    """The functions of docs/coverage.py."""
+    return runpy.run_path(str(ROOT / "docs" / "coverage.py"))
+
+
+def folder(path, rows: pd.DataFrame, asked: int):
+    """A folder as `rx90 monte-carlo` leaves it, with what the page reads; joints 4 and 5 are called 1 and 2."""
+    (path / "trials").mkdir(parents=True)
+    last = int(rows["trial"].max())
+    rows = rows.assign(joint=rows["joint"] - 3).sort_values(["trial", "joint"])
+    rows.to_parquet(path / "trials" / f"00000000-{last:08d}.parquet", index=False)
+    tolerance = {"gain": [0.1, 0.2], "identifiable": [True, False], "pass_rate": 0.8}
+    identification = {"method": "ls-2011", "gains": {"uncertainty": "serial"}}
+    table = {"tolerance": tolerance, "identification": identification}
+    record = {"study": "monte-carlo", "scenario": {"name": "fleet", "table": table}, "trials": asked}
+    record |= {"command": "rx90 monte-carlo fleet -n 9", "versions": {"numpy": "7.8.9", "code": "0123abcd"}}
+    (path / "study.json").write_text(json.dumps(record))
+    return path
+
+
+def test_the_page_says_what_the_rows_say_and_where_they_are_from(tmp_path, write_page):
+    errors, stds = [0.03, -0.01, 0.05, -0.07], [0.02, 0.02, 0.02, 0.08]
+    study_of = write_page["covered"](folder(tmp_path / "a", study(errors, stds), 5))
+    report = write_page["page"]([study_of])
+    text = renderer("markdown")(report, Page())
+    # Spread: the square root of 84e-4 over three; intervals of 2 and 3 of 4 as Clopper's and Pearson's tables have them.
+    assert "| 1 | 4 | 0 | 1 | +0.000 ± 2.646 | 5.292 |" in text
+    assert "| 50.0 (6.8..93.2) | 75.0 (19.4..99.4) | below, its interval reaches inside | 0.38 |" in text
+    assert "| 2 | 0 | 4 | 1 | - | - | - | - | - | - | - | - |" in text
+    assert "| fleet | ls-2011, serial | 5 | 4 | 0 | 1 | 0 | 0 |" in text
+    assert "1 of 5 trials failed: Saturated." in text
+    assert "    rx90 monte-carlo fleet -n 9" in text
+    assert "Versions behind fleet: numpy 7.8.9, code 0123abcd." in text
+    assert "no longer that of every study; repeat them" in text
+    assert "![Ranks of z with the band of honest intervals](coverage.png)" in text
+
+
+def test_joints_outside_the_target_are_named_with_what_their_interval_says(tmp_path, write_page):
+    rng = np.random.default_rng(6)
+    wide = write_page["covered"](folder(tmp_path / "a", study(list(0.01 * rng.normal(size=300)), [0.02] * 300), 301))
+    (first, second) = write_page["misses"](wide)
+    assert first.startswith("Joint 1: 2 sigma hold 100.0 (98.8..100.0) %, above.")
+    assert second.startswith("Joint 1: sigma is 2.")
+    assert second.endswith(" times the spread, more than 1.35.")
+    honest = write_page["covered"](folder(tmp_path / "b", study(list(0.01 * quantiles(300)), [0.01] * 300), 301))
+    assert write_page["misses"](honest) == []
+
+
+def test_a_study_that_is_not_finished_makes_no_page(tmp_path, write_page):
+    with pytest.raises(SystemExit, match="no finished study of rx90 monte-carlo; go on with: rx90 monte-carlo fleet"):
+        write_page["covered"](folder(tmp_path / "a", study([0.03, 0.04], [0.02, 0.03]), 4))
+
+
+def test_honest_shares_leave_the_target_as_often_as_the_binomial_says(write_page):
+    held = np.random.default_rng(12).binomial(300, 0.9545, 200_000) / 300
+    seen = np.mean((held < 0.93) | (held > 0.975))
+    np.testing.assert_allclose(write_page["by_chance"](300), seen, atol=4.0 * np.sqrt(seen / 200_000))

@@ -22,8 +22,8 @@ from ident.identification import identify
 from ident.regressor import regressor_blocks
 from ident.wiring import check_wiring, known_wiring
 from scenarios.build import bench
+from scenarios.files.loading import load_scenario
 from scenarios.files.mountings import LOADED
-from scenarios.files.schema import load_scenario
 from scenarios.run import run
 from sim.compile import plant_model
 from sim.engine import Engine, Simulation

@@ -21,7 +21,7 @@ import scenarios.run
 import sim.closed_loop
 import sim.record
 from scenarios.build import bench
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.run import motion_streams
 from scenarios.store.study_folder import WHOLE, Part, study_folder
 from scenarios.studies.study import CHUNK
@@ -46,7 +46,7 @@ if __name__ == "__main__":
     prepare_processes()  # as the command does
     from concurrent.futures import wait
     import scenarios.cli
-    from scenarios.files.schema import load_scenario
+    from scenarios.files.loading import load_scenario
     from scenarios.workers.processes import local_processes
     from scenarios.studies.monte_carlo import monte_carlo
     from scenarios.studies.study import carry_out

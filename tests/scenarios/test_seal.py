@@ -14,7 +14,7 @@ from scenarios.comparison.answering import answered
 from scenarios.comparison.seal import PROBLEMS, SALT_BYTES, SEAL, TRUTH, revealed, scored, seal, unknown_seed
 from scenarios.comparison.statistics import summaries
 from scenarios.errors import ForeignAnswers, MethodTimedOut, NothingToCompare, WrongSeal
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.judge import Claim
 from scenarios.methods.call import Call
 from scenarios.methods.method import Method

@@ -55,8 +55,8 @@ RANKS = (
     "honest. The curve is the share of ranks up to each, less the rank: intervals that are too wide make it fall left "
     "and rise right of the middle, too narrow ones the reverse, a bias pushes all of it to one side. The band holds "
     f"the whole curve of honest intervals at once in {100 * LEVEL:g} % of studies (Säilynoja, Bürkner and Vehtari "
-    f"2022, by {DRAWS} simulated curves), each joint by itself. Joints of one trial share its payload and err together; "
-    "the band of all joints allows for the correlation that their z have here."
+    f"2022, by {DRAWS} simulated curves), each joint by itself. Joints of one trial share its payload and err "
+    "together; the band of all joints allows for the correlation that their z have here."
 )
 
 

@@ -221,7 +221,7 @@ def test_the_page_says_what_the_rows_say_and_where_they_are_from(tmp_path, write
     study_of = write_page["covered"](folder(tmp_path / "a", study(errors, stds), 5))
     report = write_page["page"]([study_of])
     text = renderer("markdown")(report, Page())
-    # Spread: the square root of 84e-4 over three; intervals of 2 and 3 of 4 as Clopper's and Pearson's tables have them.
+    # Spread: the square root of 84e-4 over three; intervals of 2 and 3 of 4 are from a table.
     assert "| 1 | 4 | 0 | 1 | +0.000 ± 2.646 | 5.292 |" in text
     assert "| 50.0 (6.8..93.2) | 75.0 (19.4..99.4) | below, its interval reaches inside | 0.38 |" in text
     assert "| 2 | 0 | 4 | 1 | - | - | - | - | - | - | - | - |" in text

@@ -44,6 +44,30 @@ def test_the_band_holds_uniform_ranks_jointly_at_its_level():
         assert LEVEL - SURE < chance < LEVEL + SURE + 0.012
 
 
+def test_the_band_is_the_narrowest_that_leaves_as_many_simulated_curves_inside_as_its_level_says():
+    draws, trials = 300, 40
+    within = simultaneous_band(ALONE, trials, level=LEVEL, draws=draws, rng=np.random.default_rng(7))
+    z = np.random.default_rng(7).multivariate_normal([0.0], ALONE, (draws, trials), method="eigh")[..., 0]
+    curves = (stats.norm.cdf(z)[:, None, :] <= GRID[:, None]).mean(axis=2) - GRID
+
+    def inside(low: np.ndarray, high: np.ndarray) -> float:
+        return float(((low - 1e-12 <= curves) & (curves <= high + 1e-12)).all(axis=1).mean())
+
+    step = np.sort(curves, axis=0)
+    k = max(k for k in range(1, draws // 2) if inside(step[k - 1], step[-k]) >= LEVEL)
+    np.testing.assert_allclose(within.low, step[k - 1], atol=1e-12)  # rounding alone
+    np.testing.assert_allclose(within.high, step[-k], atol=1e-12)
+
+
+@pytest.mark.parametrize("at_once", [1, 999])
+def test_the_band_does_not_depend_on_how_many_numbers_are_drawn_at_once(monkeypatch, at_once):
+    whole = simultaneous_band(np.eye(2), 31, level=LEVEL, draws=100, rng=np.random.default_rng(3))
+    monkeypatch.setattr("scenarios.studies.calibration.AT_ONCE", at_once)
+    parts = simultaneous_band(np.eye(2), 31, level=LEVEL, draws=100, rng=np.random.default_rng(3))
+    np.testing.assert_array_equal(parts.low, whole.low)
+    np.testing.assert_array_equal(parts.high, whole.high)
+
+
 def test_a_band_of_a_higher_level_is_wider():
     for narrow, wide in ((0.5, 0.9), (0.9, 0.99)):
         inner, outer = band(80, level=narrow), band(80, level=wide)
@@ -152,15 +176,15 @@ def study(error: list[float], std: list[float]) -> pd.DataFrame:
 
 
 def test_what_a_joint_claims_is_held_against_what_it_errs():
-    rows = study([0.03, -0.01, 0.05, -0.07], [0.02, 0.02, 0.02, 0.08])
+    rows = study([0.039, -0.01, 0.041, -0.07], [0.02, 0.02, 0.02, 0.08])
     four, five = (joint_claims(rows, each) for each in joint_statistics(rows, wanted=0.5, false_alarm=0.01))
     assert (four.statistics.joint, four.statistics.failed, four.statistics.refused) == (4, 1, 0)
     assert (five.statistics.failed, five.statistics.refused) == (1, 4)
-    assert (four.cover_1.share, four.cover_2.share) == (0.5, 0.75)  # z of 1.5, 0.5, 2.5 and 0.875
+    assert (four.cover_1.share, four.cover_2.share) == (0.5, 0.75)  # z of 1.95, 0.5, 2.05 and 0.875
     assert (four.cover_1.share, four.cover_2.share) == (four.statistics.cover_1, four.statistics.cover_2)
     np.testing.assert_allclose(four.largest, 0.07, rtol=1e-12)
-    # Errors have a mean of 0: squares of 9, 1, 25 and 49 over three; the median claim is 0.02; rounding alone.
-    np.testing.assert_allclose(four.width, 0.02 / np.sqrt(84e-4 / 3.0), rtol=1e-12)
+    # Errors have a mean of 0: squares of 15.21, 1, 16.81 and 49 over three; the median claim is 0.02; rounding alone.
+    np.testing.assert_allclose(four.width, 0.02 / np.sqrt(82.02e-4 / 3.0), rtol=1e-12)
     assert (four.gains, five.gains) == (4, 0)
     assert (five.largest, five.cover_1, five.cover_2, five.width) == (None, None, None, None)
 
@@ -252,6 +276,8 @@ def test_joints_outside_the_target_are_named_with_what_their_interval_says(tmp_p
     assert second.endswith(" times the spread, more than 1.35.")
     honest = write_page["covered"](folder(tmp_path / "b", study(list(0.01 * quantiles(300)), [0.01] * 300), 301))
     assert write_page["misses"](honest) == []
+    rows = [[cell.text for cell in row[2:]] for row in write_page["summary"]([wide, honest]).rows]
+    assert rows == [["301", "300", "0", "0", "1", "1"], ["301", "300", "1", "0", "0", "0"]]
 
 
 def test_a_study_that_is_not_finished_makes_no_page(tmp_path, write_page):

@@ -4,12 +4,14 @@ import json
 import sys
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
+from scenarios.files.loading import load_scenario
 from scenarios.reports.content import (
     NONE,
     Column,
@@ -30,14 +32,17 @@ from scenarios.reports.plots.calibration import curves
 from scenarios.store.study_folder import STUDY, StudyFolder
 from scenarios.studies.calibration import GRID, Calibration, calibration
 from scenarios.studies.coverage import Coverage, JointClaims, Target, joint_claims
+from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.pass_rule import FALSE_ALARM
 from scenarios.studies.statistics import COLUMNS, joint_statistics
+from scenarios.trials import run_trials
 from scenarios.versions import versions
 
 TARGET, HONEST = Target(low=0.93, high=0.975), float(2.0 * stats.norm.cdf(2.0) - 1.0)
 WIDEST = 1.35
 CALIBRATED = "fleet"
 LEVEL, DRAWS = 0.95, 20_000
+REPEATED, SAME = 3, 1e-6
 HEAD = (
     "How often the intervals of the default method hold the injected gains. Wanted on every joint: that 2 sigma hold "
     f"it in {100 * TARGET.low:g} to {100 * TARGET.high:g} % of the trials, with a median sigma of at most {WIDEST} "
@@ -186,9 +191,9 @@ def joint_table(study: Covered) -> Table:
 def study_parts(study: Covered) -> list[Part]:
     said = misses(study) or ["Every joint with a gain is inside both targets."]
     kinds = failures(study.rows)
-    said += [f"{count} of {study.record['trials']} trials failed: {kind}." for kind, count in kinds.items()]
+    said += [f"{count} of {study.trials} trials failed: {kind}." for kind, count in kinds.items()]
     return [
-        Heading(f"{study.name}, {study.record['trials']} trials"),
+        Heading(f"{study.name}, {study.trials} trials"),
         joint_table(study),
         *(Paragraph(sentence) for sentence in said),
     ]
@@ -233,7 +238,7 @@ def calibration_table(found: dict[str, Calibration]) -> Table:
 
 def calibration_parts(study: Covered) -> list[Part]:
     found = calibrations(study)
-    title = f"{study.name}, {study.record['trials']} trials"
+    title = study.name
     return [
         Heading(f"Calibration over {study.name}"),
         Figure("coverage", "Ranks of z with the band of honest intervals", lambda: curves(found, title)),
@@ -245,28 +250,59 @@ def calibration_parts(study: Covered) -> list[Part]:
 # How it was made
 
 
-def provenance(studies: list[Covered]) -> list[Part]:
-    made = {json.dumps(study.record["versions"]) for study in studies}
+def provenance(studies: list[Covered], repeated: Paragraph) -> list[Part]:
+    """Commands, date, versions and digests, and what the present code makes of some of the trials."""
+    made = sorted({json.dumps(study.record["versions"]) for study in studies})
     parts: list[Part] = [Heading("How it was made")]
     parts += [Line(study.record["command"]) for study in studies]
     parts.append(Line("make coverage"))
-    for text in sorted(made):
-        of = [study.name for study in studies if json.dumps(study.record["versions"]) == text]
+    for text in made:
+        of = ", ".join(study.name for study in studies if json.dumps(study.record["versions"]) == text)
         named = ", ".join(f"{name} {version}" for name, version in json.loads(text).items())
-        parts.append(Paragraph(f"Versions behind {', '.join(of)}: {named}."))
-    now, then = versions()["code"], {json.loads(text)["code"] for text in made}
-    same = "that of the studies" if then == {now} else "no longer that of every study; repeat them"
+        parts.append(
+            Paragraph(f"Versions behind {of}: {named}. `code` is a digest of every file of the four packages.")
+        )
     ended = ", ".join(f"{study.name} {study.ended:%Y-%m-%d %H:%M}" for study in studies)
     parts.append(Paragraph(f"Studies ended (UTC): {ended}. Page written {datetime.now(UTC):%Y-%m-%d}."))
-    parts.append(
-        Paragraph(
-            f"`code` is a digest of every file of the four packages; when this page was written it was {now}, {same}."
-        )
-    )
-    return parts
+    parts += [Paragraph(sentence) for sentence in overlaps(studies)]
+    return [*parts, repeated]
 
 
-def page(studies: list[Covered]) -> Report:
+def overlaps(studies: list[Covered]) -> list[str]:
+    """A sentence for every two studies with trials of the same seeds, which have the same noise."""
+    said: list[str] = []
+    for one, other in combinations(studies, 2):
+        first, second = (range(s.record["seed"], s.record["seed"] + s.trials) for s in (one, other))
+        shared = len(range(max(first.start, second.start), min(first.stop, second.stop)))
+        if shared:
+            said.append(f"{one.name} and {other.name} share the seeds, hence the noise, of {shared} trials.")
+    return said
+
+
+def repetition(studies: list[Covered]) -> Paragraph:
+    """Whether the present code gives the same gains and deviations on the first trials of every study."""
+    largest = max(departure(study) for study in studies)
+    code = versions()["code"]
+    trials = f"The first {REPEATED} trials of every study, repeated with the code beside this page, {code},"
+    if largest <= SAME:
+        return Paragraph(f"{trials} give the same gains and deviations to {SAME:g} of these deviations.")
+    return Paragraph(f"{trials} differ by up to {largest:.2g} deviations: repeat the studies.", strong=True)
+
+
+def departure(study: Covered) -> float:
+    """Largest difference of gain or deviation between a study and its repetition, in deviations; inf if one refuses."""
+    again = monte_carlo(load_scenario(study.name), study.trials, study.record["seed"])
+    found = run_trials(again.scenario, [again.trial(k) for k in range(REPEATED)], again.schema, threads=1).to_pandas()
+    kept = study.rows[study.rows["trial"] < REPEATED]
+    if (found["identifiable"].to_numpy() != kept["identifiable"].to_numpy()).any():
+        return float("inf")
+    old, new = kept[kept["identifiable"]], found[found["identifiable"]]
+    gain = (new["rel_error"].to_numpy() - old["rel_error"].to_numpy()) * old["true"].to_numpy()
+    deviation = new["std"].to_numpy() - old["std"].to_numpy()
+    return float(np.max(np.abs([gain, deviation]) / old["std"].to_numpy(), initial=0.0))
+
+
+def page(studies: list[Covered], repeated: Paragraph) -> Report:
     trials = min(study.trials for study in studies)
     chance = (
         f"Chance alone puts the share of honest 2 sigma, {100 * HONEST:.1f} %, outside the target in "
@@ -280,13 +316,14 @@ def page(studies: list[Covered]) -> Report:
     for study in studies:
         if study.name == CALIBRATED:
             parts += calibration_parts(study)
-    return Report("Coverage", (*parts, *provenance(studies)), {})
+    return Report("Coverage", (*parts, *provenance(studies, repeated)), {})
 
 
 def main(folders: list[Path]) -> None:
     if not folders:
         sys.exit("name the folders of studies")
-    report, here = page([covered(folder) for folder in folders]), Path(__file__).parent
+    studies, here = [covered(folder) for folder in folders], Path(__file__).parent
+    report = page(studies, repetition(studies))
     write_figures(report, here)
     write_markdown(report, here / "coverage.md")
 

@@ -7,13 +7,18 @@ import numpy as np
 import pandas as pd
 import pytest
 from places import ROOT
+from quick import quick_scenario
 from scipy import stats
 
+from scenarios.files.loading import load_scenario
+from scenarios.reports.content import Paragraph
 from scenarios.reports.plots import calibration as plots
 from scenarios.reports.renderers import Page, renderer
 from scenarios.studies.calibration import GRID, Band, Calibration, calibration, simultaneous_band
 from scenarios.studies.coverage import Coverage, Target, joint_claims
+from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.statistics import joint_statistics
+from scenarios.trials import run_trials
 
 LEVEL, DRAWS = 0.9, 4000
 ALONE = np.eye(1)
@@ -215,8 +220,8 @@ def test_a_coverage_is_wanted_between_both_ends_included(share, low, high, side,
 
 def test_the_picture_has_a_panel_a_calibration_with_curve_band_and_what_is_outside():
     honest, wide = held(quantiles(40)[:, None]), held(0.4 * quantiles(200)[:, None])
-    figure = plots.curves({"joint 2": honest, "joint 5": wide}, "series, 200 trials")
-    assert [axis.get_title() for axis in figure.axes] == ["joint 2", "joint 5"]
+    figure = plots.curves({"joint 2": honest, "joint 5": wide}, "series")
+    assert [axis.get_title() for axis in figure.axes] == ["joint 2, 40 trials", "joint 5, 200 trials"]
     for axis, each in zip(figure.axes, (honest, wide), strict=True):
         curve, marks = axis.lines[1], axis.lines[2]
         np.testing.assert_array_equal(curve.get_xydata(), np.column_stack([GRID, each.difference]))
@@ -235,7 +240,7 @@ def write_page():
     return runpy.run_path(str(ROOT / "docs" / "coverage.py"))
 
 
-def folder(path, rows: pd.DataFrame, asked: int):
+def folder(path, rows: pd.DataFrame, asked: int, seed: int = 40):
     """A folder as `rx90 monte-carlo` leaves it, with what the page reads; joints 4 and 5 are called 1 and 2."""
     (path / "trials").mkdir(parents=True)
     last = int(rows["trial"].max())
@@ -244,7 +249,7 @@ def folder(path, rows: pd.DataFrame, asked: int):
     tolerance = {"gain": [0.1, 0.2], "identifiable": [True, False], "pass_rate": 0.8}
     identification = {"method": "ls-2011", "gains": {"uncertainty": "serial"}}
     table = {"tolerance": tolerance, "identification": identification}
-    record = {"study": "monte-carlo", "scenario": {"name": "fleet", "table": table}, "trials": asked}
+    record = {"study": "monte-carlo", "scenario": {"name": "fleet", "table": table}, "trials": asked, "seed": seed}
     record |= {"command": "rx90 monte-carlo fleet -n 9", "versions": {"numpy": "7.8.9", "code": "0123abcd"}}
     (path / "study.json").write_text(json.dumps(record))
     return path
@@ -253,7 +258,7 @@ def folder(path, rows: pd.DataFrame, asked: int):
 def test_the_page_says_what_the_rows_say_and_where_they_are_from(tmp_path, write_page):
     errors, stds = [0.03, -0.01, 0.05, -0.07], [0.02, 0.02, 0.02, 0.08]
     study_of = write_page["covered"](folder(tmp_path / "a", study(errors, stds), 5))
-    report = write_page["page"]([study_of])
+    report = write_page["page"]([study_of], Paragraph("As ever."))
     text = renderer("markdown")(report, Page())
     # Spread: the square root of 84e-4 over three; intervals of 2 and 3 of 4 are from a table.
     assert "| 1 | 4 | 0 | 1 | +0.000 ± 2.646 | 5.292 |" in text
@@ -263,7 +268,8 @@ def test_the_page_says_what_the_rows_say_and_where_they_are_from(tmp_path, write
     assert "1 of 5 trials failed: Saturated." in text
     assert "    rx90 monte-carlo fleet -n 9" in text
     assert "Versions behind fleet: numpy 7.8.9, code 0123abcd." in text
-    assert "no longer that of every study; repeat them" in text
+    assert text.endswith("As ever.\n")
+    assert "share the seeds" not in text
     assert "![Ranks of z with the band of honest intervals](coverage.png)" in text
 
 
@@ -278,6 +284,36 @@ def test_joints_outside_the_target_are_named_with_what_their_interval_says(tmp_p
     assert write_page["misses"](honest) == []
     rows = [[cell.text for cell in row[2:]] for row in write_page["summary"]([wide, honest]).rows]
     assert rows == [["301", "300", "0", "0", "1", "1"], ["301", "300", "1", "0", "0", "0"]]
+
+
+def test_studies_with_the_same_seeds_are_said_to_share_their_noise(tmp_path, write_page):
+    rows = study([0.03, -0.01, 0.05, -0.07], [0.02, 0.02, 0.02, 0.08])  # five trials
+    first, before, after = (
+        write_page["covered"](folder(tmp_path / str(seed), rows, 5, seed=seed)) for seed in (40, 36, 45)
+    )
+    assert write_page["overlaps"]([first, before]) == ["fleet and fleet share the seeds, hence the noise, of 1 trials."]
+    assert write_page["overlaps"]([first, after]) == write_page["overlaps"]([before, after]) == []
+
+
+def test_trials_that_the_present_code_repeats_are_held_against_those_of_the_study(tmp_path, write_page):
+    scenario = quick_scenario(tmp_path, method="ls-2011")
+    again = monte_carlo(load_scenario(str(scenario)), 4, 8)
+    rows = run_trials(again.scenario, [again.trial(k) for k in range(4)], again.schema, threads=1).to_pandas()
+    table = {"tolerance": {"gain": [1.0] * len(set(rows["joint"])), "pass_rate": 0.5}}
+    record = {"scenario": {"name": str(scenario), "table": table}, "trials": 4, "seed": 8}
+
+    def departure(changed: pd.DataFrame) -> float:
+        return write_page["departure"](write_page["Covered"](record=record, rows=changed, joints=(), ended=None))
+
+    assert departure(rows) == 0.0
+    one = (rows["trial"] == 1) & (rows["joint"] == 1)
+    shift = 0.25 * rows["std"] / rows["true"]
+    # A quarter of a deviation, whichever of both moves by it; rounding alone.
+    np.testing.assert_allclose(
+        departure(rows.assign(rel_error=rows["rel_error"] + shift.where(one, 0.0))), 0.25, rtol=1e-9
+    )
+    np.testing.assert_allclose(departure(rows.assign(std=rows["std"].where(~one, 0.8 * rows["std"]))), 0.25, rtol=1e-9)
+    assert departure(rows.assign(identifiable=rows["identifiable"] & ~one)) == np.inf
 
 
 def test_a_study_that_is_not_finished_makes_no_page(tmp_path, write_page):

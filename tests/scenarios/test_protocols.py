@@ -458,6 +458,20 @@ def test_in_the_field_every_run_draws_every_error_and_every_payload(name, payloa
     assert 0.09 < max(loads) < 0.1
 
 
+def test_where_friction_drifts_both_kinds_do_by_two_percent_of_their_own_and_nothing_else_is_drawn():
+    scenario = load_scenario("drift")
+    check_draws(scenario, bench)
+    drawn = [drawn_settings(scenario, seed) for seed in range(200)]
+    places = ("plant.errors.coulomb_drift", "plant.errors.viscous_drift")
+    assert all(set(settings) == set(places) for settings in drawn)
+    values = np.array([[settings[place] for place in places] for settings in drawn])
+    # Two hundred draws know a deviation to 5 %, a correlation to 0.07, a mean to 0.0014; three of these.
+    np.testing.assert_allclose(values.std(axis=0), 0.02, rtol=0.15)
+    assert np.abs(values.mean(axis=0)).max() < 0.0042
+    assert abs(np.corrcoef(values.T)[0, 1]) < 0.21
+    assert [motion.loaded for motion in bench(scenario).experiments] == [False, True]
+
+
 @pytest.mark.parametrize("name", ["field", "field-two-weights"])
 def test_in_the_field_a_payload_is_believed_with_the_deviations_that_it_is_drawn_with(name):
     scenario = load_scenario(name)

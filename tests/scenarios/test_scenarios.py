@@ -55,7 +55,7 @@ def test_built_in_scenarios_are_valid(name):
 
 def test_the_catalog_has_the_promised_scenarios():
     assert {"ideal", "nominal", "paper-noise", "mass-only", "gain-error-20"} <= set(builtin_names())
-    assert {"field", "field-two-weights", "coarse-encoder"} <= set(builtin_names())
+    assert {"field", "field-two-weights", "coarse-encoder", "drift"} <= set(builtin_names())
 
 
 def test_a_user_s_file_overlays_a_built_in_one(tmp_path):

@@ -269,14 +269,15 @@ def provenance(studies: list[Covered], repeated: Paragraph) -> list[Part]:
 
 
 def overlaps(studies: list[Covered]) -> list[str]:
-    """A sentence for every two studies with trials of the same seeds, which have the same noise."""
-    said: list[str] = []
-    for one, other in combinations(studies, 2):
-        first, second = (range(s.record["seed"], s.record["seed"] + s.trials) for s in (one, other))
-        shared = len(range(max(first.start, second.start), min(first.stop, second.stop)))
-        if shared:
-            said.append(f"{one.name} and {other.name} share the seeds, hence the noise, of {shared} trials.")
-    return said
+    """Sentences that name the studies with trials of the same seeds, which have the same noise."""
+    seeds = [set(range(study.record["seed"], study.record["seed"] + study.trials)) for study in studies]
+    if len(studies) > 1 and all(each == seeds[0] for each in seeds):
+        return [f"All studies have the same {len(seeds[0])} seeds, hence the same noise in its own size."]
+    return [
+        f"{studies[k].name} and {studies[m].name} share {len(seeds[k] & seeds[m])} seeds, hence the noise of their trials."
+        for k, m in combinations(range(len(studies)), 2)
+        if seeds[k] & seeds[m]
+    ]
 
 
 def repetition(studies: list[Covered]) -> Paragraph:

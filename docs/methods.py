@@ -1,4 +1,8 @@
-"""Writes methods.md from the folders of comparisons, those that `rx90 compare ... --out FOLDER` left."""
+"""Writes methods.md from the folders of comparisons, those that `rx90 compare ... --out FOLDER` left.
+
+A comparison with methods from elsewhere goes into a section of its own, with whatever `check-*.md` its folder has: what
+`rx90 compare --check METHOD --format markdown` said.
+"""
 
 import json
 import sys
@@ -6,26 +10,56 @@ from pathlib import Path
 
 HEAD = """# Methods side by side
 
-Written by `make methods` from the folders that `rx90 compare` left. Nothing here is typed by hand.
+Written by `make methods` from the folders that `rx90 compare` left. No number here is typed by hand.
 """
+ELSEWHERE = """## Methods from elsewhere
+
+What others offer, called by the adapters `docs/adapters/mujoco_sysid.py` and `docs/adapters/figaroh_tls.py`, which say
+what each library does, what it lacks and what the adapter adds. Neither library is in the lock file; an adapter says what
+to install. They are given the folders that every method here is given.
+
+`mujoco.sysid` searches for the parameters of a simulation. Its deviations take residuals as white, and no payload as
+weighed badly. Its modifier of a pseudo-inertia cannot be used in MuJoCo 4.0.0: the model that it leaves is refused with
+"mass and inertia of moving bodies must be larger than mjMINVAL", so that the adapter sets the same inertia itself.
+FIGAROH's `build_total_regressor_current` is total least squares without weights: `drive_gains` refuses what FIGAROH's
+deviations say is unknown, `every_gain` tells whatever it states.
+"""
+KEY = "Methods from elsewhere"
+"""Of what a report says about itself, if one of its methods is from elsewhere."""
 
 
-def section(folder: Path) -> str:
-    """The report of a folder, its headings one deeper."""
-    about = json.loads((folder / "report.json").read_text(encoding="utf-8"))["about"]
+def about(folder: Path) -> dict[str, str]:
+    """What the report of a folder says about itself."""
+    return json.loads((folder / "report.json").read_text(encoding="utf-8"))["about"]
+
+
+def section(folder: Path, depth: int = 1) -> str:
+    """The report of a folder, and what was said of single methods, headings deeper by so much."""
     text = (folder / "report.md").read_text(encoding="utf-8")
-    deeper = "\n".join(f"#{line}" if line.startswith("#") else line for line in text.splitlines())
-    assert all(f"{key}: {value}." in text for key, value in about.items()), (
+    assert all(f"{key}: {value}." in text for key, value in about(folder).items()), (
         f"{folder}: report.md and report.json differ"
     )
-    return deeper + "\n"
+    checked = [path.read_text(encoding="utf-8") for path in sorted(folder.glob("check-*.md"))]
+    return "\n".join(deeper(each, depth) for each in (text, *checked))
+
+
+def deeper(text: str, depth: int) -> str:
+    """A text with its headings deeper by so much."""
+    return "\n".join(f"{'#' * depth}{line}" if line.startswith("#") else line for line in text.splitlines()) + "\n"
+
+
+def document(folders: list[Path]) -> str:
+    """All sections, those with methods from elsewhere last."""
+    ours = [folder for folder in folders if KEY not in about(folder)]
+    theirs = [folder for folder in folders if folder not in ours]
+    foreign = [ELSEWHERE, *(section(folder, 2) for folder in theirs)] if theirs else []
+    return "\n".join([HEAD, *map(section, ours), *foreign])
 
 
 def main(folders: list[Path]) -> None:
     if not folders:
         sys.exit("name the folders of comparisons")
-    text = "\n".join([HEAD, *map(section, folders)])
-    (Path(__file__).parent / "methods.md").write_text(text, encoding="utf-8")
+    (Path(__file__).parent / "methods.md").write_text(document(folders), encoding="utf-8")
 
 
 if __name__ == "__main__":

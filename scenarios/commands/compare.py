@@ -138,7 +138,7 @@ def _opened(options: argparse.Namespace) -> Status:
             name=name,
             trials=rows["trial"].unique().size,
             unposed=0,
-            methods=summaries(rows, methods, None),
+            methods=summaries(rows, methods, known.bound(name)),
         )
         for name, rows in scored(answers, known).items()
     ]

@@ -15,8 +15,8 @@ Written by `make methods` from the folders that `rx90 compare` left. No number h
 ELSEWHERE = """## Methods from elsewhere
 
 What others offer, called by the adapters `docs/adapters/mujoco_sysid.py` and `docs/adapters/figaroh_tls.py`, which say
-what each library does, what it lacks and what the adapter adds. Neither library is in the lock file; an adapter says what
-to install. They are given the folders that every method here is given.
+what each library does, what it lacks and what the adapter adds. Neither library is in the lock file; an adapter says
+what to install. They are given the folders that every method here is given.
 
 `mujoco.sysid` searches for the parameters of a simulation. Its deviations take residuals as white, and no payload as
 weighed badly. Its modifier of a pseudo-inertia cannot be used in MuJoCo 4.0.0: the model that it leaves is refused with
@@ -48,18 +48,27 @@ def deeper(text: str, depth: int) -> str:
     return "\n".join(f"{'#' * depth}{line}" if line.startswith("#") else line for line in text.splitlines()) + "\n"
 
 
-def document(folders: list[Path]) -> str:
-    """All sections, those with methods from elsewhere last."""
+def document(folders: list[Path], before: str) -> str:
+    """All sections, those with methods from elsewhere last.
+
+    Args:
+        folders: Of comparisons.
+        before: The document as it stands: of what no folder is given for, of ours or from elsewhere, it says the same.
+    """
     ours = [folder for folder in folders if KEY not in about(folder)]
     theirs = [folder for folder in folders if folder not in ours]
-    foreign = [ELSEWHERE, *(section(folder, 2) for folder in theirs)] if theirs else []
-    return "\n".join([HEAD, *map(section, ours), *foreign])
+    old, mark, foreign = before.partition(ELSEWHERE.splitlines()[0] + "\n")
+    said = "\n".join(map(section, ours)) if ours else old[old.find("\n## ") + 1 :].rstrip("\n") + "\n"
+    if theirs:
+        return "\n".join([HEAD, said, ELSEWHERE, *(section(folder, 2) for folder in theirs)])
+    return "\n".join([HEAD, said, *([mark + foreign] if mark else [])])
 
 
 def main(folders: list[Path]) -> None:
     if not folders:
         sys.exit("name the folders of comparisons")
-    (Path(__file__).parent / "methods.md").write_text(document(folders), encoding="utf-8")
+    path = Path(__file__).parent / "methods.md"
+    path.write_text(document(folders, path.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 if __name__ == "__main__":

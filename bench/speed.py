@@ -22,10 +22,10 @@ from ident.identification import identify
 from ident.regressor import regressor_blocks
 from ident.wiring import check_wiring, known_wiring
 from scenarios.build import bench
+from scenarios.files.loading import load_scenario
 from scenarios.files.mountings import LOADED
-from scenarios.files.schema import load_scenario
 from scenarios.run import run
-from sim.compile import plant_model
+from sim.compile import lean_model
 from sim.engine import Engine, Simulation
 from sim.record import record
 from sim.sensors import noise_streams
@@ -104,7 +104,7 @@ def closed_loop_ratio(simulations: int) -> None:
     slow = replace(motion, sine=0.05 * motion.sine, cosine=0.05 * motion.cosine)
     experiments = [replace(prepared.experiments[i % 2], trajectory=slow) for i in range(simulations)]
     step = experiments[0].step
-    bare, loaded = (plant_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
+    bare, loaded = (lean_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
     periods, substeps = 4001, round(1e-3 / step)
 
     def closed() -> None:

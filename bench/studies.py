@@ -1,6 +1,7 @@
 """Time and memory of studies, printed as ratios; run by `make bench`.
 
-The yardstick is `mj_step` of the same steps: the same models from the same start under the same currents, nothing else.
+The yardstick is `mj_step` of the same steps: the same robot from the same start under the same currents, nothing else.
+There are two: the lean model that studies step, and the full one, as MuJoCo compiles the file, shapes and islands on.
 """
 
 import resource
@@ -14,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import mujoco
 import numpy as np
 from threadpoolctl import threadpool_limits
 
@@ -21,7 +23,7 @@ import scenarios.run
 import sim.closed_loop
 import sim.record
 from scenarios.build import bench
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.run import motion_streams
 from scenarios.store.study_folder import WHOLE, Part, study_folder
 from scenarios.studies.study import CHUNK
@@ -29,8 +31,9 @@ from scenarios.trials import Trial, run_trials, trial_schema
 from scenarios.versions import versions
 from scenarios.workers.processes import local_processes
 from scenarios.workers.tasks import Task, run_task
-from sim.compile import plant_model
+from sim.compile import lean_model, plant_model
 from sim.engine import Engine, Simulation
+from sim.plant import Plant
 from sim.record import record
 from sim.sensors import SensorOptions
 
@@ -46,7 +49,7 @@ if __name__ == "__main__":
     prepare_processes()  # as the command does
     from concurrent.futures import wait
     import scenarios.cli
-    from scenarios.files.schema import load_scenario
+    from scenarios.files.loading import load_scenario
     from scenarios.workers.processes import local_processes
     from scenarios.studies.monte_carlo import monte_carlo
     from scenarios.studies.study import carry_out
@@ -63,17 +66,27 @@ def trials(first: int, count: int = CHUNK) -> tuple[Trial, ...]:
     return tuple(Trial(number=k, seed=k) for k in range(first, first + count))
 
 
+def full_model(plant: Plant, *, loaded: bool, step: float) -> mujoco.MjModel:
+    """As MuJoCo compiles the file: with shapes, and constraints solved island by island."""
+    model = plant_model(plant, loaded=loaded, step=step)
+    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
+    return model
+
+
+YARDSTICKS = {"lean": lean_model, "full": full_model}
+
+
 class BareStepping:
     """A chunk's simulations, replayed with the currents that its controllers commanded."""
 
-    def __init__(self) -> None:
+    def __init__(self, model_of: Callable[..., mujoco.MjModel]) -> None:
         experiments = [replace(e, sensors=SensorOptions()) for _ in range(CHUNK) for e in bench(SCENARIO).experiments]
         streams = [s for k in range(CHUNK) for s in motion_streams(k, {}, 2)]
         recordings = record(experiments, streams, threads=JOBS)  # without noise the log is what was commanded
         self.currents = np.stack([r.v for r in recordings], axis=1)  # (N, B, n)
         self.simulations = []
         for e, r in zip(experiments, recordings, strict=True):
-            model = plant_model(e.plant, loaded=e.loaded, step=e.step)
+            model = model_of(e.plant, loaded=e.loaded, step=e.step)
             self.simulations.append(Simulation(model=model, start=r.q[0]))
         self.last = np.stack([r.q[-1] for r in recordings])
 
@@ -99,21 +112,25 @@ def chunks_at_once(pool: Executor, jobs: int) -> float:
 
 def study_over_stepping() -> None:
     """A study on all cores over bare stepping on all cores, and two cores against one."""
-    bare = BareStepping()
-    over, speed_up = [], []
+    yardsticks = {name: BareStepping(model_of) for name, model_of in YARDSTICKS.items()}
+    over: dict[str, list[float]] = {name: [] for name in yardsticks}
+    speed_up = []
     with local_processes(JOBS) as both, local_processes(1) as single:
         two, one = both.open(), single.open()
         chunks_at_once(two, JOBS), chunks_at_once(one, 1)  # imports, tables
         for _ in range(ROUNDS):
-            stepping = bare(JOBS)  # one chunk on all cores
+            stepping = {name: bare(JOBS) for name, bare in yardsticks.items()}  # one chunk on all cores
             two_s, one_s = chunks_at_once(two, JOBS), chunks_at_once(one, 1)
-            over.append(two_s / JOBS / stepping)
+            for name, bare_s in stepping.items():
+                over[name].append(two_s / JOBS / bare_s)
             speed_up.append(JOBS * one_s / two_s)
-        steps = CHUNK * 2 * len(bare.currents)
-        print(
-            f"study on {JOBS} cores over bare stepping on {JOBS}: {statistics.median(over):.2f} "
-            f"(stepping {1e6 * stepping / steps:.2f} us a step, {CHUNK / two_s * JOBS:.1f} trials a second)"
-        )
+        steps = CHUNK * 2 * len(yardsticks["lean"].currents)
+        print(f"study on {JOBS} cores: {CHUNK / two_s * JOBS:.1f} trials a second")
+        for name, ratios in over.items():
+            print(
+                f"  over bare stepping of the {name} model on {JOBS}: {statistics.median(ratios):.2f} "
+                f"({1e6 * stepping[name] / steps:.2f} us a step)"
+            )
         print(f"two cores against one: {statistics.median(speed_up):.2f} times as fast")
 
 

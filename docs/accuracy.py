@@ -11,7 +11,7 @@ from ident.observation import ObserveOptions
 from ident.recording import Recording
 from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from sim.record import record
 from sim.sensors import SensorOptions, noise_streams
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from scenarios.build import bench
 from scenarios.errors import TooFewSeeds
 from scenarios.files.draws import check_draws, places_of
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.seeds import SEEDS
 from scenarios.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
 from scenarios.trials import Trial, run_trials, trial_schema

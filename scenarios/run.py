@@ -14,8 +14,9 @@ from ident.recording import Recording
 from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
 from scenarios.files.draws import drawn_settings
+from scenarios.files.loading import load_scenario
 from scenarios.files.mountings import grouped
-from scenarios.files.schema import Scenario, load_scenario
+from scenarios.files.schema import Scenario
 from scenarios.files.settings import with_settings
 from scenarios.judge import Verdict, judge
 from sim.errors import SimulationError

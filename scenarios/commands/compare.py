@@ -101,7 +101,7 @@ def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[M
 def _sealed(options: argparse.Namespace) -> Status:
     """Publish problems."""
     from scenarios.comparison.seal import PROBLEMS, SEAL, TRUTH, seal, unknown_seed
-    from scenarios.files.schema import load_scenario
+    from scenarios.files.loading import load_scenario
     from scenarios.reports.content import Paragraph, Report
 
     if not options.subjects or options.trials is None:
@@ -160,7 +160,7 @@ def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
 def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Limits") -> Status:
     from rich.console import Console
 
-    from scenarios.files.schema import load_scenario
+    from scenarios.files.loading import load_scenario
     from scenarios.store.claim import claim
     from scenarios.studies.comparison import comparison
     from scenarios.studies.study import carry_out

@@ -41,8 +41,8 @@ def main(options: argparse.Namespace) -> Status:
 
     from scenarios.build import bench
     from scenarios.design.excitation import Design, robot_limits, search
+    from scenarios.files.loading import load_scenario
     from scenarios.files.motions import write_motion
-    from scenarios.files.schema import load_scenario
 
     prepared = bench(load_scenario(options.scenario))
     plant = prepared.experiments[0].plant

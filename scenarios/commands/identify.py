@@ -29,7 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar=("I", "J"),
         help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
     )
-    add("--method", choices=ESTIMATORS, default=DEFAULT, help="estimator (default %(default)s)")
+    known = ", ".join(ESTIMATORS)
+    add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):

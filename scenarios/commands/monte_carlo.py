@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Carry out, sum up, plot; 1 if some joint contradicts the scenario's pass rate."""
     prepare_workers(options)
-    from scenarios.files.schema import load_scenario
+    from scenarios.files.loading import load_scenario
     from scenarios.studies.monte_carlo import monte_carlo
 
     scenario = load_scenario(options.scenario)

@@ -14,7 +14,7 @@ def add_form_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the form that a result is told in."""
     group = parser.add_mutually_exclusive_group()
     forms = "; ".join(f"{name}: {what}" for name, what in RENDERERS.items())
-    group.add_argument("--format", choices=RENDERERS, help=f"{forms} (default text)")
+    group.add_argument("--format", metavar="F", choices=RENDERERS, help=f"{forms} (default text)")
     group.add_argument("--json", action="store_true", help="the same as --format json")
 
 

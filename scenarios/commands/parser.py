@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import shutil
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NoReturn
@@ -16,6 +17,10 @@ GIVEN = "options given"
 """Attribute of a namespace that remembers them; with a space, so that no option can have its name."""
 
 
+NARROW = 60
+"""Columns of a terminal on which a usage line that names every option would not fit."""
+
+
 class OneLineParser(argparse.ArgumentParser):
     """A parser whose complaints are one line; options are spelled out, and not given twice."""
 
@@ -24,6 +29,13 @@ class OneLineParser(argparse.ArgumentParser):
         for name in (None, "store"):
             self.register("action", name, StoreOnce)
         self.register("action", "store_true", TrueOnce)
+
+    def format_help(self) -> str:
+        """The help; on a narrow terminal its first line leaves to the list which options there are."""
+        if shutil.get_terminal_size().columns < NARROW:
+            places = [action.metavar or action.dest for action in self._actions if not action.option_strings]
+            self.usage = " ".join(["%(prog)s", *map(str, places), "..."])
+        return super().format_help()
 
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
         """Tell; argparse would take it for told if the disk is full."""

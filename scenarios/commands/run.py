@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Simulate, identify, judge; 1 if a tolerance is missed."""
     from scenarios.build import bench
-    from scenarios.files.schema import load_scenario
+    from scenarios.files.loading import load_scenario
     from scenarios.reports.content import Line, Paragraph
     from scenarios.reports.run import run_report
     from scenarios.run import run

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Carry out both designs, rank the error sources."""
     prepare_workers(options)
-    from scenarios.files.schema import load_scenario
+    from scenarios.files.loading import load_scenario
     from scenarios.studies.sensitivity import sensitivity
 
     scenario = load_scenario(options.scenario)

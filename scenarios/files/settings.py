@@ -10,8 +10,9 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from ident.naming import nearest
 from scenarios.errors import UnknownPlace
+from scenarios.files.loading import check_lengths, refusal
 from scenarios.files.resolved import Resolved, resolved
-from scenarios.files.schema import Scenario, ScenarioTable, check_lengths, refusal
+from scenarios.files.schema import Scenario, ScenarioTable
 
 Value = float | str | list[float]
 """What a place in a scenario can hold: a number, a name, one number a joint or axis."""

@@ -24,8 +24,8 @@ from ident.problem import Motion, pair
 from ident.recording import Recording
 from ident.stacked import stacked_system
 from scenarios.build import Bench, bench
+from scenarios.files.loading import load_scenario
 from scenarios.files.mountings import LOADED
-from scenarios.files.schema import load_scenario
 from sim.plant import PayloadBody
 from sim.record import record
 from sim.sensors import noise_streams

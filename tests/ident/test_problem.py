@@ -115,7 +115,6 @@ def test_an_estimator_with_options_of_its_own_is_a_function_a_class_and_an_entry
 def test_everything_that_ident_exports_exists():
     for name in ident.__all__:
         assert getattr(ident, name).__name__ in (name, "dict") if hasattr(getattr(ident, name), "__name__") else True
-    assert set(ident._HOMES) == set(ident.__all__)
     assert ident.IdentifiedGain is IdentifiedGain
-    with pytest.raises(AttributeError, match="no attribute 'identity'"):
+    with pytest.raises(AttributeError, match="attribute identity"):
         _ = ident.identity

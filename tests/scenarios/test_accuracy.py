@@ -6,7 +6,7 @@ import pytest
 from ident.structure import Structure
 from scenarios.build import Bench, bench
 from scenarios.design.excitation import EXCESS, Design, robot_limits
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.run import Run, run
 from sim.clearance import Clearance
 

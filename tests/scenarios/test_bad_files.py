@@ -19,7 +19,7 @@ from ident.recording import Recording
 from ident.recording_files import write_recording
 from scenarios.cli import main
 from scenarios.errors import ScenarioError
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 
 ELBOW = "0 -0.131 0.613"
 JOINT = '<joint name="elbow_joint" axis="0 1 0" range="-170 175"/>'

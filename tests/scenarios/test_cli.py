@@ -215,10 +215,23 @@ def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
 
 
 @pytest.mark.parametrize("columns", [40, 80])
-def test_help_fits_the_terminal(columns, capsys, monkeypatch):
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_fits_the_terminal(columns, name, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", str(columns))
     assert main([]) == 0
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main([name, "--help"])
     assert max(map(len, capsys.readouterr().out.splitlines())) <= columns
+
+
+@pytest.mark.parametrize(
+    ("columns", "usage"), [(59, "usage: rx90 run SCENARIO ..."), (60, "usage: rx90 run [-h] [--seed SEED]")]
+)
+def test_usage_on_a_narrow_terminal_names_what_must_be_given(columns, usage, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["run", "--help"])
+    assert capsys.readouterr().out.splitlines()[0].startswith(usage)
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])

@@ -20,7 +20,7 @@ from scenarios.comparison.bound import bound_of, gain_bound, in_band
 from scenarios.comparison.rows import METHOD
 from scenarios.comparison.statistics import NEEDED, coverage, summaries
 from scenarios.errors import NothingToCompare, OtherStudy
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.methods import method_of
 from scenarios.methods.process import Limits
 from scenarios.reports.comparison import Compared, comparison_report

@@ -15,7 +15,7 @@ from rich.console import Console
 from study_tasks import double, double_or_die, slow_double
 
 from scenarios.errors import SchedulerGone, SchedulerSilent
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
 from scenarios.workers.dask import dask_workers

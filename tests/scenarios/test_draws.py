@@ -7,8 +7,9 @@ from scipy import stats
 from scenarios.build import bench
 from scenarios.errors import ScenarioError
 from scenarios.files.draws import check_draws, drawn_settings
+from scenarios.files.loading import load_scenario
 from scenarios.files.resolved import resolved
-from scenarios.files.schema import Scenario, load_scenario
+from scenarios.files.schema import Scenario
 from scenarios.files.settings import value_at, with_settings
 
 

@@ -20,7 +20,7 @@ from quick import RANDOM, quick_scenario
 from rich.console import Console
 from signals import as_in_the_foreground, as_under_a_supervisor_that_ignores
 
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
 from scenarios.workers.kinds import Workers

@@ -15,7 +15,7 @@ from scenarios import trials
 from scenarios.cli import main
 from scenarios.errors import OtherStudy, StudyTooLarge, UnfitWorker
 from scenarios.files.draws import drawn_settings
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.run import motion_streams
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out

@@ -19,7 +19,7 @@ from ident.wiring import known_wiring
 from scenarios.build import bench
 from scenarios.errors import ForeignProblem
 from scenarios.files.json_schema import schemas
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.run import Run, as_identified, run
 from scenarios.store.problem_folder import PROBLEM, is_problem, read_problem, write_problem
 

@@ -21,8 +21,8 @@ from scenarios.build import Bench, bench
 from scenarios.cli import main
 from scenarios.errors import ScenarioError, UnknownPlace, WrongDraw
 from scenarios.files.draws import check_draws, drawn_settings
+from scenarios.files.loading import load_scenario
 from scenarios.files.mountings import grouped, motion_names, mountings
-from scenarios.files.schema import load_scenario
 from scenarios.files.settings import value_at, with_settings
 from scenarios.robots import robot
 from scenarios.run import Run, motion_streams, run, run_batch

@@ -14,8 +14,9 @@ from ident.recording_files import read_recording, write_recording
 from scenarios.build import bench
 from scenarios.cli import main
 from scenarios.errors import ScenarioError
+from scenarios.files.loading import load_scenario
 from scenarios.files.motions import read_motion, write_motion
-from scenarios.files.schema import ToleranceTable, load_scenario
+from scenarios.files.schema import ToleranceTable
 from scenarios.files.tables import builtin_names
 from scenarios.judge import judge
 from scenarios.robots import robot

@@ -28,7 +28,7 @@ from scenarios.comparison.seal import (
 )
 from scenarios.comparison.statistics import summaries
 from scenarios.errors import ForeignAnswers, MethodTimedOut, NothingToCompare, WrongSeal
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.judge import Claim
 from scenarios.methods.call import Call
 from scenarios.methods.method import Method

@@ -7,7 +7,8 @@ from quick import quick_scenario
 
 from scenarios.cli import main
 from scenarios.errors import NoDesign, NoSources
-from scenarios.files.schema import Scenario, load_scenario
+from scenarios.files.loading import load_scenario
+from scenarios.files.schema import Scenario
 from scenarios.reports.content import Paragraph
 from scenarios.reports.sensitivity import BudgetResult, sensitivity_report, silent_sources
 from scenarios.studies.budget import budgets, sobol_indices

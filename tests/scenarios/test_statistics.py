@@ -5,7 +5,7 @@ from scipy import stats
 
 from scenarios import assert_scenario
 from scenarios.errors import ScenarioError
-from scenarios.files.schema import load_scenario
+from scenarios.files.loading import load_scenario
 from scenarios.reports.content import Figure, Paragraph
 from scenarios.reports.files import write_figures
 from scenarios.reports.monte_carlo import StudyResult, failures, monte_carlo_report

@@ -21,9 +21,9 @@ what to install. They are given the folders that every method here is given.
 `mujoco.sysid` searches for the parameters of a simulation. Its deviations take residuals as white, and no payload as
 weighed badly. Its modifier of a pseudo-inertia cannot be used in MuJoCo 4.0.0: the model that it leaves is refused with
 "mass and inertia of moving bodies must be larger than mjMINVAL", so that the adapter sets the same inertia itself.
-Its search, start and length of rows were settled on seed 0 of `nominal` and of `field`, which are among the trials below;
-where the search has not ended after the adapter's number of steps every joint is refused, and more steps or a coarser
-end might have given gains. Times are of a machine that was busy with much else.
+Its search, start and length of rows were settled on seed 0 of `nominal` and of `field`, which are among the trials
+below; where the search has not ended after the adapter's number of steps every joint is refused, and more steps or a
+coarser end might have given gains. Times are of a machine that was busy with much else.
 
 FIGAROH's `build_total_regressor_current` is total least squares without weights: `drive_gains` refuses what FIGAROH's
 deviations say is unknown, `every_gain` tells whatever it states.

@@ -226,10 +226,13 @@ def test_truths_without_a_bound_are_opened_too(sealed, tmp_path):
     assert revealed(tmp_path / SEAL, tmp_path).bound("quick") is None
 
 
-def test_a_scenario_without_noise_has_no_bound(scenario, tmp_path, monkeypatch):
-    monkeypatch.setattr(sealing, "gain_bound", lambda prepared: None)
+@pytest.mark.parametrize(
+    ("found", "stated"), [(None, None), (np.array([0.02, np.inf, 0.7]), [0.02, None, 0.7])], ids=["no noise", "no load"]
+)
+def test_a_bound_that_is_not_there_or_infinite_is_sealed_as_null(found, stated, scenario, tmp_path, monkeypatch):
+    monkeypatch.setattr(sealing, "gain_bound", lambda prepared: found)
     seal([load_scenario(str(scenario))], 1, 7, tmp_path / "sealed")
-    assert truth_of(tmp_path / "sealed", "problem-0001")["bound"] is None
+    assert truth_of(tmp_path / "sealed", "problem-0001")["bound"] == stated
 
 
 def test_a_truth_that_was_changed_or_kept_back_is_found_out(sealed, tmp_path):

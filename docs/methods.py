@@ -23,7 +23,8 @@ weighed badly. Its modifier of a pseudo-inertia cannot be used in MuJoCo 4.0.0: 
 "mass and inertia of moving bodies must be larger than mjMINVAL", so that the adapter sets the same inertia itself.
 Its search, start and length of rows were settled on seed 0 of `nominal` and of `field`, which are among the trials
 below; where the search has not ended after the adapter's number of steps every joint is refused, and more steps or a
-coarser end might have given gains. Times are of a machine that was busy with much else.
+coarser end might have given gains. Of what `rx90 compare --check` asks it was asked the first alone, exact gains of
+exact data, and had not answered when its time was over. Times are of a machine that was busy with much else.
 
 FIGAROH's `build_total_regressor_current` is total least squares without weights: `drive_gains` refuses what FIGAROH's
 deviations say is unknown, `every_gain` tells whatever it states.

@@ -1,5 +1,6 @@
 """Methods side by side: the bound, the statistics, the rule of the order, the study and its report."""
 
+import hashlib
 import json
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -7,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from places import ROOT
 from quick import RANDOM, quick_scenario
 from rich.console import Console
 from scipy import linalg, signal, stats
@@ -373,6 +375,8 @@ def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, ca
     for key in ("Command", "Date", "Versions"):
         assert f"{key}: {said['about'][key]}." in text
     assert said["about"]["Command"].startswith(f"rx90 compare {scenario} --method {STUBS[1]}")
+    digest = hashlib.sha256((ROOT / "tests" / "helpers" / "method_stubs.py").read_bytes()).hexdigest()[:16]
+    assert f"{STUBS[1]} with method_stubs.py {digest}" in said["about"]["Methods from elsewhere"]
     assert (tmp_path / "o" / "quick" / "study.json").is_file()
     bound = gain_bound(bench(load_scenario(str(scenario))))
     stated = [joint["bound"] for joint in said["scenarios"][0]["methods"][0]["joints"]]

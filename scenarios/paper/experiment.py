@@ -116,7 +116,7 @@ def run_paper(seed: int) -> PaperRun:
         payloads=(heavy, light),
         checks=(),
     )
-    return replace(result, checks=_checks(result))
+    return replace(result, checks=checks_of(result))
 
 
 def _recordings(prepared: Bench, second: PayloadBody, seed: int) -> list[Recording]:
@@ -139,7 +139,7 @@ def _gains_in_use(estimate: GainEstimate) -> tuple[Array, Array, Array]:
     return prior, found, wrong
 
 
-def _checks(run: PaperRun) -> tuple[Check, ...]:
+def checks_of(run: PaperRun) -> tuple[Check, ...]:
     """The claims that must hold."""
     one, two, three = run.cases
     true_mass, second_mass = (chi[-1] for chi in run.payloads)

@@ -1,3 +1,4 @@
+import argparse
 import os
 import re
 import signal
@@ -9,6 +10,8 @@ import pytest
 from signals import as_in_the_foreground
 
 import scenarios.commands.list
+import scenarios.robot_models
+from ident.errors import RobotModelError
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from scenarios.cli import main
@@ -23,7 +26,10 @@ BUDGET = ["sensitivity", "nominal", "--out", "there"]
 EXCITE = ["excite", "nominal", "--out", "m.toml"]
 HUGE = "1" + 23 * "0"
 WRONG = [
-    (["fly"], "no command 'fly'; there are list, run, monte-carlo, sensitivity, compare, excite, identify, paper"),
+    (
+        ["fly"],
+        "no command 'fly'; there are list, run, monte-carlo, sensitivity, compare, excite, view, identify, paper",
+    ),
     (["rnu"], "no command 'rnu'; did you mean 'run'?"),
     (["montecarlo"], "did you mean 'monte-carlo'?"),
     (["x" * 500], "no command 'xxxxxxxx"),
@@ -166,6 +172,29 @@ def test_only_the_command_asked_for_is_imported():
     loaded = set(done.stdout.splitlines()[-1].split())
     assert "scenarios.commands.list" in loaded
     assert not loaded & {"numpy", "mujoco", "pinocchio", "pandas", "matplotlib", "scenarios.commands.run"}
+
+
+def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys, tmp_path):
+    asked = []
+
+    def read(path, couplings):
+        asked.append(couplings)
+        raise RobotModelError("seen")
+
+    monkeypatch.setattr(scenarios.robot_models, "read_arm", read)
+    for name in ("arm.xml", "a.csv", "b.csv", "p.toml"):
+        (tmp_path / name).touch()
+    monkeypatch.chdir(tmp_path)
+    words = ["identify", "--model", "arm.xml", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]
+    assert main([*words, "--coupling", "5", "6", "--coupling", "2", "4"]) == Status.BAD_INPUT
+    assert capsys.readouterr().err == "rx90: seen\n"
+    assert asked == [((4, 5), (1, 3))]
+
+
+def test_a_budget_has_64_rows_of_its_design_unless_told():
+    parser = argparse.ArgumentParser()
+    command("sensitivity").add_arguments(parser)
+    assert parser.parse_args(["nominal", "--out", "there"]).samples == 64
 
 
 def test_what_nobody_foresaw_is_one_line_with_a_status_of_its_own(monkeypatch, capsys):

@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -6,7 +7,7 @@ import pytest
 
 from scenarios.cli import main
 from scenarios.paper import published
-from scenarios.paper.experiment import run_paper
+from scenarios.paper.experiment import checks_of, run_paper
 
 
 @pytest.fixture(scope="module")
@@ -18,6 +19,16 @@ def test_every_claim_of_the_paper_holds(repeated):
     failed = [check.claim for check in repeated.checks if not check.holds]
     assert not failed
     assert len(repeated.checks) == 8
+
+
+@pytest.mark.parametrize(("ratio", "holds"), [(1.16, True), (1.24, True), (1.14, False), (1.26, False)])
+def test_the_mass_of_case_3_is_near_1_2_times_that_of_case_2_or_the_claim_fails(repeated, ratio, holds):
+    one, two, three = repeated.cases
+    mass = ratio * two["M"].value
+    named = tuple(replace(each, value=mass) if each is three["M"] else each for each in three.parameters)
+    checks = checks_of(replace(repeated, cases=(one, two, replace(three, parameters=named))))
+    (claim,) = [check for check in checks if check.claim.startswith("case 3 finds a mass near 1.2")]
+    assert claim.holds == holds
 
 
 def test_cases_use_the_gains_they_say(repeated):

@@ -102,6 +102,17 @@ def test_a_robot_file_that_states_them_has_frames_couplings_and_a_spring(tmp_pat
         plant_model(plant_of(robot, r4_error=0.01), loaded=False, step=1e-3)
 
 
+def test_a_frame_without_a_body_and_a_spring_without_a_link_are_refused(tmp_path):
+    missing = read_robot(robot_folder(tmp_path / "missing", 4, extra='[frames]\nr4 = "part9"\n'))
+    with pytest.raises(EffectError, match=r"errors: r4_error = 0\.003 m: .*arm\.xml has no body 'part9'"):
+        plant_model(plant_of(missing, r4_error=0.003), loaded=False, step=1e-3)
+    path = robot_folder(tmp_path / "short", 4, extra=SPRING)
+    model = path.parent / "arm.xml"
+    model.write_text(model.read_text().replace('name="part3" pos="0.02 0 0.221"', 'name="part3" pos="0 0 0"'))
+    with pytest.raises(EffectError, match="errors: gravity_spring: part2 has no length to hook a spring to"):
+        plant_model(plant_of(read_robot(path), gravity_spring=900.0), loaded=False, step=1e-3)
+
+
 @pytest.mark.parametrize("elastic", [False, True])
 def test_a_coupled_motor_turns_with_the_sum_of_the_joints_that_its_robot_names(tmp_path, elastic):
     robot = read_robot(robot_folder(tmp_path, 4, extra=COUPLING))

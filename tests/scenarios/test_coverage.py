@@ -269,7 +269,7 @@ def test_the_page_says_what_the_rows_say_and_where_they_are_from(tmp_path, write
     assert "    rx90 monte-carlo fleet -n 9" in text
     assert "Versions behind fleet: numpy 7.8.9, code 0123abcd." in text
     assert text.endswith("As ever.\n")
-    assert "share the seeds" not in text
+    assert "seeds, hence" not in text
     assert "![Ranks of z with the band of honest intervals](coverage.png)" in text
 
 
@@ -291,7 +291,11 @@ def test_studies_with_the_same_seeds_are_said_to_share_their_noise(tmp_path, wri
     first, before, after = (
         write_page["covered"](folder(tmp_path / str(seed), rows, 5, seed=seed)) for seed in (40, 36, 45)
     )
-    assert write_page["overlaps"]([first, before]) == ["fleet and fleet share the seeds, hence the noise, of 1 trials."]
+    assert write_page["overlaps"]([first, before]) == ["fleet and fleet share seeds of 1 trials, hence their noise."]
+    assert write_page["overlaps"]([first, first]) == [
+        "All studies have the same 5 seeds, hence the same noise in its own size."
+    ]
+    assert write_page["overlaps"]([first]) == []
     assert write_page["overlaps"]([first, after]) == write_page["overlaps"]([before, after]) == []
 
 

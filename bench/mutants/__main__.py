@@ -55,7 +55,9 @@ def main() -> None:
 def _options(settings: Mapping[str, object]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m bench.mutants", description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("files", nargs="*", help="packages or files to change (default: all packages)")
-    parser.add_argument("--tests", nargs="*", default=[], help="files or folders of tests (default: all)")
+    parser.add_argument(
+        "--tests", nargs="*", default=settings["tests"], help="files or folders of tests (default %(default)s)"
+    )
     parser.add_argument(
         "--per-package", type=int, default=settings["per_package"], help="mutants (default %(default)s)"
     )

@@ -189,11 +189,14 @@ def test_a_method_that_takes_too_long_is_ended_with_all_that_it_started(text, fo
         from scenarios.methods.nursery import _running
 
         _running.cache_clear()
-    started = time.perf_counter()
-    error = failure(text, folder, Limits(time_s=4.0, memory_gb=2.0))
-    assert type(error).__name__ == "MethodTimedOut"
-    assert str(error) == "no answer after 4 s"
-    assert time.perf_counter() - started < 20.0
+    for limit in (4.0, 20.0, 90.0):  # on a busy machine a method may not have started anything by then
+        started = time.perf_counter()
+        error = failure(text, folder, Limits(time_s=limit, memory_gb=2.0))
+        assert type(error).__name__ == "MethodTimedOut"
+        assert str(error) == f"no answer after {limit:g} s"
+        assert time.perf_counter() - started < 5.0 * limit
+        if note.exists():
+            break
     for number in map(int, note.read_text().split()):
         assert not _alive(number)
 

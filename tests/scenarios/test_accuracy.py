@@ -110,11 +110,13 @@ def test_paper_noise_stays_inside_the_paper_s_two_sigma_and_claims_its_own_hones
 
 @pytest.mark.slow
 def test_coarse_encoders_bias_least_squares_by_more_than_it_claims_and_fine_ones_do_not(tmp_path):
+    alone = 'extends = "coarse-encoder"\nidentification.method = "ls-2011"\n'
+    (tmp_path / "coarse.toml").write_text(alone)
     (tmp_path / "fine.toml").write_text(
-        'extends = "coarse-encoder"\nexperiment.sensors = { encoder_quantum = 2e-6, encoder_noise = 2e-6 }\n'
+        f"{alone}experiment.sensors = {{ encoder_quantum = 2e-6, encoder_noise = 2e-6 }}\n"
     )
     errors, claimed = {}, {}
-    for name in ("coarse-encoder", str(tmp_path / "fine.toml")):
+    for name in (str(tmp_path / "coarse.toml"), str(tmp_path / "fine.toml")):
         runs = [run(prepared(name), seed) for seed in range(16)]
         errors[name] = gains(runs, "rel_error")[:, :5]
         claimed[name] = np.mean(gains(runs, "std") / gains(runs, "true"), axis=0)[:5]
@@ -122,5 +124,5 @@ def test_coarse_encoders_bias_least_squares_by_more_than_it_claims_and_fine_ones
     sure = 4.0 * coarse.std(axis=0, ddof=1) / 4.0  # four deviations of a mean of sixteen
     biased = [0, 1, 3]
     assert (coarse.mean(axis=0) - sure)[[0, 3]].min() > 0.005
-    assert (coarse.mean(axis=0) > claimed["coarse-encoder"])[biased].all()
+    assert (coarse.mean(axis=0) > claimed[str(tmp_path / "coarse.toml")])[biased].all()
     assert np.abs(fine.mean(axis=0)).max() < 0.003

@@ -23,8 +23,9 @@ def check_joints(evidence: Evidence) -> Finding | None:
         return None
     granted = np.linalg.norm(solution.model, axis=1)
     change, z = dict[int, float](), dict[int, float]()
-    places = list(evidence.identified.values())
-    parts = {joint: part_of(fit, np.arange(len(fit.gram)) // 2 == joint, places) for joint in rows.unknowns}
+    of_joint = np.arange(len(fit.gram)) // 2
+    own_gain = {joint: [evidence.identified[joint]] if joint in evidence.identified else [] for joint in rows.unknowns}
+    parts = {joint: part_of(fit, of_joint == joint, places) for joint, places in own_gain.items()}
     residual = sum((each.residual for each in parts.values()), start=np.zeros(len(rows.V)))
     for joint, k in evidence.identified.items():
         part = parts[joint].changes.get(k)

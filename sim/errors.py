@@ -59,3 +59,7 @@ class Saturated(SimulationError):
 
 class LimitReached(SimulationError):
     """A joint reached the end of its range."""
+
+
+class SequenceError(PlantError):
+    """A motion of a robot with a memory, without the motion before it."""

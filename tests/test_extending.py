@@ -67,7 +67,7 @@ CONTRACTS = {
     "tests/ident/test_estimators.py": "weighted",
     "tests/ident/test_uncertainty.py": "white",
     "tests/ident/test_logs.py": "npz",
-    "tests/sim/test_extending.py": "dress_pack|torque_ripple|lost_samples",
+    "tests/sim/test_extending.py": "dress_pack|eccentric_gear|dropouts",
     "tests/scenarios/test_reports.py": "csv",
     "tests/scenarios/test_execute.py": "profile",
     "tests/scenarios/test_cli.py": "speeds",
@@ -239,26 +239,26 @@ def test_a_constant_effect_pulls_as_its_equation_says(followed, plain):
 
 def test_a_varying_effect_pulls_as_its_equation_says(followed, plain):
     followed.said("varying effect")
-    for with_it, without in zip(followed.saved("ripple"), plain.recordings, strict=True):
+    for with_it, without in zip(followed.saved("eccentric"), plain.recordings, strict=True):
         torque, wave = GAIN * (with_it.v - without.v), np.sin(6.0 * without.q)
         # The same; waves of up to 2 Hz, whose phase is off where the joint yields to them.
         found = [slope(wave[:, j], torque[:, j]) for j in range(6)]
         np.testing.assert_allclose(found, 4.0, rtol=0.1)
     keys = followed.keys("ModelErrors")
-    assert (keys["torque_ripple"]["maximum"], keys["ripple_waves"]["maximum"]) == (1e3, 1e4)
+    assert (keys["eccentric_torque"]["maximum"], keys["eccentric_waves"]["maximum"]) == (1e3, 1e4)
 
 
-def test_a_sensor_loses_samples_and_changes_no_other(followed, plain):
+def test_a_sensor_drops_currents_and_changes_nothing_else(followed, plain):
     followed.said("sensor")
-    for lossy, whole in zip(followed.saved("lossy"), plain.recordings, strict=True):
-        kept = np.isin(whole.t, lossy.t)
-        assert kept[[0, -1]].all()
-        for name in ("t", "q", "v"):
-            np.testing.assert_array_equal(getattr(lossy, name), getattr(whole, name)[kept])
-        # 2 % of 6001, with a deviation of 0.18 %; five of these are a false alarm in two million.
-        assert abs(np.mean(~kept) - 0.02) < 0.009
-    assert followed.keys("SensorOptions")["lost_samples"]["maximum"] == 0.5
-    assert "lost" in followed.keys("SourceTable")["stream"]["anyOf"][0]["enum"]
+    for gaps, whole in zip(followed.saved("dropouts"), plain.recordings, strict=True):
+        dropped = gaps.v == 0.0
+        np.testing.assert_array_equal(gaps.v, np.where(dropped, 0.0, whole.v))
+        for name in ("t", "q"):
+            np.testing.assert_array_equal(getattr(gaps, name), getattr(whole, name))
+        # 0.2 % of 36006, with a deviation of 0.024 %; five of these are a false alarm in two million.
+        assert abs(np.mean(dropped) - 0.002) < 0.0012
+    assert followed.keys("SensorOptions")["current_dropouts"]["maximum"] == 0.5
+    assert "dropouts" in followed.keys("SourceTable")["stream"]["anyOf"][0]["enum"]
 
 
 def test_a_saved_answer_is_scored(followed):

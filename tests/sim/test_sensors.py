@@ -71,7 +71,7 @@ def test_both_motions_and_all_sensors_have_noise_of_their_own():
     for name, generator in (("encoder", encoder), ("white", current), ("clock", clock)):
         np.testing.assert_array_equal(same[name].standard_normal(5), generator.standard_normal(5))
     assert same["white"] is same["coloured"]
-    assert STREAMS == ("encoder", "white", "coloured", "clock")
+    assert STREAMS == ("encoder", "white", "coloured", "clock", "current sensor", "drive clocks", "samples")
 
 
 def test_a_replaced_stream_leaves_the_others():

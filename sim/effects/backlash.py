@@ -18,6 +18,9 @@ from sim.effects.joint_elasticity import JointElasticity, sag, transmissions
 from sim.errors import EffectError
 from sim.robot import Robot
 
+NOTHING = 1e-9
+"""Torque [N m] that is rounding: it pulls no link to either side."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Backlash(JointElasticity):
@@ -50,7 +53,7 @@ def _hang(values: Backlash, model: mujoco.MjModel, state: Array) -> None:
     data.qpos[:] = state
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_fwdVelocity(model, data)
-    gravity = data.qfrc_bias[:n]
+    gravity = np.where(np.abs(data.qfrc_bias[:n]) > NOTHING, data.qfrc_bias[:n], 0.0)
     state[:n] = state[n:] - 0.5 * values.backlash * np.sign(gravity)
     sag(model, state)
 

@@ -149,7 +149,8 @@ class DrawTable(_Table):
     """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
     `target` names the numbers by their place in the scenario (`plant.gain`, `plant.payload.mass`). Every number of an
-    array is drawn by itself unless `shared`. A parameter may be an array too, one value a number.
+    array is drawn by itself unless `shared`. A parameter may be an array too, one value a number of the target, or of
+    all targets in their order.
     """
 
     target: Target

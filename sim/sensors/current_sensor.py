@@ -28,9 +28,9 @@ class CurrentSensor(Values):
 def _adjusted(values: CurrentSensor, log: Log, streams: NoiseStreams) -> Log:
     if not (values.current_gain_error or values.current_offset):
         return log
-    gain, offset = streams["current sensor"].standard_normal((2, log.v.shape[1]))
+    gain, offset = streams["current_sensor"].standard_normal((2, log.v.shape[1]))
     rms = np.sqrt(np.mean(log.v**2, axis=0))
     return replace(log, v=(1.0 + values.current_gain_error * gain) * log.v + values.current_offset * offset * rms)
 
 
-EFFECT = SensorEffect[CurrentSensor](streams=("current sensor",), logs=_adjusted)
+EFFECT = SensorEffect[CurrentSensor](streams=("current_sensor",), logs=_adjusted)

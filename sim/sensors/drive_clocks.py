@@ -30,7 +30,7 @@ class DriveClocks(Values):
 def _own_time(values: DriveClocks, log: Log, streams: NoiseStreams) -> Log:
     if not (values.clock_offset or values.clock_rate):
         return log
-    rate, offset = streams["drive clocks"].standard_normal((2, log.v.shape[1]))
+    rate, offset = streams["drive_clocks"].standard_normal((2, log.v.shape[1]))
     even = np.arange(len(log.v)) / log.rate_hz
     taken = np.outer(even, 1.0 + values.clock_rate * rate) + values.clock_offset * offset  # (N, n)
     return replace(log, q=_read(even, log.q, taken), v=_read(even, log.v, taken))
@@ -40,4 +40,4 @@ def _read(t: Array, columns: Array, taken: Array) -> Array:
     return np.stack([np.interp(at, t, column) for at, column in zip(taken.T, columns.T, strict=True)], axis=1)
 
 
-EFFECT = SensorEffect[DriveClocks](streams=("drive clocks",), logs=_own_time)
+EFFECT = SensorEffect[DriveClocks](streams=("drive_clocks",), logs=_own_time)

@@ -147,7 +147,7 @@ def test_a_varying_effect_pushes_the_joints_with_the_torque_that_it_states(exten
 
 def test_a_sensor_draws_from_a_stream_of_its_own_and_leaves_those_of_the_others(extended):
     plain = noise_streams(np.random.default_rng(4))
-    names = ["encoder", "white", "coloured", "clock", "current sensor", "drive clocks", "samples", "drift"]
+    names = ["encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples", "drift"]
     assert [*plain.generators] == names
     own = np.random.default_rng(4).spawn(7)
     for name, generator in (("encoder", own[0]), ("white", own[1]), ("clock", own[2]), ("drift", own[6])):

@@ -71,7 +71,7 @@ def test_both_motions_and_all_sensors_have_noise_of_their_own():
     for name, generator in (("encoder", encoder), ("white", current), ("clock", clock)):
         np.testing.assert_array_equal(same[name].standard_normal(5), generator.standard_normal(5))
     assert same["white"] is same["coloured"]
-    assert STREAMS == ("encoder", "white", "coloured", "clock", "current sensor", "drive clocks", "samples")
+    assert STREAMS == ("encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples")
 
 
 def test_a_replaced_stream_leaves_the_others():
@@ -136,7 +136,7 @@ def log_of(*, rate: float = 250.0, samples: int = 400) -> Log:
 
 def drawn(name: str, shape: tuple[int, ...], distribution: str, seed: int = 6) -> np.ndarray:
     """What a sensor draws: the children of a generator, in the order of the sensors."""
-    child = ["encoder", "current", "clock", "current sensor", "drive clocks", "samples"].index(name)
+    child = ["encoder", "current", "clock", "current_sensor", "drive_clocks", "samples"].index(name)
     return getattr(np.random.default_rng(seed).spawn(6)[child], distribution)(shape)
 
 
@@ -145,7 +145,7 @@ def test_a_current_sensor_has_an_error_of_gain_and_of_zero_in_each_motion_and_jo
     seen = SENSOR_EFFECTS["current_sensor"].logs(
         SensorOptions(current_gain_error=0.02, current_offset=0.05), log, noise
     )
-    gain, offset = drawn("current sensor", (2, 3), "standard_normal")
+    gain, offset = drawn("current_sensor", (2, 3), "standard_normal")
     rms = np.sqrt(np.mean(log.v**2, axis=0))
     np.testing.assert_allclose(seen.v, log.v * (1.0 + 0.02 * gain) + 0.05 * offset * rms, rtol=0, atol=1e-14)
     assert seen.q is log.q
@@ -158,7 +158,7 @@ def test_a_current_sensor_has_an_error_of_gain_and_of_zero_in_each_motion_and_jo
 def test_drives_sample_by_clocks_of_their_own(offset, rate):
     log, (noise,) = log_of(), streams(6)
     seen = SENSOR_EFFECTS["drive_clocks"].logs(SensorOptions(clock_offset=offset, clock_rate=rate), log, noise)
-    by_rate, by_offset = drawn("drive clocks", (2, 3), "standard_normal")
+    by_rate, by_offset = drawn("drive_clocks", (2, 3), "standard_normal")
     taken = np.clip(np.outer(log.t, 1.0 + rate * by_rate) + offset * by_offset, log.t[0], log.t[-1])
     np.testing.assert_array_equal(seen.t, log.t)
     # Straight lines between samples 4 ms apart: an eighth of the square times 3^2 1.3 and 5^2 7.

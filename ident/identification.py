@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 from ident.agreement import agreed, disagreement_notes, disagreements
 from ident.arm import Arm
+from ident.conclusion import concluded
 from ident.contradiction import check_shape, check_signs
 from ident.errors import Contradiction, NotIdentifiable
 from ident.estimate import GainEstimate
-from ident.estimators import DEFAULT, estimator
-from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.estimators import DEFAULT, estimator, ls_2011
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
@@ -23,6 +23,7 @@ from ident.wiring import WiringCheck, check_wiring
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 ALONE = "larger"
 """Uncertainty that the limits of contradictions were measured with (`docs/derivations.md`)."""
+ALONE_OPTIONS = ls_2011.JointByJointOptions()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,7 +114,11 @@ def identify_motions(
     alone = joint_by_joint(problem)
     if alone is not None:
         _check_alone(problem, alone)
-    estimate = chosen.estimate(problem, chosen.options() if options is None else options)
+    wanted = chosen.options() if options is None else options
+    if alone is not None and method == ls_2011.NAME and wanted == ALONE_OPTIONS:
+        estimate = concluded(method, problem, alone.solution)  # found already, judged by another uncertainty
+    else:
+        estimate = chosen.estimate(problem, wanted)
     if alone is None:
         _check_alone(problem, estimate)
     late = lags(problem, estimate)
@@ -147,7 +152,7 @@ def joint_by_joint(problem: Problem) -> GainEstimate | None:
     """
     options = replace(problem.options, uncertainty=ALONE)
     try:
-        return joint_by_joint_gains(replace(problem, options=options), JointByJointOptions())
+        return ls_2011.joint_by_joint_gains(replace(problem, options=options), ALONE_OPTIONS)
     except NotIdentifiable:
         return None
 

@@ -45,6 +45,10 @@ class TooLong(PlantError):
     """An experiment that would take more memory or time than anybody has."""
 
 
+class SequenceError(PlantError):
+    """A motion of a robot with a memory, without the motion before it."""
+
+
 class TrajectoryError(SimulationError):
     """A motion that breaks a limit before anything is simulated."""
 
@@ -61,5 +65,9 @@ class LimitReached(SimulationError):
     """A joint reached the end of its range."""
 
 
-class SequenceError(PlantError):
-    """A motion of a robot with a memory, without the motion before it."""
+class NoPicture(SimulationError):
+    """A scene that cannot be shown: no window, or nothing to draw with."""
+
+
+ADVICE = "install EGL (libegl1, libgl1-mesa-dri) or OSMesa (libosmesa6), and set MUJOCO_GL=egl or osmesa"
+"""What to do where nothing can be drawn, by the names of Debian's packages."""

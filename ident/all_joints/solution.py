@@ -65,9 +65,18 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fitted:
-    """A fit, and the own columns it was made with."""
+    """A fit, and what it was made with.
 
+    Attributes:
+        columns: Rows of every joint, compliance among what is shared where joints yield.
+        own: Own columns of every joint.
+        prior: On log|h|.
+        fit: What was found.
+    """
+
+    columns: tuple[JointColumns, ...]
     own: tuple[OwnColumns, ...]
+    prior: Prior
     fit: AllJointsFit
 
 
@@ -126,10 +135,28 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
     prior = around(first.h)
     found = search(joints, first.h, prior)
-    return Fitted(own=own, fit=fitted(columns, own, joints, found, prior, ready.problem.row_period))
+    fit = fitted(columns, own, joints, found, prior, ready.problem.row_period)
+    return Fitted(columns=columns, own=own, prior=prior, fit=fit)
 
 
-def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
+def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
+    """Fit the same model to other currents, from where it was.
+
+    Args:
+        before: The model, and where to begin.
+        currents: Of every joint's rows [drive units], n arrays of shape (r_j,).
+
+    Raises:
+        NotConverged: If no end is found.
+    """
+    columns = tuple(replace(each, V=V) for each, V in zip(before.columns, currents, strict=True))
+    joints = [reduced_joint(each, F) for each, F in zip(columns, before.own, strict=True)]
+    found = search(joints, before.fit.found.h, before.prior)
+    fit = fitted(columns, before.own, joints, found, before.prior, before.fit.rows.row_period)
+    return replace(before, columns=columns, fit=fit)
+
+
+def solution(ready: Setting, final: Fitted, model: Array, moved: Array) -> GainSolution:
     """What a fit says about the gains.
 
     Args:
@@ -137,9 +164,10 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
         final: The fit.
         model: Relative change of each gain per deviation of what the model takes for granted, shape (n, m); beliefs
             of the fit itself are added.
+        moved: Change of each log|h| by what is known beyond the fit, shape (n,). Deviations stay those of the fit.
     """
     fit = final.fit
-    n, h, rows = ready.n, fit.found.h, fit.rows
+    n, h, rows = ready.n, fit.found.h * np.exp(moved), fit.rows
     friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
     for j, (own, phi, phi_influence) in enumerate(zip(final.own, fit.phi, fit.phi_influence, strict=True)):
         for k, name in enumerate(own.names):
@@ -155,7 +183,7 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
     loaded = np.concatenate([each.payload.any(axis=(0, 2)) for each in ready.columns])
     known = np.concatenate([each.known for each in ready.columns])
     return GainSolution(
-        rows=rows,
+        rows=replace(rows, V=np.concatenate([each.V for each in ready.columns])),
         joints=np.arange(n),
         inverse=h,
         influence=h[:, None] * fit.log_influence,

@@ -21,9 +21,9 @@ SLOPE = "plant.errors.gain_by_temperature"
 HEAD = """# Half an hour on the robot
 
 Written by `make protocols`, which runs `rx90 monte-carlo` on every scenario of `docs/protocols`; nothing in the tables
-is typed by hand. Each scenario is `field` with friction that depends on temperature and a protocol of its own, {trials}
-seeds, identified by the default method. Its sizes stand in the files; that of friction against temperature, the pauses
-of five minutes for every change of the payload and how far drives warm up are assumed.
+is typed by hand. Each scenario is `field` with cogging, gains and friction that depend on temperature, and a protocol
+of its own, {trials} seeds, identified by the default method. Its sizes stand in the files; that of friction against
+temperature, the pauses of five minutes for every change of the payload and how far drives warm up are assumed.
 """
 TAIL = """
 A gain is that of its temperature: magnets weaken as they warm up. **Against the cold drive** counts as an error what

@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs methods protocols schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs methods coverage protocols schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -44,6 +44,11 @@ PROTOCOLS := pair pair-warm return return-warm two-weights two-weights-warm
 protocols: .venv/ready  # half an hour; goes on from what out/protocols holds
 	for each in $(PROTOCOLS); do $(BIN)/rx90 monte-carlo docs/protocols/$$each.toml -n 40 --out out/protocols/$$each || [ $$? = 1 ] || exit 1; done
 	$(BIN)/python docs/protocols.py out/protocols
+
+COVERED ?= $(wildcard out/coverage/*)
+
+coverage: .venv/ready  # from the folders that rx90 monte-carlo left, those of out/coverage unless COVERED names others
+	$(BIN)/python docs/coverage.py $(COVERED)
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.files.json_schema

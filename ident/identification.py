@@ -1,11 +1,14 @@
 """Identify drive gains from bare and loaded recordings: check, observe, estimate, check."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ident.agreement import agreed, disagreement_notes, disagreements
 from ident.arm import Arm
 from ident.conclusion import concluded
+from ident.consistency import CHECKS, Check, findings
+from ident.consistency.evidence import Evidence
+from ident.consistency.finding import Finding
 from ident.contradiction import check_shape, check_signs
 from ident.errors import Contradiction, NotIdentifiable
 from ident.estimate import GainEstimate
@@ -47,10 +50,12 @@ class Identification:
     Attributes:
         estimate: A gain or a reason for each joint, with what proves it, and the payload parameters found on the way.
         notes: What was done to the recordings, and what their owner should know.
+        findings: What the consistency tests found; those that fail are among the notes.
     """
 
     estimate: GainEstimate
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 def identify(
@@ -64,6 +69,7 @@ def identify(
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
     wiring: WiringCheck = check_wiring,
+    checks: Mapping[str, Check] = CHECKS,
 ) -> Identification:
     """Identify drive gains from one bare and one loaded motion; arguments as `identify_motions`."""
     return identify_motions(
@@ -74,6 +80,7 @@ def identify(
         observing=observing,
         gains=gains,
         wiring=wiring,
+        checks=checks,
     )
 
 
@@ -86,6 +93,7 @@ def identify_motions(
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
     wiring: WiringCheck = check_wiring,
+    checks: Mapping[str, Check] = CHECKS,
 ) -> Identification:
     """Identify drive gains from any number of motions, bare and with one or more mountings of a payload.
 
@@ -97,6 +105,7 @@ def identify_motions(
         observing: Filters and thresholds.
         gains: When a gain counts as identifiable, and how its uncertainty is found.
         wiring: What makes sure that the logs are of this arm; `known_wiring` where nobody doubts it.
+        checks: Consistency tests of the estimate; `UNCHECKED` where nobody reads what they say.
 
     Raises:
         IdentificationError: One class a cause, if the data cannot be what they are said to be; the message says what
@@ -125,14 +134,17 @@ def identify_motions(
     estimate = in_time(estimate, late)
     different = disagreements(problem, estimate, drift=chosen.drift)
     observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
+    kept = agreed(estimate, different)
+    found = findings(Evidence(problem=problem, estimate=kept, drift=chosen.drift), checks)
     notes = (
         estimate.remarks
+        + tuple(each.sentence for each in found if each.sentence is not None)
         + observation_notes
         + lag_notes(late)
         + disagreement_notes(different)
         + residual_notes(estimate)
     )
-    return Identification(agreed(estimate, different), notes)
+    return Identification(kept, notes, found)
 
 
 def _check_alone(problem: Problem, estimate: GainEstimate) -> None:

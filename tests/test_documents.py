@@ -13,7 +13,7 @@ PLACE = re.compile(r"`((?:ident|sim|scenarios|rx90_mjcf|tests|docs|bench)/[\w./-
 TESTS = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
 CODE = "\n".join(
     path.read_text(encoding="utf-8")
-    for package in ("ident", "sim", "scenarios", "rx90_mjcf")
+    for package in ("ident", "sim", "scenarios", "rx90_mjcf", "docs/adapters")
     for path in (ROOT / package).rglob("*")
     if path.suffix in (".py", ".toml")
 )

@@ -15,6 +15,7 @@ from scipy import optimize, stats
 
 from ident.all_joints.friction import Term
 from ident.all_joints.solution import Fitted, Setting, Terms, fit_with
+from ident.all_joints.stiffness import assumed_compliance
 from ident.all_joints.terms import (
     LOAD_FORMS,
     LOAD_MEAN,
@@ -54,11 +55,14 @@ class Selected:
         final: Its fit.
         model: Relative change of each gain to other defensible models, shape (n, m).
         remarks: What was chosen, in words.
+        softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
+            (r_j,); a model of yielding ones has it among its columns.
     """
 
     final: Fitted
     model: Array
     remarks: tuple[str, ...]
+    softened: tuple[Array, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +108,13 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     ]
     if yields:
         remarks.append("the joints yield")
-    return Selected(final=best.fitted, model=np.column_stack(shares), remarks=tuple(remarks))
+    compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
+    return Selected(
+        final=best.fitted,
+        model=np.column_stack(shares),
+        remarks=tuple(remarks),
+        softened=tuple(each @ compliance for each in first.softened),
+    )
 
 
 def _load_words(form: str, belief: _Belief) -> str:

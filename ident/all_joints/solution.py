@@ -11,9 +11,10 @@ from ident.all_joints.friction import OwnColumns, Term, own_columns
 from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.search import Prior, search
 from ident.all_joints.start import start_of
+from ident.all_joints.terms import LOAD_FORMS
 from ident.arrays import Array
 from ident.errors import NotIdentifiable
-from ident.estimate import GainSolution
+from ident.estimate import GainSolution, LoadFriction
 from ident.problem import Problem
 
 Terms = Sequence[Mapping[str, Term]]
@@ -156,7 +157,7 @@ def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
     return replace(before, columns=columns, fit=fit)
 
 
-def solution(ready: Setting, final: Fitted, model: Array, moved: Array) -> GainSolution:
+def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened: Sequence[Array] = ()) -> GainSolution:
     """What a fit says about the gains.
 
     Args:
@@ -165,6 +166,8 @@ def solution(ready: Setting, final: Fitted, model: Array, moved: Array) -> GainS
         model: Relative change of each gain per deviation of what the model takes for granted, shape (n, m); beliefs
             of the fit itself are added.
         moved: Change of each log|h| by what is known beyond the fit, shape (n,). Deviations stay those of the fit.
+        softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
+            (r_j,); empty if nobody asks.
     """
     fit = final.fit
     n, h, rows = ready.n, fit.found.h * np.exp(moved), fit.rows
@@ -193,7 +196,28 @@ def solution(ready: Setting, final: Fitted, model: Array, moved: Array) -> GainS
         friction=friction,
         friction_influence=influence,
         unsolved={},
+        softened=np.concatenate([each * part for each, part in zip(h, softened, strict=True)]) if softened else None,
+        load_friction=_load_friction(final),
     )
+
+
+def _load_friction(final: Fitted) -> LoadFriction | None:
+    """What the coefficients of load friction do to the gains: the regression of log g on each in the fit's covariance.
+
+    It is the same whatever is believed of the coefficient itself.
+    """
+    fit, n = final.fit, len(final.own)
+    if not any(name in LOAD_FORMS for own in final.own for name in own.names):
+        return None
+    std, slope = np.zeros(n), np.zeros(n)
+    for j, own in enumerate(final.own):
+        for k, name in enumerate(own.names):
+            if name in LOAD_FORMS:
+                coefficient = np.concatenate((fit.phi_influence[j][k] / fit.rows.weight, fit.phi_belief[j][k]))
+                log_h = np.concatenate((fit.log_influence[j] / fit.rows.weight, fit.log_belief[j]))
+                std[j] = np.linalg.norm(coefficient)
+                slope[j] = -float(log_h @ coefficient) / float(std[j] ** 2)  # log g = -log h
+    return LoadFriction(std=std, slope=slope)
 
 
 def _rms(x: Array) -> float:

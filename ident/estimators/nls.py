@@ -106,7 +106,7 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     tame = LOSSES[options.loss]
     chosen = _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
     moved = BODIES[options.payload_body](ready, chosen.final)
-    estimate = concluded(NAME, problem, solution(ready, chosen.final, chosen.model, moved.log))
+    estimate = concluded(NAME, problem, solution(ready, chosen.final, chosen.model, moved.log, chosen.softened))
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
 

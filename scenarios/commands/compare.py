@@ -138,7 +138,7 @@ def _opened(options: argparse.Namespace) -> Status:
             name=name,
             trials=rows["trial"].unique().size,
             unposed=0,
-            methods=summaries(rows, methods, None),
+            methods=summaries(rows, methods, known.bound(name)),
         )
         for name, rows in scored(answers, known).items()
     ]
@@ -186,7 +186,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
     from scenarios.reports.files import write_json, write_markdown
 
     found = [_summed_up(study, folder, methods) for study, folder in zip(studies, folders, strict=True)]
-    report = comparison_report(found, _about(command))
+    report = comparison_report(found, _about(command) | _elsewhere(methods))
     with summary_of(options.out), held.writing():
         write_markdown(report, options.out / REPORT)
         write_json(report, options.out / DOCUMENT)
@@ -221,6 +221,16 @@ def _about(command: str) -> dict[str, str]:
         "Date": datetime.now(UTC).date().isoformat(),
         "Versions": ", ".join(f"{name} {version}" for name, version in versions().items()),
     }
+
+
+def _elsewhere(methods: "list[Method]") -> dict[str, str]:
+    """Files and packages of methods from elsewhere, if there are any."""
+    told = [
+        f"{method.text} with {', '.join(' '.join(pair) for pair in method.digests)}"
+        for method in methods
+        if method.digests
+    ]
+    return {"Methods from elsewhere": "; ".join(told)} if told else {}
 
 
 def _command(options: argparse.Namespace) -> str:

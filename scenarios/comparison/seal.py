@@ -16,8 +16,10 @@ import numpy as np
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from ident.arrays import Array
 from ident.naming import one_line
 from scenarios.build import Bench, bench
+from scenarios.comparison.bound import gain_bound
 from scenarios.comparison.rows import write_trial
 from scenarios.comparison.statistics import NEEDED
 from scenarios.errors import WrongSeal
@@ -32,7 +34,11 @@ SALT_BYTES = 32
 
 
 class TruthFile(BaseModel):
-    """The truth of one problem, and the salt that hides it from guesses."""
+    """The truth of one problem, and the salt that hides it from guesses.
+
+    `bound` is the smallest relative deviation of each gain in its scenario, as `gain_bound` finds it: null of a joint
+    that the data do not show, and as a whole if no noise is injected; it may be missing.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     salt: str
@@ -40,6 +46,7 @@ class TruthFile(BaseModel):
     seed: int
     gain: tuple[float, ...]
     identifiable: tuple[bool, ...]
+    bound: tuple[float | None, ...] | None = None
 
 
 class Sealed(BaseModel):
@@ -70,6 +77,17 @@ class Revealed:
     truths: Mapping[str, TruthFile]
     digests: Mapping[str, str]
 
+    def bound(self, scenario: str) -> Array | None:
+        """Smallest relative deviation of each gain, shape (n,); None if the scenario's truths state none, or several.
+
+        Infinite for a joint that the data do not show.
+        """
+        stated = {truth.bound for truth in self.truths.values() if truth.scenario == scenario}
+        (one, *others) = stated
+        if others or one is None:
+            return None
+        return np.array([np.inf if value is None else value for value in one])
+
 
 def unknown_seed(count: int) -> int:
     """A first seed for so many trials that nobody knows."""
@@ -92,13 +110,16 @@ def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path) -> 
         SimulationError: If a trial cannot be carried out.
         OSError: If something cannot be written.
     """
-    trials = [(scenario, seed + k) for scenario in scenarios for k in range(count)]
+    bounds = [_bound(scenario) for scenario in scenarios]
+    trials = [
+        (scenario, bound, seed + k) for scenario, bound in zip(scenarios, bounds, strict=True) for k in range(count)
+    ]
     order = secrets.SystemRandom().sample(range(len(trials)), len(trials))
     (folder / TRUTH).mkdir(parents=True)
     sealed: dict[str, Sealed] = {}
     for number, place in enumerate(order, 1):
         name = f"problem-{number:04d}"
-        scenario, own = trials[place]
+        scenario, bound, own = trials[place]
         prepared = drawn(bench(scenario), own)
         simulated = _simulated(prepared, own)
         write_trial(prepared, simulated.recordings, folder / PROBLEMS / name)
@@ -108,6 +129,7 @@ def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path) -> 
             seed=own,
             gain=tuple(prepared.true_gain.tolist()),
             identifiable=prepared.scenario.table.tolerance.identifiable,
+            bound=bound,
         )
         content = (json.dumps(truth.model_dump(mode="json"), indent=2) + "\n").encode()
         (folder / TRUTH / f"{name}.json").write_bytes(content)
@@ -198,6 +220,11 @@ def _rows(method: str, trial: int, truth: TruthFile, answer: AnswerRow | None) -
 def _table(rows: list[dict[str, object]]) -> pd.DataFrame:
     numbers = dict.fromkeys(("true", "estimate", "std", "rel_error", "seconds"), np.float64)
     return pd.DataFrame(rows, columns=list(NEEDED)).astype(numbers)
+
+
+def _bound(scenario: Scenario) -> tuple[float | None, ...] | None:
+    found = gain_bound(bench(scenario))
+    return None if found is None else tuple(value if np.isfinite(value) else None for value in found.tolist())
 
 
 def _simulated(prepared: Bench, seed: int) -> Simulated:

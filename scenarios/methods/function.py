@@ -9,14 +9,17 @@ import os
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import cast
 
 from ident.naming import shown
 from scenarios.errors import UnknownMethod
 from scenarios.methods.method import INSIDE, Method, digests
 from scenarios.store.problem_folder import GivenProblem
+from scenarios.versions import PACKAGES
 
 FORM = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):([A-Za-z_]\w*)")
 Gains = Sequence[Mapping[str, object]]
@@ -33,7 +36,7 @@ def method(text: str) -> Method | None:
     module = _loaded(text).__module__
     spec = find_spec(module)
     origin = spec.origin if spec is not None else None
-    return Method(text, (*INSIDE, text), digests([Path(origin)] if origin else []))
+    return Method(text, (*INSIDE, text), (*digests([Path(origin)] if origin else []), *packages(sys.modules[module])))
 
 
 def answered(text: str, problem: GivenProblem) -> dict[str, object]:
@@ -51,6 +54,18 @@ def answered(text: str, problem: GivenProblem) -> dict[str, object]:
         for joint, gain in enumerate(gains, 1)
     ]
     return {"gains": rows}
+
+
+def packages(module: ModuleType) -> tuple[tuple[str, str], ...]:
+    """Name and version of each package that a module has names of, without those that every study records."""
+    held = vars(module).values()
+    origins = {
+        value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None) for value in held
+    }
+    known = packages_distributions()
+    tops = {origin.partition(".")[0] for origin in origins if isinstance(origin, str)}
+    named = {name for top in tops for name in known.get(top, ())} - set(PACKAGES)
+    return tuple((name, version(name)) for name in sorted(named))
 
 
 def _loaded(text: str) -> Callable[[GivenProblem], Gains]:

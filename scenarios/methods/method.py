@@ -17,7 +17,8 @@ class Method:
     Attributes:
         text: As it was named.
         words: The command that answers; the problem's folder is added as its last word.
-        digests: Digest of each file of the method's own that is known, by name: another digest, another method.
+        digests: Digest of each file of the method's own that is known, and version of each package that it imports
+            beside those of every study, by name: another digest or version, another method.
     """
 
     text: str

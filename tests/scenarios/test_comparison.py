@@ -1,5 +1,6 @@
 """Methods side by side: the bound, the statistics, the rule of the order, the study and its report."""
 
+import hashlib
 import json
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -7,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from places import ROOT
 from quick import RANDOM, quick_scenario
 from rich.console import Console
 from scipy import linalg, signal, stats
@@ -16,7 +18,7 @@ from scenarios.build import bench
 from scenarios.cli import main
 from scenarios.comparison.bound import bound_of, gain_bound, in_band
 from scenarios.comparison.rows import METHOD
-from scenarios.comparison.statistics import NEEDED, coverage, summaries
+from scenarios.comparison.statistics import NEEDED, summaries
 from scenarios.errors import NothingToCompare, OtherStudy
 from scenarios.files.loading import load_scenario
 from scenarios.methods import method_of
@@ -25,6 +27,7 @@ from scenarios.reports.comparison import Compared, comparison_report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 from scenarios.run import run_scenario
 from scenarios.studies.comparison import comparison
+from scenarios.studies.coverage import coverage
 from scenarios.studies.study import carry_out, study_identity
 from scenarios.workers.kinds import Workers
 
@@ -372,6 +375,8 @@ def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, ca
     for key in ("Command", "Date", "Versions"):
         assert f"{key}: {said['about'][key]}." in text
     assert said["about"]["Command"].startswith(f"rx90 compare {scenario} --method {STUBS[1]}")
+    digest = hashlib.sha256((ROOT / "tests" / "helpers" / "method_stubs.py").read_bytes()).hexdigest()[:16]
+    assert f"{STUBS[1]} with method_stubs.py {digest}" in said["about"]["Methods from elsewhere"]
     assert (tmp_path / "o" / "quick" / "study.json").is_file()
     bound = gain_bound(bench(load_scenario(str(scenario))))
     stated = [joint["bound"] for joint in said["scenarios"][0]["methods"][0]["joints"]]

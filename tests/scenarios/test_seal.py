@@ -9,9 +9,23 @@ import pytest
 from quick import quick_scenario
 
 import scenarios.comparison.answering as answering
+import scenarios.comparison.seal as sealing
+from scenarios.build import bench
 from scenarios.cli import main
 from scenarios.comparison.answering import answered
-from scenarios.comparison.seal import PROBLEMS, SALT_BYTES, SEAL, TRUTH, revealed, scored, seal, unknown_seed
+from scenarios.comparison.bound import gain_bound
+from scenarios.comparison.seal import (
+    PROBLEMS,
+    SALT_BYTES,
+    SEAL,
+    TRUTH,
+    Revealed,
+    TruthFile,
+    revealed,
+    scored,
+    seal,
+    unknown_seed,
+)
 from scenarios.comparison.statistics import summaries
 from scenarios.errors import ForeignAnswers, MethodTimedOut, NothingToCompare, WrongSeal
 from scenarios.files.loading import load_scenario
@@ -172,6 +186,55 @@ def test_scores_are_those_of_the_truth(sealed, tmp_path, calls):
     assert good.solved[2] == (np.abs(error[:2, wanted]) <= 0.1).sum() / 12
 
 
+def test_the_bound_is_that_of_the_scenario_with_the_numbers_it_states(sealed, scenario):
+    stated = [truth_of(sealed, path.name)["bound"] for path in problems(sealed)]
+    own = gain_bound(bench(load_scenario(str(scenario))))
+    assert own is not None
+    assert np.isfinite(own[0])
+    expected = [value if np.isfinite(value) else None for value in own.tolist()]
+    assert stated == [expected] * 3
+    np.testing.assert_array_equal(revealed(sealed / SEAL, sealed / TRUTH).bound("quick"), own)
+
+
+def known_of(*truths: tuple[str, tuple[float | None, ...] | None]) -> Revealed:
+    each = {
+        f"problem-{k}": TruthFile(salt="5a", scenario=name, seed=k, gain=(1.7,), identifiable=(True,), bound=bound)
+        for k, (name, bound) in enumerate(truths)
+    }
+    return Revealed(each, dict.fromkeys(each, "d1"))
+
+
+def test_a_bound_is_used_where_all_truths_of_a_scenario_state_it_and_what_does_not_show_is_infinite():
+    known = known_of(
+        ("a", (0.02, None)), ("b", (0.03, 0.5)), ("a", (0.02, None)), ("c", None), ("d", (0.1,)), ("d", None)
+    )
+    np.testing.assert_array_equal(known.bound("a"), [0.02, np.inf])
+    np.testing.assert_array_equal(known.bound("b"), [0.03, 0.5])
+    assert known.bound("c") is None
+    assert known.bound("d") is None
+    two = known_of(("a", (0.02,)), ("a", (0.04,)))
+    assert two.bound("a") is None
+
+
+def test_truths_without_a_bound_are_opened_too(sealed, tmp_path):
+    truth = truth_of(sealed, "problem-0001")
+    del truth["bound"]
+    content = json.dumps(truth).encode()
+    (tmp_path / "problem-0001.json").write_bytes(content)
+    digests = {"problem": "d1", "truth": hashlib.sha256(content).hexdigest()}
+    (tmp_path / SEAL).write_text(json.dumps({"format": 1, "problems": {"problem-0001": digests}}))
+    assert revealed(tmp_path / SEAL, tmp_path).bound("quick") is None
+
+
+@pytest.mark.parametrize(
+    ("found", "stated"), [(None, None), (np.array([0.02, np.inf, 0.7]), [0.02, None, 0.7])], ids=["no noise", "no load"]
+)
+def test_a_bound_that_is_not_there_or_infinite_is_sealed_as_null(found, stated, scenario, tmp_path, monkeypatch):
+    monkeypatch.setattr(sealing, "gain_bound", lambda prepared: found)
+    seal([load_scenario(str(scenario))], 1, 7, tmp_path / "sealed")
+    assert truth_of(tmp_path / "sealed", "problem-0001")["bound"] == stated
+
+
 def test_a_truth_that_was_changed_or_kept_back_is_found_out(sealed, tmp_path):
     for path in (sealed / TRUTH).iterdir():
         (tmp_path / path.name).write_bytes(path.read_bytes())
@@ -213,6 +276,10 @@ def test_seal_answer_open_from_the_command_line(scenario, tmp_path, monkeypatch,
     (found,) = json.loads(capsys.readouterr().out)["scenarios"]
     assert (found["name"], found["trials"]) == ("quick", 1)
     assert found["methods"][0]["joints"][2]["gains"] == 1
+    joint = found["methods"][0]["joints"][0]
+    assert joint["bound"] == truth_of(Path("sealed"), "problem-0001")["bound"][0]
+    # the stub states 0.25 of whatever the gain is
+    assert joint["claimed_over_bound"] == pytest.approx(joint["claimed"] / joint["bound"], rel=1e-12)
     assert main(["compare", str(scenario), "-n", "1", "--seal", "sealed"]) == 2
     assert "is not empty; seal into a new folder" in capsys.readouterr().err
 

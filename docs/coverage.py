@@ -274,7 +274,7 @@ def overlaps(studies: list[Covered]) -> list[str]:
     if len(studies) > 1 and all(each == seeds[0] for each in seeds):
         return [f"All studies have the same {len(seeds[0])} seeds, hence the same noise in its own size."]
     return [
-        f"{studies[k].name} and {studies[m].name} share {len(seeds[k] & seeds[m])} seeds, hence the noise of their trials."
+        f"{studies[k].name} and {studies[m].name} share {len(seeds[k] & seeds[m])} seeds, hence noise."
         for k, m in combinations(range(len(studies)), 2)
         if seeds[k] & seeds[m]
     ]

@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs methods coverage schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs methods coverage protocols schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -27,6 +27,7 @@ lint: .venv/ready
 
 bench: .venv/ready
 	$(BIN)/python bench/speed.py
+	$(BIN)/python bench/effects.py
 	$(BIN)/python bench/studies.py
 
 docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
@@ -37,6 +38,12 @@ COMPARED ?= $(wildcard out/methods/*)
 
 methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
 	$(BIN)/python docs/methods.py $(COMPARED)
+
+PROTOCOLS := pair pair-warm return return-warm two-weights two-weights-warm
+
+protocols: .venv/ready  # half an hour; goes on from what out/protocols holds
+	for each in $(PROTOCOLS); do $(BIN)/rx90 monte-carlo docs/protocols/$$each.toml -n 40 --out out/protocols/$$each || [ $$? = 1 ] || exit 1; done
+	$(BIN)/python docs/protocols.py out/protocols
 
 COVERED ?= $(wildcard out/coverage/*)
 

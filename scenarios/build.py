@@ -90,6 +90,8 @@ def bench(scenario: Scenario) -> Bench:
             sensors=table.experiment.sensors,
             step=table.experiment.step,
             earlier=earlier,
+            warm_up=table.experiment.warm_up,
+            pause=table.experiment.pause,
         )
         for earlier, (name, carried) in enumerate(zip(motion_names(protocol), protocol, strict=True))
     )

@@ -144,6 +144,11 @@ def damping_constants(model: mujoco.MjModel) -> Array:
     return np.concatenate((model.dof_damping[-model.nu :], model.tendon_damping[coupling_tendons(model)]))
 
 
+def rotor_constants(model: mujoco.MjModel) -> Array:
+    """Rotor inertia of the driven joints, then of the coupled motors [kg m^2], shape (n + c,)."""
+    return np.concatenate((model.dof_armature[-model.nu :], model.tendon_armature[coupling_tendons(model)]))
+
+
 def _give_drives(spec: mujoco.MjSpec) -> None:
     """One torque drive a joint, whatever the model file has: a servo there is not this plant's."""
     for actuator in spec.actuators:

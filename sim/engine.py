@@ -12,7 +12,7 @@ import numpy as np
 from mujoco.batch import Batch
 
 from ident.arrays import Array
-from sim.varying import Varied, Varying
+from sim.varying import State, Varied, Varying
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -59,17 +59,37 @@ class Engine:
         self._applied: Array = self._batch.bind("qfrc_applied")[:, -n:]
         self._rows = np.flatnonzero([s.varied is not None for s in simulations])
         members = [s.varied for s in simulations if s.varied is not None]
-        self._varying = Varying(members, [self._models[i] for i in self._rows]) if members else None
+        self._varying: Varying | None = None
+        if members:
+            self._period = substeps * float(self._models[0].opt.timestep)
+            self._varying = Varying(members, [self._models[i] for i in self._rows], period=self._period)
+            self._ddq, self._rubbing = (self._batch.bind(name)[:, -n:] for name in ("qacc", "qfrc_constraint"))
         self._time = 0.0
 
     def advance(self) -> None:
         """Step every simulation by one control period."""
         if self._varying is not None:
             rows = self._rows
-            self._applied[rows] = self._varying.torque(self._time, self.q[rows], self._dq[rows], self.current[rows])
+            self._applied[rows] = self._varying.torque(
+                State(
+                    t=self._time,
+                    q=self.q[rows],
+                    dq=self._dq[rows],
+                    v=self.current[rows],
+                    ddq=self._ddq[rows],
+                    rubbing=self._rubbing[rows],
+                )
+            )
             self._batch.set_models(self._models)  # as the batch asks for after an edit
-            self._time += self._substeps * float(self._models[0].opt.timestep)
+            self._time += self._period
         self._batch.step(nstep=self._substeps)
+
+    def warmth(self) -> Array:
+        """Temperature rise of the drives, now [K], shape (B, n); zero where nothing varies."""
+        warmth = np.zeros_like(self.q)
+        if self._varying is not None:
+            warmth[self._rows] = self._varying.warmth
+        return warmth
 
     def unstable(self) -> np.ndarray:
         """Simulations in which MuJoCo met a bad state and reset it, shape (B,)."""

@@ -45,6 +45,10 @@ class TooLong(PlantError):
     """An experiment that would take more memory or time than anybody has."""
 
 
+class SequenceError(PlantError):
+    """A motion of a robot with a memory, without the motion before it."""
+
+
 class TrajectoryError(SimulationError):
     """A motion that breaks a limit before anything is simulated."""
 

@@ -27,7 +27,10 @@ class Experiment:
         controller: Its tuning.
         sensors: Noise and timing.
         step: Physics step [s]; the control period is a multiple of it.
-        earlier: Motions that the robot has carried out before this one; friction may drift from one to the next.
+        earlier: Motions that the robot has carried out before this one; friction may drift from one to the next, and
+            drives stay warm.
+        warm_up: Time for which the first motion was repeated with a bare flange before it [s].
+        pause: Rest before this motion [s], unless it is the first.
     """
 
     name: str
@@ -39,6 +42,8 @@ class Experiment:
     sensors: SensorOptions
     step: float
     earlier: int = 0
+    warm_up: float = 0.0
+    pause: float = 0.0
 
 
 def substeps(experiment: Experiment) -> int:

@@ -19,8 +19,9 @@ from sim.experiment import Experiment, substeps
 from sim.faults import fault
 from sim.plant import Layout, layout
 from sim.quiet import quiet
-from sim.sensors import check_rate, logged
+from sim.sensors import check_rate, logged, noise_streams
 from sim.sensors.effect import NoiseStreams
+from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before, waves
 from sim.varying import varied
 
 
@@ -57,20 +58,51 @@ def try_record(
 def each_record(
     experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int
 ) -> Iterator[tuple[int, Recording | SimulationError]]:
-    """As `try_record`, one outcome at a time with the number of its experiment, for whoever does not keep them all."""
-    models: dict[tuple[int, bool, float, int], mujoco.MjModel] = {}
-    groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
-    for i, (experiment, noise) in enumerate(zip(experiments, streams, strict=True)):
-        try:
-            prepared = _prepared(experiment, noise, models)
-        except PlantError as error:
-            yield i, error
-        else:
-            samples, period = len(prepared.controller.reference), prepared.controller.period
-            groups[samples, period, prepared.substeps, layout(experiment.plant)].append((i, prepared))
-    for members in groups.values():
-        indices, runs = zip(*members, strict=True)
-        yield from zip(indices, _run_batch(runs, threads), strict=True)
+    """As `try_record`, one outcome at a time with the number of its experiment, for whoever does not keep them all.
+
+    Motions of a robot whose drives warm up follow one another, others run side by side: an experiment with `earlier`
+    above 0 then stands right behind the one before it.
+    """
+    models: _Models = {}
+    ended: dict[int, Array | SimulationError] = {}
+    for wave in waves(experiments):
+        ready: list[tuple[int, _Run]] = []
+        warm = _warm([(i, experiments[i]) for i in wave if starts_warm(experiments[i])], models, threads)
+        for i in wave:
+            try:
+                warmth = warm[i] if i in warm else warmth_before(experiments, i, ended)
+                ready.append((i, _prepared(experiments[i], streams[i], models, warmth)))
+            except SimulationError as error:
+                ended[i] = error
+                yield i, error
+        for i, run, log in _run_all(ready, threads):
+            outcome = log if isinstance(log, SimulationError) else _recording(run, log.q, log.v)
+            if is_carried(experiments[i]):
+                ended[i] = log if isinstance(log, SimulationError) else log.warmth
+            yield i, outcome
+
+
+_Models = dict[tuple[int, bool, float, int], mujoco.MjModel]
+
+
+def _warm(
+    experiments: Sequence[tuple[int, Experiment]], models: _Models, threads: int
+) -> dict[int, Array | SimulationError]:
+    """Temperature rise of drives after a warm-up [K], its load taken from a motion at half of it."""
+    found: dict[int, Array | SimulationError] = {i: np.zeros(each.plant.robot.n) for i, each in experiments}
+    for share in (0.5, 1.0) if experiments else ():
+        ready: list[tuple[int, _Run]] = []
+        for i, experiment in experiments:
+            warmth, motion = found[i], warming_motion(experiment)
+            if isinstance(warmth, SimulationError):
+                continue
+            try:
+                ready.append((i, _prepared(motion, noise_streams(np.random.default_rng(0)), models, warmth)))
+            except PlantError as error:
+                found[i] = error
+        for i, run, log in _run_all(ready, threads):
+            found[i] = log if isinstance(log, SimulationError) else after_warm_up(run.experiment, log.v, share)
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -84,10 +116,21 @@ class _Run:
     noise: NoiseStreams
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Done:
+    """What a run that went well leaves: readings, currents, and how warm the drives are."""
+
+    q: Array
+    v: Array
+    warmth: Array
+
+
 def _prepared(
-    experiment: Experiment, noise: NoiseStreams, models: dict[tuple[int, bool, float, int], mujoco.MjModel]
+    experiment: Experiment, noise: NoiseStreams, models: _Models, warmth: Array | SimulationError | None
 ) -> _Run:
     """Compile and tune; experiments on one plant, with one load and step, equally many motions later share a model."""
+    if isinstance(warmth, SimulationError):
+        raise warmth
     steps = substeps(experiment)
     check_rate(experiment.sensors, experiment.controller.rate_hz)
     plant, loaded, step, earlier = experiment.plant, experiment.loaded, experiment.step, experiment.earlier
@@ -97,7 +140,7 @@ def _prepared(
         models[key] = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
     model = models[key]
     start = resting(plant, model, controller.q_ref[0])
-    acting = varied(plant, model, step=step, earlier=earlier)
+    acting = varied(plant, model, step=step, earlier=earlier, warmth=warmth)
     own = model if acting is None else copy(model)
     return _Run(
         experiment=experiment,
@@ -108,7 +151,18 @@ def _prepared(
     )
 
 
-def _run_batch(runs: Sequence[_Run], threads: int) -> Iterator[Recording | SimulationError]:
+def _run_all(ready: Sequence[tuple[int, _Run]], threads: int) -> Iterator[tuple[int, _Run, _Done | SimulationError]]:
+    """Run what is prepared, in one batch what can share one."""
+    groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
+    for i, run in ready:
+        samples, period = len(run.controller.reference), run.controller.period
+        groups[samples, period, run.substeps, layout(run.experiment.plant)].append((i, run))
+    for members in groups.values():
+        indices, runs = zip(*members, strict=True)
+        yield from zip(indices, runs, _run_batch(runs, threads), strict=True)
+
+
+def _run_batch(runs: Sequence[_Run], threads: int) -> Iterator[_Done | SimulationError]:
     with quiet():
         engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
         log = closed_loop(
@@ -118,11 +172,11 @@ def _run_batch(runs: Sequence[_Run], threads: int) -> Iterator[Recording | Simul
             [run.experiment.sensors for run in runs],
             [run.noise for run in runs],
         )
-    unstable = engine.unstable()
+    unstable, warmth = engine.unstable(), engine.warmth()
     for i, run in enumerate(runs):
         q, v = log.q[i], log.v[i]
         found = fault(run.experiment, run.simulation.model, q, v, unstable=bool(unstable[i]))
-        yield found or _recording(run, q, v)
+        yield found or _Done(q=q, v=v, warmth=warmth[i])
 
 
 def _recording(run: _Run, q: Array, v: Array) -> Recording:

@@ -67,7 +67,7 @@ CONTRACTS = {
     "tests/ident/test_estimators.py": "weighted",
     "tests/ident/test_uncertainty.py": "white",
     "tests/ident/test_logs.py": "npz",
-    "tests/sim/test_extending.py": "dress_pack|torque_ripple|lost_samples",
+    "tests/sim/test_extending.py": "dress_pack|eccentric_gear|hum",
     "tests/scenarios/test_reports.py": "csv",
     "tests/scenarios/test_execute.py": "profile",
     "tests/scenarios/test_cli.py": "speeds",
@@ -239,26 +239,30 @@ def test_a_constant_effect_pulls_as_its_equation_says(followed, plain):
 
 def test_a_varying_effect_pulls_as_its_equation_says(followed, plain):
     followed.said("varying effect")
-    for with_it, without in zip(followed.saved("ripple"), plain.recordings, strict=True):
+    for with_it, without in zip(followed.saved("eccentric"), plain.recordings, strict=True):
         torque, wave = GAIN * (with_it.v - without.v), np.sin(6.0 * without.q)
         # The same; waves of up to 2 Hz, whose phase is off where the joint yields to them.
         found = [slope(wave[:, j], torque[:, j]) for j in range(6)]
         np.testing.assert_allclose(found, 4.0, rtol=0.1)
     keys = followed.keys("ModelErrors")
-    assert (keys["torque_ripple"]["maximum"], keys["ripple_waves"]["maximum"]) == (1e3, 1e4)
+    assert (keys["eccentric_torque"]["maximum"], keys["eccentric_waves"]["maximum"]) == (1e3, 1e4)
 
 
-def test_a_sensor_loses_samples_and_changes_no_other(followed, plain):
+def test_a_sensor_hums_in_the_currents_and_changes_nothing_else(followed, plain):
     followed.said("sensor")
-    for lossy, whole in zip(followed.saved("lossy"), plain.recordings, strict=True):
-        kept = np.isin(whole.t, lossy.t)
-        assert kept[[0, -1]].all()
-        for name in ("t", "q", "v"):
-            np.testing.assert_array_equal(getattr(lossy, name), getattr(whole, name)[kept])
-        # 2 % of 6001, with a deviation of 0.18 %; five of these are a false alarm in two million.
-        assert abs(np.mean(~kept) - 0.02) < 0.009
-    assert followed.keys("SensorOptions")["lost_samples"]["maximum"] == 0.5
-    assert "lost" in followed.keys("SourceTable")["stream"]["anyOf"][0]["enum"]
+    for humming, silent in zip(followed.saved("hum"), plain.recordings, strict=True):
+        for name in ("t", "q"):
+            np.testing.assert_array_equal(getattr(humming, name), getattr(silent, name))
+        added = (humming.v - silent.v) / (0.02 * np.sqrt(np.mean(silent.v**2, axis=0)))
+        t = silent.t[:, None]
+        angle = 2.0 * np.pi * 50.0 * t
+        waves = np.concatenate((np.sin(angle), np.cos(angle)), axis=1)
+        parts, *_ = np.linalg.lstsq(waves, added, rcond=None)
+        np.testing.assert_allclose(waves @ parts, added, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(np.hypot(*parts), 1.0, rtol=1e-9)
+        assert np.ptp(np.arctan2(*parts)) > 0.1  # a phase of its own for every joint
+    assert followed.keys("SensorOptions")["current_hum"]["maximum"] == 0.5
+    assert "hum" in followed.keys("SourceTable")["stream"]["anyOf"][0]["enum"]
 
 
 def test_a_saved_answer_is_scored(followed):

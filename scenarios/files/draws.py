@@ -110,20 +110,30 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
         chosen = draw.choice[min(int(uniform[0] * len(draw.choice)), len(draw.choice) - 1)]
         return dict.fromkeys(draw.targets, chosen)
     settings, used = dict[str, Value](), 0
+    total = sum(len(np.atleast_1d(np.asarray(value_at(table, place)))) for place in draw.targets)
     for place in draw.targets:
         value = value_at(table, place)
         if isinstance(value, str):
             raise WrongDraw(f"{place} is the name {value!r}; draw it with choice = [...]")
         base = np.atleast_1d(np.asarray(value, dtype=np.float64))
-        part = np.repeat(uniform, len(base)) if draw.shared else uniform[used : used + len(base)]
+        own = slice(used, used + len(base))
+        part = np.repeat(uniform, len(base)) if draw.shared else uniform[own]
         used += len(base)
-        numbers = _quantiles(draw, part)
+        numbers = _quantiles(draw, part, _parameters(draw, own, total))
         changed = {"replace": numbers, "add": base + numbers, "multiply": base * numbers}[draw.apply]
         settings[place] = changed.tolist() if isinstance(value, list) else float(changed[0])
     return settings
 
 
-def _quantiles(draw: DrawTable, uniform: Array) -> Array:
+def _parameters(draw: DrawTable, own: slice, total: int) -> dict[str, float | tuple[float, ...]]:
+    """The parameters for some of a draw's numbers: of an array that has one for each of all targets, theirs."""
+    return {
+        name: value[own] if isinstance(value, tuple) and len(value) == total else value
+        for name, value in draw.parameters.items()
+    }
+
+
+def _quantiles(draw: DrawTable, uniform: Array, parameters: Mapping[str, float | tuple[float, ...]]) -> Array:
     """The numbers of a distribution of scipy.stats at uniform ones."""
     name = draw.distribution or ""
     distribution = _distribution(name)
@@ -140,7 +150,7 @@ def _quantiles(draw: DrawTable, uniform: Array) -> Array:
     stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
     try:
         with np.errstate(all="ignore"):
-            numbers = np.asarray(distribution.ppf(uniform, **draw.parameters), dtype=np.float64)
+            numbers = np.asarray(distribution.ppf(uniform, **parameters), dtype=np.float64)
     except ValueError as error:
         raise WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}") from error
     if not np.isfinite(numbers).all():

@@ -17,6 +17,7 @@ from sim.sensors import STREAMS, SensorOptions
 
 Vector = tuple[float, ...]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(ge=0.0, le=1e6, allow_inf_nan=False)]
 Triple = tuple[float, float, float]
 Share = Annotated[float, Field(gt=0.0, lt=1.0)]
 Target = str | tuple[str, ...]
@@ -87,11 +88,15 @@ class ExperimentTable(_Table):
     """What is done with the plant: the motion, once for each entry of `protocol`, which says what is mounted.
 
     `bare` is the flange alone, `loaded` the plant's `payload`, any other name one of its `payloads`. Every motion has
-    noise of its own, and friction may drift from each to the next.
+    noise of its own, and friction may drift from each to the next. Drives that warm up stay warm: `warm_up` is the
+    time [s] for which the robot repeats its motion with a bare flange before the first one, `pause` the rest [s] before
+    every other one, brakes on.
     """
 
     motion: str
     protocol: tuple[str, ...] = PAIR
+    warm_up: Seconds = 0.0
+    pause: Seconds = 0.0
     step: Positive
     controller: ControllerOptions = ControllerOptions()
     sensors: SensorOptions = SensorOptions()
@@ -144,7 +149,8 @@ class DrawTable(_Table):
     """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
     `target` names the numbers by their place in the scenario (`plant.gain`, `plant.payload.mass`). Every number of an
-    array is drawn by itself unless `shared`. A parameter may be an array too, one value a number.
+    array is drawn by itself unless `shared`. A parameter may be an array too, one value a number of the target, or of
+    all targets in their order.
     """
 
     target: Target

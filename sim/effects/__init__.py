@@ -8,14 +8,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sim.effects import (
+    backlash,
     base_tilt,
+    cogging,
     friction_direction,
     friction_drift,
     gravity_spring,
     joint_elasticity,
     load_friction,
     moved_frames,
+    presliding,
     stribeck,
+    temperature,
+    viscous_curve,
     wrist_coupling,
 )
 from sim.effects.effect import Effect
@@ -23,7 +28,12 @@ from sim.effects.effect import Effect
 
 @dataclass(frozen=True, kw_only=True)
 class ModelErrors(
-    friction_direction.FrictionByDirection,  # the order of keys is from last to first
+    presliding.Presliding,  # the order of keys is from last to first
+    backlash.Backlash,
+    cogging.Cogging,
+    viscous_curve.ViscousCurve,
+    temperature.Temperature,
+    friction_direction.FrictionByDirection,
     friction_drift.FrictionDrift,
     load_friction.LoadFriction,
     stribeck.Stribeck,
@@ -41,10 +51,15 @@ EFFECTS: Mapping[str, Effect[ModelErrors]] = {
     "gravity_spring": gravity_spring.EFFECT,
     "moved_frames": moved_frames.EFFECT,
     "joint_elasticity": joint_elasticity.EFFECT,  # before what pulls at its motors
+    "backlash": backlash.EFFECT,
     "wrist_coupling": wrist_coupling.EFFECT,
     "friction_drift": friction_drift.EFFECT,  # after what splits friction
     "stribeck": stribeck.EFFECT,  # a share of constant friction, before what is added to it
     "friction_by_direction": friction_direction.EFFECT,  # the same
+    "temperature": temperature.EFFECT,  # the same
+    "viscous_curve": viscous_curve.EFFECT,  # of viscous friction as it is then
     "load_friction": load_friction.EFFECT,
+    "cogging": cogging.EFFECT,
+    "presliding": presliding.EFFECT,  # after all that is dry friction
 }
 """What they do, in the order in which it is done."""

@@ -56,6 +56,7 @@ class ControlStep:
 
     Attributes:
         t: Time since the start of the motion [s].
+        period: Its length [s].
         q: Positions of the driven joints [rad], shape (B, n).
         dq: Their speeds [rad/s], shape (B, n).
         v: Currents that are held over the period [drive units], shape (B, n).
@@ -64,9 +65,14 @@ class ControlStep:
         friction: Dry friction over the period [N m], shape (B, n + c); at first `constant`, changed in place.
         damping: Viscous friction over the period [N m s/rad], shape (B, n + c); at first constant, changed in place.
         torque: Torque on the driven joints beside the drives [N m], shape (B, n); at first zero, changed in place.
+        turns: Speeds that friction rubs at, as sums of joint speeds, shape (B, n + c, n).
+        transmitted: Torque that the links took over from their drives [N m], shape (B, n); of the period before, and
+            zero in the first.
+        warmth: Temperature rise of the drives [K], shape (B, n); changed in place, and kept from period to period.
     """
 
     t: float
+    period: float
     q: Array
     dq: Array
     v: Array
@@ -75,6 +81,9 @@ class ControlStep:
     friction: Array
     damping: Array
     torque: Array
+    turns: Array
+    transmitted: Array
+    warmth: Array
 
 
 Term = Callable[[ControlStep], None]

@@ -108,13 +108,22 @@ def _refuse_stiff(stiffness: Array, inertia: Array, step: float) -> None:
         )
 
 
-def _sag(values: JointElasticity, model: mujoco.MjModel, state: Array) -> None:
-    """Turn the links until transmission and gravity balance."""
+def transmissions(model: mujoco.MjModel) -> slice:
+    """Where the tendons of elastic joints stand among those of a compiled model; empty without any."""
+    return tendons_ending(model, TRANSMISSION)
+
+
+def _settle(values: JointElasticity, model: mujoco.MjModel, state: Array) -> None:
     if values.joint_compliance is None:
         return
     n = len(values.joint_compliance)
     state[:n] = state[n:]
-    compliance, data = 1.0 / model.tendon_stiffness[tendons_ending(model, TRANSMISSION)], mujoco.MjData(model)
+    sag(model, state)
+
+
+def sag(model: mujoco.MjModel, state: Array) -> None:
+    """Turn the links until transmission and gravity balance."""
+    n, compliance, data = model.nu, 1.0 / model.tendon_stiffness[transmissions(model)], mujoco.MjData(model)
     for _ in range(SAG_ITERATIONS):
         data.qpos[:] = state
         mujoco.mj_fwdPosition(model, data)
@@ -126,4 +135,4 @@ def _resizes(values: JointElasticity) -> bool:
     return values.joint_compliance is not None
 
 
-EFFECT = Effect[JointElasticity](fits=_fits, resizes=_resizes, before_compile=_add_motors, settle=_sag)
+EFFECT = Effect[JointElasticity](fits=_fits, resizes=_resizes, before_compile=_add_motors, settle=_settle)

@@ -1,4 +1,10 @@
-"""Dry friction that grows with the torque a drive transmits: `load_friction |g (v - v0)|`, on the drive's own joint."""
+"""Dry friction that grows with load, in both of its usual forms.
+
+    load_friction |g (v - v0)| + transmitted_friction |tau_link|
+
+g (v - v0) is what the motor gives, tau_link what the links take over, less by the rotor's inertia and all friction. The
+first law is explicit; the second, in which friction is on both sides, takes tau_link of the control period before.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,27 +18,31 @@ from sim.effects.effect import Build, ControlStep, Effect, Term, Values
 
 @dataclass(frozen=True, kw_only=True)
 class LoadFriction(Values):
-    """Load-dependent dry friction.
+    """Load-dependent dry friction, on the drive's own joint.
 
     Attributes:
         load_friction: Dry friction per unit of drive torque |g (v - v0)|.
+        transmitted_friction: Dry friction per unit of torque that the links take over.
     """
 
     load_friction: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.0
+    transmitted_friction: Annotated[float, Interval(ge=0.0, le=0.9)] = 0.0
 
 
 def _term(values: Sequence[LoadFriction], builds: Sequence[Build]) -> Term:
     per_current = np.stack([v.load_friction * np.abs(b.drives.gain) for v, b in zip(values, builds, strict=True)])
     offset = np.stack([np.asarray(b.drives.amplifier_offset, dtype=np.float64) for b in builds])  # (B, n)
+    per_torque = np.array([[v.transmitted_friction] for v in values])  # (B, 1)
 
     def add(step: ControlStep) -> None:
-        step.friction[:, : offset.shape[1]] += per_current * np.abs(step.v - offset)
+        load = per_current * np.abs(step.v - offset) + per_torque * np.abs(step.transmitted)
+        step.friction[:, : offset.shape[1]] += load
 
     return add
 
 
 def _varies(values: LoadFriction) -> bool:
-    return values.load_friction > 0.0
+    return values.load_friction > 0.0 or values.transmitted_friction > 0.0
 
 
 EFFECT = Effect[LoadFriction](varies=_varies, term=_term)

@@ -62,6 +62,11 @@ def coupling_tendons(model: mujoco.MjModel) -> slice:
     return tendons_ending(model, COUPLING)
 
 
+def coupled_motors(robot: Robot) -> tuple[int, ...]:
+    """Whose drive each of those tendons belongs to, in their order."""
+    return tuple(coupling.motor for coupling in robot.couplings)
+
+
 def _fits(values: WristCoupling, robot: Robot, drives: DriveTruth) -> None:
     share = values.wrist_coupling
     if not share:

@@ -10,13 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Array
-from sim.sensors import clock, current, delay, encoder
+from sim.sensors import clock, current, current_sensor, delay, drive_clocks, encoder, samples
 from sim.sensors.effect import Log, NoiseStreams, SensorEffect
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorOptions(
-    clock.Clock,  # the order of keys is from last to first
+    samples.Samples,  # the order of keys is from last to first
+    drive_clocks.DriveClocks,
+    current_sensor.CurrentSensor,
+    clock.Clock,
     delay.Delay,
     current.CurrentNoise,
     encoder.Encoder,
@@ -29,6 +32,9 @@ SENSOR_EFFECTS: Mapping[str, SensorEffect[SensorOptions]] = {
     "delay": delay.EFFECT,
     "current": current.EFFECT,
     "clock": clock.EFFECT,
+    "current_sensor": current_sensor.EFFECT,
+    "drive_clocks": drive_clocks.EFFECT,
+    "samples": samples.EFFECT,
 }
 """What they do, in the order in which it is done."""
 

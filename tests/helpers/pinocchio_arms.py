@@ -2,6 +2,10 @@
 
 import numpy as np
 import pinocchio as pin
+from plants import nominal_plant
+
+import rx90_mjcf
+from ident.payload import standard_parameters
 
 INERTIAL_ORDER = [4, 5, 7, 6, 8, 9, 1, 2, 3, 0]
 """Positions of XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M in Pinocchio's M, MX, MY, MZ, XX, XY, YY, XZ, YZ, ZZ."""
@@ -36,3 +40,18 @@ def reference_regressor(model: pin.Model, q, dq, ddq) -> np.ndarray:
 def standard_parameters_of(model: pin.Model) -> np.ndarray:
     """Ten inertial parameters a link in this project's order, shape (n, 10)."""
     return np.array([model.inertias[j + 1].toDynamicParameters()[INERTIAL_ORDER] for j in range(model.nv)])
+
+
+def pinocchio_arm(*, payload: bool) -> pin.Model:
+    """The arm without rotors, as a second implementation of its rigid-body dynamics."""
+    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
+    arm.armature = np.zeros(6)
+    if payload:
+        body = nominal_plant().payload
+        chi = standard_parameters(body.mass, body.com, body.inertia)[[9, 6, 7, 8, 0, 1, 3, 2, 4, 5]]
+        arm.appendBodyToJoint(6, pin.Inertia.FromDynamicParameters(chi), pin.SE3.Identity())
+    return arm
+
+
+def rnea(arm: pin.Model, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
+    return pin.rnea(arm, arm.createData(), q, dq, ddq)

@@ -68,6 +68,20 @@ def test_add_replace_shared_and_arrays_of_parameters(tmp_path):
     np.testing.assert_array_equal(np.floor(values(each, "plant.gain", 5)), np.tile(np.arange(1, 7), (5, 1)))
 
 
+@pytest.mark.parametrize("shared", ["true", "false"])
+def test_an_array_of_parameters_may_have_a_number_for_each_of_all_targets(tmp_path, shared):
+    targets = '["plant.payload.mass", "plant.gain", "plant.payload.com"]'
+    loc = "[20, 1, 2, 3, 4, 5, 6, 30, 40, 50]"
+    mine = scenario(
+        tmp_path,
+        draw(targets, f'distribution = "uniform"\nparameters = {{ loc = {loc}, scale = 0.1 }}\nshared = {shared}'),
+    )
+    for place, expected in (("mass", [20]), ("com", [30, 40, 50])):
+        found = values(mine, f"plant.payload.{place}", 5).reshape(5, -1)
+        np.testing.assert_array_equal(np.floor(found), np.tile(expected, (5, 1)))
+    np.testing.assert_array_equal(np.floor(values(mine, "plant.gain", 5)), np.tile(np.arange(1, 7), (5, 1)))
+
+
 def test_one_of_a_set_is_chosen_and_each_in_its_turn(tmp_path):
     mine = scenario(tmp_path, draw('"experiment.motion"', 'choice = ["drive-gains", "other.toml"]'))
     chosen = [drawn_settings(mine, seed)["experiment.motion"] for seed in range(40)]
@@ -136,7 +150,7 @@ FAULTS = {
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"\ndistribution = "norm"': "sources.it: give either",
     '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size is of a noise",
     '[sources.it]\ntarget = "plant.gain"\nstream = "whit"': (
-        "sources.it.stream: expected one of encoder, white, coloured, clock, got 'whit'"
+        "sources.it.stream: expected one of encoder, white, coloured, clock, current_sensor, drive_clocks, samples"
     ),
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"': "the stream white is taken by sources.white current noise",
     '[random.it]\ntarget = []\ndistribution = "norm"': "random.it: target names no place",

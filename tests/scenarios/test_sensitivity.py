@@ -43,7 +43,8 @@ def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
         assert settings["experiment.sensors.current_white"] == 0.0
         assert settings["plant.payload.mass"] == 7.025
         half = {k: np.full(w, 0.5) for k, w in sources.width.items()}
-        assert set(settings_with(sources, half).streams) == {"encoder", "white", "coloured", "clock"}
+        noises = {"encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples"}
+        assert set(settings_with(sources, half).streams) == noises
 
 
 def test_a_source_alone_moves_its_own_places_and_no_other(tmp_path):

@@ -5,10 +5,10 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from pinocchio_arms import pinocchio_arm, rnea
 from plants import RX90, experiment, nominal_plant, streams
 
 import rx90_mjcf
-from ident.payload import standard_parameters
 from sim.compile import plant_model, resting
 from sim.effects import ModelErrors
 from sim.effects.joint_elasticity import FASTEST_MODE
@@ -25,21 +25,6 @@ V = np.array([20.0, -35.0, 12.0, 6.0, -9.0, 4.0])
 COMPLIANCE = (2e-5, 2.5e-5, 6e-5, 1e-4, 1.2e-4, 2e-4)
 SOLVER = 1e-6
 """Torque [N m] that the friction solver leaves at its default tolerance, as in test_model."""
-
-
-def pinocchio_arm(*, payload: bool) -> pin.Model:
-    """The arm without rotors, as a second implementation of its rigid-body dynamics."""
-    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
-    arm.armature = np.zeros(6)
-    if payload:
-        body = nominal_plant().payload
-        chi = standard_parameters(body.mass, body.com, body.inertia)[[9, 6, 7, 8, 0, 1, 3, 2, 4, 5]]
-        arm.appendBodyToJoint(6, pin.Inertia.FromDynamicParameters(chi), pin.SE3.Identity())
-    return arm
-
-
-def rnea(arm: pin.Model, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> np.ndarray:
-    return pin.rnea(arm, arm.createData(), q, dq, ddq)
 
 
 def acceleration(plant: Plant, q: np.ndarray, dq: np.ndarray, *, loaded: bool = False) -> np.ndarray:

@@ -89,6 +89,8 @@ class MoreSensors(Drift, SensorOptions):
 
 
 PLAIN = nominal_plant(errors=MoreErrors())
+SHAPES = ("stribeck_speed", "coloured_cutoff_hz", "warming_time", "motor_waves", "viscous_power", "viscous_speed")
+"""Keys that say how, not how much."""
 
 
 @pytest.fixture
@@ -145,22 +147,23 @@ def test_a_varying_effect_pushes_the_joints_with_the_torque_that_it_states(exten
 
 def test_a_sensor_draws_from_a_stream_of_its_own_and_leaves_those_of_the_others(extended):
     plain = noise_streams(np.random.default_rng(4))
-    assert [*plain.generators] == ["encoder", "white", "coloured", "clock", "drift"]
-    own = np.random.default_rng(4).spawn(4)
-    for name, generator in (("encoder", own[0]), ("white", own[1]), ("clock", own[2]), ("drift", own[3])):
+    names = ["encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples", "drift"]
+    assert [*plain.generators] == names
+    own = np.random.default_rng(4).spawn(7)
+    for name, generator in (("encoder", own[0]), ("white", own[1]), ("clock", own[2]), ("drift", own[6])):
         assert plain[name].random() == generator.random()
     noisy = MoreSensors(current_white=0.05, drift=0.02, drift_noise=1e-3)
     (moved,) = record([experiment(plant=PLAIN, sensors=noisy)], streams(4), threads=1)
     (still,) = record([experiment(plant=PLAIN, sensors=MoreSensors(current_white=0.05))], streams(4), threads=1)
     np.testing.assert_array_equal(moved.v, still.v)
-    expected = 0.02 * still.t[:, None] + 1e-3 * np.random.default_rng(4).spawn(4)[3].standard_normal(still.q.shape)
+    expected = 0.02 * still.t[:, None] + 1e-3 * np.random.default_rng(4).spawn(7)[6].standard_normal(still.q.shape)
     np.testing.assert_allclose(moved.q - still.q, expected, rtol=0, atol=1e-15)  # rounding of angles below 4 rad
 
 
 def test_every_effect_and_sensor_has_values_that_are_zero_unless_stated():
     for kind in (ModelErrors, SensorOptions):
         for field in fields(kind):
-            assert field.default in (0.0, None) or field.name in ("stribeck_speed", "coloured_cutoff_hz")
+            assert field.default in (0.0, None) or field.name in SHAPES
 
 
 def contents(model: mujoco.MjModel) -> bytes:

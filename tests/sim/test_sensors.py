@@ -6,10 +6,10 @@ from plants import experiment, short_motion, streams
 
 from sim.errors import SensorError
 from sim.record import record
-from sim.sensors import STREAMS, SensorOptions, check_rate, logged, noise_streams
+from sim.sensors import SENSOR_EFFECTS, STREAMS, SensorOptions, check_rate, logged, noise_streams
 from sim.sensors import encoder as encoder_file
 from sim.sensors.current import coloured_noise
-from sim.sensors.effect import NoiseStreams
+from sim.sensors.effect import Log, NoiseStreams
 
 
 def encoders(readings: np.ndarray, *options: SensorOptions, seed: int = 0) -> np.ndarray:
@@ -71,7 +71,7 @@ def test_both_motions_and_all_sensors_have_noise_of_their_own():
     for name, generator in (("encoder", encoder), ("white", current), ("clock", clock)):
         np.testing.assert_array_equal(same[name].standard_normal(5), generator.standard_normal(5))
     assert same["white"] is same["coloured"]
-    assert STREAMS == ("encoder", "white", "coloured", "clock")
+    assert STREAMS == ("encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples")
 
 
 def test_a_replaced_stream_leaves_the_others():
@@ -122,3 +122,70 @@ def test_the_first_reading_is_taken_at_the_start_of_the_motion():
     silent = experiment(sensors=SensorOptions())
     (recording,) = record([silent], streams(0), threads=1)
     np.testing.assert_array_equal(recording.q[0], short_motion()(np.zeros(1))[0][0])
+
+
+def log_of(*, rate: float = 250.0, samples: int = 400) -> Log:
+    t = np.arange(samples) / rate
+    return Log(
+        t=t,
+        q=np.sin(3.0 * t)[:, None] * [0.4, -1.3, 0.7],
+        v=np.cos(5.0 * t + 0.3)[:, None] * [7.0, 2.5, -4.0],
+        rate_hz=rate,
+    )
+
+
+def drawn(name: str, shape: tuple[int, ...], distribution: str, seed: int = 6) -> np.ndarray:
+    """What a sensor draws: the children of a generator, in the order of the sensors."""
+    child = ["encoder", "current", "clock", "current_sensor", "drive_clocks", "samples"].index(name)
+    return getattr(np.random.default_rng(seed).spawn(6)[child], distribution)(shape)
+
+
+def test_a_current_sensor_has_an_error_of_gain_and_of_zero_in_each_motion_and_joint():
+    log, (noise,) = log_of(), streams(6)
+    seen = SENSOR_EFFECTS["current_sensor"].logs(
+        SensorOptions(current_gain_error=0.02, current_offset=0.05), log, noise
+    )
+    gain, offset = drawn("current_sensor", (2, 3), "standard_normal")
+    rms = np.sqrt(np.mean(log.v**2, axis=0))
+    np.testing.assert_allclose(seen.v, log.v * (1.0 + 0.02 * gain) + 0.05 * offset * rms, rtol=0, atol=1e-14)
+    assert seen.q is log.q
+    assert seen.t is log.t
+    alone = SENSOR_EFFECTS["current_sensor"].logs(SensorOptions(current_offset=0.05), log, streams(6)[0])
+    np.testing.assert_allclose(alone.v, log.v + 0.05 * offset * rms, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize(("offset", "rate"), [(0.003, 0.0), (0.0, 0.004), (0.003, 0.004)])
+def test_drives_sample_by_clocks_of_their_own(offset, rate):
+    log, (noise,) = log_of(), streams(6)
+    seen = SENSOR_EFFECTS["drive_clocks"].logs(SensorOptions(clock_offset=offset, clock_rate=rate), log, noise)
+    by_rate, by_offset = drawn("drive_clocks", (2, 3), "standard_normal")
+    taken = np.clip(np.outer(log.t, 1.0 + rate * by_rate) + offset * by_offset, log.t[0], log.t[-1])
+    np.testing.assert_array_equal(seen.t, log.t)
+    # Straight lines between samples 4 ms apart: an eighth of the square times 3^2 1.3 and 5^2 7.
+    np.testing.assert_allclose(seen.q, np.sin(3.0 * taken) * [0.4, -1.3, 0.7], rtol=0, atol=2.4e-5)
+    np.testing.assert_allclose(seen.v, np.cos(5.0 * taken + 0.3) * [7.0, 2.5, -4.0], rtol=0, atol=3.6e-4)
+    assert np.abs(seen.q - log.q).max() > 2e-3
+
+
+def test_samples_are_lost_and_repeat_the_last_that_is_its_own():
+    log, (noise,) = log_of(), streams(6)
+    seen = SENSOR_EFFECTS["samples"].logs(SensorOptions(samples_lost=0.2, samples_repeated=0.4), log, noise)
+    lost, repeated = drawn("samples", (2, 400), "random") < [[0.2], [0.4]]
+    expected: list[tuple[float, ...]] = []
+    last = 0
+    for k in range(400):
+        inner = 0 < k < 399
+        last = last if repeated[k] and inner else k
+        if not (lost[k] and inner):
+            expected.append((log.t[k], *log.q[last], *log.v[last]))
+    np.testing.assert_array_equal(np.column_stack((seen.t, seen.q, seen.v)), expected)
+    assert (seen.t[0], seen.t[-1]) == (log.t[0], log.t[-1])
+
+
+@pytest.mark.parametrize("name", ["samples_lost", "samples_repeated"])
+def test_samples_are_lost_or_repeated_by_themselves_too(name):
+    log, (noise,) = log_of(), streams(6)
+    seen = SENSOR_EFFECTS["samples"].logs(SensorOptions(**{name: 0.3}), log, noise)
+    assert (len(seen.t) < 400) == (name == "samples_lost")
+    again = np.all(seen.q[1:] == seen.q[:-1], axis=1)
+    assert again.any() == (name == "samples_repeated")

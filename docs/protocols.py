@@ -1,0 +1,170 @@
+"""Writes protocols.md from the studies that `make protocols` leaves: one of each scenario in `docs/protocols`."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from scenarios.build import Bench, bench
+from scenarios.files.loading import load_scenario
+from scenarios.run import run
+from sim.effects.temperature import warmed
+from sim.sequence import after_warm_up
+
+HOME = Path(__file__).parent
+ORDER = ("pair", "pair-warm", "return", "return-warm", "two-weights", "two-weights-warm")
+JOINTS = range(5)
+"""Those whose gains the payloads show."""
+SLOPE = "plant.errors.gain_by_temperature"
+HEAD = """# Half an hour on the robot
+
+Written by `make protocols`, which runs `rx90 monte-carlo` on every scenario of `docs/protocols`; nothing in the tables
+is typed by hand. Each scenario is `field` with cogging, gains and friction that depend on temperature, and a protocol
+of its own, {trials} seeds, identified by the default method. Its sizes stand in the files; that of friction against
+temperature, the pauses of five minutes for every change of the payload and how far drives warm up are assumed.
+"""
+TAIL = """
+A gain is that of its temperature: magnets weaken as they warm up. **Against the cold drive** counts as an error what
+the drives were warmer; **at its own temperature** holds the gain against what it truly was in the middle of the loaded
+motions, {how}. Whoever uses gains on a robot at work, warm as it then is, wants the second.
+"""
+RATIO = """The ratio is that of the rms over all five joints, below 1 where the step helps. The same seeds draw the same
+robots on either side, and the interval draws seeds again in pairs: one that holds 1 says that they do not tell.
+"""
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """One study.
+
+    Attributes:
+        name: Of its scenario.
+        carried: What its motions carry.
+        minutes: Time on the robot.
+        rise: Temperature rise of the drives in the middle of the loaded motions, on average [K], shape (n,).
+        rows: Relative errors of joints 1 to 5 against the cold drive, and dependence on temperature [1/K].
+    """
+
+    name: str
+    carried: tuple[str, ...]
+    minutes: float
+    rise: np.ndarray
+    rows: pd.DataFrame
+
+    def errors(self, *, cold: bool) -> np.ndarray:
+        """Relative errors [%], shape (trials, 5); NaN where a gain was refused."""
+        table = self.rows.pivot_table(index="trial", columns="joint", values="rel_error", dropna=False)
+        error = table.to_numpy()[:, list(JOINTS)]
+        if cold:
+            return 100.0 * error
+        slope = self.rows.groupby("trial")[SLOPE].first().to_numpy()
+        return 100.0 * ((1.0 + error) / (1.0 + np.outer(slope, self.rise[list(JOINTS)])) - 1.0)
+
+
+def read(name: str, folder: Path) -> Protocol:
+    prepared = bench(load_scenario(str(HOME / "protocols" / f"{name}.toml")))
+    rows = pd.read_parquet(folder / name / "trials")
+    rows = rows[rows["joint"] <= len(JOINTS)]
+    first = prepared.experiments[0]
+    seconds = first.warm_up + sum(
+        e.trajectory.duration + (e.pause if k else 0.0) for k, e in enumerate(prepared.experiments)
+    )
+    return Protocol(name, prepared.protocol, seconds / 60.0, temperature_rise(prepared), rows)
+
+
+def temperature_rise(prepared: Bench) -> np.ndarray:
+    """In the middle of the loaded motions, on average [K], shape (n,); from the currents of one run."""
+    done = run(prepared, 0)
+    rise, seen = np.zeros(done.recordings[0].v.shape[1]), []
+    for k, (experiment, recording) in enumerate(zip(done.bench.experiments, done.recordings, strict=True)):
+        errors, duration = experiment.plant.errors, experiment.trajectory.duration
+        load = np.mean((recording.v / experiment.plant.drives.current_limit) ** 2, axis=0)
+        if k == 0 and experiment.warm_up:
+            rise = after_warm_up(experiment, recording.v, 1.0)
+        if k:
+            rise = warmed(errors, rise, 0.0 * load, experiment.pause)
+        if experiment.loaded:
+            seen.append(warmed(errors, rise, load, 0.5 * duration))
+        rise = warmed(errors, rise, load, duration)
+    return np.mean(seen, axis=0)
+
+
+def table(protocols: list[Protocol], *, cold: bool) -> str:
+    lines = ["| protocol | minutes | joint 1 | joint 2 | joint 3 | joint 4 | joint 5 | worst, 95 % |", "|" + "---|" * 8]
+    for each in protocols:
+        errors = each.errors(cold=cold)
+        rms = np.sqrt(np.nanmean(errors**2, axis=0))
+        worst = np.nanquantile(np.abs(errors), 0.95, axis=0).max()
+        numbers = " | ".join(f"{x:.2f}" for x in rms)
+        lines.append(f"| {titled(each)} | {each.minutes:.1f} | {numbers} | {worst:.2f} |")
+    return "\n".join(lines) + "\n"
+
+
+def titled(protocol: Protocol) -> str:
+    return ("10 min warm-up, " if protocol.name.endswith("-warm") else "") + ", ".join(protocol.carried)
+
+
+def bought(protocols: dict[str, Protocol]) -> str:
+    """What each step buys, per joint: the ratio of squared errors, with an interval from seeds drawn again in pairs."""
+    rng = np.random.default_rng(0)
+    steps = [
+        ("a second bare motion", "pair", "return"),
+        ("a second bare motion, warm", "pair-warm", "return-warm"),
+        ("a second weight", "return", "two-weights"),
+        ("a second weight, warm", "return-warm", "two-weights-warm"),
+        ("a warm-up before the pair", "pair", "pair-warm"),
+        ("a warm-up before bare, loaded, bare", "return", "return-warm"),
+    ]
+    lines = ["| what | more minutes | rms of joints 1 to 5, before | after | ratio, 95 % interval |", "|" + "---|" * 5]
+    for title, before, after in steps:
+        if before not in protocols or after not in protocols:
+            continue
+        one, two = (protocols[name].errors(cold=False) for name in (before, after))
+        both = min(len(one), len(two))
+        one, two = one[:both], two[:both]
+        draws = rng.integers(0, both, (2000, both))
+        ratios = [overall(two[d]) / overall(one[d]) for d in draws]
+        low, high = np.quantile(ratios, [0.025, 0.975])
+        more = protocols[after].minutes - protocols[before].minutes
+        lines.append(
+            f"| {title} | {more:.1f} | {overall(one):.2f} | {overall(two):.2f} | "
+            f"{overall(two) / overall(one):.2f} ({low:.2f} to {high:.2f}) |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def overall(errors: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean(errors**2)))
+
+
+def main(folder: Path) -> None:
+    found = {name: read(name, folder) for name in ORDER if (folder / name / "trials").is_dir()}
+    if not found:
+        sys.exit(f"{folder}: no studies; run make protocols")
+    protocols = list(found.values())
+    trials = " to ".join(str(x) for x in sorted({each.rows["trial"].nunique() for each in protocols}))
+    refused = {each.name: int((~each.rows["identifiable"].astype(bool)).sum()) for each in protocols}
+    text = [
+        HEAD.format(trials=trials),
+        "## Error of the gain at its own temperature, rms [%]\n",
+        table(protocols, cold=False),
+        "## The same against the cold drive\n",
+        table(protocols, cold=True),
+        TAIL.format(how="from the currents of one run"),
+        "Mean temperature rise then, joints 1 to 5 [K]: "
+        + "; ".join(f"{titled(p)} {', '.join(f'{x:.1f}' for x in p.rise[list(JOINTS)])}" for p in protocols)
+        + ".\n",
+        f"Gains that were refused, of {len(JOINTS)} joints times the seeds: "
+        + ", ".join(f"{titled(found[name])} {count}" for name, count in refused.items())
+        + ".\n",
+        "## What the minutes buy\n",
+        bought(found),
+        RATIO,
+    ]
+    (HOME / "protocols.md").write_text("\n".join(text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

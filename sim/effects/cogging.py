@@ -1,0 +1,58 @@
+"""Torque that waves with the position of the motor: cogging is added, ripple multiplies.
+
+    tau = (1 + torque_ripple sin(k q + 1)) g (v - v0) - cogging |g| v_max sin(k q),      k = motor_waves
+
+q is the position of the driven joint, which is the motor's behind its gear. The phases of both differ by 1 rad, so that
+neither hides the other.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval
+
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+
+PHASE = 1.0
+"""Of ripple against cogging [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cogging(Values):
+    """Waves over the position of every motor.
+
+    Attributes:
+        cogging: Amplitude of cogging, as a share of the drive's largest torque.
+        torque_ripple: Amplitude of ripple, as a share of the drive's torque.
+        motor_waves: Waves per turn of the joint: those per turn of the motor times the gear ratio; assumed.
+    """
+
+    cogging: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    torque_ripple: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.0
+    motor_waves: Annotated[float, Interval(gt=0.0, le=1e5)] = 600.0
+
+
+def _term(values: Sequence[Cogging], builds: Sequence[Build]) -> Term:
+    gain, offset, limit = (
+        np.stack([np.asarray(getattr(b.drives, name), dtype=np.float64) for b in builds])
+        for name in ("gain", "amplifier_offset", "current_limit")
+    )
+    waves, ripple, cogging = (
+        np.array([[getattr(v, name)] for v in values]) for name in ("motor_waves", "torque_ripple", "cogging")
+    )
+    ripple, cogging = ripple * gain, cogging * np.abs(gain) * limit  # (B, n)
+
+    def add(step: ControlStep) -> None:
+        angle = waves * step.q
+        step.torque[:] += ripple * np.sin(angle + PHASE) * (step.v - offset) - cogging * np.sin(angle)
+
+    return add
+
+
+def _varies(values: Cogging) -> bool:
+    return values.cogging > 0.0 or values.torque_ripple > 0.0
+
+
+EFFECT = Effect[Cogging](varies=_varies, term=_term)

@@ -1,0 +1,74 @@
+"""Dry friction that builds up over a distance instead of at once (Dahl 1968; LuGre without its damping).
+
+    ds/dt = (1 - s sign(dq)) dq / presliding,      tau = -F s
+
+F is all dry friction of the joint or the coupled motor, s between -1 and 1 its deflection, 0 at the start of a motion.
+At a held speed the law has a solution, exact over a control period and stable for any distance; its torque is held, so
+that the stiffness F / presliding must not be more than rotor and period bear.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Unit
+
+from ident.arrays import Array
+from sim.drives import DriveTruth
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.errors import EffectError
+from sim.robot import Robot
+
+STIFFEST = 400.0
+"""Largest natural frequency of a rotor on its presliding stiffness [rad/s]: 0.4 rad in a period of 1 ms."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Presliding(Values):
+    """Elastic deflection before sliding.
+
+    Attributes:
+        presliding: Distance over which dry friction builds up to 63 % [rad]; 0 if it is there at once.
+    """
+
+    presliding: Annotated[float, Interval(ge=0.0, le=1.0), Unit("rad")] = 0.0
+
+
+def _fits(values: Presliding, robot: Robot, drives: DriveTruth) -> None:
+    if not values.presliding:
+        return
+    friction, inertia = (np.asarray(x, dtype=np.float64) for x in (drives.coulomb_friction, drives.rotor_inertia))
+    least = np.divide(friction, inertia * STIFFEST**2, out=np.full(robot.n, np.inf), where=inertia > 0.0)
+    j = int(np.argmax(least))
+    if values.presliding < least[j]:
+        raise EffectError(
+            f"errors: presliding = {values.presliding:g} rad is too stiff for joint {j + 1}, whose dry friction is "
+            f"{friction[j]:g} N m on a rotor of {inertia[j]:g} kg m^2; expected {least[j]:.3g} rad or more"
+        )
+
+
+def _term(values: Sequence[Presliding], builds: Sequence[Build]) -> Term:
+    distance = np.array([[v.presliding] for v in values])  # (B, 1)
+    builds_up = distance > 0.0
+    distance = np.where(builds_up, distance, 1.0)
+    deflection: list[Array] = []  # (B, n + c), from the first period on
+
+    def add(step: ControlStep) -> None:
+        if not deflection:
+            deflection.append(np.zeros_like(step.speed))
+        s = deflection[0]
+        force = np.where(builds_up, s * step.friction, 0.0)
+        step.torque[:] -= (step.turns.transpose(0, 2, 1) @ force[:, :, None])[:, :, 0]
+        step.friction[:] = np.where(builds_up, 0.0, step.friction)
+        side = np.sign(step.speed)
+        s[:] = side + (s - side) * np.exp(-np.abs(step.speed) * step.period / distance)
+
+    return add
+
+
+def _varies(values: Presliding) -> bool:
+    return values.presliding > 0.0
+
+
+EFFECT = Effect[Presliding](fits=_fits, varies=_varies, term=_term)

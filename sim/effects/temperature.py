@@ -1,0 +1,103 @@
+"""Drives that warm up: one temperature a drive, and what depends on it.
+
+    T dx/dt = W (v / v_max)^2 - x                      W motor_warming, T warming_time, x the rise above the cold drive
+    tau = g (1 + gain_by_temperature x) (v - v0)
+    Fc exp(coulomb_by_temperature x),  Fv exp(viscous_by_temperature x)
+
+W v^2 / v_max^2 is where I^2 R heat and cooling balance. A current that is held has an exact solution over each period.
+The rise goes on from motion to motion of an experiment (`sim.sequence`), over the rests between them with v = 0.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from annotated_types import Interval, Unit
+
+from ident.arrays import Array
+from sim.drives import DriveTruth
+from sim.effects.effect import Build, ControlStep, Effect, Term, Values
+from sim.effects.wrist_coupling import coupled_motors
+from sim.errors import EffectError
+from sim.robot import Robot
+
+
+@dataclass(frozen=True, kw_only=True)
+class Temperature(Values):
+    """How drives warm up, and what that changes.
+
+    Attributes:
+        motor_warming: Temperature rise that a drive settles at under its largest current [K].
+        warming_time: Time constant of warming and cooling [s]; assumed.
+        gain_by_temperature: Relative change of the gain, by the temperature rise [1/K]; magnets weaken, so negative.
+        coulomb_by_temperature: Relative change of dry friction, by the temperature rise [1/K].
+        viscous_by_temperature: Relative change of viscous friction, by the temperature rise [1/K].
+    """
+
+    motor_warming: Annotated[float, Interval(ge=0.0, le=1e4), Unit("K")] = 0.0
+    warming_time: Annotated[float, Interval(ge=1.0, le=1e6), Unit("s")] = 1800.0
+    gain_by_temperature: Annotated[float, Interval(ge=-0.01, le=0.01), Unit("1/K")] = 0.0
+    coulomb_by_temperature: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("1/K")] = 0.0
+    viscous_by_temperature: Annotated[float, Interval(ge=-0.1, le=0.1), Unit("1/K")] = 0.0
+
+
+def _fits(values: Temperature, robot: Robot, drives: DriveTruth) -> None:
+    limit = np.asarray(drives.current_limit)
+    if values.motor_warming and not limit.all():
+        raise EffectError(
+            f"errors: motor_warming is of a drive's largest current, but current_limit of joint "
+            f"{int(np.argmin(limit)) + 1} is 0; state one above 0"
+        )
+
+
+def warmed(values: Temperature, warmth: Array, load: Array, seconds: float) -> Array:
+    """Temperature rise after some time under a steady load.
+
+    Args:
+        values: How drives warm up.
+        warmth: Temperature rise before [K], shape (n,).
+        load: Mean square of the current over its limit, shape (n,); 0 for a rest.
+        seconds: The time [s].
+    """
+    settled = values.motor_warming * load
+    return settled + (warmth - settled) * np.exp(-seconds / values.warming_time)
+
+
+def _term(values: Sequence[Temperature], builds: Sequence[Build]) -> Term:
+    gain, offset, limit = (
+        np.stack([np.asarray(getattr(b.drives, name), dtype=np.float64) for b in builds])
+        for name in ("gain", "amplifier_offset", "current_limit")
+    )
+    warming, time, by_gain, by_coulomb, by_viscous = (
+        np.array([[getattr(v, name)] for v in values])
+        for name in (
+            "motor_warming",
+            "warming_time",
+            "gain_by_temperature",
+            "coulomb_by_temperature",
+            "viscous_by_temperature",
+        )
+    )
+    heat = warming / np.where(limit > 0.0, limit, np.inf) ** 2  # (B, n) K per squared current
+    rubbing = np.stack([[*range(b.robot.n), *coupled_motors(b.robot)] for b in builds])  # (B, n + c) whose drive it is
+
+    def add(step: ControlStep) -> None:
+        step.torque[:] += by_gain * step.warmth * gain * (step.v - offset)
+        rise = np.take_along_axis(step.warmth, rubbing[:, : step.friction.shape[1]], axis=1)
+        step.friction[:] *= np.exp(by_coulomb * rise)
+        step.damping[:] *= np.exp(by_viscous * rise)
+        settled = heat * step.v**2
+        step.warmth[:] = settled + (step.warmth - settled) * np.exp(-step.period / time)
+
+    return add
+
+
+def varies(values: Temperature) -> bool:
+    """Whether drives warm up and it matters."""
+    return values.motor_warming > 0.0 and bool(
+        values.gain_by_temperature or values.coulomb_by_temperature or values.viscous_by_temperature
+    )
+
+
+EFFECT = Effect[Temperature](fits=_fits, varies=varies, term=_term)

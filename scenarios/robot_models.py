@@ -150,7 +150,9 @@ def _mujoco_model(path: Path, flange: str | None) -> mujoco.MjModel | None:
             spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
             spec.compiler.balanceinertia = True
             return spec.compile()
-    except (ValueError, ModelFileError) as error:
+    except ModelFileError as error:
+        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
+    except ValueError as error:
         if minimal.kind == "urdf":
             return None
         reason = one_line(" ".join(str(error).split()))

@@ -64,7 +64,7 @@ def _compiled(
     try:
         spec = read(path, plant.robot.flange)
         if len(spec.joints) != n:
-            raise ModelFileError(f"{len(spec.joints)} joints, but {plant.robot.name} has {n}")
+            raise ModelFileError(f"robot model {path}: {len(spec.joints)} joints, but {plant.robot.name} has {n}")
         mount_payload(spec, plant.payload if loaded else None)
         _give_drives(spec)
         for effect in EFFECTS.values():
@@ -75,8 +75,6 @@ def _compiled(
     except ValueError as error:
         mounted = f" with a payload of {plant.payload.mass:g} kg" if loaded else ""
         raise ModelFileError(f"robot model {path}{mounted}: {compiler_reason(error)}") from error
-    except ModelFileError as error:
-        raise ModelFileError(f"robot model {path}: {error}") from error
     _inject(model, plant, build)
     return model
 
@@ -102,8 +100,6 @@ def bare_arm(
         model = spec.compile()
     except ValueError as error:
         raise ModelFileError(f"robot model {mjcf}: {compiler_reason(error)}") from error
-    except ModelFileError as error:
-        raise ModelFileError(f"robot model {mjcf}: {error}") from error
     if model.nv != len(rotor_inertia):
         believed = len(rotor_inertia)
         raise ModelFileError(f"robot model {mjcf}: {model.nv} joints, but the controller believes in {believed}")

@@ -10,6 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from sim.errors import ModelFileError
 from sim.held import hold_all_but_arm
 from sim.meshes import drop_missing_meshes
 
@@ -29,11 +30,14 @@ def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
         ModelFileError: If it is no arm, or a link has its inertia from a mesh that is not there.
     """
     spec = mujoco.MjSpec.from_file(str(path))
-    hold_all_but_arm(spec, flange)
-    spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
     if path.suffix.lower() == ".urdf":  # which states inertias; a shape for collisions is no link
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-    drop_missing_meshes(spec, path)
+    try:
+        hold_all_but_arm(spec, flange)
+        drop_missing_meshes(spec, path)
+    except ModelFileError as error:
+        raise ModelFileError(f"robot model {path}: {error}") from error
+    spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
     # Without islands the solver is faster, and the same: an arm is one.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ISLAND
     return spec

@@ -28,9 +28,10 @@ def drop_missing_meshes(spec: mujoco.MjSpec, path: Path) -> tuple[str, ...]:
     }
     if not missing:
         return ()
+    from_shapes = spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     for shape in [geom for geom in spec.geoms if geom.meshname in missing]:
         link = shape.parent
-        if not link.explicitinertial and _moves(link):
+        if from_shapes and not link.explicitinertial and _moves(link):
             raise ModelFileError(
                 f"link {link.name!r} has its inertia from the mesh {missing[shape.meshname].file!r}, which is not "
                 "there; put the file there, or state an inertial"

@@ -55,8 +55,8 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         torque = _stated(limits, "effort")
         velocity = _stated(limits, "velocity")
     home, home_name = _keyframe(spec)
-    missing = drop_missing_meshes(spec, path)
     arm = full_spec(path, flange)
+    missing = drop_missing_meshes(spec, path)
     bodies = [body for body in arm.bodies[1:] if body.geoms and not body.explicitinertial]
     moved = {id(joint.parent) for joint in arm.joints}
     return ModelFacts(

@@ -111,6 +111,7 @@ class RobotTable(_Table):
 
     name: Source
     model: Source
+    flange: Source | None = None
     home: JointsTable
     drives: DrivesTable
     coupling: list[CouplingTable] = []
@@ -147,6 +148,7 @@ def _robot(table: RobotTable, folder: Path) -> Robot:
     return Robot(
         name=table.name,
         model=folder / table.model,
+        flange=table.flange,
         drives=DriveTruth(
             gain=drives.gain.array(),
             amplifier_offset=drives.amplifier_offset.array(),

@@ -8,6 +8,7 @@ from scenarios.commands.status import Status
 
 COMMANDS = {
     "list": "built-in scenarios, a line each",
+    "new-robot": "start from your own arm: robot, scenario and motion from its model file",
     "run": "simulate a scenario, identify its gains, judge them",
     "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
     "sensitivity": "error budget of a scenario: which error source costs how much",

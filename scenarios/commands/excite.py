@@ -39,13 +39,13 @@ def main(options: argparse.Namespace) -> Status:
         )
     import numpy as np
 
-    from scenarios.build import bench
+    from scenarios.build import cell
     from scenarios.design.excitation import Design, robot_limits, search
     from scenarios.files.loading import load_scenario
     from scenarios.files.motions import write_motion
 
-    prepared = bench(load_scenario(options.scenario))
-    plant = prepared.experiments[0].plant
+    prepared = cell(load_scenario(options.scenario))  # whose motion may be the one that is to be found
+    plant = prepared.plant
     wanted = np.flatnonzero(prepared.scenario.table.tolerance.identifiable)
     if not wanted.size:
         raise NoJointWanted(f"{options.scenario}: tolerance.identifiable wants no joint's gain")

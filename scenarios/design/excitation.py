@@ -25,7 +25,7 @@ from ident.structure import PROBE_SEED, Structure
 from sim.clearance import Clearance
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
-from sim.errors import TrajectoryError
+from sim.errors import RobotError, TrajectoryError
 from sim.plant import Plant
 from sim.trajectory import FourierTrajectory, at_rest
 
@@ -42,6 +42,8 @@ LEAST_SHARE = 0.25
 """Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
 EXCESS = 0.03
 """Excess over these shares and over the clearance that a found motion may have between the samples of the search."""
+HALF_TURN = np.pi
+"""Way from home to either side of a joint that turns without end [rad]; assumed, cables are wound up."""
 SAME_TORQUE = 1e-6
 """Share of the largest torque by which identification model and MuJoCo may differ; equal models leave 1e-13."""
 CLEARANCE = 0.03
@@ -68,11 +70,21 @@ class Limits:
 
 
 def robot_limits(plant: Plant) -> Limits:
-    """Limits of a plant's robot, with the plant's drives."""
-    robot, ranges = plant.robot, load_arm(plant.robot.model)
+    """Limits of a plant's robot, with the plant's drives; half a turn to either side of home where a joint has no end.
+
+    Raises:
+        RobotError: If a joint slides without end.
+    """
+    robot = plant.robot
+    arm = load_arm(robot.model, flange=robot.flange)
+    endless = ~np.isfinite(arm.upper - arm.lower)
+    for j in np.flatnonzero(endless & (arm.revolute == 0)):
+        raise RobotError(
+            f"robot {robot.name}: joint {arm.joint_names[j]} slides without a range; state one in {robot.model}"
+        )
     return Limits(
-        lower=ranges.lower,
-        upper=ranges.upper,
+        lower=np.where(endless, robot.home - HALF_TURN, arm.lower),
+        upper=np.where(endless, robot.home + HALF_TURN, arm.upper),
         velocity=robot.max_velocity,
         acceleration=robot.max_acceleration,
         torque=plant.drives.current_limit * np.abs(plant.drives.gain),
@@ -183,7 +195,7 @@ def arm_parameters(plant: Plant, structure: Structure) -> Array:
     """
     arm, drives = structure.arm, plant.drives
     q, dq, ddq = np.random.default_rng(PROBE_SEED).uniform(-2.0, 2.0, (3, 10 * arm.n, arm.n))
-    torque = inverse_dynamics(bare_arm(plant.robot.model, drives.rotor_inertia), q, dq, ddq)
+    torque = inverse_dynamics(bare_arm(plant.robot.model, drives.rotor_inertia, plant.robot.flange), q, dq, ddq)
     inertial = [
         k for k, name in enumerate(labels(arm.n, arm.couplings)) if name.rstrip("0123456789") in (*INERTIAL, "Ia")
     ]

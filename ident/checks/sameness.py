@@ -5,16 +5,14 @@ on all joints and states. Equal spans project a vector alike, other spans projec
 vector a joint, on random states, tells: no pair has to be compared (Freivalds' check).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 
-from ident.arm import Arm
 from ident.arrays import Array
-from ident.explanation import Unknowns, joint_columns
+from ident.explanation import Unknowns, joint_columns, regressor_as_read
 from ident.readings import Reading
-from ident.regressor import regressor
 from ident.structure import PROBE_SEED, Structure
 
 STATES, MORE = 20, 30
@@ -49,7 +47,7 @@ def fingerprint(structure: Structure, unknowns: Unknowns, reading: Reading, *, m
     q, dq, ddq = rng.uniform(-np.pi, np.pi, (3, states, arm.n))
     vectors = rng.normal(size=(states, arm.n))
     motion = np.arange(states) % motions
-    columns = _columns(arm, reading, q, dq, ddq)
+    columns = regressor_as_read(arm, reading, q, dq, ddq)
     found = [np.zeros(0)] * arm.n
     for joint in range(arm.n):
         column = int(reading.v_order[joint])
@@ -63,12 +61,4 @@ def fingerprint(structure: Structure, unknowns: Unknowns, reading: Reading, *, m
 
 def same(one: Fingerprint, other: Fingerprint) -> bool:
     """Whether two readings explain the same of any currents."""
-    return all(
-        float(np.abs(a - b).max()) < SAME for a, b in zip(one.projected, other.projected, strict=True)
-    )
-
-
-def _columns(arm: Arm, reading: Reading, q: Array, dq: Array, ddq: Array) -> Array:
-    stands = replace(arm, gravity=reading.gravity, translation=reading.stretch[:, None] * arm.translation)
-    q, dq, ddq = (reading.factor * each[:, reading.q_order] for each in (q, dq, ddq))
-    return regressor(stands, q + reading.zero, dq, ddq)
+    return all(float(np.abs(a - b).max()) < SAME for a, b in zip(one.projected, other.projected, strict=True))

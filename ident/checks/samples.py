@@ -22,6 +22,8 @@ SURE = 12.0
 """Deviations by noise of the positions that a share must be off by."""
 OFF = 0.5
 """Share of a step by which it is too long or too short."""
+SHOWS, MOST = 3.0, 0.75
+"""Deviations that a joint must move by in a step to show it, and share of such joints that must agree."""
 MANY = 0.002
 """Share of the rows from which it is no accident."""
 HELD = 0.3
@@ -50,6 +52,10 @@ def odd_steps(recording: Recording) -> OddSteps:
     size = np.sum((usual / sigma) ** 2, axis=1)
     share = np.divide(np.sum(rate * usual / sigma**2, axis=1), size, out=np.ones(len(size)), where=size > 0.0)
     sure = (np.abs(share - 1.0) * np.sqrt(size) > SURE) & (np.abs(share - 1.0) > OFF)
+    moving = np.abs(usual) > SHOWS * sigma
+    own = np.divide(rate, usual, out=np.ones_like(rate), where=moving)
+    alike = (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share > 1.0)[:, None])
+    sure &= np.sum(alike & moving, axis=1) > MOST * moving.sum(axis=1)  # one coarse encoder steps alone
     unmoved = (np.diff(recording.q, axis=0) == 0.0).all(axis=1)
     return OddSteps(np.flatnonzero(sure & (share > 1.0)), np.flatnonzero(sure & unmoved))
 

@@ -88,8 +88,8 @@ def test_too_few_instants_leave_infinity_not_a_fit(ur, logs):
 
 def test_as_many_instants_as_unknowns_are_too_few(rng):
     W, V = rng.normal(size=(7, 7)), rng.normal(size=(7, 3))
-    np.testing.assert_array_equal(explanation._shares_left(W, V), [np.inf] * 3)
-    assert np.isfinite(explanation._shares_left(W[:, :6], V)).all()
+    np.testing.assert_array_equal(explanation.shares_left(W, V), [np.inf] * 3)
+    assert np.isfinite(explanation.shares_left(W[:, :6], V)).all()
 
 
 def test_what_is_left_does_not_depend_on_the_unit_of_a_current(ur, logs):

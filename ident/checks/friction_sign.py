@@ -1,0 +1,73 @@
+"""Friction brakes: where a fit says that it drives, positions or currents of a joint count backwards.
+
+Each joint is solved alone with its own base parameters, friction and offset in drive units. The gain has the sign of
+the friction; that alone is no mistake, but a gain that comes out negative is better known beforehand.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ident.checks.remark import Grade, Remark
+from ident.errors import NotExcited, TooFewRows
+from ident.gain_system import joint_rows
+from ident.least_squares import least_squares
+from ident.problem import Problem
+from ident.rows import Rows
+from ident.signs import FRICTION_Z
+from ident.uncertainty.larger import larger
+
+RANK_TOL = 1e-9
+"""Smallest singular value of unit columns."""
+
+
+def friction_z(problem: Problem, joint: int) -> float | None:
+    """Friction of a joint, from 0, over its deviation, total or dry, whichever is surer; None where rows are too few.
+
+    Args:
+        problem: One motion, of whatever mounting.
+        joint: The joint.
+    """
+    rows = joint_rows(problem, joint)
+    try:
+        fit = least_squares(rows.W, rows.V, rank_tol=RANK_TOL)
+    except (TooFewRows, NotExcited):
+        return None
+    size = np.sqrt(np.mean(rows.W**2, axis=0))
+    total = [rows.names.index(name) for name in (f"Fv{joint + 1}", f"Fc{joint + 1}") if name in rows.names]
+    dry = [rows.names.index(name) for name in (f"Fc{joint + 1}",) if name in rows.names]
+    weights = np.zeros((2, len(rows.names)))
+    weights[0, total], weights[1, dry] = size[total], size[dry]
+    influence = weights @ fit.cofactor @ rows.W.T
+    fitted = Rows(
+        V=rows.V, residual=fit.residual, joint=np.full(len(rows.V), joint), motion=rows.motion, position=rows.position,
+        row_period=problem.row_period, unknowns={joint: rows.W.shape[1]}, weight=np.ones(len(rows.V)),
+        explained=np.zeros((len(rows.V), 0)),
+    )  # fmt: skip
+    std = np.sqrt(np.diag(larger(fitted, influence, problem.options.serial_s)))
+    z = np.divide(weights @ fit.x, std, out=np.zeros(2), where=std > 0.0)
+    return float(z[np.argmax(np.abs(z))])
+
+
+def backward_joints(problems: Sequence[Problem]) -> tuple[int, ...]:
+    """Joints, from 0, whose friction surely drives in some log and brakes in none."""
+    found: list[int] = []
+    for joint in range(problems[0].structure.arm.n):
+        z = [each for problem in problems if (each := friction_z(problem, joint)) is not None]
+        if z and min(z) < -FRICTION_Z and max(z) < FRICTION_Z:
+            found.append(joint)
+    return tuple(found)
+
+
+def friction_remarks(backward: Sequence[int]) -> list[Remark]:
+    """Which joints' friction drives."""
+    return [
+        Remark(
+            topic="friction",
+            joint=joint,
+            seen=f"friction of joint {joint + 1} drives it: v{joint + 1} counts against q{joint + 1}",
+            grade=Grade.WEAK,
+            advice=f"negate q{joint + 1} or v{joint + 1}, whichever is against the model; or expect a negative gain",
+        )
+        for joint in backward
+    ] or [Remark(topic="friction", seen="brakes every joint that shows it")]

@@ -1,0 +1,105 @@
+"""What the torque of a known payload says of readings that no bare motion can tell apart.
+
+The zero of a last joint turns the payload's centre with it: whatever the arm's own parameters are, they absorb that,
+but a payload that was drawn does not. Here the payload is taken as described, with one unknown, 1/g.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from ident.arrays import Array, Indices, readonly
+from ident.checks.comparison import Logs
+from ident.explanation import DRIFTING, Unknowns, reading_columns, regressor_as_read, shares_left
+from ident.instants import Instants
+from ident.parameters import STANDARD
+from ident.payload import KnownPayload
+from ident.readings import Reading
+from ident.regressor import regressor
+from ident.structure import PROBE_SEED, Structure
+
+STATES = 60
+"""Random states a joint that torques are compared on."""
+SAME = 1e-6
+"""Share of a torque that rounding leaves."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Effect:
+    """What reading a log otherwise does to the gains.
+
+    Attributes:
+        moved: Joints, from 0, whose gain another torque of the payload would change.
+    """
+
+    moved: tuple[int, ...]
+
+
+def effect_on_gains(structure: Structure, unknowns: Unknowns, reading: Reading, known: KnownPayload) -> Effect:
+    """Which gains depend on whether the log is read as it is or otherwise, by the kinematics.
+
+    Args:
+        structure: Of the arm.
+        unknowns: What is solved for.
+        reading: One that explains the same of bare motions.
+        known: What is known of the payload.
+    """
+    arm = structure.arm
+    rng = np.random.default_rng(PROBE_SEED)
+    q, dq, ddq = rng.uniform(-np.pi, np.pi, (3, STATES * arm.n, arm.n))
+    as_is = regressor(arm, q, dq, ddq)
+    other = regressor_as_read(arm, reading, q, dq, ddq)
+    moved: list[int] = []
+    for joint in range(arm.n):
+        mine = _torque_left(as_is[:, joint], structure, unknowns, joint, known)
+        theirs = _torque_left(other[:, joint], structure, unknowns, joint, known)
+        scale = max(float(np.linalg.norm(mine)), float(np.linalg.norm(theirs)))
+        if scale > SAME and float(np.linalg.norm(mine - theirs)) > SAME * scale:
+            moved.append(joint)
+    return Effect(tuple(moved))
+
+
+def _torque_left(own: Array, structure: Structure, unknowns: Unknowns, joint: int, known: KnownPayload) -> Array:
+    """The payload's torque less what the arm's own columns, there in both motions, can be of it."""
+    torque = own[:, structure.payload_columns[known.mask]] @ known.chi[known.mask]
+    again = own[:, len(STANDARD) * joint + DRIFTING]
+    half = np.arange(len(own)) % 2
+    W = np.hstack((own[:, unknowns.arm[joint]], again * half[:, None]))
+    Q = linalg.qr(W / np.linalg.norm(W, axis=0), mode="economic")[0]
+    loaded = torque * half
+    return readonly(loaded - Q @ (Q.T @ loaded))
+
+
+def shares_with_payload(logs: Logs, loaded: Sequence[bool], known: KnownPayload, reading: Reading) -> Array:
+    """Standard deviation that a reading leaves of each joint's current over its rms, payload as described, shape (n,).
+
+    Args:
+        logs: Bare and loaded.
+        loaded: Which of them carry the payload.
+        known: What is known of it; what is not is left out.
+        reading: The reading.
+    """
+    columns = reading_columns(logs.arm, logs.seen, reading)
+    motion = np.repeat(np.arange(len(logs.seen)), [len(each.v) for each in logs.seen])
+    moving, v = _stacked(logs.seen)
+    carries = np.array(loaded, dtype=np.float64)[motion]
+    left = np.empty(logs.arm.n)
+    for joint in range(logs.arm.n):
+        kept = moving[:, reading.q_order[joint]] > 0.0
+        own = columns[kept, joint]
+        torque = own[:, logs.structure.payload_columns[known.mask]] @ known.chi[known.mask] * carries[kept]
+        W = np.column_stack((own[:, logs.unknowns.arm[joint]], _again(own, joint, motion[kept]), torque))
+        left[joint] = shares_left(W, v[kept][:, [reading.v_order[joint]]])[0]
+    return left
+
+
+def _again(own: Array, joint: int, motion: Indices) -> Array:
+    drifting = own[:, len(STANDARD) * joint + DRIFTING]
+    others = range(1, int(motion.max(initial=0)) + 1)
+    return np.hstack([np.zeros((len(own), 0)), *(drifting * (motion == each)[:, None] for each in others)])
+
+
+def _stacked(seen: Sequence[Instants]) -> tuple[Array, Array]:
+    return np.vstack([each.moving for each in seen]).astype(np.float64), np.vstack([each.v for each in seen])

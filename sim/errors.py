@@ -45,6 +45,10 @@ class TooLong(PlantError):
     """An experiment that would take more memory or time than anybody has."""
 
 
+class NoCurrent(PlantError):
+    """A plant whose friction takes all that a current gives."""
+
+
 class TrajectoryError(SimulationError):
     """A motion that breaks a limit before anything is simulated."""
 

@@ -6,6 +6,7 @@ quasi-random designs share one path. A draw has a stream of its own: declaring a
 
 import zlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -121,6 +122,26 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
         changed = {"replace": numbers, "add": base + numbers, "multiply": base * numbers}[draw.apply]
         settings[place] = changed.tolist() if isinstance(value, list) else float(changed[0])
     return settings
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spread:
+    """Mean and standard deviation of the numbers of a distribution; not finite where there is none."""
+
+    mean: Array
+    std: Array
+
+
+def spread_of(draw: DrawTable, count: int) -> Spread:
+    """Mean and standard deviation of the numbers that a draw's distribution gives one place, each (count,).
+
+    Raises:
+        WrongDraw: If distribution or parameters do not exist or do not fit.
+    """
+    _quantiles(draw, np.full(count, 0.5))  # refuses what cannot be drawn
+    with np.errstate(all="ignore"):
+        mean, variance = _distribution(draw.distribution or "").stats(moments="mv", **draw.parameters)
+    return Spread(*(np.broadcast_to(np.asarray(x, np.float64), (count,)) for x in (mean, np.sqrt(variance))))
 
 
 def _quantiles(draw: DrawTable, uniform: Array) -> Array:

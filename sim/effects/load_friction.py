@@ -35,4 +35,4 @@ def _varies(values: LoadFriction) -> bool:
     return values.load_friction > 0.0
 
 
-EFFECT = Effect[LoadFriction](varies=_varies, term=_term)
+EFFECT = Effect[LoadFriction](varies=_varies, term=_term, instant=True)

@@ -1,0 +1,128 @@
+"""The currents that keep a plant exactly on its reference motion: what is logged where control is perfect.
+
+Nothing is stepped. MuJoCo's inverse dynamics of the compiled model gives the torque of links, rotors and springs, so that
+whatever an effect does to a model is in it; effects that act in every control period are asked through the same `term`
+that the closed loop asks. Joints that no drive turns, links behind elastic transmissions, move so that nothing is left
+over on them.
+
+    tau = inverse dynamics + friction - torque beside the drives,    v = v0 + (tau + Fcoff) / g
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ident.arrays import Array
+from sim.compile import lean_model
+from sim.effects import EFFECTS
+from sim.effects.effect import ControlStep
+from sim.errors import NoCurrent
+from sim.experiment import Experiment
+from sim.rigid import Frictionless, frictionless, inertias, torque_along
+from sim.trajectory import FourierTrajectory
+from sim.varying import Varied, acting
+
+FEEDBACK_ITERATIONS = 100
+"""Most passes for friction that follows from the current; each brings it nearer by its share of the torque."""
+SETTLED = 1e-10
+"""Change of a pass, as a share of the largest current, that is none."""
+MOTIONS_KEPT = 4
+"""Motions kept at full rate; one of 20 s at 1 kHz has 4 MB."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class States:
+    """A reference motion, N samples of n joints.
+
+    Attributes:
+        t: [s], shape (N,).
+        q: Positions [rad], shape (N, n).
+        dq: Velocities [rad/s], shape (N, n).
+    """
+
+    t: Array
+    q: Array
+    dq: Array
+
+
+def needed_currents(experiment: Experiment) -> Array:
+    """The currents that an experiment's motion needs, at the rate of its controller.
+
+    Args:
+        experiment: Plant, load, motion and rate; other settings of controller and sensors do not count.
+
+    Returns:
+        Currents [drive units], shape (N, n), at the times of `states_of`.
+
+    Raises:
+        PlantError: If the plant cannot be compiled.
+        NoCurrent: If friction takes all that a current gives.
+    """
+    plant, drives = experiment.plant, experiment.plant.drives
+    model = lean_model(plant, loaded=experiment.loaded, step=experiment.step, earlier=experiment.earlier)
+    states, acts = states_of(experiment), acting(plant, model, step=experiment.step, earlier=experiment.earlier)
+    rigid = _rigid(frictionless(model), experiment.trajectory, experiment.controller.rate_hz)
+    v, before = np.zeros_like(rigid), np.full_like(rigid, np.inf)
+    for _ in range(FEEDBACK_ITERATIONS):
+        tau = rigid + _beside(acts, states, v)
+        v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
+        if np.abs(v - before).max() <= SETTLED * np.abs(v).max():
+            return v
+        before = v
+    raise NoCurrent(f"{experiment.name}: no current moves the arm: friction grows with it by as much as it gives")
+
+
+def states_of(experiment: Experiment) -> States:
+    """The reference motion at the times of a controller's samples."""
+    return _states(experiment.trajectory, experiment.controller.rate_hz)
+
+
+def inertia_along(experiment: Experiment) -> Array:
+    """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times."""
+    plant = experiment.plant
+    model = lean_model(plant, loaded=experiment.loaded, step=experiment.step, earlier=experiment.earlier)
+    return inertias(frictionless(model), experiment.trajectory, states_of(experiment).t)
+
+
+def _beside(acts: Varied, states: States, v: Array) -> Array:
+    """Torque against friction and whatever else acts on the joints [N m], shape (N, n)."""
+    speed = states.dq @ acts.turns.T  # (N, n + c)
+    step = ControlStep(
+        t=0.0,
+        q=states.q,
+        dq=states.dq,
+        v=v,
+        constant=np.broadcast_to(acts.constant, speed.shape),
+        speed=speed,
+        friction=np.tile(acts.constant, (len(speed), 1)),
+        damping=np.tile(acts.damping, (len(speed), 1)),
+        torque=np.zeros_like(v),
+    )
+    active = [effect for effect in EFFECTS.values() if effect.varies(acts.errors)]
+    terms = [effect.term([acts.errors], [acts.build]) for effect in active]
+    moments = [step] if all(effect.instant for effect in active) else _moments(step, states.t)
+    for moment in moments:
+        for add in terms:
+            add(moment)
+    return (step.friction * np.sign(speed) + step.damping * speed) @ acts.turns - step.torque
+
+
+def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
+    """The samples of a motion one by one, views of it: for effects that remember."""
+    fields = ("q", "dq", "v", "constant", "speed", "friction", "damping", "torque")
+    rows = ({name: getattr(step, name)[k : k + 1] for name in fields} for k in range(len(t)))
+    return [ControlStep(t=float(time), **row) for time, row in zip(t, rows, strict=True)]
+
+
+@lru_cache(maxsize=MOTIONS_KEPT)
+def _states(motion: FourierTrajectory, rate_hz: float) -> States:
+    t = np.arange(round(motion.duration * rate_hz) + 1) / rate_hz
+    q, dq, _ = motion(t)
+    return States(t, q, dq)
+
+
+@lru_cache(maxsize=16)
+def _rigid(model: Frictionless, motion: FourierTrajectory, rate_hz: float) -> Array:
+    """Torque of everything but friction at full rate [N m], shape (N, n): what friction alone changes shares it."""
+    return torque_along(model, motion, _states(motion, rate_hz).t)

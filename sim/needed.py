@@ -1,9 +1,9 @@
 """The currents that keep a plant exactly on its reference motion: what is logged where control is perfect.
 
-Nothing is stepped. MuJoCo's inverse dynamics of the compiled model gives the torque of links, rotors and springs, so that
-whatever an effect does to a model is in it; effects that act in every control period are asked through the same `term`
-that the closed loop asks. Joints that no drive turns, links behind elastic transmissions, move so that nothing is left
-over on them.
+Nothing is stepped. MuJoCo's inverse dynamics of the compiled model gives the torque of links, rotors and springs, so
+that whatever an effect does to a model is in it; effects that act in every control period are asked through the same
+`term` that the closed loop asks. Joints that no drive turns, links behind elastic transmissions, move so that nothing
+is left over on them.
 
     tau = inverse dynamics + friction - torque beside the drives,    v = v0 + (tau + Fcoff) / g
 """
@@ -28,7 +28,9 @@ FEEDBACK_ITERATIONS = 100
 SETTLED = 1e-10
 """Change of a pass, as a share of the largest current, that is none."""
 MOTIONS_KEPT = 4
-"""Motions kept at full rate; one of 20 s at 1 kHz has 4 MB."""
+"""Motions kept as sampled; one of 20 s at 1 kHz has 4 MB."""
+TABLES_KEPT = 64
+"""Tables of torques kept; one of 20 s at 250 Hz has a quarter of a megabyte."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,11 +48,12 @@ class States:
     dq: Array
 
 
-def needed_currents(experiment: Experiment) -> Array:
-    """The currents that an experiment's motion needs, at the rate of its controller.
+def needed_currents(experiment: Experiment, rate_hz: float) -> Array:
+    """The currents that an experiment's motion needs.
 
     Args:
-        experiment: Plant, load, motion and rate; other settings of controller and sensors do not count.
+        experiment: Plant, load and motion; controller and sensors do not count.
+        rate_hz: Samples a second [Hz].
 
     Returns:
         Currents [drive units], shape (N, n), at the times of `states_of`.
@@ -60,9 +63,10 @@ def needed_currents(experiment: Experiment) -> Array:
         NoCurrent: If friction takes all that a current gives.
     """
     plant, drives = experiment.plant, experiment.plant.drives
-    model = lean_model(plant, loaded=experiment.loaded, step=experiment.step, earlier=experiment.earlier)
-    states, acts = states_of(experiment), acting(plant, model, step=experiment.step, earlier=experiment.earlier)
-    rigid = _rigid(frictionless(model), experiment.trajectory, experiment.controller.rate_hz)
+    step, earlier = experiment.step, experiment.earlier
+    model = lean_model(plant, loaded=experiment.loaded, step=step, earlier=earlier)
+    states, acts = states_of(experiment.trajectory, rate_hz), acting(plant, model, step=step, earlier=earlier)
+    rigid = _rigid(frictionless(model), experiment.trajectory, rate_hz)
     v, before = np.zeros_like(rigid), np.full_like(rigid, np.inf)
     for _ in range(FEEDBACK_ITERATIONS):
         tau = rigid + _beside(acts, states, v)
@@ -73,16 +77,19 @@ def needed_currents(experiment: Experiment) -> Array:
     raise NoCurrent(f"{experiment.name}: no current moves the arm: friction grows with it by as much as it gives")
 
 
-def states_of(experiment: Experiment) -> States:
-    """The reference motion at the times of a controller's samples."""
-    return _states(experiment.trajectory, experiment.controller.rate_hz)
+@lru_cache(maxsize=MOTIONS_KEPT)
+def states_of(motion: FourierTrajectory, rate_hz: float) -> States:
+    """A reference motion, sampled from its start to its end."""
+    t = np.arange(round(motion.duration * rate_hz) + 1) / rate_hz
+    q, dq, _ = motion(t)
+    return States(t, q, dq)
 
 
-def inertia_along(experiment: Experiment) -> Array:
+def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
     """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times."""
     plant = experiment.plant
     model = lean_model(plant, loaded=experiment.loaded, step=experiment.step, earlier=experiment.earlier)
-    return inertias(frictionless(model), experiment.trajectory, states_of(experiment).t)
+    return inertias(frictionless(model), experiment.trajectory, states_of(experiment.trajectory, rate_hz).t)
 
 
 def _beside(acts: Varied, states: States, v: Array) -> Array:
@@ -115,14 +122,7 @@ def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
     return [ControlStep(t=float(time), **row) for time, row in zip(t, rows, strict=True)]
 
 
-@lru_cache(maxsize=MOTIONS_KEPT)
-def _states(motion: FourierTrajectory, rate_hz: float) -> States:
-    t = np.arange(round(motion.duration * rate_hz) + 1) / rate_hz
-    q, dq, _ = motion(t)
-    return States(t, q, dq)
-
-
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=TABLES_KEPT)
 def _rigid(model: Frictionless, motion: FourierTrajectory, rate_hz: float) -> Array:
-    """Torque of everything but friction at full rate [N m], shape (N, n): what friction alone changes shares it."""
-    return torque_along(model, motion, _states(motion, rate_hz).t)
+    """Torque of everything but friction [N m], shape (N, n); plants that differ in friction alone share it."""
+    return torque_along(model, motion, states_of(motion, rate_hz).t)

@@ -1,7 +1,8 @@
-"""Torques and inertias of a compiled model along a motion, friction apart: MuJoCo's inverse dynamics at a few samples and splines.
+"""Torques and inertias of a compiled model along a motion, friction apart.
 
-A joint that no drive turns (a link behind its transmission) moves so that no torque is left over on it. From where its
-motor is it yields by that torque over its own stiffness, again and again.
+MuJoCo's inverse dynamics is asked at a few samples; splines lie between. A joint that no drive turns (a link behind its
+transmission) moves so that no torque is left over on it: from where its motor is it yields by that torque over its own
+stiffness, again and again.
 """
 
 from dataclasses import dataclass, field
@@ -16,7 +17,7 @@ from sim.effects.wrist_coupling import coupling_tendons
 from sim.quiet import quiet
 from sim.trajectory import FourierTrajectory
 
-SAMPLES_PER_HARMONIC = 40
+SAMPLES_PER_HARMONIC = 20
 """Samples to a period of the motion's fastest harmonic."""
 INERTIAS_PER_HARMONIC = 10
 """Samples of the inertia matrix to such a period; straight lines lie between."""
@@ -66,10 +67,7 @@ def torque_along(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Ar
     coarse = motion.duration / count * np.arange(count + 1)
     driven = [x[:-1] for x in motion(coarse)]
     free = model.nv - n
-    if free:
-        torque = _yielding(model, driven, motion.duration)
-    else:
-        torque = inverse_dynamics(model, *driven)
+    torque = _yielding(model, driven, motion.duration) if free else inverse_dynamics(model, *driven)
     closed = np.vstack((torque, torque[:1]))[:, free:]
     return CubicSpline(coarse, closed, bc_type="periodic")(t)
 

@@ -10,6 +10,7 @@ COMMANDS = {
     "list": "built-in scenarios, a line each",
     "run": "simulate a scenario, identify its gains, judge them",
     "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
+    "predict": "error budget of a scenario in a second: to first order, nothing simulated",
     "sensitivity": "error budget of a scenario: which error source costs how much",
     "compare": "methods side by side on scenarios, yours included",
     "excite": "search for a motion that shows a scenario's gains best",

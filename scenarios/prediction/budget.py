@@ -1,7 +1,7 @@
 """The error budget of a scenario, predicted: what each source costs each gain, and what they cost together."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
@@ -13,9 +13,9 @@ from scenarios.build import Bench, bench
 from scenarios.errors import NoSources, ScenarioError
 from scenarios.files.draws import numbers_needed, settings_from
 from scenarios.files.resolved import resolved
-from scenarios.files.schema import DrawTable, Scenario, SourceTable
-from scenarios.files.settings import Value, with_settings
-from scenarios.prediction.expected import Expected, added_currents, expected_logs
+from scenarios.files.schema import DrawTable, Scenario
+from scenarios.files.settings import Value, value_at, with_settings
+from scenarios.prediction.expected import Expected, added_currents, enough, expected_logs
 from scenarios.prediction.linear import Linearised, linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
@@ -101,8 +101,8 @@ class PredictedBudget:
 def predicted_budget(scenario: Scenario) -> PredictedBudget:
     """Predict the error budget of a scenario.
 
-    The estimate is linearised where every source stands at its median, with one realisation of the scenario's own noise:
-    a method that lets data choose a model chooses it there.
+    The estimate is linearised where every source stands at its median, with one realisation of the scenario's own
+    noise: a method that lets data choose a model chooses it there.
 
     Raises:
         NoSources: If the scenario declares no error sources.
@@ -115,18 +115,19 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     base = resolved(scenario)
     middle = {name: np.full(width, 0.5) for name, width in sources.width.items()}
     typical = {**_medians(base), **settings_with(sources, middle).settings}
-    linear = linearised(bench(with_settings(base, typical)))
+    prepared = bench(with_settings(base, typical))
+    linear = linearised(prepared, enough(prepared))
     wanted = [j for j, is_wanted in enumerate(base.table.tolerance.identifiable) if is_wanted]
     if not wanted:
         raise NoSources(f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share")
     found = [j for j in linear.estimate.solution.joints.tolist() if j in wanted and linear.estimate.identifiable[j]]
     rows = np.flatnonzero(np.isin(linear.estimate.solution.joints, found))
     off = with_settings(base, settings_with(sources, {}).settings)
-    predictor = _Predictor(linear, off, rows)
+    predictor = _Predictor(linear, off, rows, sources)
     costs, unpredicted = list[Cost](), list[Unpredicted]()
     for name, source in scenario.table.sources.items():
         try:
-            costs.append(predictor.noise(name, source, sources) if source.stream else predictor.drawn(name, source))
+            costs.append(predictor.noise(name, source.stream) if source.stream else predictor.drawn(name, source))
         except _NoPrediction as error:
             unpredicted.append(Unpredicted(name, str(error)))
         except (ScenarioError, SimulationError, IdentificationError) as error:
@@ -159,23 +160,25 @@ class _Outcome:
 class _Predictor:
     """Predicts one source after the other from one linearised estimate."""
 
-    def __init__(self, linear: Linearised, off: Scenario, rows: Indices) -> None:
+    def __init__(self, linear: Linearised, off: Scenario, rows: Indices, sources: Sources) -> None:
         self._linear, self._off, self._rows = linear, resolved(off), rows
         self._joints = linear.estimate.solution.joints[rows]
         self._quiet = self._outcome({})
+        tables = sources.scenario.table.sources
+        streams = {name: np.full(1, 0.5) for name, source in tables.items() if source.stream is not None}
+        loud = self._outcome(settings_with(sources, streams).settings)
+        self._variances = noise_variances(linear, loud.logs)
+        self._left = noise_variances(linear, self._quiet.logs)
 
-    def noise(self, name: str, source: SourceTable, sources: Sources) -> Cost:
+    def noise(self, name: str, stream: str) -> Cost:
         """A noise at its size, all else off."""
-        on = settings_with(sources, {name: np.full(1, 0.5)}).settings
-        logs = self._outcome(on).logs
-        only = tuple(replace(each, noises=tuple(x for x in each.noises if x.stream == source.stream)) for each in logs)
-        if not any(each.noises for each in only):
-            raise _NoPrediction(f"nothing is known of the spectrum of {source.stream}")
-        return self._of_noise(name, only)
+        if stream not in self._variances:
+            raise _NoPrediction(f"nothing is known of the spectrum of {stream}")
+        return self._of_noise(name, self._variances[stream] - self._left.get(stream, 0.0))
 
     def other_noise(self) -> list[Cost]:
         """What noise is on with every source off."""
-        return [self._of_noise(OTHER, self._quiet.logs)] if any(each.noises for each in self._quiet.logs) else []
+        return [self._of_noise(OTHER, sum(self._left.values(), np.zeros(1)))] if self._left else []
 
     def drawn(self, name: str, source: DrawTable) -> Cost:
         """A source that is drawn, all else off."""
@@ -204,7 +207,9 @@ class _Predictor:
         return 1.0 / (inverse * outcome.gain[self._joints]) - 1.0
 
     def _again(self, settings: Mapping[str, Value]) -> Array:
-        with_it = linearised(bench(with_settings(self._linear.bench.scenario, settings)))
+        if all(value_at(self._linear.bench.scenario.table, place) == value for place, value in settings.items()):
+            return np.zeros(len(self._joints))
+        with_it = linearised(bench(with_settings(self._linear.bench.scenario, settings)), self._linear.every)
         before, now = self._linear.estimate.solution, with_it.estimate.solution
         if not np.isin(self._joints, now.joints).all():
             raise _NoPrediction("the joints that have a gain are not the same with it")
@@ -212,14 +217,13 @@ class _Predictor:
         truth = with_it.bench.true_gain[self._joints] / self._linear.bench.true_gain[self._joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
 
-    def _of_noise(self, name: str, logs: tuple[Expected, ...]) -> Cost:
-        variance = sum(noise_variances(self._linear, logs).values(), np.zeros(len(self._linear.estimate.solution.joints)))
+    def _of_noise(self, name: str, variance: Array) -> Cost:
         std = np.sqrt(variance[self._rows]) * np.abs(self._quiet.gain[self._joints])
         return Cost(source=name, bias=np.zeros(len(std)), std=std)
 
     def _outcome(self, settings: Mapping[str, Value]) -> _Outcome:
         prepared: Bench = bench(with_settings(self._off, settings))
-        return _Outcome(expected_logs(prepared), prepared.true_gain)
+        return _Outcome(expected_logs(prepared, self._linear.every), prepared.true_gain)
 
 
 def _medians(scenario: Scenario) -> dict[str, Value]:

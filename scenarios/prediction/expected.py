@@ -1,6 +1,6 @@
 """The logs of a scenario's motions under perfect control, without noise, and what noise adds to them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import signal
@@ -15,28 +15,45 @@ from sim.sensors.effect import Log, Noise
 
 NOISE_SEED = 0
 """Of the noise that one expected recording is given."""
+RATE = 16.0
+"""Rate that is enough, in cut-offs of identification's filters: what is faster is noise, and its spectrum is known."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
-    """What is logged of one motion.
+    """What is logged of one motion, at a rate that is enough.
 
     Attributes:
         log: Without what is drawn.
-        noises: What is drawn.
+        noises: What is drawn, as strong as at the real rate in the band that counts.
     """
 
     log: Log
     noises: tuple[Noise, ...]
 
+    def of(self, stream: str) -> "Expected":
+        """The same with the noise of one stream alone."""
+        return Expected(self.log, tuple(noise for noise in self.noises if noise.stream == stream))
 
-def expected_logs(prepared: Bench) -> tuple[Expected, ...]:
+
+def expected_logs(prepared: Bench, every: int) -> tuple[Expected, ...]:
     """The expected log of each motion, in order of time.
+
+    Args:
+        prepared: The scenario, nothing random left.
+        every: Samples of the controller to one of the log.
 
     Raises:
         PlantError: If a plant cannot be built.
     """
-    return tuple(_expected(experiment) for experiment in prepared.experiments)
+    return tuple(_expected(each, every) for each in prepared.experiments)
+
+
+def enough(prepared: Bench) -> int:
+    """Samples of the controller to one that is enough for identification."""
+    observe = prepared.scenario.table.identification.observe
+    rate_hz = RATE * max(observe.cutoff_hz, observe.decimation_cutoff_hz)
+    return max(1, int(prepared.scenario.table.experiment.controller.rate_hz / rate_hz))
 
 
 def noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Generator) -> Recording:
@@ -48,12 +65,21 @@ def noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Gener
     return Recording(each.log.t, each.log.q, v, experiment.name)
 
 
-def _expected(experiment: Experiment) -> Expected:
-    rate_hz, sensors = experiment.controller.rate_hz, experiment.sensors
-    log = logged_without_noise(states_of(experiment).q, needed_currents(experiment), rate_hz, sensors)
-    return Expected(log, tuple(noises(log, sensors)))
-
-
 def added_currents(one: tuple[Expected, ...], other: tuple[Expected, ...]) -> list[Array]:
     """Currents of the first logs less those of the second, motion by motion."""
     return [a.log.v - b.log.v for a, b in zip(one, other, strict=True)]
+
+
+def _expected(experiment: Experiment, every: int) -> Expected:
+    rate_hz, sensors = experiment.controller.rate_hz / every, experiment.sensors
+    states = states_of(experiment.trajectory, rate_hz)
+    log = logged_without_noise(states.q, needed_currents(experiment, rate_hz), rate_hz, sensors)
+    return Expected(log, tuple(_thinned(noise, every) for noise in noises(log, sensors)))
+
+
+def _thinned(noise: Noise, every: int) -> Noise:
+    """White noise of fewer samples with the same spectral density; the variance of shaped noise is in the band."""
+    if noise.sos is not None:
+        return noise
+    share = 1.0 / np.sqrt(every)
+    return replace(noise, q=share * noise.q, v=share * noise.v)

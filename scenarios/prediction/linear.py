@@ -34,12 +34,14 @@ class Linearised:
         estimate: Its k solved gains come with the influence of each row.
         behind: The motion behind the rows, motions in order of time.
         places: Place of each motion of the estimate in order of time.
+        every: Samples of the controller to one of the expected logs.
     """
 
     bench: Bench
     estimate: GainEstimate
     behind: tuple[FullRate, ...]
     places: tuple[int, ...]
+    every: int
 
     def change(self, added: Sequence[Array]) -> Array:
         """Change of each 1/g, shape (k,).
@@ -81,13 +83,17 @@ class Linearised:
     @property
     def _later(self) -> float:
         table = self.bench.scenario.table
-        return table.identification.observe.current_delay * table.experiment.controller.rate_hz
+        return table.identification.observe.current_delay * table.experiment.controller.rate_hz / self.every
 
 
-def linearised(prepared: Bench) -> Linearised:
+def linearised(prepared: Bench, every: int) -> Linearised:
     """Estimate the gains of a prepared scenario from its expected logs, with one realisation of its noise.
 
     The noise is there for methods that weigh rows or choose a model by what is left of them.
+
+    Args:
+        prepared: The scenario, nothing random left.
+        every: Samples of the controller to one of the expected logs.
 
     Raises:
         NotLinear: If the scenario's method has no first order.
@@ -101,7 +107,7 @@ def linearised(prepared: Bench) -> Linearised:
             "predicted; simulate it with rx90 sensitivity, or name another with --method"
         )
     rng = np.random.default_rng(NOISE_SEED)
-    logs = zip(expected_logs(prepared), prepared.experiments, strict=True)
+    logs = zip(expected_logs(prepared, every), prepared.experiments, strict=True)
     recordings = [noisy_recording(log, experiment, rng) for log, experiment in logs]
     places = grouped(prepared.protocol)
     observed = [observe(recording, prepared.structure, chosen.observe) for recording in recordings]
@@ -113,4 +119,5 @@ def linearised(prepared: Bench) -> Linearised:
         estimate=estimator(chosen.method).estimate(problem, chosen.method_options),
         behind=tuple(each for each in behind if each is not None),
         places=places,
+        every=every,
     )

@@ -32,7 +32,8 @@ def noise_variances(linear: Linearised, logs: Sequence[Expected]) -> dict[str, A
     weights = linear.weights(len(logs[0].log.t))
     for each, K, experiment in zip(logs, weights, linear.bench.experiments, strict=True):
         cutoff_hz = linear.bench.scenario.table.identification.observe.cutoff_hz
-        by_position = _by_position(K, experiment, cutoff_hz) if any(noise.q.any() for noise in each.noises) else None
+        moved = any(noise.q.any() for noise in each.noises)
+        by_position = _by_position(K, experiment, each.log.rate_hz, cutoff_hz) if moved else None
         for noise in each.noises:
             found = _variance(noise, K, by_position)
             variances[noise.stream] = variances.get(noise.stream, 0.0) + found
@@ -52,11 +53,11 @@ def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
     return np.sum(total**2, axis=(1, 2))
 
 
-def _by_position(K: Array, experiment: Experiment, cutoff_hz: float) -> Array:
+def _by_position(K: Array, experiment: Experiment, rate_hz: float, cutoff_hz: float) -> Array:
     """Derivative of each 1/g by each logged position, shape (k, N, n)."""
     force = K / experiment.plant.drives.gain  # (k, N, n)
-    moved = np.einsum("ktj,tjl->ktl", force, inertia_along(experiment))
+    moved = np.einsum("ktj,tjl->ktl", force, inertia_along(experiment, rate_hz))
     k, samples, n = moved.shape
     flat = moved.transpose(1, 0, 2).reshape(samples, k * n)
-    twice = smooth_motion(flat, 1.0 / experiment.controller.rate_hz, cutoff_hz)[2]
+    twice = smooth_motion(flat, 1.0 / rate_hz, cutoff_hz)[2]
     return -twice.reshape(samples, k, n).transpose(1, 0, 2)

@@ -140,8 +140,9 @@ def spread_of(draw: DrawTable, count: int) -> Spread:
     """
     _quantiles(draw, np.full(count, 0.5))  # refuses what cannot be drawn
     with np.errstate(all="ignore"):
-        mean, variance = _distribution(draw.distribution or "").stats(moments="mv", **draw.parameters)
-    return Spread(*(np.broadcast_to(np.asarray(x, np.float64), (count,)) for x in (mean, np.sqrt(variance))))
+        frozen = _distribution(draw.distribution or "")(**draw.parameters)
+        mean, std = frozen.mean(), frozen.std()
+    return Spread(*(np.broadcast_to(np.asarray(x, np.float64), (count,)) for x in (mean, std)))
 
 
 def _quantiles(draw: DrawTable, uniform: Array) -> Array:

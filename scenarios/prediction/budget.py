@@ -1,6 +1,6 @@
 """The error budget of a scenario, predicted: what each source costs each gain, and what they cost together."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -191,7 +191,7 @@ class _Predictor:
         steps = np.array([answer(each) - bias for each in points.deviated])
         return Cost(source=name, bias=bias, std=np.linalg.norm(steps, axis=0))
 
-    def _answer(self, source: DrawTable):
+    def _answer(self, source: DrawTable) -> Callable[[Mapping[str, Value]], Array]:
         """What gives the error at settings of a source: from the change of currents, or the estimate made again."""
         if all(place.startswith(TAKEN) for place in source.targets):
             return self._by_currents

@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs methods schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs methods predicted schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -37,6 +37,11 @@ COMPARED ?= $(wildcard out/methods/*)
 
 methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
 	$(BIN)/python docs/methods.py $(COMPARED)
+
+STUDIES ?= nominal out/budget
+
+predicted: .venv/ready  # scenarios, each with the folder that rx90 sensitivity left of it
+	$(BIN)/python docs/predicted.py $(STUDIES)
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.files.json_schema

@@ -73,6 +73,10 @@ class NotLinear(StudyError):
     """A method whose errors have no first order to be predicted from."""
 
 
+class NotAPair(StudyError):
+    """A protocol without a bare and a loaded motion, which a design needs."""
+
+
 class NoMoments(StudyError):
     """A draw whose numbers have no mean or no deviation."""
 

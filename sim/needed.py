@@ -19,6 +19,7 @@ from sim.effects import EFFECTS
 from sim.effects.effect import ControlStep
 from sim.errors import NoCurrent
 from sim.experiment import Experiment
+from sim.plant import Plant
 from sim.rigid import Frictionless, frictionless, inertias, torque_along
 from sim.trajectory import FourierTrajectory
 from sim.varying import Varied, acting
@@ -29,6 +30,8 @@ SETTLED = 1e-10
 """Change of a pass, as a share of the largest current, that is none."""
 MOTIONS_KEPT = 4
 """Motions kept as sampled; one of 20 s at 1 kHz has 4 MB."""
+PLANTS_KEPT = 128
+"""Compiled plants kept, 50 kB each: a search asks for the same ones along thousands of motions."""
 TABLES_KEPT = 64
 """Tables of torques kept; one of 20 s at 250 Hz has a quarter of a megabyte."""
 
@@ -48,6 +51,14 @@ class States:
     dq: Array
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rubbing:
+    """A compiled plant: its model without friction, and what rubs."""
+
+    rigid: Frictionless
+    acts: Varied
+
+
 def needed_currents(experiment: Experiment, rate_hz: float) -> Array:
     """The currents that an experiment's motion needs.
 
@@ -63,13 +74,12 @@ def needed_currents(experiment: Experiment, rate_hz: float) -> Array:
         NoCurrent: If friction takes all that a current gives.
     """
     plant, drives = experiment.plant, experiment.plant.drives
-    step, earlier = experiment.step, experiment.earlier
-    model = lean_model(plant, loaded=experiment.loaded, step=step, earlier=earlier)
-    states, acts = states_of(experiment.trajectory, rate_hz), acting(plant, model, step=step, earlier=earlier)
-    rigid = _rigid(frictionless(model), experiment.trajectory, rate_hz)
+    states = states_of(experiment.trajectory, rate_hz)
+    rubbing = _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier)
+    rigid = _rigid(rubbing.rigid, experiment.trajectory, rate_hz)
     v, before = np.zeros_like(rigid), np.full_like(rigid, np.inf)
     for _ in range(FEEDBACK_ITERATIONS):
-        tau = rigid + _beside(acts, states, v)
+        tau = rigid + _beside(rubbing.acts, states, v)
         v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
         if np.abs(v - before).max() <= SETTLED * np.abs(v).max():
             return v
@@ -87,9 +97,8 @@ def states_of(motion: FourierTrajectory, rate_hz: float) -> States:
 
 def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
     """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times."""
-    plant = experiment.plant
-    model = lean_model(plant, loaded=experiment.loaded, step=experiment.step, earlier=experiment.earlier)
-    return inertias(frictionless(model), experiment.trajectory, states_of(experiment.trajectory, rate_hz).t)
+    rubbing = _rubbing(experiment.plant, experiment.loaded, experiment.step, experiment.earlier)
+    return inertias(rubbing.rigid, experiment.trajectory, states_of(experiment.trajectory, rate_hz).t)
 
 
 def _beside(acts: Varied, states: States, v: Array) -> Array:
@@ -120,6 +129,13 @@ def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
     fields = ("q", "dq", "v", "constant", "speed", "friction", "damping", "torque")
     rows = ({name: getattr(step, name)[k : k + 1] for name in fields} for k in range(len(t)))
     return [ControlStep(t=float(time), **row) for time, row in zip(t, rows, strict=True)]
+
+
+@lru_cache(maxsize=PLANTS_KEPT)
+def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int) -> _Rubbing:
+    model = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
+    acts = acting(plant, model, step=step, earlier=earlier)
+    return _Rubbing(frictionless(model), acts)
 
 
 @lru_cache(maxsize=TABLES_KEPT)

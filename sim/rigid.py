@@ -63,7 +63,7 @@ def torque_along(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Ar
         [N m], shape (N, n).
     """
     model, n = rigid.model, motion.n
-    count = SAMPLES_PER_HARMONIC * motion.sine.shape[1]
+    count = min(SAMPLES_PER_HARMONIC * motion.sine.shape[1], len(t) - 1)
     coarse = motion.duration / count * np.arange(count + 1)
     driven = [x[:-1] for x in motion(coarse)]
     free = model.nv - n

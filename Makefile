@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs methods predicted schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs methods coverage predicted schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -37,6 +37,11 @@ COMPARED ?= $(wildcard out/methods/*)
 
 methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
 	$(BIN)/python docs/methods.py $(COMPARED)
+
+COVERED ?= $(wildcard out/coverage/*)
+
+coverage: .venv/ready  # from the folders that rx90 monte-carlo left, those of out/coverage unless COVERED names others
+	$(BIN)/python docs/coverage.py $(COVERED)
 
 STUDIES ?= nominal out/budget
 

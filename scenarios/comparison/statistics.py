@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
 from ident.arrays import Array, Indices, Mask
 from scenarios.comparison.rows import METHOD
+from scenarios.studies.coverage import Coverage, coverage
 
 NEEDED = (METHOD, "trial", "joint", "true", "estimate", "std", "rel_error", "expected", "seconds", "failure")
 """Columns of a comparison that its statistics need."""
-CONFIDENCE = 0.95
-"""Of the intervals of coverages."""
 SOLVED = (0.01, 0.03, 0.10)
 """Relative errors within which a gain counts as solved."""
 RANKED_BY = 0.03
@@ -26,20 +24,6 @@ One of a gain that the data should not give is wrong unless it errs, and may err
 """
 CRASHES = ("MethodCrashed", "MethodOutOfMemory", "MethodNotStarted")
 TIME_OUTS = ("MethodTimedOut",)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Coverage:
-    """How often an interval held the truth.
-
-    Attributes:
-        share: Of the trials with a gain and a deviation.
-        low, high: Its 95 % interval (Clopper and Pearson).
-    """
-
-    share: float
-    low: float
-    high: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,12 +219,3 @@ def _joint(joint: int, of: Told, bound: Array | None) -> MethodJoint:
 
 def _rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(values**2))) if len(values) else None
-
-
-def coverage(held: Mask) -> Coverage | None:
-    """How often intervals held the truth, None without any."""
-    if not len(held):
-        return None
-    count = int(held.sum())
-    interval = stats.binomtest(count, len(held)).proportion_ci(CONFIDENCE, method="exact")
-    return Coverage(share=count / len(held), low=float(interval.low), high=float(interval.high))

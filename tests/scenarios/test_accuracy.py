@@ -37,6 +37,7 @@ def test_without_noise_and_friction_the_error_is_below_1e_4():
         "sequential",
         "offset-payload",
         "coarse-encoder",
+        "drift",
         "field",
         "field-two-weights",
     ],

@@ -16,7 +16,7 @@ from scenarios.build import bench
 from scenarios.cli import main
 from scenarios.comparison.bound import bound_of, gain_bound, in_band
 from scenarios.comparison.rows import METHOD
-from scenarios.comparison.statistics import NEEDED, coverage, summaries
+from scenarios.comparison.statistics import NEEDED, summaries
 from scenarios.errors import NothingToCompare, OtherStudy
 from scenarios.files.loading import load_scenario
 from scenarios.methods import method_of
@@ -25,6 +25,7 @@ from scenarios.reports.comparison import Compared, comparison_report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 from scenarios.run import run_scenario
 from scenarios.studies.comparison import comparison
+from scenarios.studies.coverage import coverage
 from scenarios.studies.study import carry_out, study_identity
 from scenarios.workers.kinds import Workers
 

@@ -10,6 +10,7 @@ from quick import quick_scenario
 import rx90_mjcf
 import scenarios.commands.identify as command
 from ident.arm import load_arm
+from ident.consistency import UNCHECKED
 from ident.errors import NotIdentifiable
 from ident.estimate import FoundParameter
 from ident.identification import Recorded, identify_motions
@@ -272,7 +273,7 @@ def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
     benches = [bench_of(folder, protocol) for folder, protocol in zip(folders, protocols, strict=True)]
     entries = [(each, 3 + k) for k, each in enumerate(benches)]
     streams = [motion_streams(seed, {}, len(each.experiments)) for each, seed in entries]
-    together = dict(run_batch(entries, streams, threads=2))
+    together = dict(run_batch(entries, streams, threads=2, checks=UNCHECKED))
     for k, (each, seed) in enumerate(entries):
         one, other = run(each, seed), together[k]
         assert isinstance(other, Run)
@@ -286,7 +287,7 @@ def test_a_motion_that_fails_costs_its_run_with_its_own_name(tmp_path):
     heavy = "[plant.payloads.heaviest]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
     more = f'{heavy}[belief.payloads.heaviest]\nmass = 95.0\nknown = "mass"\n'
     prepared = bench_of(tmp_path, ("bare", "light", "heaviest"), more)
-    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=2)
+    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=2, checks=UNCHECKED)
     assert str(outcome).startswith("heaviest: drive of joint3 at its limit")
 
 
@@ -455,6 +456,20 @@ def test_in_the_field_every_run_draws_every_error_and_every_payload(name, payloa
     # Sixty uniform numbers from 0 to 0.1 leave the outer twentieths empty once in twenty times; the seeds are fixed.
     assert 0.0 < min(loads) < 0.01
     assert 0.09 < max(loads) < 0.1
+
+
+def test_where_friction_drifts_both_kinds_do_by_two_percent_of_their_own_and_nothing_else_is_drawn():
+    scenario = load_scenario("drift")
+    check_draws(scenario, bench)
+    drawn = [drawn_settings(scenario, seed) for seed in range(200)]
+    places = ("plant.errors.coulomb_drift", "plant.errors.viscous_drift")
+    assert all(set(settings) == set(places) for settings in drawn)
+    values = np.array([[settings[place] for place in places] for settings in drawn])
+    # Two hundred draws know a deviation to 5 %, a correlation to 0.07, a mean to 0.0014; three of these.
+    np.testing.assert_allclose(values.std(axis=0), 0.02, rtol=0.15)
+    assert np.abs(values.mean(axis=0)).max() < 0.0042
+    assert abs(np.corrcoef(values.T)[0, 1]) < 0.21
+    assert [motion.loaded for motion in bench(scenario).experiments] == [False, True]
 
 
 @pytest.mark.parametrize("name", ["field", "field-two-weights"])

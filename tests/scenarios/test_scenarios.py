@@ -55,7 +55,7 @@ def test_built_in_scenarios_are_valid(name):
 
 def test_the_catalog_has_the_promised_scenarios():
     assert {"ideal", "nominal", "paper-noise", "mass-only", "gain-error-20"} <= set(builtin_names())
-    assert {"field", "field-two-weights", "coarse-encoder"} <= set(builtin_names())
+    assert {"field", "field-two-weights", "coarse-encoder", "drift"} <= set(builtin_names())
 
 
 def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
@@ -230,7 +230,7 @@ def identify_arguments(folder: Path, **changes: object) -> list[str]:
 
 def test_json_of_a_run_keeps_the_contract(saved):
     _, result = saved
-    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes"]
+    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "consistency"]
     assert (result["scenario"], result["seed"], result["passed"]) == ("nominal", 5, True)
     assert [list(gain) for gain in result["gains"]] == [KEYS] * 6
     assert list(result["fit"]) == ["method", "rows", "error_norm", "rel_error_norm", "sigma"]

@@ -42,11 +42,19 @@ def nothing_added(motion: FourierTrajectory, rate_hz: float) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Source:
-    """Experiments that stand for a source: at its mean, and one deviation from there for each of its numbers."""
+    """Experiments that stand for a source.
+
+    Attributes:
+        name: Its name.
+        mean: At the mean of its numbers.
+        deviated: One deviation from there, one number after the other.
+        equal: Of equal probability instead.
+    """
 
     name: str
     mean: Sequence[Experiment]
     deviated: tuple[Sequence[Experiment], ...]
+    equal: tuple[Sequence[Experiment], ...]
 
 
 class Sourced:
@@ -109,6 +117,10 @@ class Sourced:
 
         found = list[tuple[Array, Array]]()
         for source in self._drawn:
+            if source.equal:
+                errors = np.array([error(each) for each in source.equal])
+                found.append((errors.mean(axis=0), errors.std(axis=0)))
+                continue
             bias = error(source.mean)
             steps = [error(each) - bias for each in source.deviated]
             found.append((bias, np.linalg.norm(steps, axis=0)))
@@ -140,9 +152,8 @@ def _source(name: str, source: DrawTable, off: Scenario, quiet: Bench) -> _Sourc
     def experiments(settings: Mapping[str, Value]) -> Sequence[Experiment]:
         return _pair(bench(with_settings(off, settings)))
 
-    if points.equal:  # what has no mean is as if each value were a deviation of its share
-        return _Source(name, _pair(quiet), tuple(experiments(each) for each in points.equal))
-    return _Source(name, experiments(points.mean), tuple(experiments(each) for each in points.deviated))
+    deviated, equal = (tuple(experiments(each) for each in few) for few in (points.deviated, points.equal))
+    return _Source(name, experiments(points.mean), deviated, equal)
 
 
 def _pair(prepared: Bench) -> Sequence[Experiment]:

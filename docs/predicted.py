@@ -8,18 +8,21 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from scenarios.errors import ScenarioError
 from scenarios.files.loading import load_scenario
-from scenarios.files.schema import Scenario
-from scenarios.prediction.budget import PredictedBudget, predicted_budget
+from scenarios.files.schema import Scenario, SourceTable
+from scenarios.files.settings import Value
+from scenarios.prediction.predictor import Predictor, predictor_of
 from scenarios.studies.sensitivity import ALONE
+from sim.errors import SimulationError
 
 HEAD = """# Predicted and simulated error budgets
 
 Written by `make predicted` from the folders that `rx90 sensitivity` left. Nothing here is typed by hand.
 
-Root mean square of the relative error of the gain from each source alone [%]: predicted / simulated. A source is off
-where the two differ by more than a tenth and by more than 0.05 %, or for a noise, of which a study draws few, by more
-than three standard errors: that entry is **bold**.
+Root mean square of the relative error of the gain from each source alone [%]: predicted for the numbers that the trials
+drew / simulated. Where the two differ by more than a tenth and by more than 0.05 %, of a noise also by more than three
+standard errors of so few trials, they stand **bold**.
 """
 SHARE, SMALL, ERRORS = 0.1, 5e-4, 3.0
 
@@ -41,40 +44,56 @@ class Entry:
         return f"**{text}**" if self.off else text
 
 
-def entries(budget: PredictedBudget, rows: pd.DataFrame, noises: set[str]) -> dict[str, list[Entry]]:
-    """Of each predicted source, one a joint."""
-    alone = rows[rows["design"] == ALONE]
-    found: dict[str, list[Entry]] = {}
-    for cost in budget.costs:
-        for joint, predicted in zip(budget.joints + 1, cost.rms, strict=True):
-            here = alone[(alone["source"] == cost.source) & (alone["joint"] == joint)]["rel_error"].dropna()
-            if not len(here):
-                continue
-            simulated = float(np.sqrt(np.mean(here**2)))
-            allowed = max(SHARE * simulated, SMALL)
-            if cost.source in noises:
-                allowed = max(allowed, ERRORS * predicted / np.sqrt(2.0 * len(here)))
-            found.setdefault(cost.source, []).append(Entry(float(predicted), simulated, allowed))
-    return found
+def entries(predictor: Predictor, name: str, source: SourceTable, rows: pd.DataFrame) -> list[Entry]:
+    """One a joint: of what is drawn the errors predicted for each trial's own numbers, of noise its deviation."""
+    joints = predictor.joints + 1
+    trials = [
+        trial for _, trial in rows.groupby("trial") if trial["rel_error"].notna()[trial["joint"].isin(joints)].all()
+    ]
+    real = np.array([trial.set_index("joint").loc[joints, "rel_error"] for trial in trials])
+    simulated = np.sqrt(np.mean(real**2, axis=0))
+    allowed = np.maximum(SHARE * simulated, SMALL)
+    if source.stream is None:
+        predicted = np.array([predictor.error(source, settings_of(source, trial.iloc[0])) for trial in trials])
+        return list(map(Entry, np.sqrt(np.mean(predicted**2, axis=0)).tolist(), simulated.tolist(), allowed.tolist()))
+    std = predictor.noise(name, source.stream).std
+    allowed = np.maximum(allowed, ERRORS * std / np.sqrt(2.0 * len(trials)))
+    return list(map(Entry, std.tolist(), simulated.tolist(), allowed.tolist()))
+
+
+def settings_of(source: SourceTable, row: pd.Series) -> dict[str, Value]:
+    """What a trial drew of a source."""
+    settings: dict[str, Value] = {}
+    for place in source.targets:
+        numbered = [
+            column for column in row.index if column.startswith(f"{place}.") and column.rpartition(".")[2].isdigit()
+        ]
+        settings[place] = [float(row[column]) for column in numbered] if numbered else row[place]
+    return settings
 
 
 def section(scenario: Scenario, folder: Path) -> str:
     """The comparison of the study of a scenario."""
-    with threadpool_limits(1):
-        budget = predicted_budget(scenario)
-    noises = {name for name, source in scenario.table.sources.items() if source.stream is not None}
-    found = entries(budget, pd.read_parquet(folder / "trials"), noises)
-    lines = [f"## {scenario.name}, {budget.method}", ""]
-    lines += [f"{'; '.join(budget.remarks)}.", ""] if budget.remarks else []
-    lines += [
-        f"| source | {' | '.join(f'joint {j + 1}' for j in budget.joints)} |",
-        "|---" * (len(budget.joints) + 1) + "|",
-    ]
-    lines += [f"| {name} | {' | '.join(map(str, each))} |" for name, each in found.items()]
-    off = [name for name, each in found.items() if any(entry.off for entry in each)]
-    lines += ["", f"Off: {', '.join(off)}." if off else "None is off."]
-    lines += [f"Not predicted: {each.source}: {each.reason}." for each in budget.unpredicted]
-    return "\n".join(lines) + "\n"
+    predictor = predictor_of(scenario)
+    rows = pd.read_parquet(folder / "trials")
+    alone = rows[rows["design"] == ALONE]
+    found: dict[str, list[Entry]] = {}
+    silent: list[str] = []
+    for name, source in scenario.table.sources.items():
+        try:
+            found[name] = entries(predictor, name, source, alone[alone["source"] == name])
+        except (ScenarioError, SimulationError) as error:
+            silent.append(f"Not predicted: {name}: {error}.")
+    remarks = predictor.linear.estimate.remarks
+    lines = [f"## {scenario.name}, {predictor.linear.estimate.method}", ""]
+    lines += [f"{'; '.join(remarks)}.", ""] if remarks else []
+    lines += [f"{alone.groupby('source')['trial'].nunique().min()} trials a source or more.", ""]
+    lines += [f"| source | {' | '.join(f'joint {j + 1}' for j in predictor.joints)} |"]
+    lines += ["|---" * (len(predictor.joints) + 1) + "|"]
+    ranked = sorted(found.items(), key=lambda item: -max(entry.simulated for entry in item[1]))
+    lines += [f"| {name} | {' | '.join(map(str, each))} |" for name, each in ranked]
+    off = [name for name, each in ranked if any(entry.off for entry in each)]
+    return "\n".join([*lines, "", f"Off: {', '.join(off)}." if off else "None is off.", *silent]) + "\n"
 
 
 def main(words: list[str]) -> None:
@@ -86,4 +105,5 @@ def main(words: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    with threadpool_limits(1):
+        main(sys.argv[1:])

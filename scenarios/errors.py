@@ -77,6 +77,10 @@ class NotAPair(StudyError):
     """A protocol without a bare and a loaded motion, which a design needs."""
 
 
+class NotPredicted(StudyError):
+    """A source whose cost first order does not tell."""
+
+
 class NoMoments(StudyError):
     """A draw whose numbers have no mean or no deviation."""
 

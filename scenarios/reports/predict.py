@@ -3,7 +3,8 @@
 import numpy as np
 
 from ident.arrays import Array
-from scenarios.prediction.budget import Cost, PredictedBudget
+from scenarios.prediction.budget import PredictedBudget
+from scenarios.prediction.predictor import Cost
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 
 MEANING = (

@@ -17,11 +17,12 @@ from scenarios.files.methods import with_method
 from scenarios.files.motions import write_motion
 from scenarios.files.schema import DrawTable, Scenario, SourceTable
 from scenarios.files.settings import with_settings
-from scenarios.prediction.budget import OTHER, Cost, PredictedBudget, predicted_budget
+from scenarios.prediction.budget import PredictedBudget, predicted_budget
 from scenarios.prediction.expected import added_currents, enough, expected_logs
 from scenarios.prediction.linear import linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
+from scenarios.prediction.predictor import OTHER, Cost
 from scenarios.run import motion_streams, simulate_batch
 from sim.sensors import logged
 from sim.trajectory import at_rest

@@ -24,6 +24,17 @@ def read_recording(path: str | Path) -> Recording:
         RecordingError: If the file is missing or unreadable, a column is missing or not numeric, joints are
             unequal, or the values fail the checks of `Recording` or `check_log`.
     """
+    recording = read_unchecked(path)
+    check_log(recording)
+    return recording
+
+
+def read_unchecked(path: str | Path) -> Recording:
+    """Read a recording as `read_recording` does, but with whatever jumps and spikes it has.
+
+    Raises:
+        RecordingError: Likewise, but for the checks of `check_log`.
+    """
     path = Path(path)
     table, place = read_columns(path), one_line(path)
     if "t" not in table:
@@ -38,9 +49,7 @@ def read_recording(path: str | Path) -> Recording:
     if len(joints) > MOST_JOINTS:
         raise RecordingError(f"{place}: {len(joints)} joints; recordings of up to {MOST_JOINTS} are read")
     q, v = (np.column_stack([table[f"{kind}{j}"] for j in joints]) for kind in "qv")
-    recording = Recording(table["t"], q, v, place)
-    check_log(recording)
-    return recording
+    return Recording(table["t"], q, v, place)
 
 
 def write_recording(recording: Recording, path: str | Path) -> None:

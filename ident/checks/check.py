@@ -15,6 +15,7 @@ from ident.checks.gear_ratio import motor_side
 from ident.checks.lateness import delay_remark
 from ident.checks.motion import JointMotion, joint_motions, motion_remarks
 from ident.checks.noise import noise_remarks
+from ident.checks.payload_decides import payload_remarks
 from ident.checks.remark import Grade, Remark, worst
 from ident.checks.samples import sample_remarks
 from ident.errors import IdentificationError, RecordingError
@@ -93,6 +94,7 @@ def check(
     *,
     observing: ObserveOptions,
     gains: GainOptions,
+    loaded: Sequence[bool] | None = None,
     payload: Payload | None = None,
     about: Array | None = None,
 ) -> Checked:
@@ -103,6 +105,7 @@ def check(
         structure: Of the arm that is said to have moved.
         observing: Filters.
         gains: When a gain would count as identifiable.
+        loaded: Which of them carry `payload`, None where none surely does.
         payload: That one has, None where that is not asked.
         about: What the gains are about [N m / drive unit], shape (n,), None where nobody knows.
 
@@ -114,7 +117,8 @@ def check(
         if each.n != n:
             raise RecordingError(f"{each.name}: {each.n} joints, but robot {structure.arm.name} has {n}")
     read = [_log_read(each, structure, observing) for each in recordings]
-    usable = [each.recording for each in read if each.motions is not None]
+    kept = [k for k, each in enumerate(read) if each.motions is not None]
+    usable = [recordings[k] for k in kept]
     if not usable:
         return Checked(logs=tuple(read), comparison=None, backward=(), remarks=())
     problems = [_bare(each, structure, observing, gains) for each in usable]
@@ -122,7 +126,10 @@ def check(
     logs = prepared(structure, usable, observing)
     comparison = compared(logs, motor_side(logs))
     remarks = [*arm_remarks(comparison, backward), *friction_remarks(backward)]
-    if payload is not None and about is not None and problems[0] is not None:
+    carrying = [loaded is not None and loaded[k] for k in kept]
+    if payload is not None:
+        remarks += payload_remarks(logs, carrying, payload, comparison.same)
+    if payload is not None and about is not None and not carrying[0] and problems[0] is not None:
         observed = problems[0].motions[0].observation
         remarks += excitation_remarks(usable[0].name, predicted_rel_std(observed, payload, about, gains), gains)
     return Checked(logs=tuple(read), comparison=comparison, backward=backward, remarks=tuple(remarks))

@@ -12,16 +12,19 @@ from scipy import linalg
 
 from ident.arrays import Array, Indices, readonly
 from ident.checks.comparison import Logs
+from ident.checks.remark import Grade, Remark
 from ident.explanation import DRIFTING, Unknowns, reading_columns, regressor_as_read, shares_left
 from ident.instants import Instants
 from ident.parameters import STANDARD
-from ident.payload import KnownPayload
-from ident.readings import Reading
+from ident.payload import KnownPayload, Payload
+from ident.readings import Reading, as_it_is
 from ident.regressor import regressor
 from ident.structure import PROBE_SEED, Structure
+from ident.wiring import BETTER, EVIDENCE
 
 STATES = 60
 """Random states a joint that torques are compared on."""
+TOPIC = "payload as drawn"
 SAME = 1e-6
 """Share of a torque that rounding leaves."""
 
@@ -35,6 +38,44 @@ class Effect:
     """
 
     moved: tuple[int, ...]
+
+
+def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same: Sequence[Reading]) -> list[Remark]:
+    """What a payload says of readings that explain the same of bare motions.
+
+    Args:
+        logs: The logs.
+        carrying: Which of them carry the payload.
+        payload: Known with its centre, or nothing is said.
+        same: The readings, beside the log as it is.
+    """
+    known = payload.known_part()
+    if payload.known not in ("all", "com"):
+        return []
+    moving = [(each, effect_on_gains(logs.structure, logs.unknowns, each, known)) for each in same]
+    moving = [(each, effect) for each, effect in moving if effect.moved]
+    if not moving:
+        return []
+    words = ", ".join(each.words for each, _ in moving)
+    joints = ", ".join(str(j + 1) for j in sorted({j for _, effect in moving for j in effect.moved}))
+    matter = f"{words} would change the gains of joints {joints}"
+    if not any(carrying) or all(carrying):
+        return [Remark(topic=TOPIC, seen=f"{matter}; a bare and a loaded recording with this payload tell")]
+    given = shares_with_payload(logs, carrying, known, as_it_is(logs.arm))
+    for each, _ in moving:
+        gain = np.log(given / shares_with_payload(logs, carrying, known, each))
+        if float(gain.sum()) > BETTER and float(gain.sum()) * sum(len(at.v) for at in logs.seen) > EVIDENCE:
+            return [
+                Remark(
+                    topic=TOPIC,
+                    joint=int(np.argmax(gain)),
+                    seen=f"{each.words} fits the payload's torque better (residuals smaller by "
+                    f"{100.0 * (1.0 - float(np.exp(-gain.max()))):.3g} %)",
+                    grade=Grade.WRONG,
+                    advice="mend the zero, or turn the payload's description",
+                )
+            ]
+    return [Remark(topic=TOPIC, seen=f"{matter}; the payload's torque is no better explained so")]
 
 
 def effect_on_gains(structure: Structure, unknowns: Unknowns, reading: Reading, known: KnownPayload) -> Effect:

@@ -16,6 +16,7 @@ COMMANDS = {
     "compare": "methods side by side on scenarios, yours included",
     "excite": "search for a motion that shows a scenario's gains best",
     "view": "show the motions of a scenario, in MuJoCo's viewer or as a picture",
+    "check": "look at recordings before anything is identified: what is wrong with them, or with the model",
     "identify": "identify the gains of a robot from recordings",
     "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
 }

@@ -7,18 +7,18 @@ the friction; that alone is no mistake, but a gain that comes out negative is be
 from collections.abc import Sequence
 
 import numpy as np
+from scipy import linalg
 
+from ident.arrays import readonly
 from ident.checks.remark import Grade, Remark
-from ident.errors import NotExcited, TooFewRows
 from ident.gain_system import joint_rows
-from ident.least_squares import least_squares
 from ident.problem import Problem
 from ident.rows import Rows
 from ident.signs import FRICTION_Z
 from ident.uncertainty.larger import larger
 
 RANK_TOL = 1e-9
-"""Smallest singular value of unit columns."""
+"""Smallest singular value of unit columns, relative to the largest."""
 
 
 def friction_z(problem: Problem, joint: int) -> float | None:
@@ -29,23 +29,23 @@ def friction_z(problem: Problem, joint: int) -> float | None:
         joint: The joint.
     """
     rows = joint_rows(problem, joint)
-    try:
-        fit = least_squares(rows.W, rows.V, rank_tol=RANK_TOL)
-    except (TooFewRows, NotExcited):
+    size = np.linalg.norm(rows.W, axis=0)
+    unit = rows.W / np.where(size > 0.0, size, 1.0)
+    inverse, rank = linalg.pinv(unit, rtol=RANK_TOL, return_rank=True)  # what cannot be told apart shares alike
+    if len(rows.V) <= rank:
         return None
-    size = np.sqrt(np.mean(rows.W**2, axis=0))
-    total = [rows.names.index(name) for name in (f"Fv{joint + 1}", f"Fc{joint + 1}") if name in rows.names]
-    dry = [rows.names.index(name) for name in (f"Fc{joint + 1}",) if name in rows.names]
-    weights = np.zeros((2, len(rows.names)))
-    weights[0, total], weights[1, dry] = size[total], size[dry]
-    influence = weights @ fit.cofactor @ rows.W.T
+    own = [name in (f"Fv{joint + 1}", f"Fc{joint + 1}") for name in rows.names]
+    dry = [name == f"Fc{joint + 1}" for name in rows.names]
+    weights = np.array((own, dry), dtype=np.float64)  # of unit columns, whose coefficients are friction at usual speed
+    influence = readonly(weights @ inverse)
+    residual = rows.V - unit @ (inverse @ rows.V)
     fitted = Rows(
-        V=rows.V, residual=fit.residual, joint=np.full(len(rows.V), joint), motion=rows.motion, position=rows.position,
-        row_period=problem.row_period, unknowns={joint: rows.W.shape[1]}, weight=np.ones(len(rows.V)),
+        V=rows.V, residual=residual, joint=np.full(len(rows.V), joint), motion=rows.motion, position=rows.position,
+        row_period=problem.row_period, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)),
         explained=np.zeros((len(rows.V), 0)),
     )  # fmt: skip
     std = np.sqrt(np.diag(larger(fitted, influence, problem.options.serial_s)))
-    z = np.divide(weights @ fit.x, std, out=np.zeros(2), where=std > 0.0)
+    z = np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
     return float(z[np.argmax(np.abs(z))])
 
 

@@ -18,6 +18,8 @@ from ident.wiring import NOTHING
 
 RATIOS = np.geomspace(2.0, 500.0, 280)
 """Plausible ratios, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""
+UNREACHED = 1e3
+"""Stands for a sum of logarithms where a ratio leaves the joint out of reach; any other is negative or near it."""
 FEW = 100
 """Instants of each log that ratios are compared on."""
 
@@ -38,13 +40,13 @@ def motor_side(logs: Logs) -> tuple[Reading, ...]:
     def left(ratio: float) -> float:
         reading = _divided(given, joint, ratio)
         if unreachable(logs.arm, logs.recordings, reading):
-            return np.inf
+            return UNREACHED
         found = explanations(logs.arm, logs.unknowns, seen, (reading,))[0].left
         return float(np.log(np.maximum(found, NOTHING)).sum())
 
     ratios = np.concatenate((RATIOS, -RATIOS))
     values = np.array([left(float(ratio)) for ratio in ratios])
-    if not np.isfinite(values).any():
+    if values.min() >= UNREACHED:
         return ()
     best = float(ratios[int(values.argmin())])
     near = optimize.minimize_scalar(

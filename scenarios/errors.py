@@ -133,6 +133,10 @@ class NoJointWanted(ScenarioError):
     """A motion is searched for a scenario that wants no gain."""
 
 
+class NothingCarried(ScenarioError):
+    """A motion or payload is designed for a scenario that mounts no payload."""
+
+
 class MotionTooFine(ScenarioError):
     """Harmonics that a search does not see between its samples."""
 

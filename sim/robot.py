@@ -61,6 +61,7 @@ class Robot:
         frames: Bodies by the name of the distance, drawn in the model, that leads to them.
         couplings: Motors that turn with the sum of two joints.
         gravity_spring: None for an arm without.
+        rated_load: Mass that it may carry [kg], None if nobody says.
 
     Raises:
         RobotError: If arrays do not fit each other, or a joint does not exist.
@@ -75,6 +76,7 @@ class Robot:
     frames: Mapping[str, str]
     couplings: tuple[Coupling, ...] = ()
     gravity_spring: GravitySpring | None = None
+    rated_load: float | None = None
 
     @property
     def n(self) -> int:

@@ -12,7 +12,7 @@ from ident.structure import PROBE_SEED, Structure
 from scenarios.design.limits import CLEARANCE, Limits, excess_of, largest_scale
 from scenarios.design.prediction import Deviations, Prediction
 from scenarios.design.rows import ROWS_PER_SECOND, ArmModel, Carried, MotionRows
-from sim.clearance import Clearance
+from sim.clearance import Clearance, Solid
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import TrajectoryError
@@ -49,6 +49,7 @@ class Problem:
         joints: Joints whose gains are wanted, from 0.
         carried: The payload, and what is known of it.
         prediction: How deviations are predicted.
+        solids: Shapes of the payload, None for a cylinder of its inertia.
     """
 
     plant: Plant
@@ -57,6 +58,7 @@ class Problem:
     joints: Indices
     carried: Carried
     prediction: Prediction
+    solids: tuple[Solid, ...] | None = None
 
 
 class Design:
@@ -70,7 +72,7 @@ class Design:
         """
         self.problem = problem
         self.arm = arm_model(problem.plant, problem.structure)
-        self._clearance = Clearance(problem.plant, margin=2.0 * CLEARANCE)
+        self._clearance = Clearance(problem.plant, margin=2.0 * CLEARANCE, solids=problem.solids)
 
     def rows(self, trajectory: FourierTrajectory, rate_hz: float = ROWS_PER_SECOND) -> MotionRows:
         """The motion, sampled."""

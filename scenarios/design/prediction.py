@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array, Indices
+from ident.arrays import Array, Mask
 from ident.parameters import STANDARD
 from ident.structure import Structure
 from scenarios.design.rows import ROWS_PER_SECOND, Carried, MotionRows
@@ -143,9 +143,9 @@ def _eliminated(info: Array, last: int) -> _Eliminated:
     return _Eliminated(info[-last:, -last:] - cross.T @ cross, (half @ cross).T)
 
 
-def _selection(m: int, b: int, known: Array) -> tuple[Array, Array]:
+def _selection(m: int, b: int, known: Mask) -> tuple[Array, Array]:
     """Columns [A, Y, ...] as the unknowns use them, bare and loaded, the gain's last; both (m, unknowns)."""
-    free: Indices = b + np.flatnonzero(~known)
+    free = b + np.flatnonzero(~known)
     bare = np.zeros((m, b + len(free) + 1))
     bare[np.arange(b), np.arange(b)] = 1.0
     loaded = bare.copy()

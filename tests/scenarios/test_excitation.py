@@ -13,8 +13,7 @@ from scenarios.design.excitation import EXCESS, Design, Problem, arm_model
 from scenarios.design.limits import Limits, robot_limits
 from scenarios.design.prediction import joint_by_joint
 from scenarios.design.rows import carried
-from scenarios.design.search import STEP, Series, judge_here, known_point, random_point, search
-from scenarios.design.start import starts
+from scenarios.design.search import STEP, Series, judge_here, random_point, search
 from sim.errors import TrajectoryError
 from sim.plant import Plant
 from sim.robot_files import read_robot
@@ -143,9 +142,7 @@ def test_a_motion_a_little_too_fast_is_shrunk_and_one_far_too_fast_is_refused(pl
 def test_a_search_beats_a_small_motion_about_its_start_and_keeps_every_limit(design):
     series = Series(limits=design.problem.limits, harmonics=2, duration=5.0)
     judge = judge_here(design, series)
-    best = random_point(series, RX90.home[None], 1, judge)
-    for best in search(best, STEP, 1, 20, judge):
-        pass
+    *_, best = search(random_point(series, RX90.home[None], 1, judge), STEP, 1, 20, judge)
     first = design.fitted(series.motion(best.x))
     assert design.cost(first) < design.cost(motion(0.3, 5.0))
     over = design.excess(design.rows(first, 200.0))

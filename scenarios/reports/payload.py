@@ -36,8 +36,8 @@ def payload_report(design: PayloadDesign) -> Report:
     limit = "the robot's file names no rated load" if design.most is None else f"rated load {design.most:g} kg"
     parts.append(
         Paragraph(
-            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; the weight as made adds what "
-            f"the tolerances of its dimensions and the scale cost. Limits: {limit}, torque of the drives, distance to "
+            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; the weight as made adds "
+            f"what tolerances of its dimensions and the scale cost. Limits: {limit}, torque of the drives, distance to "
             f"floor and arm. Frame: {where}."
         )
     )

@@ -42,6 +42,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.design.search import Series
     from scenarios.files.loading import load_scenario
     from scenarios.store.searched_motion import SearchedMotion, unfinished, write_searched
+    from sim.errors import TrajectoryError
 
     command = found_by(options)
     before = unfinished(options.out, command)
@@ -53,7 +54,13 @@ def main(options: argparse.Namespace) -> Status:
     if first is None or found is None:
         raise interrupt or AssertionError("a search that is not stopped finds a motion")
     complain(f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f}")
-    motion = design.fitted(series.motion(found.x))
+    try:
+        motion = design.fitted(series.motion(found.x))
+    except TrajectoryError as error:
+        if interrupt is None:
+            raise
+        complain(f"stopped; nothing is written: {error}")
+        return ending(interrupt)
     result = SearchedMotion(
         motion=motion,
         command=command,

@@ -25,12 +25,14 @@ def recordings(prepared: Bench, step: float, sensors: SensorOptions) -> tuple[Re
     return unloaded, loaded
 
 
-def estimate(prepared: Bench, pair: tuple[Recording, Recording], observing: ObserveOptions) -> GainEstimate:
+def estimate(
+    prepared: Bench, pair: tuple[Recording, Recording], observing: ObserveOptions, *, method: str = "ls-2011"
+) -> GainEstimate:
     return identify(
         *pair,
         prepared.structure,
         prepared.payloads["loaded"],
-        method="ls-2011",
+        method=method,
         observing=observing,
         wiring=known_wiring,
     ).estimate
@@ -53,6 +55,10 @@ def main() -> None:
         for step, pair in pairs.items():
             observing = ObserveOptions(current_delay=1e-3 * delay_ms, reversal_speed=0.2)
             print(row(f"{step:g}", ideal, estimate(ideal, pair, observing)))
+    print("\n| ideal by nls, currents taken 0.5 ms late, step [ms] " + header)
+    for step, pair in pairs.items():
+        observing = ObserveOptions(current_delay=5e-4, reversal_speed=0.1)
+        print(row(f"{step:g}", ideal, estimate(ideal, pair, observing, method="nls")))
     print("\n| nominal without noise, share " + header)
     pair = recordings(nominal, 1e-3, SensorOptions())
     for share in SHARES:

@@ -80,6 +80,19 @@ class FoundParameter:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LoadFriction:
+    """Coefficients of friction in proportion to the load, and how gains depend on them.
+
+    Attributes:
+        std: Standard deviation of each joint's coefficient, shape (k,).
+        slope: Relative change of each gain per unit of its own joint's coefficient, shape (k,).
+    """
+
+    std: Array
+    slope: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainSolution:
     """What an estimator hands over: 1/g of k joints as a function of the currents, before it is judged.
 
@@ -95,6 +108,10 @@ class GainSolution:
             (k, 2).
         friction_influence: Its derivative by the current of each row, shape (k, 2, r).
         unsolved: Why the other joints have no 1/g at all, by joint.
+        softened: Change of each row's current if joints were as soft as drives may be [drive units], shape (r,); None
+            if it was not found.
+        load_friction: What friction in proportion to the load does to gains that were found beside it; None if it was
+            not.
     """
 
     rows: Rows
@@ -107,6 +124,8 @@ class GainSolution:
     friction: Array
     friction_influence: Array
     unsolved: Mapping[int, str]
+    softened: Array | None = None
+    load_friction: LoadFriction | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -1,15 +1,18 @@
 """Identify drive gains from bare and loaded recordings: check, observe, estimate, check."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ident.agreement import agreed, disagreement_notes, disagreements
 from ident.arm import Arm
+from ident.conclusion import concluded
+from ident.consistency import CHECKS, Check, findings
+from ident.consistency.evidence import Evidence
+from ident.consistency.finding import Finding
 from ident.contradiction import check_shape, check_signs
 from ident.errors import Contradiction, NotIdentifiable
 from ident.estimate import GainEstimate
-from ident.estimators import DEFAULT, estimator
-from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.estimators import DEFAULT, estimator, ls_2011
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
@@ -23,6 +26,7 @@ from ident.wiring import WiringCheck, check_wiring
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 ALONE = "larger"
 """Uncertainty that the limits of contradictions were measured with (`docs/derivations.md`)."""
+ALONE_OPTIONS = ls_2011.JointByJointOptions()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,10 +50,12 @@ class Identification:
     Attributes:
         estimate: A gain or a reason for each joint, with what proves it, and the payload parameters found on the way.
         notes: What was done to the recordings, and what their owner should know.
+        findings: What the consistency tests found; those that fail are among the notes.
     """
 
     estimate: GainEstimate
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 def identify(
@@ -63,6 +69,7 @@ def identify(
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
     wiring: WiringCheck = check_wiring,
+    checks: Mapping[str, Check] = CHECKS,
 ) -> Identification:
     """Identify drive gains from one bare and one loaded motion; arguments as `identify_motions`."""
     return identify_motions(
@@ -73,6 +80,7 @@ def identify(
         observing=observing,
         gains=gains,
         wiring=wiring,
+        checks=checks,
     )
 
 
@@ -85,6 +93,7 @@ def identify_motions(
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
     wiring: WiringCheck = check_wiring,
+    checks: Mapping[str, Check] = CHECKS,
 ) -> Identification:
     """Identify drive gains from any number of motions, bare and with one or more mountings of a payload.
 
@@ -96,6 +105,7 @@ def identify_motions(
         observing: Filters and thresholds.
         gains: When a gain counts as identifiable, and how its uncertainty is found.
         wiring: What makes sure that the logs are of this arm; `known_wiring` where nobody doubts it.
+        checks: Consistency tests of the estimate; `UNCHECKED` where nobody reads what they say.
 
     Raises:
         IdentificationError: One class a cause, if the data cannot be what they are said to be; the message says what
@@ -113,21 +123,28 @@ def identify_motions(
     alone = joint_by_joint(problem)
     if alone is not None:
         _check_alone(problem, alone)
-    estimate = chosen.estimate(problem, chosen.options() if options is None else options)
+    wanted = chosen.options() if options is None else options
+    if alone is not None and method == ls_2011.NAME and wanted == ALONE_OPTIONS:
+        estimate = concluded(method, problem, alone.solution)  # found already, judged by another uncertainty
+    else:
+        estimate = chosen.estimate(problem, wanted)
     if alone is None:
         _check_alone(problem, estimate)
     late = lags(problem, estimate)
     estimate = in_time(estimate, late)
     different = disagreements(problem, estimate, drift=chosen.drift)
     observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
+    kept = agreed(estimate, different)
+    found = findings(Evidence(problem=problem, estimate=kept, drift=chosen.drift), checks)
     notes = (
         estimate.remarks
+        + tuple(each.sentence for each in found if each.sentence is not None)
         + observation_notes
         + lag_notes(late)
         + disagreement_notes(different)
         + residual_notes(estimate)
     )
-    return Identification(agreed(estimate, different), notes)
+    return Identification(kept, notes, found)
 
 
 def _check_alone(problem: Problem, estimate: GainEstimate) -> None:
@@ -147,7 +164,7 @@ def joint_by_joint(problem: Problem) -> GainEstimate | None:
     """
     options = replace(problem.options, uncertainty=ALONE)
     try:
-        return joint_by_joint_gains(replace(problem, options=options), JointByJointOptions())
+        return ls_2011.joint_by_joint_gains(replace(problem, options=options), ALONE_OPTIONS)
     except NotIdentifiable:
         return None
 

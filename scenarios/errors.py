@@ -145,6 +145,10 @@ class MotionTooFine(ScenarioError):
     """Harmonics that a search does not see between its samples."""
 
 
+class NoFilm(ScenarioError):
+    """A file of pictures whose kind is unknown, or cannot be written here."""
+
+
 class ForeignProblem(ScenarioError):
     """A folder that is no problem, or says what cannot be."""
 

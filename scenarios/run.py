@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.consistency import CHECKS, Check
+from ident.consistency.finding import Finding
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate
 from ident.identification import Recorded, identify_motions
@@ -38,6 +40,7 @@ class Run:
         notes: From identification.
         simulate_s: Wall time of the simulation, its share of the batch [s].
         identify_s: Wall time of the identification [s].
+        findings: What its consistency tests found.
     """
 
     bench: Bench
@@ -48,6 +51,7 @@ class Run:
     notes: tuple[str, ...]
     simulate_s: float
     identify_s: float
+    findings: tuple[Finding, ...] = ()
 
 
 def run(prepared: Bench, seed: int) -> Run:
@@ -63,7 +67,8 @@ def run(prepared: Bench, seed: int) -> Run:
         IdentificationError: If the recordings cannot be identified at all.
     """
     ready = drawn(prepared, seed)
-    ((_, outcome),) = run_batch([(ready, seed)], [motion_streams(seed, {}, len(ready.experiments))], threads=2)
+    streams = motion_streams(seed, {}, len(ready.experiments))
+    ((_, outcome),) = run_batch([(ready, seed)], [streams], threads=2, checks=CHECKS)
     if isinstance(outcome, Run):
         return outcome
     raise outcome
@@ -149,7 +154,11 @@ def simulate_batch(
 
 
 def run_batch(
-    benches: Sequence[tuple[Bench, int]], streams: Sequence[Sequence[NoiseStreams]], *, threads: int
+    benches: Sequence[tuple[Bench, int]],
+    streams: Sequence[Sequence[NoiseStreams]],
+    *,
+    threads: int,
+    checks: Mapping[str, Check],
 ) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
     """Run prepared scenarios in one batch.
 
@@ -157,12 +166,13 @@ def run_batch(
         benches: Nothing random left in them, each with the seed it stands for.
         streams: Noise of the motions of each.
         threads: Threads to step with; outcomes do not depend on it, nor on what else is in the batch.
+        checks: Consistency tests of each estimate.
 
     Yields:
         The number of a bench, with its run or why there is none, one at a time.
     """
     for i, outcome in simulate_batch([prepared for prepared, _ in benches], streams, threads=threads):
-        yield i, _identified(*benches[i], outcome) if isinstance(outcome, Simulated) else outcome
+        yield i, _identified(*benches[i], outcome, checks) if isinstance(outcome, Simulated) else outcome
 
 
 def as_identified(prepared: Bench, recordings: Sequence[Recording]) -> tuple[Recorded, ...]:
@@ -184,7 +194,9 @@ def _simulated(outcomes: Sequence[Recording | SimulationError], simulate_s: floa
     return Simulated(recordings=tuple(recordings), simulate_s=simulate_s)
 
 
-def _identified(prepared: Bench, seed: int, simulated: Simulated) -> Run | IdentificationError:
+def _identified(
+    prepared: Bench, seed: int, simulated: Simulated, checks: Mapping[str, Check]
+) -> Run | IdentificationError:
     table, started = prepared.scenario.table, time.perf_counter()
     chosen = table.identification
     try:
@@ -196,6 +208,7 @@ def _identified(prepared: Bench, seed: int, simulated: Simulated) -> Run | Ident
             observing=chosen.observe,
             gains=chosen.gains,
             wiring=known_wiring,
+            checks=checks,
         )
     except IdentificationError as error:
         return error
@@ -209,4 +222,5 @@ def _identified(prepared: Bench, seed: int, simulated: Simulated) -> Run | Ident
         notes=found.notes,
         simulate_s=simulated.simulate_s,
         identify_s=identify_s,
+        findings=found.findings,
     )

@@ -7,6 +7,7 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from ident.arrays import Array
+from ident.consistency import UNCHECKED
 from ident.errors import IdentificationError
 from ident.estimate import IdentifiedGain, JointResult
 from scenarios.build import Bench, bench
@@ -211,7 +212,10 @@ def failure_of(ready: ReadyTrial, error: Exception) -> Failure:
 
 def _identified(trials: Sequence[ReadyTrial], threads: int) -> Iterator[tuple[int, Rows | Failure]]:
     outcomes = run_batch(
-        [(each.bench, each.trial.seed) for each in trials], [each.streams for each in trials], threads=threads
+        [(each.bench, each.trial.seed) for each in trials],
+        [each.streams for each in trials],
+        threads=threads,
+        checks=UNCHECKED,
     )
     for i, outcome in outcomes:
         each = trials[i]

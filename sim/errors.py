@@ -59,3 +59,11 @@ class Saturated(SimulationError):
 
 class LimitReached(SimulationError):
     """A joint reached the end of its range."""
+
+
+class NoPicture(SimulationError):
+    """A scene that cannot be shown: no window, or nothing to draw with."""
+
+
+ADVICE = "install EGL (libegl1, libgl1-mesa-dri) or OSMesa (libosmesa6), and set MUJOCO_GL=egl or osmesa"
+"""What to do where nothing can be drawn, by the names of Debian's packages."""

@@ -27,9 +27,11 @@ class AllJointsFit:
         phi: Values of each joint's own columns [drive units], n arrays of shape (f_j,).
         rows: Rows of all joints with their residuals.
         log_influence: Derivative of each log|h| by each row's current, shape (n, r).
+        theta_influence: Derivative of each shared parameter, zero for those that the rows do not show, shape (p, r).
         phi_influence: Derivative of each joint's own values, n arrays of shape (f_j, r).
         log_belief: Change of each log|h| per deviation of everything that is believed beforehand, of log|h| and of own
             coefficients, shape (n, beliefs).
+        theta_belief: The same of each shared parameter, shape (p, beliefs).
         phi_belief: The same of each joint's own values, n arrays of shape (f_j, beliefs).
     """
 
@@ -37,8 +39,10 @@ class AllJointsFit:
     phi: tuple[Array, ...]
     rows: Rows
     log_influence: Array
+    theta_influence: Array
     phi_influence: tuple[Array, ...]
     log_belief: Array
+    theta_belief: Array
     phi_belief: tuple[Array, ...]
 
 
@@ -100,7 +104,9 @@ def fitted(
             weight=np.repeat([1.0 / each.sigma for each in joints], lengths),
         ),
         log_influence=influence[:n],
+        theta_influence=influence[n : n + p],
         phi_influence=tuple(influence[first[j] : first[j + 1]] for j in range(n)),
         log_belief=belief[:n],
+        theta_belief=belief[n : n + p],
         phi_belief=tuple(belief[first[j] : first[j + 1]] for j in range(n)),
     )

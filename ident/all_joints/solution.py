@@ -11,9 +11,10 @@ from ident.all_joints.friction import OwnColumns, Term, own_columns
 from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.search import Prior, search
 from ident.all_joints.start import start_of
+from ident.all_joints.terms import LOAD_FORMS
 from ident.arrays import Array
 from ident.errors import NotIdentifiable
-from ident.estimate import GainSolution
+from ident.estimate import GainSolution, LoadFriction
 from ident.problem import Problem
 
 Terms = Sequence[Mapping[str, Term]]
@@ -65,9 +66,18 @@ class Setting:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fitted:
-    """A fit, and the own columns it was made with."""
+    """A fit, and what it was made with.
 
+    Attributes:
+        columns: Rows of every joint, compliance among what is shared where joints yield.
+        own: Own columns of every joint.
+        prior: On log|h|.
+        fit: What was found.
+    """
+
+    columns: tuple[JointColumns, ...]
     own: tuple[OwnColumns, ...]
+    prior: Prior
     fit: AllJointsFit
 
 
@@ -126,10 +136,28 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
     prior = around(first.h)
     found = search(joints, first.h, prior)
-    return Fitted(own=own, fit=fitted(columns, own, joints, found, prior, ready.problem.row_period))
+    fit = fitted(columns, own, joints, found, prior, ready.problem.row_period)
+    return Fitted(columns=columns, own=own, prior=prior, fit=fit)
 
 
-def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
+def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
+    """Fit the same model to other currents, from where it was.
+
+    Args:
+        before: The model, and where to begin.
+        currents: Of every joint's rows [drive units], n arrays of shape (r_j,).
+
+    Raises:
+        NotConverged: If no end is found.
+    """
+    columns = tuple(replace(each, V=V) for each, V in zip(before.columns, currents, strict=True))
+    joints = [reduced_joint(each, F) for each, F in zip(columns, before.own, strict=True)]
+    found = search(joints, before.fit.found.h, before.prior)
+    fit = fitted(columns, before.own, joints, found, before.prior, before.fit.rows.row_period)
+    return replace(before, columns=columns, fit=fit)
+
+
+def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened: Sequence[Array] = ()) -> GainSolution:
     """What a fit says about the gains.
 
     Args:
@@ -137,9 +165,12 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
         final: The fit.
         model: Relative change of each gain per deviation of what the model takes for granted, shape (n, m); beliefs
             of the fit itself are added.
+        moved: Change of each log|h| by what is known beyond the fit, shape (n,). Deviations stay those of the fit.
+        softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
+            (r_j,); empty if nobody asks.
     """
     fit = final.fit
-    n, h, rows = ready.n, fit.found.h, fit.rows
+    n, h, rows = ready.n, fit.found.h * np.exp(moved), fit.rows
     friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
     for j, (own, phi, phi_influence) in enumerate(zip(final.own, fit.phi, fit.phi_influence, strict=True)):
         for k, name in enumerate(own.names):
@@ -155,7 +186,7 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
     loaded = np.concatenate([each.payload.any(axis=(0, 2)) for each in ready.columns])
     known = np.concatenate([each.known for each in ready.columns])
     return GainSolution(
-        rows=rows,
+        rows=replace(rows, V=np.concatenate([each.V for each in ready.columns])),
         joints=np.arange(n),
         inverse=h,
         influence=h[:, None] * fit.log_influence,
@@ -165,7 +196,28 @@ def solution(ready: Setting, final: Fitted, model: Array) -> GainSolution:
         friction=friction,
         friction_influence=influence,
         unsolved={},
+        softened=np.concatenate([each * part for each, part in zip(h, softened, strict=True)]) if softened else None,
+        load_friction=_load_friction(final),
     )
+
+
+def _load_friction(final: Fitted) -> LoadFriction | None:
+    """What the coefficients of load friction do to the gains: the regression of log g on each in the fit's covariance.
+
+    It is the same whatever is believed of the coefficient itself.
+    """
+    fit, n = final.fit, len(final.own)
+    if not any(name in LOAD_FORMS for own in final.own for name in own.names):
+        return None
+    std, slope = np.zeros(n), np.zeros(n)
+    for j, own in enumerate(final.own):
+        for k, name in enumerate(own.names):
+            if name in LOAD_FORMS:
+                coefficient = np.concatenate((fit.phi_influence[j][k] / fit.rows.weight, fit.phi_belief[j][k]))
+                log_h = np.concatenate((fit.log_influence[j] / fit.rows.weight, fit.log_belief[j]))
+                std[j] = np.linalg.norm(coefficient)
+                slope[j] = -float(log_h @ coefficient) / float(std[j] ** 2)  # log g = -log h
+    return LoadFriction(std=std, slope=slope)
 
 
 def _rms(x: Array) -> float:

@@ -1,13 +1,13 @@
 """Terms that follow from speed and from the torques of an earlier fit: friction laws, compliance."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ident.all_joints.columns import SharedParameters
 from ident.all_joints.fit import AllJointsFit
-from ident.all_joints.friction import OwnColumns
+from ident.all_joints.friction import OwnColumns, Term
 from ident.all_joints.torques import Torques, torques
 from ident.arrays import Array
 from ident.full_rate import FullRate
@@ -54,8 +54,13 @@ SPEED_TERMS = {
 """Friction in the speed besides viscous and Coulomb, by name."""
 
 
-def speed_terms(problem: Problem) -> TermColumns:
-    """Friction terms that follow from the speed alone."""
+def speed_terms(problem: Problem, laws: Iterable[str] = tuple(SPEED_TERMS)) -> tuple[dict[str, Term], ...]:
+    """Friction terms of every joint that follow from the speed alone, by name; nothing is believed of them beforehand.
+
+    Args:
+        problem: Motions from recordings.
+        laws: Which of `SPEED_TERMS`.
+    """
 
     def column(joint: int, law: Callable[[Array], Array]) -> Array:
         parts = list[Array]()
@@ -66,8 +71,9 @@ def speed_terms(problem: Problem) -> TermColumns:
             parts.append(behind.decimated(law(behind.dq[:, joint]), joint)[kept])
         return np.concatenate(parts)
 
-    joints = range(problem.structure.arm.n)
-    return TermColumns(tuple({name: column(j, term.law) for name, term in SPEED_TERMS.items()} for j in joints), ())
+    return tuple(
+        {name: Term(column(joint, SPEED_TERMS[name].law)) for name in laws} for joint in range(problem.structure.arm.n)
+    )
 
 
 def torque_terms(

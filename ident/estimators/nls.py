@@ -9,10 +9,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ident.all_joints.friction import Term
+from ident.all_joints.body import BODIES
+from ident.all_joints.loss import LOSSES, Tame, drawn_in, settled
+from ident.all_joints.named import fit_as_named
 from ident.all_joints.selection import Selected, selected
-from ident.all_joints.solution import Fitted, GivenGain, Setting, Terms, fit_with, setting, solution
-from ident.all_joints.terms import LOAD_FORMS, speed_terms, torque_terms
+from ident.all_joints.solution import GivenGain, Setting, setting, solution
 from ident.conclusion import concluded
 from ident.errors import OptionError
 from ident.estimate import GainEstimate
@@ -29,14 +30,16 @@ FRICTIONS: dict[str, tuple[str, ...]] = {
     "load-motor": ("load-motor",),
     "load+cbrt": ("load", "cbrt"),
     "load-motor+cbrt": ("load-motor", "cbrt"),
+    "by-direction": ("by-direction",),
+    "load+by-direction": ("load", "by-direction"),
+    "load-motor+by-direction": ("load-motor", "by-direction"),
 }
 """Further friction terms of every joint by name.
 
-`auto`: what data choose; `cbrt`: the cube root of the velocity; `load`: |torque of links and payload| sign(dq);
-`load-motor`: |motor torque| sign(dq).
+`auto`: what data choose, joint by joint; `cbrt`: the cube root of the velocity; `by-direction`: its absolute value, so
+that viscous friction differs between directions; `load`: |torque of links and payload| sign(dq); `load-motor`: |motor
+torque| sign(dq). Of what is named no coefficient has a belief; `auto` holds one about load friction.
 """
-PASSES = 2
-"""Fits after the first one, where columns follow from torques that a fit must give."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +49,9 @@ class AllJointsOptions:
     Attributes:
         friction: Friction of every joint besides viscous and Coulomb.
         friction_per_motion: Whether viscous and Coulomb friction differ between motions.
-        compliance: Whether joints yield, one compliance each; with `friction = "auto"` data decide.
+        compliance: Whether joints yield, one compliance each; if not, with `friction = "auto"`, data decide.
+        payload_body: Whether unknown parameters of a payload may be anything, or only those that a body can have.
+        loss: What residuals count: their squares, or by Student's distribution, which bears gross outliers.
         prior_std: Deviation of log|1/g| that is allowed around the start: keeps a joint finite that nothing loads.
         gain_joint: Joint, from 1, whose gain is known: with it no payload is needed.
         gain_value: That gain [N m / drive unit].
@@ -55,6 +60,8 @@ class AllJointsOptions:
     friction: str = field(default=AUTO, metadata={NAMES: FRICTIONS})
     friction_per_motion: bool = True
     compliance: bool = False
+    payload_body: str = field(default="free", metadata={NAMES: BODIES})
+    loss: str = field(default="squares", metadata={NAMES: LOSSES})
     prior_std: float = 1.0
     gain_joint: int | None = None
     gain_value: float | None = None
@@ -65,8 +72,9 @@ class AllJointsOptions:
         Raises:
             OptionError: If one makes no sense.
         """
-        if self.friction not in FRICTIONS:
-            raise OptionError(f"friction = {self.friction!r}: expected one of {', '.join(FRICTIONS)}")
+        for name, known in (("friction", FRICTIONS), ("payload_body", BODIES), ("loss", LOSSES)):
+            if getattr(self, name) not in known:
+                raise OptionError(f"{name} = {getattr(self, name)!r}: expected one of {', '.join(known)}")
         check_range("prior_std", self.prior_std, above=0.0, upto=100.0)
         if (self.gain_joint is None) != (self.gain_value is None):
             raise OptionError("gain_joint and gain_value belong together: the number of a joint and its gain")
@@ -95,13 +103,29 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
         prior_std=options.prior_std,
         given=_given(options, problem.structure.arm.n),
     )
-    recorded = all(motion.observation.full_rate is not None for motion in problem.motions)
+    tame = LOSSES[options.loss]
+    chosen = _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
+    moved = BODIES[options.payload_body](ready, chosen.final)
+    estimate = concluded(NAME, problem, solution(ready, chosen.final, chosen.model, moved.log, chosen.softened))
+    return replace(estimate, remarks=chosen.remarks + moved.remarks)
+
+
+def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
+    recorded = all(motion.observation.full_rate is not None for motion in ready.problem.motions)
     if options.friction == AUTO and recorded:
-        chosen = selected(ready)
-    else:
-        final = _as_told(ready, FRICTIONS[options.friction], compliance=options.compliance)
-        chosen = Selected(final=final, model=np.zeros((ready.n, 0)), remarks=())
-    return replace(concluded(NAME, problem, solution(ready, chosen.final, chosen.model)), remarks=chosen.remarks)
+        return selected(ready, yielding=options.compliance)
+    final = fit_as_named(ready, FRICTIONS[options.friction], compliance=options.compliance)
+    return Selected(final=final, model=np.zeros((ready.n, 0)), remarks=())
+
+
+def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:
+    """The model that is chosen by the currents that its loss lets least squares see, and fitted with that loss."""
+    plain = settled(fit_as_named(ready, (), compliance=False), ready.columns, tame)
+    chosen = _chosen(replace(ready, columns=plain.columns), options)
+    final = settled(chosen.final, ready.columns, tame)
+    share = 100.0 * drawn_in(final, ready.columns)
+    remark = f"by the loss of {options.loss} {share:.2g} % of the rows count less than half"
+    return replace(chosen, final=final, remarks=(*chosen.remarks, remark))
 
 
 def _given(options: AllJointsOptions, n: int) -> GivenGain | None:
@@ -110,20 +134,3 @@ def _given(options: AllJointsOptions, n: int) -> GivenGain | None:
     if not 1 <= options.gain_joint <= n:
         raise OptionError(f"gain_joint = {options.gain_joint}: the arm has joints 1 to {n}")
     return GivenGain(options.gain_joint - 1, options.gain_value)
-
-
-def _as_told(ready: Setting, names: tuple[str, ...], *, compliance: bool) -> Fitted:
-    """The fit with named terms, every coefficient free."""
-    fixed: Terms = [{} for _ in range(ready.n)]
-    if "cbrt" in names:
-        fixed = [{"cbrt": Term(each["cbrt"])} for each in speed_terms(ready.problem).own]
-    fitted = fit_with(ready, fixed, (), None)
-    if compliance or not set(LOAD_FORMS).isdisjoint(names):
-        for _ in range(PASSES):
-            found = torque_terms(ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance)
-            terms = [
-                {**known, **{name: Term(own[name]) for name in LOAD_FORMS if name in names}}
-                for known, own in zip(fixed, found.own, strict=True)
-            ]
-            fitted = fit_with(ready, terms, found.softened, fitted)
-    return fitted

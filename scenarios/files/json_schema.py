@@ -79,6 +79,18 @@ class ResultTiming(_Open):
     identify_s: float
 
 
+class ResultFinding(_Open):
+    """What a consistency test of the estimate found."""
+
+    check: str = Field(description="its name")
+    joint: int = Field(ge=1, description="the joint that fails most, or would first")
+    statistic: float
+    threshold: float = Field(description="above it the statistic is no accident, or too much")
+    measure: str = Field(description="what both are")
+    failed: bool
+    sentence: str | None = Field(description="what it means, null where it passes or does not matter")
+
+
 class Result(_Open):
     """What `rx90 run --json` and `rx90 identify --json` print."""
 
@@ -89,6 +101,7 @@ class Result(_Open):
     payload: list[dict[str, Any]]
     fit: ResultFit
     timing: ResultTiming
+    consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
 
 
 def schemas() -> dict[str, dict[str, Any]]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
+from ident.consistency import UNCHECKED
 from ident.errors import OptionError
 from ident.estimators import ESTIMATORS
 from ident.identification import Identification, identify_motions
@@ -52,6 +53,7 @@ def identified(text: str, problem: GivenProblem) -> Identification:
         observing=_changed(problem.observing, chosen.observing),
         gains=_changed(problem.gains, chosen.gains),
         wiring=known_wiring,
+        checks=UNCHECKED,
     )
 
 

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 
+from ident.consistency.finding import Finding
 from ident.estimate import FoundParameter, IdentifiedGain, JointResult
 from ident.parameters import UNITS
-from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
+from scenarios.reports.content import NONE, Column, Mood, Paragraph, Table, cells, percent
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
@@ -33,9 +34,12 @@ def sentence(text: str) -> str:
     return text if text.endswith("?") else f"{text}."
 
 
-def note_paragraphs(notes: Sequence[str]) -> list[Paragraph]:
-    """What the interval means, and a line a note."""
-    return [MEANING, *(Paragraph(sentence(f"Note: {note}")) for note in notes)]
+def note_paragraphs(notes: Sequence[str], findings: Sequence[Finding] = ()) -> list[Paragraph]:
+    """What the interval means, a warning for each consistency test that fails, and a line for each other note."""
+    failed = [each.sentence for each in findings if each.sentence is not None]
+    warnings = [Paragraph(sentence(f"Warning: {each}"), Mood.DOUBTFUL, strong=True) for each in failed]
+    others = [Paragraph(sentence(f"Note: {note}")) for note in notes if note not in failed]
+    return [MEANING, *warnings, *others]
 
 
 def reason_paragraph(joint: int, reason: str) -> Paragraph:

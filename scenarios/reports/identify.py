@@ -25,7 +25,7 @@ def estimate_report(found: Identification, identify_s: float) -> Report:
     """
     estimate = found.estimate
     rows = tuple(_row(index, joint, estimate) for index, joint in enumerate(estimate.joints))
-    parts: list[Part] = [Table(columns=COLUMNS, rows=rows), *note_paragraphs(found.notes)]
+    parts: list[Part] = [Table(columns=COLUMNS, rows=rows), *note_paragraphs(found.notes, found.findings)]
     refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
     parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
     parts += payload_tables(estimate.payload)

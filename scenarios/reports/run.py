@@ -32,7 +32,7 @@ def run_report(run: Run) -> Report:
         Column(title="Verdict", words=True),
     )
     parts: list[Part] = [Table(columns=columns, rows=rows)]
-    parts += note_paragraphs(run.notes)
+    parts += note_paragraphs(run.notes, run.findings)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
     parts += payload_tables(run.estimate.payload)
     parts.append(

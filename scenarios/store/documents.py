@@ -1,10 +1,11 @@
 """Results for programs: the JSON objects of `--json`, whose keys are a contract."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+from ident.consistency.finding import Finding
 from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification
 from ident.parameters import INERTIAL
@@ -32,6 +33,7 @@ def run_document(run: "Run") -> dict[str, object]:
         "fit": _fit(run.estimate),
         "timing": {"simulate_s": run.simulate_s, "identify_s": run.identify_s},
         "notes": list(run.notes),
+        "consistency": _consistency(run.findings),
     }
 
 
@@ -77,6 +79,7 @@ def estimate_document(found: Identification, identify_s: float) -> dict[str, obj
         "fit": _fit(estimate),
         "timing": {"simulate_s": None, "identify_s": identify_s},
         "notes": list(found.notes),
+        "consistency": _consistency(found.findings),
     }
 
 
@@ -111,6 +114,11 @@ def _payload(estimate: GainEstimate, true: Mapping[str, float]) -> list[dict[str
         }
         for found in estimate.payload
     ]
+
+
+def _consistency(findings: Sequence[Finding]) -> list[dict[str, object]]:
+    """What each consistency test found; its sentence is null where it has nothing to say."""
+    return [{**asdict(each), "joint": each.joint + 1, "failed": each.failed} for each in findings]
 
 
 def _fit(estimate: GainEstimate) -> dict[str, object]:

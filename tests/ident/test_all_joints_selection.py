@@ -105,6 +105,25 @@ def test_the_form_of_load_friction_is_the_one_that_is_there_and_matters(axes, fo
     assert np.abs(off(gains(problem, friction="viscous-coulomb")))[SHOWN].max() > 4e-3
 
 
+def test_friction_that_differs_between_directions_is_had_by_name(axes):
+    problem = made(axes, Truth(by_direction=(1.9, -1.2, 1.5)))
+    told = gains(problem, friction="by-direction")
+    assert (np.abs(off(told))[SHOWN] < 2e-3).all()
+    share = [each.residual_share(2) for each in (told, gains(problem, friction="viscous-coulomb"))]
+    assert share[0] < 0.8 * share[1]
+    both = Truth(by_direction=(1.9, -1.2, 1.5), load_motor=LOADED)
+    assert (np.abs(off(gains(made(axes, both), friction="load-motor+by-direction")))[SHOWN] < 4e-3).all()
+
+
+def test_compliance_that_is_asked_for_is_there_whatever_the_data_say(axes):
+    problem = made(axes, Truth())
+    stiff, told = gains(problem), gains(problem, compliance=True)
+    assert not remarked(stiff, WORDS["yields"])
+    assert remarked(told, WORDS["yields"])
+    assert (off(told) != off(stiff)).all()
+    assert (np.abs(off(told))[SHOWN] < 5e-3).all()
+
+
 def test_compliance_moves_gains_that_its_column_gives_back(axes):
     problem = made(axes, Truth(compliance=(2e-4, 1.5e-4, 2e-4)))
     stiff = off(gains(problem, friction="viscous-coulomb"))

@@ -9,9 +9,9 @@ from exact import exact_pair
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 from ident.contradiction import SHARE, SURE_F, check_shape
-from ident.errors import Contradiction, NotIdentifiable
+from ident.errors import Contradiction, NotIdentifiable, OptionError
 from ident.estimate import IdentifiedGain
-from ident.estimators import ESTIMATORS
+from ident.estimators import ESTIMATORS, ls_2011
 from ident.identification import identify
 from ident.joint_fit import joint_fit
 from ident.observation import ObserveOptions, observe
@@ -147,3 +147,24 @@ def test_a_joint_that_is_refused_anyway_contradicts_nobody(structure, payload):
     problem = pair(*exact_pair(structure, far, gain, rng, noise=1e-4), payload, GainOptions())
     with pytest.raises(Contradiction, match="another shape than described"):
         check_shape(problem, ESTIMATORS["ls-2011"].estimate(problem, ESTIMATORS["ls-2011"].options()))
+
+
+def test_a_method_that_is_the_check_s_own_is_run_once_and_says_the_same(ur, logs, monkeypatch):
+    ran = list[GainOptions]()
+    once = ls_2011.joint_by_joint_gains
+
+    def counted(problem, options):
+        ran.append(problem.options)
+        return once(problem, options)
+
+    monkeypatch.setattr("ident.estimators.ls_2011.joint_by_joint_gains", counted)
+    # Any uncertainty but that of the check, so that its own deviations would show.
+    asked = GainOptions(uncertainty="jackknife")
+    found = identify(*logs, ur, BRICK, method="ls-2011", gains=asked, wiring=known_wiring).estimate
+    assert len(ran) == 1
+    observed = [observe(log, ur, ObserveOptions()) for log in logs]
+    direct = once(pair(*observed, BRICK, asked), ls_2011.JointByJointOptions())
+    assert found.joints == direct.joints
+    assert found.options == asked
+    with pytest.raises(OptionError, match="options are float"):
+        identify(*logs, ur, BRICK, method="ls-2011", options=1.5, wiring=known_wiring)

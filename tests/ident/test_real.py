@@ -34,7 +34,7 @@ def test_ur10e_gives_the_joints_that_the_mass_loads_and_refuses_the_others(real:
     assert list(estimate.identifiable) == [False, True, True, True, False, False]
     assert "predicted standard deviation" in str(estimate.joints[0].reason)
     assert all("mass alone" in str(joint.reason) for joint in estimate.joints[4:])
-    assert len(found.notes) == 2  # both clocks jitter
+    assert sum("resampled" in note for note in found.notes) == 2  # both clocks jitter
     # No published gain to compare with: a plausible range (a torque constant near 0.1 N m/A, a gear near 100) only.
     assert all(8.0 < joint.value < 16.0 for joint in estimate.joints[1:4])
 

@@ -10,6 +10,7 @@ from quick import quick_scenario
 import rx90_mjcf
 import scenarios.commands.identify as command
 from ident.arm import load_arm
+from ident.consistency import UNCHECKED
 from ident.errors import NotIdentifiable
 from ident.estimate import FoundParameter
 from ident.identification import Recorded, identify_motions
@@ -272,7 +273,7 @@ def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
     benches = [bench_of(folder, protocol) for folder, protocol in zip(folders, protocols, strict=True)]
     entries = [(each, 3 + k) for k, each in enumerate(benches)]
     streams = [motion_streams(seed, {}, len(each.experiments)) for each, seed in entries]
-    together = dict(run_batch(entries, streams, threads=2))
+    together = dict(run_batch(entries, streams, threads=2, checks=UNCHECKED))
     for k, (each, seed) in enumerate(entries):
         one, other = run(each, seed), together[k]
         assert isinstance(other, Run)
@@ -286,7 +287,7 @@ def test_a_motion_that_fails_costs_its_run_with_its_own_name(tmp_path):
     heavy = "[plant.payloads.heaviest]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
     more = f'{heavy}[belief.payloads.heaviest]\nmass = 95.0\nknown = "mass"\n'
     prepared = bench_of(tmp_path, ("bare", "light", "heaviest"), more)
-    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=2)
+    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=2, checks=UNCHECKED)
     assert str(outcome).startswith("heaviest: drive of joint3 at its limit")
 
 

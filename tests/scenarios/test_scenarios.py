@@ -230,7 +230,7 @@ def identify_arguments(folder: Path, **changes: object) -> list[str]:
 
 def test_json_of_a_run_keeps_the_contract(saved):
     _, result = saved
-    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes"]
+    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "consistency"]
     assert (result["scenario"], result["seed"], result["passed"]) == ("nominal", 5, True)
     assert [list(gain) for gain in result["gains"]] == [KEYS] * 6
     assert list(result["fit"]) == ["method", "rows", "error_norm", "rel_error_norm", "sigma"]

@@ -7,7 +7,6 @@ from plants import CYLINDER
 from robot_folders import robot_folder
 
 import scenarios.design.search as module
-
 from ident.arm import load_arm
 from ident.payload import Payload
 from ident.structure import structure_of

@@ -1,0 +1,80 @@
+"""`rx90 view`."""
+
+import argparse
+import os
+import sys
+
+import scenarios.commands.arguments as arguments
+from scenarios.commands.lifetime import tell
+from scenarios.commands.status import Status
+from scenarios.errors import NoFilm
+from sim.errors import ADVICE, NoPicture
+
+WIDTH = arguments.count_from(64, 4096, "more is slow to draw and hard to send")
+FPS = arguments.number_from(1.0, 60.0, "1/s", "more than a screen shows, or too few to see the motion")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
+    add("--render", type=arguments.file, metavar="FILE", help="draw without a screen: PNG, GIF or MP4 by its ending")
+    add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
+    add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
+    add("--height", type=WIDTH, default=360, metavar="N", help="pixels (default 360)")
+    add("--fps", type=FPS, default=8.0, metavar="X", help="pictures a second of a GIF or MP4 (default 8)")
+    arguments.add_force_argument(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Show every motion of a scenario, side by side."""
+    if options.render is not None and sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo asks for a screen unless it is told, when it is imported
+    _check_opengl()
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from scenarios.build import bench
+    from scenarios.files.loading import load_scenario
+    from scenarios.reports.film import WRITERS, captioned, frames
+    from scenarios.store.claim import claim
+    from sim.viewer import pictures, scene, watch
+
+    path = options.render
+    if path is not None and path.suffix.lower() not in WRITERS:
+        raise NoFilm(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(WRITERS)}")
+    prepared = bench(load_scenario(options.scenario))
+    shown = scene(prepared.experiments)
+    if path is None:
+        watch(shown)
+        return Status.PASSED
+    held = claim(path.parent, [path.name], command="rx90 view", force=options.force)
+    times = frames(shown.duration, options.fps)
+    if path.suffix.lower() == ".png":
+        times = (0.5 * shown.duration if options.at is None else options.at,)
+    drawn = pictures(shown, times, width=options.width, height=options.height)
+    names = ", ".join(experiment.name for experiment in prepared.experiments)
+    labelled = (
+        captioned(picture, f"{prepared.scenario.name}, from left: {names}; {t:.1f} s")
+        for t, picture in zip(times, drawn, strict=True)
+    )
+    console = Console(stderr=True)
+    with held.writing(), Progress(console=console, disable=not console.is_terminal) as progress:
+        told = progress.track(labelled, len(times), description="pictures")
+        WRITERS[path.suffix.lower()](path, iter(told), options.fps)
+    tell(f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {options.width} x {options.height}\n")
+    return Status.PASSED
+
+
+def _check_opengl() -> None:
+    """Import MuJoCo, which reads MUJOCO_GL then and there.
+
+    Raises:
+        NoPicture: If the OpenGL that it names is not there.
+    """
+    try:
+        import mujoco  # noqa: F401 # pyright: ignore[reportUnusedImport]
+    except (ImportError, AttributeError, RuntimeError) as error:  # as the libraries below it fail
+        raise NoPicture(
+            f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}: there is no such OpenGL here ({error}); {ADVICE}"
+        ) from error

@@ -1,0 +1,64 @@
+"""Pictures of a scene as a file: PNG, GIF or MP4, by its ending."""
+
+from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from ident.arrays import Array
+from scenarios.errors import NoFilm
+
+CAPTION = 0.035
+"""Height of the caption's letters in shares of the picture's."""
+
+
+def captioned(picture: Array, text: str) -> Image.Image:
+    """A picture (height, width, 3) with a line of text in its upper left corner, smaller if it would not fit."""
+    image = Image.fromarray(np.asarray(picture, dtype=np.uint8))
+    draw, size = ImageDraw.Draw(image), CAPTION * image.height
+    length = draw.textlength(text, font=ImageFont.load_default(size))
+    font = ImageFont.load_default(size * min(1.0, 0.95 * image.width / length))
+    draw.text((0.02 * image.width, 0.02 * image.height), text, fill=(20, 22, 25), font=font)
+    return image
+
+
+def write_png(path: Path, images: Iterator[Image.Image], fps: float) -> None:
+    """The first picture alone."""
+    del fps
+    next(images).save(path, format="PNG")
+
+
+def write_gif(path: Path, images: Iterator[Image.Image], fps: float) -> None:
+    """All pictures, again and again."""
+    first = next(images)
+    first.save(path, format="GIF", save_all=True, append_images=images, duration=1000.0 / fps, loop=0, optimize=False)
+
+
+def write_mp4(path: Path, images: Iterator[Image.Image], fps: float) -> None:
+    """All pictures, in H.264.
+
+    Raises:
+        NoFilm: If the library for it is not there.
+    """
+    missing = [name for name in ("imageio", "imageio_ffmpeg") if find_spec(name) is None]
+    if missing:
+        raise NoFilm(f"{path}: MP4 needs {' and '.join(missing)}: install the extra `film`; PNG and GIF need nothing")
+    imageio = import_module("imageio.v3")
+    pixels = np.stack([np.asarray(image) for image in images])
+    imageio.imwrite(path, pixels, extension=".mp4", fps=fps, macro_block_size=2)
+
+
+WRITERS: dict[str, Callable[[Path, Iterator[Image.Image], float], None]] = {
+    ".png": write_png,
+    ".gif": write_gif,
+    ".mp4": write_mp4,
+}
+"""How each kind of file is written; by the ending of its name."""
+
+
+def frames(duration: float, fps: float) -> Sequence[float]:
+    """Times of the pictures of a film [s], the first at its start."""
+    return tuple(np.arange(0.0, duration, 1.0 / fps).tolist())

@@ -23,7 +23,10 @@ BUDGET = ["sensitivity", "nominal", "--out", "there"]
 EXCITE = ["excite", "nominal", "--out", "m.toml"]
 HUGE = "1" + 23 * "0"
 WRONG = [
-    (["fly"], "no command 'fly'; there are list, run, monte-carlo, sensitivity, compare, excite, payload, view, identify, paper"),
+    (
+        ["fly"],
+        "no command 'fly'; there are list, run, monte-carlo, sensitivity, compare, excite, payload, view, identify,",
+    ),
     (["rnu"], "no command 'rnu'; did you mean 'run'?"),
     (["montecarlo"], "did you mean 'monte-carlo'?"),
     (["x" * 500], "no command 'xxxxxxxx"),

@@ -24,7 +24,7 @@ from sim.flange import flange_of
 
 BAR = Weight(shape="bar", dimensions=(53.0, 212.0, 116.0), quarter=0, density=7850.0)
 """What `rx90 payload nominal` finds."""
-WIDE = Weight(shape="plate", dimensions=(600.0, 140.0, 8.0, 268.0), quarter=2, density=7850.0)
+WIDE = Weight(shape="plate", dimensions=(600.0, 300.0, 5.0, 268.0), quarter=2, density=600.0)
 
 
 @pytest.fixture(scope="module")

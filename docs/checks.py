@@ -304,6 +304,7 @@ def judged(of, about, kind, words, named, logs, structure) -> Outcome:
     found = check(logs, structure, observing=OBSERVING, gains=GAINS)
     seconds = time.perf_counter() - started
     outcome = Outcome(of, about, kind, words, found.grade is not Grade.GOOD, named(found), seconds)
+    print(f"{of}: {kind}, {words}: {'named' if outcome.named else 'found' if outcome.found else '-'}", flush=True)
     if not outcome.named:
         lines = [f"{line.grade.value} {line.seen}" for line in found.all_remarks if line.grade is not Grade.GOOD]
         print(f"{of}: {kind}, {words}: not named; {lines}", flush=True)

@@ -18,8 +18,8 @@ from ident.checks.noise import noise_remarks
 from ident.checks.payload_decides import payload_remarks
 from ident.checks.remark import Grade, Remark, worst
 from ident.checks.samples import sample_remarks
-from ident.errors import IdentificationError, RecordingError
-from ident.observation import Observation, ObserveOptions, observe
+from ident.errors import RecordingError
+from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.problem import Motion, Problem
@@ -121,15 +121,15 @@ def check(
     usable = [recordings[k] for k in kept]
     if not usable:
         return Checked(logs=tuple(read), comparison=None, backward=(), remarks=())
-    problems = [_bare(each, structure, observing, gains) for each in usable]
-    backward = backward_joints([each for each in problems if each is not None])
+    problems = [Problem(structure, (Motion(observe(each, structure, observing), None),), gains) for each in usable]
+    backward = backward_joints(problems, about)
     logs = prepared(structure, usable, observing)
     comparison = compared(logs, motor_side(logs))
     remarks = [*arm_remarks(comparison, backward), *friction_remarks(backward)]
     carrying = [loaded is not None and loaded[k] for k in kept]
     if payload is not None:
         remarks += payload_remarks(logs, carrying, payload, comparison.same)
-    if payload is not None and about is not None and not carrying[0] and problems[0] is not None:
+    if payload is not None and about is not None and not carrying[0]:
         observed = problems[0].motions[0].observation
         remarks += excitation_remarks(usable[0].name, predicted_rel_std(observed, payload, about, gains), gains)
     return Checked(logs=tuple(read), comparison=comparison, backward=backward, remarks=tuple(remarks))
@@ -145,7 +145,7 @@ def _log_read(recording: Recording, structure: Structure, options: ObserveOption
     for each in LOG_CHECKS.values():
         remarks += each(recording, options)
     try:
-        _filtered(recording, structure, options)
+        observe(recording, structure, options)
     except RecordingError as error:
         seen = _without_name(error, recording)
         remarks.append(Remark(topic="model", log=recording.name, seen=f"not compared: {seen}", grade=Grade.WRONG))
@@ -156,18 +156,6 @@ def _log_read(recording: Recording, structure: Structure, options: ObserveOption
     remarks += motion_remarks(recording, motions)
     remarks.append(delay_remark(recording, structure, options))
     return LogRead(recording=recording, motions=motions, remarks=tuple(remarks))
-
-
-def _filtered(recording: Recording, structure: Structure, options: ObserveOptions) -> Observation:
-    return observe(recording, structure, options)
-
-
-def _bare(recording: Recording, structure: Structure, options: ObserveOptions, gains: GainOptions) -> Problem | None:
-    """One log as a problem of its own."""
-    try:
-        return Problem(structure, (Motion(observe(recording, structure, options), None),), gains)
-    except IdentificationError:
-        return None
 
 
 def _without_name(error: Exception, recording: Recording) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import linalg
 
-from ident.arrays import readonly
+from ident.arrays import Array, readonly
 from ident.checks.remark import Grade, Remark
 from ident.gain_system import joint_rows
 from ident.problem import Problem
@@ -49,11 +49,18 @@ def friction_z(problem: Problem, joint: int) -> float | None:
     return float(z[np.argmax(np.abs(z))])
 
 
-def backward_joints(problems: Sequence[Problem]) -> tuple[int, ...]:
-    """Joints, from 0, whose friction surely drives in some log and brakes in none."""
+def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[int, ...]:
+    """Joints, from 0, whose friction surely drives in some log and brakes in none.
+
+    Args:
+        problems: A motion each, of one arm.
+        about: Gains whose signs are expected, shape (n,); positive ones if None.
+    """
     found: list[int] = []
+    expected = np.ones(problems[0].structure.arm.n) if about is None else np.sign(about)
     for joint in range(problems[0].structure.arm.n):
-        z = [each for problem in problems if (each := friction_z(problem, joint)) is not None]
+        seen = [friction_z(problem, joint) for problem in problems]
+        z = [float(expected[joint]) * each for each in seen if each is not None]
         if z and min(z) < -FRICTION_Z and max(z) < FRICTION_Z:
             found.append(joint)
     return tuple(found)
@@ -67,7 +74,7 @@ def friction_remarks(backward: Sequence[int]) -> list[Remark]:
             joint=joint,
             seen=f"friction of joint {joint + 1} drives it: v{joint + 1} counts against q{joint + 1}",
             grade=Grade.WEAK,
-            advice=f"negate q{joint + 1} or v{joint + 1}, whichever is against the model; or expect a negative gain",
+            advice=f"negate q{joint + 1} or v{joint + 1}, whichever is against the model, or expect a negative gain",
         )
         for joint in backward
     ] or [Remark(topic="friction", seen="brakes every joint that shows it")]

@@ -4,6 +4,7 @@ Where the log as it is puts a joint beyond what it can reach, ratios are searche
 wrong neighbour is off by a per cent of the motion, and the best one is refined.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,8 @@ RATIOS = np.geomspace(2.0, 500.0, 280)
 """Plausible ratios, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""
 UNREACHED = 1e3
 """Stands for a sum of logarithms where a ratio leaves the joint out of reach; any other is negative or near it."""
+AROUND = 0.04
+"""Relative distance from the best of the grid that the best of all may have."""
 FEW = 100
 """Instants of each log that ratios are compared on."""
 
@@ -35,25 +38,27 @@ def motor_side(logs: Logs) -> tuple[Reading, ...]:
     if len(beyond) != 1 or not logs.arm.revolute[beyond[0]]:
         return ()
     (joint,) = beyond
-    seen = tuple(_thinned(each) for each in logs.seen)
 
-    def left(ratio: float) -> float:
+    def left(ratio: float, at: Sequence[Instants]) -> float:
         reading = _divided(given, joint, ratio)
         if unreachable(logs.arm, logs.recordings, reading):
             return UNREACHED
-        found = explanations(logs.arm, logs.unknowns, seen, (reading,))[0].left
+        found = explanations(logs.arm, logs.unknowns, at, (reading,))[0].left
         return float(np.log(np.maximum(found, NOTHING)).sum())
 
+    few = tuple(_thinned(each) for each in logs.seen)
     ratios = np.concatenate((RATIOS, -RATIOS))
-    values = np.array([left(float(ratio)) for ratio in ratios])
+    values = np.array([left(float(ratio), few) for ratio in ratios])
     if values.min() >= UNREACHED:
         return ()
     best = float(ratios[int(values.argmin())])
     near = optimize.minimize_scalar(
-        lambda change: left(best * (1.0 + change)), bounds=(-0.02, 0.02), method="bounded", options={"xatol": 1e-4}
+        lambda change: left(best * (1.0 + change), logs.seen),
+        bounds=(-AROUND, AROUND),
+        method="bounded",
+        options={"xatol": 1e-4},
     )
-    found = best * (1.0 + float(near.x)) if near.fun < values.min() else best
-    return (_divided(given, joint, found),)
+    return (_divided(given, joint, best * (1.0 + float(near.x))),)
 
 
 def _divided(given: Reading, joint: int, ratio: float) -> Reading:

@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs excitation methods coverage predicted protocols robots schemas lock clean
+.PHONY: demo test test-slow mutants lint bench checks docs excitation methods coverage predicted protocols robots schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -29,6 +29,9 @@ bench: .venv/ready
 	$(BIN)/python bench/speed.py
 	$(BIN)/python bench/effects.py
 	$(BIN)/python bench/studies.py
+
+checks: .venv/ready  # what `rx90 check` finds; REAL_RECORDINGS names a folder of real ones; some twenty minutes
+	$(BIN)/python docs/checks.py
 
 docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py

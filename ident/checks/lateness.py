@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.checks.remark import Grade, Remark
+from ident.errors import RecordingError
 from ident.explanation import shares_left
 from ident.gain_system import joint_rows
 from ident.observation import ObserveOptions, observe
@@ -54,6 +55,9 @@ def lateness(recording: Recording, structure: Structure, options: ObserveOptions
         recording: Long enough for the filters.
         structure: Of the arm.
         options: Filters.
+
+    Raises:
+        RecordingError: If it is too short for the filters once it is cut to what all shifts have.
     """
     even = resampled(recording)
     step = max(1, round(LONGEST / STEPS / even.period))
@@ -102,7 +106,10 @@ def _likelihood(recording: Recording, structure: Structure, options: ObserveOpti
 
 def delay_remark(recording: Recording, structure: Structure, options: ObserveOptions) -> Remark:
     """What the delay of a log is, with its deviation."""
-    found = lateness(recording, structure, options)
+    try:
+        found = lateness(recording, structure, options)
+    except RecordingError:  # long enough for the filters, but not once it is cut for the shifts
+        found = None
     if found is None:
         return Remark(topic="delay of v", log=recording.name, seen="too few rows show it", grade=Grade.WEAK)
     spread = "" if found.std is None else f", 2 sigma {2e3 * found.std:.2g}"

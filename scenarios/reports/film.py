@@ -21,7 +21,8 @@ def captioned(picture: Array, text: str) -> Image.Image:
     draw, size = ImageDraw.Draw(image), CAPTION * image.height
     length = draw.textlength(text, font=ImageFont.load_default(size))
     font = ImageFont.load_default(size * min(1.0, 0.95 * image.width / length))
-    draw.text((0.02 * image.width, 0.02 * image.height), text, fill=(20, 22, 25), font=font)
+    where = 0.02 * image.width, 0.02 * image.height
+    draw.text(where, text, fill=(20, 22, 25), font=font, stroke_width=1, stroke_fill=(240, 242, 245))
     return image
 
 

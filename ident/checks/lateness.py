@@ -6,25 +6,23 @@ one over the variance. A delay so long that friction steps leave the instants be
 `ident.delay` cannot bear, is found as well.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ident.arrays import Array
 from ident.checks.remark import Grade, Remark
 from ident.errors import RecordingError
 from ident.explanation import shares_left
-from ident.gain_system import joint_rows
-from ident.observation import ObserveOptions, observe
-from ident.options import GainOptions
-from ident.problem import Motion, Problem
+from ident.full_rate import FullRate
+from ident.observation import Observation, ObserveOptions, observe, reduced
 from ident.recording import Recording, resampled
 from ident.structure import Structure
 from ident.wiring import NOTHING
 
-LONGEST, STEPS = 0.06, 6
-"""Longest delay that is looked for, either way [s], and steps to it."""
-FINE = 0.004
-"""Distance of the shifts that the peak is placed between [s]."""
+LONGEST, STEP = 0.06, 0.004
+"""Longest delay that is looked for, either way, and steps to it [s]."""
 BENT = 0.003
 """Standard deviation of what friction beside reversals makes of a delay [s]; clean logs read up to 6.5 ms."""
 WEAK, WRONG = 2.0, 3.0
@@ -52,55 +50,49 @@ def lateness(recording: Recording, structure: Structure, options: ObserveOptions
     """How late the currents of a log are, of all joints together; None where too few instants tell.
 
     Args:
-        recording: Long enough for the filters.
+        recording: One motion.
         structure: Of the arm.
         options: Filters.
 
     Raises:
-        RecordingError: If it is too short for the filters once it is cut to what all shifts have.
+        RecordingError: If it is too short or too slow for the filters.
     """
-    even = resampled(recording)
-    step = max(1, round(LONGEST / STEPS / even.period))
-    most = step * (STEPS + 1)
-    if len(even.t) < 6 * most:
+    observed, even = observe(recording, structure, options), resampled(recording)
+    behind = observed.full_rate
+    assert behind is not None, "it is of a recording"
+    step = max(1, round(STEP / even.period))
+    most = min(round(LONGEST / even.period), behind.edge) // step
+    if most < 1:
         return None
-
-    def likelihood(rows: int) -> float:
-        return _likelihood(_shifted(even, rows, most), structure, options)
-
-    shifts = step * np.arange(-STEPS, STEPS + 1)
-    coarse = np.array([likelihood(int(rows)) for rows in shifts])
-    if not np.isfinite(coarse).all():
+    shifts = step * np.arange(-most, most + 1)
+    shifted = [behind.sampled(np.roll(even.v, -rows, axis=0)) for rows in shifts.tolist()]  # the ends are left out
+    likelihood = _likelihood(observed, behind, shifted)
+    if likelihood is None:
         return None
-    middle = int(shifts[coarse.argmax()])
-    if abs(middle) == shifts[-1]:
-        return Lateness(float(middle * even.period), None, float(coarse.max() - coarse[STEPS]))
-    fine = max(1, round(FINE / even.period))
-    before, peak, after = likelihood(middle - fine), float(coarse.max()), likelihood(middle + fine)
-    bend = 2.0 * peak - before - after
-    if bend <= 0.0:
-        return None
-    spacing = fine * even.period
-    value = middle * even.period + 0.5 * spacing * (after - before) / bend
-    gained = peak + 0.125 * (after - before) ** 2 / bend - float(coarse[STEPS])
+    k = int(likelihood.argmax())
+    if k in (0, 2 * most):
+        return Lateness(float(shifts[k] * even.period), None, float(likelihood[k] - likelihood[most]))
+    before, peak, after = likelihood[k - 1 : k + 2].tolist()
+    bend, spacing = 2.0 * peak - before - after, step * even.period
+    value = shifts[k] * even.period + 0.5 * spacing * (after - before) / bend
+    gained = peak + 0.125 * (after - before) ** 2 / bend - float(likelihood[most])
     return Lateness(float(value), float(np.hypot(spacing / np.sqrt(bend), BENT)), gained)
 
 
-def _shifted(recording: Recording, rows: int, most: int) -> Recording:
-    """The recording with each current as many rows earlier, cut to what all shifts have."""
-    inner = slice(most, len(recording.t) - most)
-    v = recording.v[most + rows : len(recording.t) - most + rows]
-    return Recording(recording.t[inner], recording.q[inner], v, recording.name)
-
-
-def _likelihood(recording: Recording, structure: Structure, options: ObserveOptions) -> float:
-    """Of the currents of all joints, each alone; minus infinity where a joint has too few rows."""
-    problem = Problem(structure, (Motion(observe(recording, structure, options), None),), GainOptions())
-    total = 0.0
-    for joint in range(structure.arm.n):
-        rows = joint_rows(problem, joint)
-        left = float(shares_left(rows.W, rows.V[:, None])[0])
-        total -= (len(rows.V) - rows.W.shape[1]) * float(np.log(max(left, NOTHING)))
+def _likelihood(observed: Observation, behind: FullRate, shifted: Sequence[Array]) -> Array | None:
+    """Of the currents of all joints, each alone, under each shift; None where a joint has too few rows."""
+    structure = observed.structure
+    motion = (behind.q, behind.dq, behind.ddq)
+    signals, _ = reduced(structure, motion, np.hstack(shifted), behind.moving, behind.decimator)
+    total = np.zeros(len(shifted))
+    for joint, own in enumerate(observed.joints):
+        W = own.W[:, np.isin(own.columns, structure.joint_independent[joint])]
+        freedom = len(W) - W.shape[1]
+        if freedom < 1:
+            return None
+        V = signals[own.position][:, joint :: structure.arm.n]
+        left = shares_left(W, V) * np.linalg.norm(V, axis=0)  # rms of what is shifted in must not count
+        total -= freedom * np.log(np.maximum(left, NOTHING * np.linalg.norm(V, axis=0)))
     return total
 
 
@@ -108,7 +100,7 @@ def delay_remark(recording: Recording, structure: Structure, options: ObserveOpt
     """What the delay of a log is, with its deviation."""
     try:
         found = lateness(recording, structure, options)
-    except RecordingError:  # long enough for the filters, but not once it is cut for the shifts
+    except RecordingError:
         found = None
     if found is None:
         return Remark(topic="delay of v", log=recording.name, seen="too few rows show it", grade=Grade.WEAK)

@@ -9,8 +9,10 @@ from ident.checks.remark import Grade, Remark
 from ident.readings import Reading
 from ident.wiring import BETTER, EVIDENCE, LENGTH_EVIDENCE, TIE
 
-SUSPECT = 12.0
-"""Logarithm of the likelihood ratio from which a reading is worth a word; clean logs of the testbench reach 11."""
+SUSPECT = 20.0
+"""Logarithm of the likelihood ratio from which a reading is worth a word; short or bare real logs reach 35."""
+WITNESSED = 12.0
+"""The same from which a reading that friction speaks for as well is sure."""
 NAMED = 4
 """Readings that a line names."""
 MEND = "mend the log, or the model if it is the model that is so"
@@ -52,7 +54,7 @@ def _convincing(each: Alternative, found: Comparison) -> bool:
 
 
 def _witnessed(each: Alternative, backward: Sequence[int]) -> bool:
-    return each.evidence > SUSPECT and any((reading.factor[list(backward)] < 0.0).any() for reading in each.readings)
+    return each.evidence > WITNESSED and any((reading.factor[list(backward)] < 0.0).any() for reading in each.readings)
 
 
 def _against_friction(reading: Reading, backward: Sequence[int]) -> int:

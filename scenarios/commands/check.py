@@ -24,15 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--payload", metavar="P", type=arguments.file, help="the payload one has, TOML: what the motion will show of it"
     )
-    add(
-        "--coupling",
-        type=arguments.count,
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=("I", "J"),
-        help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
-    )
+    arguments.add_coupling_argument(parser)
     add_form_arguments(parser)
     add_options(parser, ObserveOptions)
 

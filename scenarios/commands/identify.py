@@ -21,15 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
     add("--flange", metavar="BODY", help="last body of the arm, where the file has more; joints beyond are held")
     add_motion_arguments(parser)
-    add(
-        "--coupling",
-        type=arguments.count,
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=("I", "J"),
-        help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
-    )
+    arguments.add_coupling_argument(parser)
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")

@@ -14,6 +14,7 @@ FASTEST = 5.0
 """Fastest harmonic [Hz] that the search samples twice a period."""
 HARMONICS = arguments.count_from(2, 100, "2 to be at rest at both ends, at most what a search can handle")
 DURATION = arguments.number_from(5.0, 600.0, "s", "shorter motions hold too few rows, longer ones are not simulated")
+AGAINST = {"noise": "of the currents", "all": "noise and the scenario's error sources"}
 EVALUATIONS = arguments.count_from(1, 10**7, "that takes half a day")
 
 
@@ -26,6 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--harmonics", type=HARMONICS, default=20, help="harmonics of the series (default 20)")
     add("--duration", type=DURATION, default=20.0, help="period [s] (default 20)")
     add("--evaluations", type=EVALUATIONS, default=40000, help="motions to try (default 40000)")
+    what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
+    add("--against", choices=AGAINST, default="noise", help=f"errors to make small: {what} (default noise)")
     arguments.add_force_argument(parser)
 
 
@@ -39,17 +42,23 @@ def main(options: argparse.Namespace) -> Status:
         )
     import numpy as np
 
-    from scenarios.build import cell
+    from scenarios.build import bench, cell
+    from scenarios.design.against import Sourced, nothing_added
     from scenarios.design.excitation import Design, robot_limits, search
     from scenarios.files.loading import load_scenario
     from scenarios.files.motions import write_motion
 
-    prepared = cell(load_scenario(options.scenario))  # whose motion may be the one that is to be found
+    scenario = load_scenario(options.scenario)
+    prepared = cell(scenario)  # whose motion may be the one that is to be found
     plant = prepared.plant
     wanted = np.flatnonzero(prepared.scenario.table.tolerance.identifiable)
     if not wanted.size:
         raise NoJointWanted(f"{options.scenario}: tolerance.identifiable wants no joint's gain")
-    design = Design(plant, prepared.structure, robot_limits(plant), wanted)
+    added = nothing_added
+    if options.against == "all":
+        added = Sourced(scenario, wanted).reduced(bench(scenario).experiments[0].trajectory, 10.0)
+        complain(f"searching against noise and {', '.join(added.names)}")
+    design = Design(plant, prepared.structure, robot_limits(plant), wanted, added)
     motion = search(
         design,
         plant.robot.home,
@@ -63,6 +72,7 @@ def main(options: argparse.Namespace) -> Status:
     words = ["rx90", "excite", options.scenario]
     for name in ("seed", "harmonics", "duration", "evaluations"):
         words += [f"--{name}", f"{getattr(options, name):.12g}"]
+    words += ["--against", options.against] if options.against != "noise" else []
     predicted = ", ".join(f"{std:.2g}" for std in found)
     comments = [
         f"Found by: {printable(shlex.join(words))} --out FILE",

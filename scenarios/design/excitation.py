@@ -22,6 +22,7 @@ from ident.parameters import INERTIAL, STANDARD, labels
 from ident.payload import standard_parameters
 from ident.regressor import regressor
 from ident.structure import PROBE_SEED, Structure
+from scenarios.design.against import Added, nothing_added
 from sim.clearance import Clearance
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
@@ -94,7 +95,9 @@ def robot_limits(plant: Plant) -> Limits:
 class Design:
     """A design problem: plant, limits and which joints' gains are wanted."""
 
-    def __init__(self, plant: Plant, structure: Structure, limits: Limits, joints: Indices) -> None:
+    def __init__(
+        self, plant: Plant, structure: Structure, limits: Limits, joints: Indices, added: Added = nothing_added
+    ) -> None:
         """Prepare the problem.
 
         Args:
@@ -102,7 +105,9 @@ class Design:
             structure: Its identifiable structure.
             limits: What the motion must respect.
             joints: Joints whose gains are wanted, from 0.
+            added: Errors besides noise that the motion is designed against.
         """
+        self._added = added
         self._structure, self._limits, self._joints = structure, limits, joints
         self._clearance = Clearance(plant, margin=2.0 * CLEARANCE)
         body, drives = plant.payload, plant.drives
@@ -162,7 +167,8 @@ class Design:
     def cost(self, trajectory: FourierTrajectory) -> float:
         """Logarithm of the wanted joints' standard deviations, mostly of the worst, plus a penalty on excess."""
         rate_hz = 10.0
-        rel, torques = self.predicted_std(trajectory, rate_hz)
+        noise, torques = self.predicted_std(trajectory, rate_hz)
+        rel = np.hypot(noise, self._added(trajectory, rate_hz))
         worst = float(np.log(np.linalg.norm(rel[self._joints], ord=8)))
         mean = float(np.mean(np.log(rel[self._joints])))
         over = self.excess(self.sampled(trajectory, rate_hz), torques)

@@ -163,6 +163,12 @@ def _check(file: GainsFile, where: str) -> None:
             raise WrongGains(f"{place}: {missing} is missing; give it, or identifiable = false and a reason")
         if not entry.identifiable and (entry.estimate is not None or entry.std is not None):
             raise WrongGains(f"{place}: refused, and has a number; leave out estimate and std, or identifiable = false")
+    k = sum(entry.identifiable for entry in file.gains)
+    if file.covariance is not None and [len(row) for row in file.covariance] != [k] * k:
+        sizes = shown([len(row) for row in file.covariance])
+        raise WrongGains(
+            f"{where}: covariance: rows of {sizes} numbers; expected {k} of {k}, one an identifiable joint"
+        )
     try:
         known = file.known
     except GainsError as error:

@@ -5,12 +5,13 @@ its rows times the residual they have when they are not fitted to (`ident.uncert
 What the model lacks in every stretch alike stays unseen: of that only another weight can tell.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.arrays import Array
 from ident.estimate import GainEstimate, IdentifiedGain
+from ident.rows import Rows
 from ident.uncertainty.jackknife import left_out
 
 STRETCHES = 5
@@ -46,23 +47,29 @@ def cross_validated(estimate: GainEstimate, stretches: int = STRETCHES) -> tuple
     """
     solution, rows = estimate.solution, estimate.solution.rows
     parts = left_out(rows, stretches)
-    error = np.zeros(len(rows.V))
-    for block, fresh in parts:
-        error[block] = fresh
     # 1/g without a block is 1/g less the influence of its rows times what they would be off by; dg / g = -g d(1/g)
     moved = np.array([solution.influence[:, block] @ fresh for block, fresh in parts])  # (parts, k)
     changes = moved / solution.inverse
-    found = list[JointPrediction]()
-    for joint in rows.unknowns:
-        own = rows.of(joint)
-        at = np.flatnonzero(solution.joints == joint)
-        given = len(at) > 0 and isinstance(estimate.joints[joint], IdentifiedGain)
-        found.append(
-            JointPrediction(
-                joint=joint,
-                share=float(np.linalg.norm(error[own]) / np.linalg.norm(rows.V[own])),
-                fitted=rows.residual_share(joint),
-                gain_change=changes[:, at[0]] if given else np.zeros(0),
-            )
+    given = {
+        int(joint): k for k, joint in enumerate(solution.joints) if isinstance(estimate.joints[joint], IdentifiedGain)
+    }
+    return tuple(
+        replace(each, gain_change=changes[:, given[each.joint]]) if each.joint in given else each
+        for each in predicted(rows, stretches)
+    )
+
+
+def predicted(rows: Rows, stretches: int = STRETCHES) -> tuple[JointPrediction, ...]:
+    """As `cross_validated`, of a fit that gives no gains."""
+    error = np.zeros(len(rows.V))
+    for block, fresh in left_out(rows, stretches):
+        error[block] = fresh
+    return tuple(
+        JointPrediction(
+            joint=joint,
+            share=float(np.linalg.norm(error[rows.of(joint)]) / np.linalg.norm(rows.V[rows.of(joint)])),
+            fitted=rows.residual_share(joint),
+            gain_change=np.zeros(0),
         )
-    return tuple(found)
+        for joint in rows.unknowns
+    )

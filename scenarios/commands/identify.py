@@ -7,13 +7,14 @@ from ident.estimators import DEFAULT, ESTIMATORS
 from ident.identification import Recorded, identify_motions
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
-from scenarios.commands import gains_files
+from scenarios.commands import bare, gains_files
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
 from scenarios.commands.robot_model import add_model_arguments, named_structure
 from scenarios.commands.status import Status
+from scenarios.commands.weighing import add_gains_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
+    add_gains_argument(parser, needed=False, said="with bare recordings alone: gains that are known, or believed")
     gains_files.add_gains_out(parser)
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
@@ -38,10 +40,14 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.identify import estimate_report
 
     files = mounted_files(options.given)
+    alone = bare.wanted(options, loaded=any(each.payload is not None for each in files))
     held = gains_files.claimed(options, "rx90 identify")
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         structure = named_structure(options)
         motions = in_order_of_time([motion for each in files for motion in recorded(each)])
+        if alone:
+            bare.tell(options, structure, motions)
+            return Status.PASSED
         own = options_from_words(ESTIMATORS[options.method].options, options.option)
         observing = chosen(ObserveOptions, options)
         started = time.perf_counter()

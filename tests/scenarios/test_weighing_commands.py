@@ -52,8 +52,9 @@ def identified(cell: Path) -> list[str]:
 
 def verified(cell: Path, *more: str, which: str = "light", gains: str = "gains.toml") -> list[str]:
     run = cell / "run"
+    loaded = ["--loaded", str(run / f"{which}.parquet"), "--payload", str(run / f"payload-{which}.toml")]
     return ["verify", "--model", MODEL, "--gains", str(cell / gains), "--unloaded", str(run / "unloaded.parquet"),
-            "--loaded", str(run / f"{which}.parquet"), "--payload", str(run / f"payload-{which}.toml"), *more]  # fmt: skip
+            *loaded, *more]  # fmt: skip
 
 
 def told(capsys) -> dict:
@@ -182,6 +183,30 @@ def test_run_writes_the_gains_as_well(cell, tmp_path, capsys):
     with pytest.raises(SystemExit, match="2"):
         main(["run", "nominal", "--gains-out", "gains.txt"])
     assert "expected a file that ends with .json or .toml" in capsys.readouterr().err
+
+
+def test_bare_recordings_alone_give_ratios(cell, capsys):
+    words = ["identify", "--model", MODEL, "--unloaded", str(cell / "run" / "unloaded.parquet"), "--max-rel-std", "0.5"]
+    words += ["--option", "friction=viscous-coulomb"]
+    assert main([*words, "--json"]) == 0
+    found = told(capsys)
+    assert len(found["joints"]) == 6
+    shown = [each for each in found["joints"] if each["ratio"] is not None]
+    assert len(shown) >= 2
+    reference = found["joints"][found["reference"] - 1]
+    assert (reference["ratio"], reference["rel_std"]) == (1.0, 0.0)
+    assert main([*words, "--gains", str(cell / "gains.toml")]) == 0
+    said = capsys.readouterr().out
+    assert f"what joint {found['reference']} says" in said
+    assert "Essential base parameters, in SI" in said
+    for more, complaint in (
+        (["--gains-out", str(cell / "none.toml")], "bare recordings give ratios of gains alone"),
+        (["--method", "ls-2011"], "--method ls-2011 needs a payload"),
+    ):
+        assert main([*words, *more]) == 2
+        assert complaint in capsys.readouterr().err
+    assert main([*identified(cell), "--gains", str(cell / "gains.toml")]) == 2
+    assert "--gains goes with bare recordings alone" in capsys.readouterr().err
 
 
 def test_options_that_the_gains_were_found_with_hold_until_others_are_given(cell, capsys):

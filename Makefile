@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs methods coverage predicted protocols schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs excitation methods coverage predicted protocols schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -33,6 +33,9 @@ bench: .venv/ready
 docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py
 	$(BIN)/python docs/accuracy.py
+
+excitation: .venv/ready  # random against searched motions, a table for every built-in robot: minutes each
+	$(BIN)/python docs/excitation.py
 
 COMPARED ?= $(wildcard out/methods/*)
 

@@ -149,6 +149,14 @@ class NoJointWanted(ScenarioError):
     """A motion is searched for a scenario that wants no gain."""
 
 
+class NothingCarried(ScenarioError):
+    """A motion or payload is designed for a scenario that mounts no payload."""
+
+
+class NoWeight(ScenarioError):
+    """A payload is designed, and no weight may be mounted."""
+
+
 class MotionTooFine(ScenarioError):
     """Harmonics that a search does not see between its samples."""
 

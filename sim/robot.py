@@ -65,6 +65,7 @@ class Robot:
         gravity_spring: None for an arm without.
         flange: Last body of the arm in a model file that has more; joints that do not lead to it are held where they
             are drawn. None where all joints are the arm's.
+        rated_load: Mass that it may carry [kg], None if nobody says.
 
     Raises:
         RobotError: If arrays do not fit each other, or a joint does not exist.
@@ -80,6 +81,7 @@ class Robot:
     couplings: tuple[Coupling, ...] = ()
     gravity_spring: GravitySpring | None = None
     flange: str | None = None
+    rated_load: float | None = None
 
     @property
     def n(self) -> int:

@@ -117,6 +117,7 @@ class RobotTable(_Table):
     coupling: list[CouplingTable] = []
     frames: dict[str, str] = {}
     gravity_spring: SpringTable | None = None
+    rated_load: LengthTable | None = None
 
 
 def read_robot(path: Path) -> Robot:
@@ -179,6 +180,7 @@ def _robot(table: RobotTable, folder: Path) -> Robot:
             radius=spring.radius.value,
             distance=spring.distance.value,
         ),
+        rated_load=None if table.rated_load is None else table.rated_load.value,
     )
 
 

@@ -15,6 +15,7 @@ COMMANDS = {
     "sensitivity": "error budget of a scenario: which error source costs how much",
     "compare": "methods side by side on scenarios, yours included",
     "excite": "search for a motion that shows a scenario's gains best",
+    "payload": "design a weight that shows every joint's gain",
     "view": "show the motions of a scenario, in MuJoCo's viewer or as a picture",
     "identify": "identify the gains of a robot from recordings",
     "verify": "weigh another, known mass with the gains found, or predict part of the motions from the rest",

@@ -10,10 +10,16 @@ import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.estimators import DEFAULT
+from ident.payload import Payload
 from ident.structure import structure_of
-from scenarios.design.excitation import CLEARANCE, Design, robot_limits, search
+from scenarios.design.excitation import Design, Problem
+from scenarios.design.limits import CLEARANCE, robot_limits
 from scenarios.design.model_facts import ModelFacts, model_facts
+from scenarios.design.prediction import prediction_of
+from scenarios.design.rows import drawn
 from scenarios.design.rules_of_thumb import Load, Stated, drives_by_rule, home_by_rule, load_by_rule
+from scenarios.design.search import Series
 from scenarios.robot_models import check_same_payload, read_arm
 from sim.clearance import Clearance
 from sim.drives import DriveTruth
@@ -131,38 +137,36 @@ def as_robot(new: NewRobot) -> Robot:
     )
 
 
-def moved(new: NewRobot, robot: Robot, *, seed: int, evaluations: int, progress: Callable[[str], None]) -> Found:
+def moved(new: NewRobot, robot: Robot, searched: Callable[[Design, Series, int], Array]) -> Found:
     """Search for a motion that shows all gains.
 
     Args:
         new: The robot's description.
         robot: The same as its file is read.
-        seed: Of the search.
-        evaluations: Motions to try.
-        progress: Told of the best so far.
+        searched: Gives the best point of a series that the search with this number finds.
 
     Raises:
         TrajectoryError: If none is found within the limits.
     """
-    plant = Plant(robot=robot, drives=robot.drives, payload=new.load.body)
-    design = Design(plant, structure_of(new.arm), robot_limits(plant), np.arange(new.arm.n))
+    plant, body = Plant(robot=robot, drives=robot.drives, payload=new.load.body), new.load.body
+    problem = Problem(
+        plant=plant,
+        structure=structure_of(new.arm),
+        limits=robot_limits(plant),
+        joints=np.arange(new.arm.n),
+        carried=drawn(Payload(mass=body.mass, com=body.com, inertia=body.inertia)),
+        prediction=prediction_of(DEFAULT),
+    )
+    design = Design(problem)
+    series = Series(limits=problem.limits, harmonics=HARMONICS, duration=DURATION)
     reasons = list[TrajectoryError]()
     for attempt in range(ATTEMPTS):
         try:
-            motion = search(
-                design,
-                robot.home,
-                seed + attempt,
-                harmonics=HARMONICS,
-                duration=DURATION,
-                evaluations=evaluations,
-                progress=progress,
-            )
+            motion = design.fitted(series.motion(searched(design, series, attempt)))
         except TrajectoryError as error:
             reasons.append(error)
-            progress(f"{error}; tried again")
         else:
-            return Found(motion=motion, predicted=design.predicted_std(motion)[0])
+            return Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
     raise TrajectoryError(
         f"robot {new.name}: no motion about home keeps clear of limits, floor and arm: {reasons[-1]}; state another "
         f"home in robot.toml, then rx90 excite"

@@ -3,8 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scenarios.build import bench, cell
 from scenarios.design.against import Sourced, nothing_added
-from scenarios.design.excitation import Design, robot_limits
+from scenarios.design.excitation import Design
+from scenarios.design.problem import design_problem
 from scenarios.errors import NotAPair
 from scenarios.files.loading import load_scenario
 from scenarios.files.schema import Scenario, SourceTable
@@ -37,8 +39,6 @@ def sourced(scenario) -> Sourced:
 
 
 def motion_of(scenario):
-    from scenarios.build import bench
-
     return bench(scenario).experiments[0].trajectory
 
 
@@ -58,26 +58,15 @@ def test_sources_that_cost_a_tenth_of_the_costliest_or_less_are_left_out(scenari
     assert set(sourced.reduced(motion_of(scenario), 10.0).names) == {"load", "centre", "either"}
 
 
-def test_a_design_against_everything_adds_squares_of_noise_and_of_errors(scenario, sourced, plant_and_limits):
-    motion = motion_of(scenario)
-    plant, structure, limits = plant_and_limits
-    plain = Design(plant, structure, limits, np.arange(5))
-    noise = plain.predicted_std(motion, 10.0)[0][:5]
+def test_a_design_against_everything_adds_squares_of_noise_and_of_errors(scenario, sourced):
+    motion, problem = motion_of(scenario), design_problem(cell(scenario))
+    plain, with_all = Design(problem), Design(replace(problem, added=sourced))
+    noise = plain.deviations(plain.rows(motion, 10.0)).total[:5]
     total = np.hypot(noise, sourced(motion, 10.0)[:5])
-    with_all = Design(plant, structure, limits, np.arange(5), sourced)
     gap = with_all.cost(motion) - plain.cost(motion)
     expected = [np.log(np.linalg.norm(x, ord=8)) + 0.2 * np.log(x).mean() for x in (noise, total)]
     np.testing.assert_allclose(gap, expected[1] - expected[0], rtol=1e-9)  # rounding
     assert not nothing_added(motion, 10.0).any()
-
-
-@pytest.fixture
-def plant_and_limits(scenario):
-    from scenarios.build import bench
-
-    prepared = bench(scenario)
-    plant = prepared.experiments[1].plant
-    return plant, prepared.structure, robot_limits(plant)
 
 
 def test_a_scenario_whose_payload_has_another_name_is_refused():

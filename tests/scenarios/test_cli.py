@@ -28,8 +28,7 @@ HUGE = "1" + 23 * "0"
 WRONG = [
     (
         ["fly"],
-        "no command 'fly'; there are list, new-robot, run, monte-carlo, sensitivity, compare, excite, view, identify, "
-        "paper",
+        "no command 'fly'; there are list, new-robot, run, monte-carlo, ",
     ),
     (["rnu"], "no command 'rnu'; did you mean 'run'?"),
     (["montecarlo"], "did you mean 'monte-carlo'?"),

@@ -141,7 +141,8 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
     linear, logs = linearised(loud, 1), expected_logs(loud, 1)
     predicted = np.sqrt(noise_variances(linear, logs)[stream])
     coarse = linearised(loud, 4)
-    np.testing.assert_allclose(np.sqrt(noise_variances(coarse, expected_logs(loud, 4))[stream]), predicted, rtol=0.03)
+    rtol = 0.1 if stream == "current_sensor" else 0.03  # what lasts is the sum of all weights, of either sign
+    np.testing.assert_allclose(np.sqrt(noise_variances(coarse, expected_logs(loud, 4))[stream]), predicted, rtol=rtol)
     weights = linear.weights(len(logs[0].log.t))
     changes = []
     for seed in range(300):

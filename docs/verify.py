@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
@@ -16,7 +17,7 @@ from ident.known_gains import KnownGains, estimated_gains
 from ident.observation import observe
 from ident.problem import Motion, Problem
 from ident.weighing.together import payload_of
-from ident.weighing.verification import Verification, verified
+from ident.weighing.verification import AGREES, DIFFERS, Verification, verified
 from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
 from scenarios.files.loading import load_scenario
@@ -128,10 +129,11 @@ def all_rows(folder: Path) -> pd.DataFrame:
 
 PAGE = """# Does the verdict of `rx90 verify` predict the error of the gains?
 
-Written by `docs/verify.py` from {trials} simulated robots; nothing here is typed by hand. On each, gains come from a bare
-motion and 7.025 kg, and 4.275 kg, which identification has not seen, are weighed with them: once as they were found, and
-once with one gain off by up to {largest:g} %, joint and error drawn. `nominal` has noise alone; `field` has every model error
-of `field-two-weights`: friction that grows with the load and drifts, elastic joints, a tilted base, payloads as weighed.
+Written by `docs/verify.py` from {trials} simulated robots; nothing here is typed by hand. On each, gains come from bare
+motions and 7.025 kg, and 4.275 kg, which identification has not seen, are weighed with them: once as they were found,
+once with one gain off by up to {largest:g} %, joint and error drawn. `nominal` has noise alone; `field` has every model
+error of `field-two-weights`: friction that grows with the load and drifts, elastic joints, a tilted base, payloads as
+weighed.
 
 ![True error of each gain against the mass that its joint weighs](verify.png)
 

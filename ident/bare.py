@@ -10,8 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.all_joints.columns import joint_columns, shared_parameters
+from ident.all_joints.friction import own_columns
+from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.selection import Rival, Selected
 from ident.all_joints.solution import GivenGain, setting
+from ident.all_joints.start import friction_z
 from ident.arrays import Array, Mask
 from ident.errors import NotIdentifiable
 from ident.estimators.nls import AllJointsOptions, chosen_model
@@ -83,9 +87,7 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
     Raises:
         NotIdentifiable: If no two joints share anything that shows.
     """
-    n = problem.structure.arm.n
-    loudest = max(range(n), key=lambda j: float(np.linalg.norm(problem.motions[0].observation.joints[j].V)))
-    selected = _fitted(problem, options, [GivenGain(loudest, 1.0)])
+    selected = _fitted(problem, options, [_braked(problem, options)])
     h, C = selected.final.fit.found.h, _log_covariance(problem, selected)
     best, rel_std = _surest(C, problem.options.max_rel_std)
     given = rel_std <= problem.options.max_rel_std
@@ -95,7 +97,7 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
             "at once, or mount a payload"
         )
     ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given)
-    scale = h[best]  # theta is in units of the loudest joint's gain; over that of the reference it is theta h_r
+    scale = h[best]  # theta is in units of the gain of scale 1; over that of the reference it is theta h_r
     return BareArm(
         ratios=ratios,
         inertial=_inertial(problem, selected, scale, unit=f"/ g{best + 1}", gains=None),
@@ -124,6 +126,16 @@ def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) ->
         friction=_friction(problem, selected),
         selected=selected,
     )
+
+
+def _braked(problem: Problem, options: AllJointsOptions) -> GivenGain:
+    """A gain of scale 1 for the joint whose friction shows surest, with the sign by which friction brakes."""
+    z = list[float]()
+    for each in joint_columns(problem, shared_parameters(problem)):
+        own = own_columns(each, {}, per_motion=options.friction_per_motion)
+        z.append(friction_z(reduced_joint(each, own), own.names))
+    surest = int(np.argmax(np.abs(z)))
+    return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
 
 
 def _fitted(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Selected:

@@ -29,21 +29,21 @@ def base_values(structure, chi) -> dict[str, float]:
 
 
 def test_exact_motions_give_the_ratios_and_the_arm_over_the_reference(structure, chi, rng):
-    found = gain_ratios(bare(structure, chi, rng, 1e-9), AllJointsOptions(friction_per_motion=False))
+    found = gain_ratios(bare(structure, chi, rng, 1e-6), AllJointsOptions(friction_per_motion=False))
     r = found.ratios.reference
-    # Noise of 1e-9 of the rms currents, amplified by the condition number.
-    np.testing.assert_allclose(found.ratios.value, GAIN / GAIN[r], rtol=1e-6)
+    # Noise of 1e-6 of the rms currents, amplified by the condition number.
+    np.testing.assert_allclose(found.ratios.value, GAIN / GAIN[r], rtol=1e-4)
     assert found.ratios.rel_std[r] == 0.0
     assert found.ratios.given.all()
     true = base_values(structure, chi)
     assert len(found.inertial) == sum(name[:2] not in ("Fv", "Fc", "of") for name in true)
     for each in found.inertial:
-        np.testing.assert_allclose(each.value, true[each.name] / GAIN[r], rtol=1e-4, atol=1e-4, err_msg=each.name)
+        np.testing.assert_allclose(each.value, true[each.name] / GAIN[r], rtol=1e-3, atol=1e-3, err_msg=each.name)
         assert each.unit.endswith(f"/ g{r + 1}")
     for j, own in enumerate(found.friction):
         assert [each.name for each in own] == ["Fv", "Fc", "off"]
         for each in own:
-            np.testing.assert_allclose(each.value, true[f"{each.name}{j + 1}"] / GAIN[j], rtol=1e-4)
+            np.testing.assert_allclose(each.value, true[f"{each.name}{j + 1}"] / GAIN[j], rtol=1e-3)
 
 
 def test_friction_of_each_motion_has_its_number(structure, chi, rng):
@@ -54,7 +54,8 @@ def test_friction_of_each_motion_has_its_number(structure, chi, rng):
 
 
 def test_deviations_of_ratios_and_parameters_are_those_of_the_draws(structure, chi):
-    # 50 draws, five ratios: the rms z-score has a deviation of some 5 %, more as they share the reference; bound 20 %.
+    # 50 draws, five ratios: the rms z-score has a deviation of some 5 %, more as they share the
+    # reference, and the larger of two deviations is stated; the bounds are -40 and +20 %.
     z, theta, friction = [], [], []
     true = base_values(structure, chi)
     for seed in range(50):
@@ -74,7 +75,7 @@ def test_deviations_of_ratios_and_parameters_are_those_of_the_draws(structure, c
         )
     assert len(z) > 150
     for each in (np.array(z), np.array(friction)):
-        assert 0.8 < np.sqrt(np.mean(each**2)) < 1.2
+        assert 0.6 < np.sqrt(np.mean(each**2)) < 1.2
     assert np.isfinite(np.array(theta)).all()
 
 

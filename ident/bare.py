@@ -87,9 +87,13 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
     Raises:
         NotIdentifiable: If no two joints share anything that shows.
     """
-    selected = _fitted(problem, options, [_braked(problem, options)])
-    h, C = selected.final.fit.found.h, _log_covariance(problem, selected)
-    best, rel_std = _surest(C, problem.options.max_rel_std)
+    braked = _braked(problem, options)
+    selected = _fitted(problem, options, [braked])
+    best = _surest(_log_covariance(problem, selected), problem.options.max_rel_std)
+    if best != braked.joint:  # in units of the reference itself, deviations of all else need no ratio
+        selected = _fitted(problem, options, [GivenGain(best, float(np.sign(selected.final.fit.found.h[best])))])
+    h = selected.final.fit.found.h
+    rel_std = _beside(_log_covariance(problem, selected))[best]
     given = rel_std <= problem.options.max_rel_std
     if given.sum() < 2:
         raise NotIdentifiable(
@@ -97,7 +101,7 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
             "at once, or mount a payload"
         )
     ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given)
-    scale = h[best]  # theta is in units of the gain of scale 1; over that of the reference it is theta h_r
+    scale = float(h[best])  # of size 1
     return BareArm(
         ratios=ratios,
         inertial=_inertial(problem, selected, scale, unit=f"/ g{best + 1}", gains=None),
@@ -151,14 +155,17 @@ def _log_covariance(problem: Problem, selected: Selected) -> Array:
     return own + model @ model.T
 
 
-def _surest(C: Array, most: float) -> tuple[int, Array]:
-    """The joint beside which most gains are sure, and the deviations beside it."""
-    var = np.diag(C)[None, :] + np.diag(C)[:, None] - 2.0 * C  # of log g_j - log g_r, r first
-    std = np.sqrt(np.maximum(var, 0.0))
-    sure = (std <= most).sum(axis=1)
-    size = np.minimum(std, most).sum(axis=1)
-    best = min(range(len(C)), key=lambda r: (-int(sure[r]), float(size[r])))
-    return best, std[best]
+def _surest(C: Array, most: float) -> int:
+    """The joint beside which most gains are sure."""
+    std = _beside(C)
+    sure = [int(np.count_nonzero(row)) for row in std <= most]
+    size = [float(np.sum(row)) for row in np.minimum(std, most)]
+    return min(range(len(C)), key=lambda r: (-sure[r], size[r]))
+
+
+def _beside(C: Array) -> Array:
+    """Deviation of log |g_j| - log |g_r|, shape (n, n), r first."""
+    return np.sqrt(np.maximum(np.diag(C)[None, :] + np.diag(C)[:, None] - 2.0 * C, 0.0))
 
 
 def _inertial(
@@ -177,7 +184,7 @@ def _inertial(
         by_gain = gain_sensitivity(final, gains)[:count]
         shares.append(by_gain @ gains.log_covariance @ by_gain.T)
     std = np.sqrt(np.maximum(sum((np.diag(share) for share in shares), np.zeros(count)), 0.0))
-    shown = final.fit.theta_influence[:count].any(axis=1)
+    shown = [bool(row.any()) for row in final.fit.theta_influence[:count]]
     return tuple(
         Parameter(
             name=base.names[place],

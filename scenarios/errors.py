@@ -185,6 +185,14 @@ class ForeignAnswers(ScenarioError):
     """A file that holds no answers to problems."""
 
 
+class SeenBefore(ScenarioError):
+    """A recording that is to prove gains, and that they were found from."""
+
+
+class WrongGains(ScenarioError):
+    """A file that holds no drive gains, or such as cannot be."""
+
+
 class MethodError(ScenarioError):
     """A call of a method that gave no answer: counted, never raised to the user."""
 

@@ -39,3 +39,7 @@ class NotConverged(IdentificationError):
 
 class Contradiction(IdentificationError):
     """Data that fit no arm of this model with this payload: a sign, a zero, a column or the model is mistaken."""
+
+
+class LogDescriptionError(IdentificationError):
+    """What is said of a foreign log cannot be meant."""

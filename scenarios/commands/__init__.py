@@ -14,6 +14,7 @@ COMMANDS = {
     "compare": "methods side by side on scenarios, yours included",
     "excite": "search for a motion that shows a scenario's gains best",
     "view": "show the motions of a scenario, in MuJoCo's viewer or as a picture",
+    "convert": "any log to a recording: CSV, UR RTDE, ROS 2 bag, MCAP, Parquet, NumPy",
     "identify": "identify the gains of a robot from recordings",
     "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
 }

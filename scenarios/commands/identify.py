@@ -6,8 +6,10 @@ import time
 import scenarios.commands.arguments as arguments
 from ident.estimators import DEFAULT, ESTIMATORS
 from ident.identification import Recorded, identify_motions
+from ident.logs.description import LogDescription
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
+from scenarios.commands.log_arguments import add_log_arguments, log_description
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
@@ -20,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
     add_motion_arguments(parser)
+    add_log_arguments(parser)
     add(
         "--coupling",
         type=arguments.count,
@@ -49,7 +52,8 @@ def main(options: argparse.Namespace) -> Status:
     files = mounted_files(options.given)
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         structure = structure_of(read_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
-        motions = in_order_of_time([motion for each in files for motion in _read(each)])
+        said = log_description(options, structure.arm.joint_names)
+        motions = in_order_of_time([motion for each in files for motion in _read(each, said)])
         started = time.perf_counter()
         found = identify_motions(
             motions,
@@ -67,11 +71,14 @@ def main(options: argparse.Namespace) -> Status:
     return Status.PASSED
 
 
-def _read(files: MountedFiles) -> list[Recorded]:
-    """The motions of one mounting."""
+def _read(files: MountedFiles, said: LogDescription) -> list[Recorded]:
+    """The motions of one mounting; how a foreign log was read is told at once."""
     from ident.payload_files import read_payload
-    from ident.recording_files import read_recording
+    from ident.recording_files import read_log
 
-    recordings = [read_recording(path) for path in files.recordings]
+    logs = [read_log(path, said) for path in files.recordings]
+    for log in logs:
+        for note in log.notes:
+            complain(f"{log.recording.name}: {note}")
     payload = None if files.payload is None else read_payload(files.payload)
-    return [Recorded(recording, payload) for recording in recordings]
+    return [Recorded(log.recording, payload) for log in logs]

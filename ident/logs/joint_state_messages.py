@@ -112,6 +112,15 @@ def alike(rows: np.ndarray, layout: MessageLayout) -> np.ndarray:
     return same
 
 
+def alike_bytes(row: np.ndarray, layout: MessageLayout) -> bytes:
+    """What messages that are alike have in common: all but the numbers of one, shape (length,)."""
+    start, found = 0, list[bytes]()
+    for first, last in (*layout.numbers, (len(row), len(row))):
+        found.append(row[start:first].tobytes())
+        start = last
+    return b"".join(found)
+
+
 def _numbers(rows: np.ndarray, start: int, kind: str, count: int) -> np.ndarray:
     size = np.dtype(kind).itemsize * count
     return np.ascontiguousarray(rows[:, start : start + size]).view(kind).reshape(len(rows), count)

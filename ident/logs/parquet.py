@@ -109,7 +109,8 @@ def _numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
     if pa.types.is_timestamp(kind):
         return seconds(column)
     try:
-        return np.asarray(column.cast(pa.float64()).to_numpy(), dtype=np.float64)
+        exact = not pa.types.is_integer(column.type)  # nanoseconds since 1970 are whole numbers beyond float64's
+        return np.asarray(column.cast(pa.float64(), safe=exact).to_numpy(), dtype=np.float64)
     except pa.ArrowException as error:
         raise RecordingError(
             f"{one_line(path)}: column {one_line(name)} of type {kind}: {one_line(error)}; write float64"

@@ -128,12 +128,12 @@ def _check_complete(path: Path, found: LogDescription, *, own: bool) -> None:
                 f"{place}: which column{'' if kind == 't' else 's'} {what} {'is' if kind == 't' else 'are'} is not "
                 f"said: {kind}=NAME.. of --columns, or [{kind}] of a log description"
             )
-        if not channels.unit and not (kind == "v" and (own or found.signal is None)):
+        if not channels.unit and not (kind == "v" and found.signal is None):
             raise RecordingError(
                 f"{place}: the unit of {what} is not said: {kind}=NAME..[unit] of --columns, or unit of [{kind}] in a "
                 "log description"
             )
-    if found.signal is None and not own:
+    if found.signal is None and (found.v.unit or not own):
         raise RecordingError(
             f"{place}: what {listed(found.v.columns, 3)} is has to be said, with --signal or in a log description: "
             f"{kinds()}"

@@ -18,9 +18,9 @@ from ident.file_access import check_file
 from ident.logs.columns import MOST_VALUES, Columns, LogFormat, Request, listed
 from ident.logs.joint_state_messages import (
     JointStates,
-    MessageLayout,
     NotJointStates,
     alike,
+    alike_bytes,
     joint_states,
     message_layout,
 )
@@ -91,10 +91,21 @@ def _broken() -> tuple[type[Exception], ...]:
     """What the library raises at files that are none, or are damaged."""
     import apsw
     from rosbags.rosbag2 import ReaderError
+    from rosbags.rosbag2.storage_mcap import zstd
     from ruamel.yaml.error import YAMLError
 
     plain = (OSError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError, AssertionError)
-    return (ReaderError, apsw.Error, YAMLError, struct.error, RuntimeError, MemoryError, OverflowError, *plain)
+    return (
+        ReaderError,
+        apsw.Error,
+        YAMLError,
+        zstd.ZstdError,
+        struct.error,
+        RuntimeError,
+        MemoryError,
+        OverflowError,
+        *plain,
+    )
 
 
 def _connections(path: Path, reader: "Reader", request: Request) -> "list[Connection]":
@@ -159,7 +170,7 @@ def _of_one_length(times: list[int], messages: list[bytes]) -> Messages:
 def _groups(path: Path, messages: Messages) -> dict[_Key, list[_Logged]]:
     """Numbers of all messages, those of the same joints together."""
     groups: dict[_Key, list[_Logged]] = {}
-    values, layouts = 0, set[MessageLayout]()
+    values, kinds = 0, set[bytes]()
     for times, rows in messages:
         while len(rows):
             try:
@@ -167,9 +178,9 @@ def _groups(path: Path, messages: Messages) -> dict[_Key, list[_Logged]]:
             except NotJointStates as error:
                 raise RecordingError(f"{one_line(path)}: a message is no {TYPE}: {error}") from error
             same = alike(rows, layout)
-            layouts.add(layout)
+            kinds.add(alike_bytes(rows[0], layout))
             values += int(same.sum()) * (2 * len(layout.names) + 1)
-            if len(layouts) > MOST_LAYOUTS:
+            if len(kinds) > MOST_LAYOUTS:
                 raise RecordingError(f"{one_line(path)}: over {MOST_LAYOUTS} kinds of messages on one topic")
             if values > MOST_VALUES:
                 raise RecordingError(f"{one_line(path)}: over {MOST_VALUES} numbers on one topic; take a part of it")

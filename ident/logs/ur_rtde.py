@@ -28,7 +28,7 @@ def target(path: Path, names: Sequence[str], said: LogDescription) -> LogDescrip
 
 def taken(columns: Sequence[str]) -> bool:
     """Whether some columns are currents of this layout."""
-    return all(re.fullmatch(COLUMNS, name) for name in columns)
+    return all(re.fullmatch("(?:actual|target)_current_[0-5]", name) for name in columns)
 
 
 def _with(names: Sequence[str], said: LogDescription, current: str) -> LogDescription | None:

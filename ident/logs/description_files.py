@@ -168,7 +168,12 @@ def _text(said: _Table) -> TextLayout:
 def _is_encoding(name: str) -> bool:
     try:
         codecs.lookup(name)
-        b"".decode(name)
     except (LookupError, ValueError):
         return False
+    try:
+        b"a".decode(name)
+    except LookupError:  # one of bytes to bytes
+        return False
+    except UnicodeError:
+        return True
     return True

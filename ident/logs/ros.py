@@ -95,17 +95,8 @@ def _broken() -> tuple[type[Exception], ...]:
     from ruamel.yaml.error import YAMLError
 
     plain = (OSError, EOFError, ValueError, TypeError, KeyError, IndexError, AttributeError, AssertionError)
-    return (
-        ReaderError,
-        apsw.Error,
-        YAMLError,
-        zstd.ZstdError,
-        struct.error,
-        RuntimeError,
-        MemoryError,
-        OverflowError,
-        *plain,
-    )
+    other = (struct.error, RuntimeError, MemoryError, OverflowError)
+    return (ReaderError, apsw.Error, YAMLError, zstd.ZstdError, *plain, *other)
 
 
 def _connections(path: Path, reader: "Reader", request: Request) -> "list[Connection]":

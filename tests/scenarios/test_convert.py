@@ -160,7 +160,7 @@ def pair(tmp_path_factory) -> Path:
     return folder
 
 
-def gains(folder: Path, ending: str, capsys, *words: str) -> list[float]:
+def gains(folder: Path, ending: str, capsys, *words: str) -> list[float | None]:
     files = ["--model", "arm.xml", "--unloaded", f"bare{ending}", "--loaded", f"loaded{ending}"]
     files += ["--payload", "payload.toml"]
     paths = [word if word.startswith("--") else str(folder / word) for word in files]
@@ -170,10 +170,12 @@ def gains(folder: Path, ending: str, capsys, *words: str) -> list[float]:
 
 def test_a_bag_gives_the_gains_of_the_same_recording(pair, capsys):
     own = gains(pair, ".csv", capsys)
-    np.testing.assert_allclose(own, UR_GAIN[:3], rtol=0.05)  # three of the deviations of joint 1, the largest
+    assert own[0] is None  # its axis is vertical, and this motion too slow
+    np.testing.assert_allclose(own[1:], UR_GAIN[1:3], rtol=0.02)  # five of the larger deviation that is claimed
     words = ["--signal", "current", "--columns", "v=joint1.effort,joint2.effort,joint3.effort[mA]"]
-    # Header stamps are whole nanoseconds, the recordings' times are not.
-    np.testing.assert_allclose(gains(pair, "", capsys, *words), own, rtol=1e-6)
+    found = gains(pair, "", capsys, *words)
+    assert found[0] is None
+    np.testing.assert_allclose(found[1:], own[1:], rtol=1e-6)  # header stamps are whole nanoseconds
 
 
 def test_how_a_foreign_log_was_read_is_told_beside_the_gains(pair, capsys):

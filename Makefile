@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs methods coverage protocols schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs excitation methods coverage predicted protocols schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -35,6 +35,9 @@ docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py
 	$(BIN)/python docs/accuracy.py
 
+excitation: .venv/ready  # random against searched motions, a table for every built-in robot: minutes each
+	$(BIN)/python docs/excitation.py
+
 COMPARED ?= $(wildcard out/methods/*)
 
 methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
@@ -50,6 +53,11 @@ COVERED ?= $(wildcard out/coverage/*)
 
 coverage: .venv/ready  # from the folders that rx90 monte-carlo left, those of out/coverage unless COVERED names others
 	$(BIN)/python docs/coverage.py $(COVERED)
+
+STUDIES ?= nominal out/budget
+
+predicted: .venv/ready  # scenarios, each with the folder that rx90 sensitivity left of it
+	$(BIN)/python docs/predicted.py $(STUDIES)
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.files.json_schema

@@ -14,6 +14,7 @@ import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel ins
 from ident.arrays import Array, readonly
 from ident.errors import RobotModelError
 from ident.model_files import minimal_model
+from ident.model_files.chain import NAME_IT
 from ident.naming import one_line
 from ident.quiet import captured_stderr
 
@@ -58,12 +59,14 @@ class Arm:
         return len(self.joint_names)
 
 
-def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = ()) -> Arm:
+def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> Arm:
     """Read an arm from an MJCF (`.xml`, `.mjcf`) or URDF (`.urdf`) file.
 
     Args:
         path: The model file. Meshes are not read.
         couplings: Pairs of coupled joints, from 0; no model file tells them.
+        flange: Last body of the arm; joints that do not lead to it are held where they are drawn. None where all
+            joints are the arm's.
 
     Returns:
         The arm's kinematics.
@@ -72,7 +75,7 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = ()) -> A
         RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
             and prismatic joints, or a coupling names a joint that is not there.
     """
-    model = load_pinocchio(path)
+    model = load_pinocchio(path, flange=flange)
     try:
         arm = arm_from_pinocchio(model)
     except RobotModelError as error:
@@ -88,13 +91,13 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = ()) -> A
     return replace(arm, couplings=couplings)
 
 
-def load_pinocchio(path: str | Path) -> pin.Model:
+def load_pinocchio(path: str | Path, *, flange: str | None = None) -> pin.Model:
     """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
 
     Raises:
         RobotModelError: If the file is missing, of an unknown kind or unreadable, or a number of it cannot be meant.
     """
-    minimal = minimal_model(Path(path))
+    minimal = minimal_model(Path(path), flange)
     with captured_stderr() as printed:  # urdfdom prints its reasons and raises none
         try:
             model = READERS[minimal.kind](minimal.text)
@@ -134,7 +137,9 @@ def arm_from_pinocchio(model: pin.Model) -> Arm:
     for j in range(n):
         joint, name = model.joints[j + 1], model.names[j + 1]
         if model.parents[j + 1] != j:
-            raise RobotModelError(f"robot {model.name}: joint {name} branches off; only serial arms are supported")
+            raise RobotModelError(
+                f"robot {model.name}: joint {name} branches off; only serial arms are supported; {NAME_IT}"
+            )
         axis[j], revolute[j] = _axis(joint, name)
         if joint.nq == 1:  # an unbounded revolute joint is stored as cosine and sine, without limits
             lower[j], upper[j] = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]

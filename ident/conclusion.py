@@ -34,7 +34,8 @@ def concluded(
     }
     for k, j in enumerate(solution.joints.tolist()):
         gain, expected = 1.0 / float(solution.inverse[k]), float(predicted[k])
-        reason = refusal(expected, float(solution.load_rms[k]), options.max_rel_std)
+        unit = "N m" if problem.structure.arm.revolute[j] else "N"
+        reason = refusal(expected, float(solution.load_rms[k]), options.max_rel_std, unit)
         if reason is not None:
             joints[j] = RefusedGain(joint=problem.joint_name(j), reason=reason, predicted_rel_std=expected)
             continue

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import signal
 
 from ident.arrays import Array, Mask
-from ident.signals import Decimator
+from ident.signals import Decimator, group_means
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,6 +21,8 @@ class FullRate:
         period: Time from one sample to the next [s].
         cutoff_hz: Low-pass of the positions [Hz].
         decimator: What makes rows of samples.
+        edge: Samples of the recording that are left out at either end.
+        group: Samples of the recording that one sample here is the mean of.
     """
 
     q: Array
@@ -29,6 +32,31 @@ class FullRate:
     period: float
     cutoff_hz: float
     decimator: Decimator
+    edge: int
+    group: int
+
+    def sampled(self, x: Array) -> Array:
+        """A signal at the rate of the recording as the samples here have it, shape (N, ...)."""
+        return group_means(x[self.edge : max(self.edge, len(x) - self.edge)], self.group)
+
+    def spread(self, row_weights: Array, joint: int, samples: int) -> Array:
+        """Weights of a recording's samples in a weighted sum of a joint's rows: `decimated` of `sampled`, transposed.
+
+        Args:
+            row_weights: Shape (rows,).
+            joint: The joint, from 0.
+            samples: Of the recording.
+
+        Returns:
+            Shape (samples,).
+        """
+        felt = signal.upfirdn(self.decimator.kernel, row_weights, up=self.decimator.factor)
+        here = np.zeros(len(self.q))
+        here[: len(felt)] = felt
+        weights = np.zeros(samples)
+        inner = np.repeat(np.where(self.moving[:, joint], here, 0.0) / self.group, self.group)
+        weights[self.edge : self.edge + len(inner)] = inner
+        return weights
 
     def decimated(self, x: Array, joint: int) -> Array:
         """A signal of a joint, cleared of reversals and decimated like its current, shape (rows,).

@@ -178,7 +178,17 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     moving = _moving(structure, dq, options.reversal_speed)
     V, W = reduced(structure, (q, dq, ddq), v, moving, D)
     joints = (_kept(structure, j, V, W[j], middle, period * D.factor, options) for j in range(n))
-    behind = FullRate(q=q, dq=dq, ddq=ddq, moving=moving, period=period, cutoff_hz=options.cutoff_hz, decimator=D)
+    behind = FullRate(
+        q=q,
+        dq=dq,
+        ddq=ddq,
+        moving=moving,
+        period=period,
+        cutoff_hz=options.cutoff_hz,
+        decimator=D,
+        edge=edge,
+        group=group,
+    )
     return Observation(structure, tuple(joints), tuple(notes), behind)
 
 

@@ -83,7 +83,7 @@ def _check_steps(recording: Recording, j: int) -> None:
             raise RecordingError(f"{what}, a turn of {name}: the angles are wrapped; unwrap them with {repair}")
     more = f", and {int(jumps.sum()) - 1} more such steps" if jumps.sum() > 1 else ""
     raise RecordingError(
-        f"{what}, faster than {FASTEST:g} rad/s{more}; no joint moves like that, remove or repair those samples"
+        f"{what}, faster than {FASTEST:g} rad/s or m/s{more}; no joint moves like that, remove or repair those samples"
     )
 
 

@@ -1,19 +1,20 @@
 """The rule that refuses a gain: a deviation to expect beyond the one that was allowed."""
 
 
-def refusal(predicted_rel_std: float, load_rms: float, max_rel_std: float) -> str | None:
+def refusal(predicted_rel_std: float, load_rms: float, max_rel_std: float, unit: str) -> str | None:
     """Why a gain is refused, None if it is not.
 
     Args:
         predicted_rel_std: Relative standard deviation to expect.
-        load_rms: Root mean square of the payload's torque on the joint [N m].
+        load_rms: Root mean square of the payload's torque or force on the joint.
         max_rel_std: Largest one that is allowed.
+        unit: Of `load_rms`.
     """
     if predicted_rel_std <= max_rel_std:
         return None
     return (
         f"predicted standard deviation {_percent(predicted_rel_std)} of the gain exceeds {_percent(max_rel_std)}; "
-        f"the payload puts {load_rms:.3g} N m rms on this joint"
+        f"the payload puts {load_rms:.3g} {unit} rms on this joint"
     )
 
 

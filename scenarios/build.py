@@ -2,20 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from functools import lru_cache
 
 import numpy as np
 
-from ident.arm import load_arm
 from ident.arrays import Array
 from ident.payload import Payload
-from ident.structure import Structure, structure_of
+from ident.structure import Structure
 from scenarios.errors import WrongLength
 from scenarios.files.motions import read_motion
 from scenarios.files.mountings import BARE, by_mounting, motion_names, mountings
 from scenarios.files.resolved import Resolved, believed_payloads, resolved
 from scenarios.files.schema import BodyTable, Scenario
 from scenarios.robots import robot
+from scenarios.robots import structure as believed_structure
 from sim.controller import ControllerBelief
 from sim.drives import DriveTruth
 from sim.experiment import Experiment
@@ -54,6 +53,47 @@ class Bench:
         return tuple(self.payloads.get(name) for name in self.protocol)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """A scenario's robot, whatever it is moved by.
+
+    Attributes:
+        scenario: Where it came from, every number stated.
+        plants: The truth, by mounting.
+        structure: Identifiable structure of the arm, from its kinematics.
+    """
+
+    scenario: Resolved
+    plants: Mapping[str, Plant]
+    structure: Structure
+
+    @property
+    def plant(self) -> Plant:
+        """That of the first mounting."""
+        return next(iter(self.plants.values()))
+
+
+def cell(scenario: Scenario) -> Cell:
+    """Prepare a scenario's robot.
+
+    Raises:
+        WrongLength: If arrays do not fit the arm.
+        ScenarioError: One of its kinds, if the scenario names a robot or payload that does not exist or is impossible.
+        SimulationError: One of its kinds, if robot or plant are impossible.
+        RobotModelError: If the robot's model file is no arm.
+    """
+    ready = resolved(scenario)
+    table = ready.table
+    arm = robot(table.robot, scenario.folder)
+    if len(table.tolerance.gain) != arm.n:
+        raise WrongLength(
+            f"{scenario.name}: tolerance.gain has {len(table.tolerance.gain)} values, but robot {arm.name} has {arm.n} "
+            "joints; state arrays of plant, belief and tolerance for this robot, one value a joint"
+        )
+    structure = believed_structure(arm, tuple((first - 1, second - 1) for first, second in table.belief.couplings))
+    return Cell(ready, true_plants(ready), structure)
+
+
 def bench(scenario: Scenario) -> Bench:
     """Prepare a scenario.
 
@@ -61,28 +101,22 @@ def bench(scenario: Scenario) -> Bench:
         WrongLength: If arrays or the motion do not fit the arm.
         ScenarioError: One of its kinds, if it names a payload or motion that does not exist or is impossible.
     """
-    ready = resolved(scenario)
-    table = ready.table
-    structure = _believed_structure(table.belief.couplings)
-    if len(table.tolerance.gain) != structure.arm.n:
-        raise WrongLength(f"{scenario.name}: tolerance.gain: the arm has {structure.arm.n} joints")
-    protocol = table.experiment.protocol
-    plants = true_plants(ready)
-    plant = next(iter(plants.values()))
+    ready = cell(scenario)
+    table, plant = ready.scenario.table, ready.plant
+    protocol, n = table.experiment.protocol, plant.robot.n
     motion = read_motion(table.experiment.motion, scenario.folder)
-    if motion.n != structure.arm.n:
-        raise WrongLength(
-            f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {structure.arm.n}"
-        )
+    if motion.n != n:
+        raise WrongLength(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
     belief = ControllerBelief(
         mjcf=plant.robot.model,
         gain=table.belief.controller_gain,
         rotor_inertia=tuple(plant.robot.drives.rotor_inertia.tolist()),
+        flange=plant.robot.flange,
     )
     experiments = tuple(
         Experiment(
             name=name,
-            plant=plants.get(carried, plant),
+            plant=ready.plants.get(carried, plant),
             loaded=carried != BARE,
             trajectory=motion,
             belief=belief,
@@ -95,24 +129,18 @@ def bench(scenario: Scenario) -> Bench:
         )
         for earlier, (name, carried) in enumerate(zip(motion_names(protocol), protocol, strict=True))
     )
-    believed = believed_payloads(ready)
-    return Bench(ready, experiments, structure, {name: believed[name] for name in mountings(protocol)})
+    believed = believed_payloads(ready.scenario)
+    return Bench(ready.scenario, experiments, ready.structure, {name: believed[name] for name in mountings(protocol)})
 
 
 def true_plants(scenario: Resolved) -> dict[str, Plant]:
     """The truth of a scenario, by mounting: one robot, with the payload that it carries then."""
-    stated, arm = scenario.table.plant, robot()
+    stated, arm = scenario.table.plant, robot(scenario.table.robot, scenario.folder)
     drives = DriveTruth(**{field.name: np.array(getattr(stated, field.name)) for field in fields(DriveTruth)})
     return {
         name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=stated.errors)
         for name, body in by_mounting(stated.payload, stated.payloads).items()
     }
-
-
-@lru_cache(maxsize=16)
-def _believed_structure(couplings: tuple[tuple[int, int], ...]) -> Structure:
-    """Of the arm as drawn, with the couplings that are believed, joints from 1: the same for every trial."""
-    return structure_of(load_arm(robot().model, tuple((first - 1, second - 1) for first, second in couplings)))
 
 
 def _true_payload(body: str | BodyTable) -> PayloadBody:

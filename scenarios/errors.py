@@ -69,6 +69,22 @@ class NoSources(StudyError):
     """A sensitivity study of a scenario without error sources, or without a gain they could cost."""
 
 
+class NotLinear(StudyError):
+    """A method whose errors have no first order to be predicted from."""
+
+
+class NotAPair(StudyError):
+    """A protocol without a bare and a loaded motion, which a design needs."""
+
+
+class NotPredicted(StudyError):
+    """A source whose cost first order does not tell."""
+
+
+class NoMoments(StudyError):
+    """A draw whose numbers have no mean or no deviation."""
+
+
 class NoGains(StudyError):
     """A sensitivity study in which no trial gave some joint a gain."""
 
@@ -139,6 +155,14 @@ class WrongJointNames(ScenarioError):
 
 class NoJointWanted(ScenarioError):
     """A motion is searched for a scenario that wants no gain."""
+
+
+class NothingCarried(ScenarioError):
+    """A motion or payload is designed for a scenario that mounts no payload."""
+
+
+class NoWeight(ScenarioError):
+    """A payload is designed, and no weight may be mounted."""
 
 
 class MotionTooFine(ScenarioError):

@@ -16,12 +16,25 @@ from ident.arrays import Array
 from ident.errors import RobotModelError
 from ident.model_files import minimal_model
 from ident.naming import one_line
+from ident.parameters import INERTIAL, STANDARD
+from ident.payload import standard_parameters
 from ident.quiet import captured_stderr
+from ident.regressor import regressor
+from sim.compile import bare_arm
+from sim.controller import inverse_dynamics
+from sim.errors import ModelFileError
+from sim.held import hold_all_but_arm
+from sim.plant import PayloadBody
+from sim.robot import Robot
 
 STATES = 4
 """Random positions of all joints that are compared; one would do, were no axis ever hit by chance."""
 TOLERANCE = 1e-6
 """Difference of an axis or of gravity, as a share of its size, and of an anchor in shares of the arm's reach."""
+ROUNDING = 1e-12
+"""Of torques that are subtracted, as a share of their size; an arm of a ton leaves more than a payload's millionth."""
+PROBE = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
+"""A payload without any symmetry."""
 UNUSED = (
     "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
     "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",
@@ -29,18 +42,19 @@ UNUSED = (
 """What a model holds that moves no joint axis; files of meshes are often missing."""
 
 
-def read_arm(path: Path, couplings: tuple[tuple[int, int], ...]) -> Arm:
+def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
     """Read an arm and have MuJoCo confirm its kinematics.
 
     Args:
         path: MJCF or URDF file.
         couplings: Pairs of coupled joints, from 0.
+        flange: Last body of the arm; joints that do not lead to it are held.
 
     Raises:
         RobotModelError: If it cannot be read, or the two readings differ; names the first joint that does.
     """
-    arm = load_arm(path, couplings)
-    model = _mujoco_model(path)
+    arm = load_arm(path, couplings, flange=flange)
+    model = _mujoco_model(path, flange)
     if model is not None:
         check_same_kinematics(arm, model, path)
     return arm
@@ -77,6 +91,26 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
             raise RobotModelError(f"{where}: the {what} of joint {arm.joint_names[j]}{advice}")
 
 
+def check_same_payload(arm: Arm, robot: Robot) -> None:
+    """Compare what a payload adds to the torques at random states, by the identification model and by MuJoCo.
+
+    Its frame, that of the last link, must be the same for both.
+
+    Raises:
+        RobotModelError: If they differ.
+    """
+    q, dq, ddq = np.random.default_rng(0).uniform(-2.0, 2.0, (3, STATES, arm.n))
+    models = (bare_arm(robot.model, robot.drives.rotor_inertia, robot.flange, body) for body in (PROBE, None))
+    loaded, bare = (inverse_dynamics(model, q, dq, ddq) for model in models)
+    W = regressor(arm, q, dq, ddq)[..., len(STANDARD) * (arm.n - 1) :][..., : len(INERTIAL)]
+    torque = W @ standard_parameters(PROBE.mass, PROBE.com, PROBE.inertia)
+    if np.abs(loaded - bare - torque).max() > TOLERANCE * np.abs(torque).max() + ROUNDING * np.abs(loaded).max():
+        raise RobotModelError(
+            f"robot model {one_line(robot.model)}: Pinocchio and MuJoCo put a payload on the last link at "
+            "different places; let MuJoCo write it anew (mj_saveLastXML), or simplify what is unusual there"
+        )
+
+
 def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
     """Anchor [m] and axis of every joint in the world, both (n, 3), at positions q (n,)."""
     R, p = np.eye(3), np.zeros(3)
@@ -99,9 +133,9 @@ def _turned(axis: Array, angle: float) -> Array:
     return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
 
 
-def _mujoco_model(path: Path) -> mujoco.MjModel | None:
+def _mujoco_model(path: Path, flange: str | None) -> mujoco.MjModel | None:
     """MuJoCo's reading of a file without what moves no joint; None if it cannot read a URDF."""
-    minimal = minimal_model(path)
+    minimal = minimal_model(path, flange)
     try:
         with captured_stderr():
             spec = (
@@ -109,12 +143,15 @@ def _mujoco_model(path: Path) -> mujoco.MjModel | None:
                 if minimal.kind == "mjcf"
                 else mujoco.MjSpec.from_string(minimal.text)
             )
+            hold_all_but_arm(spec, flange if minimal.kind == "mjcf" else None)
             for kind in UNUSED:
                 for element in list(getattr(spec, kind)):
                     spec.delete(element)
             spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
             spec.compiler.balanceinertia = True
             return spec.compile()
+    except ModelFileError as error:
+        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
     except ValueError as error:
         if minimal.kind == "urdf":
             return None

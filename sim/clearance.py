@@ -1,37 +1,81 @@
 """How far the moving parts of an arm stay from the floor and from the rest of the arm."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
 import mujoco
 import numpy as np
 
 from ident.arrays import Array
+from sim.capsules import add_capsules, has_shapes
 from sim.compile import mount_payload
+from sim.drawn import full_spec
+from sim.flange import flange_of
 from sim.plant import PayloadBody, Plant
+from sim.quiet import quiet
+
+PLANE = mujoco.mjtGeom.mjGEOM_PLANE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solid:
+    """A box or a cylinder of a payload.
+
+    Attributes:
+        cylinder: Whether it is a cylinder about its z, else a box.
+        size: Radius and half length of a cylinder, half edges of a box [m].
+        center: In the frame of the last link [m], shape (3,).
+        rotation: Its axes as columns in that frame, shape (3, 3).
+    """
+
+    cylinder: bool
+    size: tuple[float, ...]
+    center: Array
+    rotation: Array
 
 
 class Clearance:
-    """Distance queries on the shapes of a model, payload included.
+    """Distance queries on the shapes of a model, payload included; on capsules where the arm has no shapes.
 
-    Parent and child links touch by design and are not compared; neither are links that share a neighbour.
+    Parent and child links touch by design and are not compared; neither are links that share a neighbour. What stands
+    still is the base, but for planes, which are compared with every link, and for what stands beside the arm (a table),
+    which is compared with all links but the first.
     """
 
-    def __init__(self, plant: Plant, margin: float) -> None:
+    @quiet()
+    def __init__(self, plant: Plant, margin: float, solids: Sequence[Solid] | None = None) -> None:
         """Prepare the model.
 
         Args:
-            plant: The arm; a cylinder of the payload's principal inertia stands for the payload.
+            plant: The arm and its payload.
             margin: Distances above it are not measured [m].
+            solids: Shapes of the payload; None for a cylinder of its principal inertia.
         """
-        spec = mujoco.MjSpec.from_file(str(plant.robot.model))
+        spec = full_spec(plant.robot.model, plant.robot.flange)
         spec.option.disableflags = 0
+        _name_bodies(spec)
+        _set_planes_apart(spec)
+        neighbours: list[tuple[str, str]] = []
+        if not has_shapes(spec):
+            flange = flange_of(plant.robot)
+            bodies = add_capsules(spec, flange.origin if flange.name else None)
+            neighbours = list(pairwise(bodies))
+        groups = _groups(spec)
         body = mount_payload(spec, plant.payload)
-        add_payload_shape(body, plant.payload)
+        if solids is None:
+            add_payload_shape(body, plant.payload)
+        for solid in solids or ():
+            add_solid(body, solid)
         for geom in spec.geoms:
             geom.contype = geom.conaffinity = 1
             geom.margin = margin
-        chain = ["base", *(joint.parent.name for joint in spec.joints), "payload"]
-        for i, name in enumerate(chain):
-            for other in chain[i + 1 : i + 3]:
-                spec.add_exclude(bodyname1=name, bodyname2=other)
+        chain = [*groups, [body.name]]
+        for i, names in enumerate(chain):
+            neighbours += [(one, other) for close in chain[i + 1 : i + 3] for one in names for other in close]
+        neighbours += [(one, other) for one in _beside(spec) for other in groups[1]]
+        for one, other in dict.fromkeys(neighbours):
+            spec.add_exclude(bodyname1=one, bodyname2=other)
         self._margin = margin
         self._model = spec.compile()
         self._data = mujoco.MjData(self._model)
@@ -62,3 +106,54 @@ def add_payload_shape(body: mujoco.MjsBody, payload: PayloadBody) -> None:
     radius = np.sqrt(2.0 * izz / payload.mass)
     length = np.sqrt(max(6.0 * (ixx + iyy) / payload.mass - 3.0 * radius**2, 1e-4))
     body.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=[radius, 0.5 * length, 0], pos=payload.com)
+
+
+def add_solid(body: mujoco.MjsBody, solid: Solid) -> None:
+    """Give a mounted payload a shape."""
+    kind = mujoco.mjtGeom.mjGEOM_CYLINDER if solid.cylinder else mujoco.mjtGeom.mjGEOM_BOX
+    quat = np.empty(4)
+    mujoco.mju_mat2Quat(quat, np.ascontiguousarray(solid.rotation).ravel())
+    size = [*solid.size, 0.0][:3]
+    body.add_geom(type=kind, size=size, pos=solid.center, quat=quat, mass=0.0)
+
+
+def _name_bodies(spec: mujoco.MjSpec) -> None:
+    """Pairs that are left out are named."""
+    for k, body in enumerate(spec.bodies):
+        if not body.name:
+            body.name = f"unnamed_body_{k}"
+
+
+def _set_planes_apart(spec: mujoco.MjSpec) -> None:
+    """Planes of the world as bodies of their own: the base, which may be the world too, is left out near its joint."""
+    planes = [geom for geom in spec.geoms if geom.type == PLANE and geom.parent.name == "world"]
+    if not planes:
+        return
+    model = spec.compile()
+    for k, geom in enumerate(planes):
+        pos, quat, size = model.geom_pos[geom.id], model.geom_quat[geom.id], model.geom_size[geom.id]
+        apart = spec.worldbody.add_body(name=f"plane_body_{k}", pos=pos, quat=quat)
+        apart.add_geom(type=PLANE, size=size)
+        spec.delete(geom)
+
+
+def _groups(spec: mujoco.MjSpec) -> list[list[str]]:
+    """Names of the bodies that move as one: the base, which does not move, then each link with what is fixed to it."""
+    links = [joint.parent for joint in spec.joints]
+    below = [{link.name, *_below(link)} for link in links] + [set[str]()]
+    moving = [sorted(mine - farther) for mine, farther in pairwise(below)]
+    planes = {geom.parent.name for geom in spec.geoms if geom.type == PLANE}
+    base = sorted({body.name for body in spec.bodies} - below[0] - planes - set(_beside(spec)))
+    return [base, *moving]
+
+
+def _beside(spec: mujoco.MjSpec) -> list[str]:
+    """Names of the bodies that stand still and carry no joint, planes left out."""
+    moving = {name for joint in spec.joints for name in (joint.parent.name, *_below(joint.parent))}
+    planes = {geom.parent.name for geom in spec.geoms if geom.type == PLANE}
+    still = [body for body in spec.bodies[1:] if body.name not in moving | planes]
+    return [body.name for body in still if not body.find_all(mujoco.mjtObj.mjOBJ_JOINT) and body.name != "payload"]
+
+
+def _below(body: mujoco.MjsBody) -> list[str]:
+    return [each.name for each in body.find_all("body")]

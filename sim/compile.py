@@ -57,12 +57,12 @@ def lean_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> 
 
 
 def _compiled(
-    read: Callable[[Path], mujoco.MjSpec], plant: Plant, *, loaded: bool, step: float, earlier: int
+    read: Callable[[Path, str | None], mujoco.MjSpec], plant: Plant, *, loaded: bool, step: float, earlier: int
 ) -> mujoco.MjModel:
     n, path = plant.robot.n, plant.robot.model
     build = Build(robot=plant.robot, drives=plant.drives, earlier=earlier, step=step)
     try:
-        spec = read(path)
+        spec = read(path, plant.robot.flange)
         if len(spec.joints) != n:
             raise ModelFileError(f"robot model {path}: {len(spec.joints)} joints, but {plant.robot.name} has {n}")
         mount_payload(spec, plant.payload if loaded else None)
@@ -74,28 +74,32 @@ def _compiled(
         model = spec.compile()
     except ValueError as error:
         mounted = f" with a payload of {plant.payload.mass:g} kg" if loaded else ""
-        raise ModelFileError(f"robot model {path}{mounted}: {str(error).splitlines()[0]}") from error
+        raise ModelFileError(f"robot model {path}{mounted}: {compiler_reason(error)}") from error
     _inject(model, plant, build)
     return model
 
 
 @quiet()
-def bare_arm(mjcf: Path, rotor_inertia: Array) -> mujoco.MjModel:
+def bare_arm(
+    mjcf: Path, rotor_inertia: Array, flange: str | None = None, payload: PayloadBody | None = None
+) -> mujoco.MjModel:
     """Compile the arm as drawn, with rotors and without friction: what a controller knows of it.
 
     Args:
         mjcf: Model file.
         rotor_inertia: Ia [kg m^2], shape (n,).
+        flange: Last body of the arm, None where all joints are its own.
+        payload: What it carries, None for nothing.
 
     Raises:
         ModelFileError: If the model file cannot be compiled or has another number of joints.
     """
     try:
-        spec = lean_spec(mjcf)
-        mount_payload(spec, None)
+        spec = lean_spec(mjcf, flange)
+        mount_payload(spec, payload)
         model = spec.compile()
     except ValueError as error:
-        raise ModelFileError(f"robot model {mjcf}: {str(error).splitlines()[0]}") from error
+        raise ModelFileError(f"robot model {mjcf}: {compiler_reason(error)}") from error
     if model.nv != len(rotor_inertia):
         believed = len(rotor_inertia)
         raise ModelFileError(f"robot model {mjcf}: {model.nv} joints, but the controller believes in {believed}")
@@ -107,9 +111,9 @@ def bare_arm(mjcf: Path, rotor_inertia: Array) -> mujoco.MjModel:
 
 
 def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.MjsBody:
-    """Weld the payload, or an empty body in its place, to the last link."""
-    last = spec.joints[-1].parent
-    body = last.add_body(name="payload", explicitinertial=True)
+    """Weld the payload, or an empty body in its place, to the last link; its frame has its origin on the last joint."""
+    joint = spec.joints[-1]
+    body = joint.parent.add_body(name="payload", pos=joint.pos, explicitinertial=True)
     if payload is not None:
         body.mass, body.ipos, body.fullinertia = payload.mass, payload.com, payload.inertia
     return body
@@ -149,6 +153,17 @@ def rotor_constants(model: mujoco.MjModel) -> Array:
     return np.concatenate((model.dof_armature[-model.nu :], model.tendon_armature[coupling_tendons(model)]))
 
 
+def compiler_reason(error: ValueError) -> str:
+    """What MuJoCo's compiler says, in one line that names the element."""
+    what, *details = str(error).removeprefix("Error: ").splitlines()
+    element = next(
+        (line.partition("'")[2].partition("'")[0] for line in details if line.startswith("Element name")), ""
+    )
+    if "mass and inertia of moving bodies" in what:
+        return f"link {element!r} has no mass or no moments of inertia; state an inertial with both"
+    return f"{what} (element {element!r})" if element else what
+
+
 def _give_drives(spec: mujoco.MjSpec) -> None:
     """One torque drive a joint, whatever the model file has: a servo there is not this plant's."""
     for actuator in spec.actuators:
@@ -172,5 +187,6 @@ def _inject(model: mujoco.MjModel, plant: Plant, build: Build) -> None:
     time_constant, damping_ratio = FRICTION_SOLREF
     model.dof_solref[:] = model.tendon_solref_fri[:] = (time_constant * build.step, damping_ratio)
     model.dof_solimp[:] = model.tendon_solimp_fri[:] = FRICTION_SOLIMP
+    model.jnt_range[model.jnt_limited == 0] = 0.0
     model.jnt_limited[:] = 0  # reaching a limit is an error of the run, not a stop to lean on
     mujoco.mj_setConst(model, mujoco.MjData(model))

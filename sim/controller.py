@@ -63,11 +63,13 @@ class ControllerBelief:
         mjcf: Model file of the bare arm.
         gain: Drive gains it divides by [N m / drive unit], one a joint, none zero.
         rotor_inertia: Ia [kg m^2], one a joint.
+        flange: Last body of the arm, None where all joints are its own.
     """
 
     mjcf: Path
     gain: tuple[float, ...]
     rotor_inertia: tuple[float, ...]
+    flange: str | None = None
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -128,7 +130,7 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
         ControllerError: If the believed arm cannot be compiled or does not fit.
     """
     gain = np.array(belief.gain, dtype=np.float64)
-    model = bare_arm(belief.mjcf, np.array(belief.rotor_inertia, dtype=np.float64))
+    model = bare_arm(belief.mjcf, np.array(belief.rotor_inertia, dtype=np.float64), belief.flange)
     if trajectory.n != model.nv:
         raise ControllerError(f"controller: the motion moves {trajectory.n} joints of an arm with {model.nv}")
     period = 1.0 / options.rate_hz

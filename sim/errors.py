@@ -49,6 +49,14 @@ class SequenceError(PlantError):
     """A motion of a robot with a memory, without the motion before it."""
 
 
+class LooseTransmission(PlantError):
+    """A transmission with play where a motion is to follow from torque alone."""
+
+
+class NoCurrent(PlantError):
+    """A plant whose friction takes all that a current gives."""
+
+
 class TrajectoryError(SimulationError):
     """A motion that breaks a limit before anything is simulated."""
 

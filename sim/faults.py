@@ -47,12 +47,13 @@ def _saturated(e: Experiment, model: mujoco.MjModel, v: Array) -> Saturated | No
 
 def _left_range(e: Experiment, model: mujoco.MjModel, q: Array) -> LimitReached | None:
     n = q.shape[1]  # joints of the arm; motors of their own come behind
-    beyond = (q < model.jnt_range[:n, 0]) | (q > model.jnt_range[:n, 1])
+    lower, upper = model.jnt_range[:n].T  # both 0 of a joint without a range
+    beyond = ((q < lower) | (q > upper)) & (lower < upper)
     if not beyond.any():
         return None
     k, j = np.argwhere(beyond)[0]
-    low, high = model.jnt_range[j]
+    unit = "m" if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE else "rad"
     return LimitReached(
-        f"{e.name}: {model.joint(j).name} at {q[k, j]:.3f} rad leaves its range {low:.3f} to {high:.3f} rad "
-        f"at t = {k / e.controller.rate_hz:.3f} s; use another motion or a stiffer controller"
+        f"{e.name}: {model.joint(j).name} at {q[k, j]:.3f} {unit} leaves its range {lower[j]:.3f} to {upper[j]:.3f} "
+        f"{unit} at t = {k / e.controller.rate_hz:.3f} s; use another motion or a stiffer controller"
     )

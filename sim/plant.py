@@ -11,7 +11,7 @@ from sim.robot import Robot
 HEAVIEST, FARTHEST, BULKIEST = 1e5, 1e2, 1e6
 """Largest mass [kg], distance of its centre [m] and moment of inertia [kg m^2] of a payload."""
 
-Layout = tuple[Path, tuple[bool, ...]]
+Layout = tuple[Path, str | None, tuple[bool, ...]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,4 +73,5 @@ class Plant:
 
 def layout(plant: Plant) -> Layout:
     """Plants of equal layout have compiled models of equal sizes, and may run in one batch."""
-    return plant.robot.model, tuple(effect.resizes(plant.errors) for effect in EFFECTS.values())
+    robot = plant.robot
+    return robot.model, robot.flange, tuple(effect.resizes(plant.errors) for effect in EFFECTS.values())

@@ -51,9 +51,11 @@ class GravitySpring:
 class Robot:
     """An arm of n joints; arrays have shape (n,).
 
+    Units are those of revolute joints; on a prismatic one they are N, m and kg in place of N m, rad and kg m^2.
+
     Attributes:
         name: As scenarios call it.
-        model: Model file of the bare arm; bodies and joints from base to flange.
+        model: Model file of the arm; bodies and joints from base to flange.
         drives: Its nominal drives.
         max_velocity: [rad/s].
         max_acceleration: [rad/s^2].
@@ -61,6 +63,9 @@ class Robot:
         frames: Bodies by the name of the distance, drawn in the model, that leads to them.
         couplings: Motors that turn with the sum of two joints.
         gravity_spring: None for an arm without.
+        flange: Last body of the arm in a model file that has more; joints that do not lead to it are held where they
+            are drawn. None where all joints are the arm's.
+        rated_load: Mass that it may carry [kg], None if nobody says.
 
     Raises:
         RobotError: If arrays do not fit each other, or a joint does not exist.
@@ -75,6 +80,8 @@ class Robot:
     frames: Mapping[str, str]
     couplings: tuple[Coupling, ...] = ()
     gravity_spring: GravitySpring | None = None
+    flange: str | None = None
+    rated_load: float | None = None
 
     @property
     def n(self) -> int:

@@ -111,11 +111,13 @@ class RobotTable(_Table):
 
     name: Source
     model: Source
+    flange: Source | None = None
     home: JointsTable
     drives: DrivesTable
     coupling: list[CouplingTable] = []
     frames: dict[str, str] = {}
     gravity_spring: SpringTable | None = None
+    rated_load: LengthTable | None = None
 
 
 def read_robot(path: Path) -> Robot:
@@ -147,6 +149,7 @@ def _robot(table: RobotTable, folder: Path) -> Robot:
     return Robot(
         name=table.name,
         model=folder / table.model,
+        flange=table.flange,
         drives=DriveTruth(
             gain=drives.gain.array(),
             amplifier_offset=drives.amplifier_offset.array(),
@@ -177,6 +180,7 @@ def _robot(table: RobotTable, folder: Path) -> Robot:
             radius=spring.radius.value,
             distance=spring.distance.value,
         ),
+        rated_load=None if table.rated_load is None else table.rated_load.value,
     )
 
 

@@ -76,6 +76,11 @@ def varied(
     """
     if not any(effect.varies(plant.errors) for effect in EFFECTS.values()):
         return None
+    return acting(plant, model, step=step, earlier=earlier, warmth=warmth)
+
+
+def acting(plant: Plant, model: mujoco.MjModel, *, step: float, earlier: int, warmth: Array | None = None) -> Varied:
+    """What acts on a plant in a control period, constant friction where nothing varies; arguments as `varied`."""
     constant, n = friction_constants(model), plant.robot.n
     turns = np.eye(len(constant), n)
     for row, coupling in zip(turns[n:], plant.robot.couplings, strict=False):  # no coupled motors, no rows

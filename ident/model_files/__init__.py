@@ -13,7 +13,7 @@ from ident.model_files.urdf import minimal_urdf
 from ident.model_files.xml_tree import Element, read_xml
 from ident.naming import one_line
 
-MODEL_FILES: dict[str, Callable[[Element, Path], MinimalModel]] = {
+MODEL_FILES: dict[str, Callable[[Element, Path, str | None], MinimalModel]] = {
     ".urdf": minimal_urdf,
     ".xml": minimal_mjcf,
     ".mjcf": minimal_mjcf,
@@ -21,8 +21,12 @@ MODEL_FILES: dict[str, Callable[[Element, Path], MinimalModel]] = {
 """Readers by the ending of a file's name."""
 
 
-def minimal_model(path: Path) -> MinimalModel:
+def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
     """Read a robot model and check every number of its kinematics.
+
+    Args:
+        path: The file.
+        flange: Last body of the arm; joints that do not lead to it are held. None where all joints are the arm's.
 
     Raises:
         RobotModelError: If the file is missing, of an unknown kind, unreadable, or states what cannot be.
@@ -30,4 +34,4 @@ def minimal_model(path: Path) -> MinimalModel:
     reader = MODEL_FILES.get(path.suffix.lower())
     if reader is None:
         raise RobotModelError(f"robot model {one_line(path)}: expected a .urdf, .xml or .mjcf file")
-    return reader(read_xml(path), path)
+    return reader(read_xml(path), path, flange)

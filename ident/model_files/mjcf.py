@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ident.errors import RobotModelError
+from ident.model_files.chain import NAME_IT, WORLD, Reach, reach, to_flange, without_objects
 from ident.model_files.includes import included
 from ident.model_files.minimal import EARTH, MinimalModel, tag
 from ident.model_files.mjcf_joints import joint_defaults, minimal_joint
@@ -45,8 +46,8 @@ class _Reading:
     names: dict[tuple[str, str], Element] = field(default_factory=lambda: dict[tuple[str, str], Element]())
 
 
-def minimal_mjcf(root: Element, path: Path) -> MinimalModel:
-    """Reduce an MJCF file and what it includes.
+def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> MinimalModel:
+    """Reduce an MJCF file and what it includes, to what leads to a flange where one is named.
 
     Raises:
         RobotModelError: Naming line and element, if a number, name or class is wrong, or something is not supported.
@@ -57,7 +58,8 @@ def minimal_mjcf(root: Element, path: Path) -> MinimalModel:
     compiler = {k: v for section in root.all("compiler") for k, v in section.attributes.items()}
     if compiler.get("coordinate", "local") != "local":
         raise RobotModelError(f"{root.title}: compiler coordinate = {shown(compiler['coordinate'])} is not supported")
-    _refuse_loops(root)
+    _refuse_loops(root, None if flange is None else reach(root, flange))
+    root = without_objects(root) if flange is None else to_flange(root, flange)
     angles = angles_of(root, compiler)
     reading = _Reading(joint_defaults(root), angles, compiler.get("autolimits", "true") == "true")
     bodies = [_body(body, "main", reading) for world in root.all("worldbody") for body in _bodies(world)]
@@ -81,14 +83,33 @@ def _gravity(root: Element) -> tuple[float, float, float]:
     return gravity
 
 
-def _refuse_loops(root: Element) -> None:
+def _refuse_loops(root: Element, moving: Reach | None) -> None:
+    """Refuse what ties joints that move; `moving` says which do, None that all do."""
     for section in root.all("equality"):
         for loop in section.all(*LOOPS):
-            if loop.attributes.get("active", "true") != "false":
+            if loop.attributes.get("active", "true") != "false" and not (moving and _is_held(loop, root, moving)):
                 raise RobotModelError(
                     f"{loop.title}: an equality of kind {loop.tag} ties joints; only arms with a drive on every joint "
-                    "and no closed loop are read"
+                    f"and no closed loop are read; {NAME_IT}"
                 )
+
+
+def _is_held(loop: Element, root: Element, moving: Reach) -> bool:
+    """Whether an equality ties only what is held: joints that do not move, or bodies that move as one."""
+    given = loop.attributes
+    if loop.tag == "joint":
+        return moving.joints.isdisjoint(given.get(key, "") for key in ("joint1", "joint2"))
+    if loop.tag == "tendon":
+        names = {given.get(key, "") for key in ("tendon1", "tendon2")} - {""}
+        tendons = [
+            t for section in root.all("tendon") for t in section.all("fixed") if t.attributes.get("name") in names
+        ]
+        used = {joint.attributes.get("joint", "") for tendon in tendons for joint in tendon.all("joint")}
+        return len(tendons) == len(names) and moving.joints.isdisjoint(used)
+    if "body1" not in given:
+        return False
+    ends = [moving.moved_by.get(given.get(key, WORLD)) for key in ("body1", "body2")]
+    return ends[0] is not None and ends[0] == ends[1]
 
 
 def _bodies(parent: Element) -> list[Element]:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from ident.errors import RobotModelError
+from ident.model_files.chain import NAME_IT, urdf_to_flange
 from ident.model_files.minimal import MinimalModel, tag
 from ident.model_files.numbers import FARTHEST, direction, vector
 from ident.model_files.xml_tree import Element
@@ -18,8 +19,8 @@ KNOWN = {"origin": ("xyz", "rpy"), "axis": ("xyz",), "parent": ("link",), "child
 """Their attributes, where no others may stand: a misspelt one would leave a default in silence."""
 
 
-def minimal_urdf(root: Element, path: Path) -> MinimalModel:
-    """Reduce a URDF.
+def minimal_urdf(root: Element, path: Path, flange: str | None = None) -> MinimalModel:
+    """Reduce a URDF, to what leads to a flange where one is named.
 
     Raises:
         RobotModelError: Naming line and element, if a number, name, type or the tree of links is wrong.
@@ -29,6 +30,8 @@ def minimal_urdf(root: Element, path: Path) -> MinimalModel:
     scripted = next((e for e in root.children if e.tag.startswith("xacro:")), None)
     if scripted is not None:
         raise RobotModelError(f"{scripted.where}: {scripted.tag}: run xacro first, and give what it writes")
+    if flange is not None:
+        root = urdf_to_flange(root, flange)
     links, joints = _unique(root.all("link")), _unique(root.all("joint"))
     if not 0 < len(links) <= MOST_LINKS:
         raise RobotModelError(f"{root.title}: {len(links)} links, expected 1 to {MOST_LINKS}")
@@ -64,7 +67,9 @@ def _joint(joint: Element, links: dict[str, Element]) -> str:
         )
     parts = _parts(joint)
     if "mimic" in parts:
-        raise RobotModelError(f"{joint.title}: it mimics another joint; only arms with a drive on every joint are read")
+        raise RobotModelError(
+            f"{joint.title}: it mimics another joint; only arms with a drive on every joint are read; {NAME_IT}"
+        )
     for end in ("parent", "child"):
         link = parts[end].attributes.get("link", "") if end in parts else ""
         if link not in links:

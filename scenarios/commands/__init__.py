@@ -8,11 +8,14 @@ from scenarios.commands.status import Status
 
 COMMANDS = {
     "list": "built-in scenarios, a line each",
+    "new-robot": "start from your own arm: robot, scenario and motion from its model file",
     "run": "simulate a scenario, identify its gains, judge them",
     "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
+    "predict": "error budget of a scenario in a second: to first order, nothing simulated",
     "sensitivity": "error budget of a scenario: which error source costs how much",
     "compare": "methods side by side on scenarios, yours included",
     "excite": "search for a motion that shows a scenario's gains best",
+    "payload": "design a weight that shows every joint's gain",
     "view": "show the motions of a scenario, in MuJoCo's viewer or as a picture",
     "convert": "any log to a recording: CSV, UR RTDE, ROS 2 bag, MCAP, Parquet, NumPy",
     "identify": "identify the gains of a robot from recordings",

@@ -15,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP")
     add("--out", type=arguments.file, required=True, metavar="FILE", help="recording to write, .parquet or CSV")
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
+    add("--flange", metavar="BODY", help="its last body, where the file has more; joints beyond are no part of it")
     add_log_arguments(parser)
     add_form_arguments(parser)
     arguments.add_force_argument(parser)
@@ -28,7 +29,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.convert import log_report
     from scenarios.robot_models import read_arm
 
-    names = None if options.model is None else read_arm(options.model, ()).joint_names
+    names = None if options.model is None else read_arm(options.model, (), flange=options.flange).joint_names
     log = read_log(options.log, log_description(options, names))
     with held.writing():
         write_recording(log.recording, options.out, signal=signal_of(log.read))

@@ -2,74 +2,95 @@
 
 import argparse
 import shlex
+from dataclasses import replace
 
 import scenarios.commands.arguments as arguments
-from scenarios.commands.lifetime import tell
+from scenarios.commands.lifetime import ending, tell
 from scenarios.commands.parser import complain, printable
+from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
 from scenarios.commands.status import Status
-from scenarios.errors import MotionTooFine, NoJointWanted
 from scenarios.store.claim import claim
+from scenarios.workers.processes import PROCESSES
 
-FASTEST = 5.0
-"""Fastest harmonic [Hz] that the search samples twice a period."""
-HARMONICS = arguments.count_from(2, 100, "2 to be at rest at both ends, at most what a search can handle")
-DURATION = arguments.number_from(5.0, 600.0, "s", "shorter motions hold too few rows, longer ones are not simulated")
-EVALUATIONS = arguments.count_from(1, 10**7, "that takes half a day")
+OPTIONS = ("seed", "harmonics", "duration", "evaluations")
+"""Options that the motion depends on."""
+AGAINST = {"noise": "of the currents", "all": "noise and the scenario's error sources"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives arm, drives, payload and wanted joints")
-    add("--out", type=arguments.file, required=True, metavar="FILE", help="motion file to write, TOML")
-    add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
-    add("--harmonics", type=HARMONICS, default=20, help="harmonics of the series (default 20)")
-    add("--duration", type=DURATION, default=20.0, help="period [s] (default 20)")
-    add("--evaluations", type=EVALUATIONS, default=40000, help="motions to try (default 40000)")
+    add(
+        "--out",
+        type=arguments.file,
+        required=True,
+        metavar="FILE",
+        help="motion file to write, TOML; a search that was stopped goes on from what it left there",
+    )
+    add_search_arguments(parser)
+    what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
+    add("--against", choices=AGAINST, default="noise", help=f"errors to make small: {what} (default noise)")
     arguments.add_force_argument(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Search, write the motion, tell what it predicts."""
+    """Search, write the motion, tell what it predicts; of a search that is stopped, write the best so far."""
     held = claim(options.out.parent, [options.out.name], command="rx90 excite", force=options.force)
-    if options.harmonics > FASTEST * options.duration:
-        raise MotionTooFine(
-            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the fastest has "
-            f"{options.harmonics / options.duration:.3g} Hz; a search sees up to {FASTEST:g} Hz"
-        )
-    import numpy as np
-
-    from scenarios.build import bench
-    from scenarios.design.excitation import Design, robot_limits, search
+    check_harmonics(options)
+    PROCESSES.prepare()
+    from scenarios.build import bench, cell
+    from scenarios.design.against import Sourced
+    from scenarios.design.excitation import SEARCHED_HZ, Design
+    from scenarios.design.prediction import RESIDUAL
+    from scenarios.design.problem import design_problem
+    from scenarios.design.search import Series
     from scenarios.files.loading import load_scenario
-    from scenarios.files.motions import write_motion
+    from scenarios.store.searched_motion import SearchedMotion, unfinished, write_searched
+    from sim.errors import TrajectoryError
 
-    prepared = bench(load_scenario(options.scenario))
-    plant = prepared.experiments[0].plant
-    wanted = np.flatnonzero(prepared.scenario.table.tolerance.identifiable)
-    if not wanted.size:
-        raise NoJointWanted(f"{options.scenario}: tolerance.identifiable wants no joint's gain")
-    design = Design(plant, prepared.structure, robot_limits(plant), wanted)
-    motion = search(
-        design,
-        plant.robot.home,
-        options.seed,
-        harmonics=options.harmonics,
-        duration=options.duration,
-        evaluations=options.evaluations,
-        progress=complain,
+    command = found_by(options)
+    before = unfinished(options.out, command)
+    scenario = load_scenario(options.scenario)
+    problem = design_problem(cell(scenario))
+    if options.against == "all":
+        sourced = Sourced(scenario, problem.joints).reduced(bench(scenario).experiments[0].trajectory, SEARCHED_HZ)
+        complain(f"searching against noise and {', '.join(sourced.names)}")
+        problem = replace(problem, added=sourced)
+    design = Design(problem)
+    series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
+    outcome = searched(design, series, options, before)
+    first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
+    if first is None or found is None:
+        raise interrupt or AssertionError("a search that is not stopped finds a motion")
+    complain(f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f}")
+    try:
+        motion = design.fitted(series.motion(found.x))
+    except TrajectoryError as error:
+        if interrupt is None:
+            raise
+        complain(f"stopped; nothing is written: {error}")
+        return ending(interrupt)
+    result = SearchedMotion(
+        motion=motion,
+        command=command,
+        tried=found.tried,
+        wanted=found.tried if interrupt is None else options.evaluations,
+        deviations=design.deviations(design.rows(motion)).total,
     )
-    found = 100.0 * design.predicted_std(motion)[0]
-    words = ["rx90", "excite", options.scenario]
-    for name in ("seed", "harmonics", "duration", "evaluations"):
-        words += [f"--{name}", f"{getattr(options, name):.12g}"]
-    predicted = ", ".join(f"{std:.2g}" for std in found)
-    comments = [
-        f"Found by: {printable(shlex.join(words))} --out FILE",
-        f"Predicted standard deviation of the gains [%], joints 1 to {len(found)}: {predicted}",
-        "(for a residual of 2 % of each joint's rms torque at 20 rows a second)",
-    ]
     with held.writing():
-        write_motion(motion, options.out, comments)
-    tell(f"{options.out}: predicted standard deviation of the gains [%]: {predicted}\n")
+        write_searched(result, options.out, RESIDUAL)
+    if interrupt is not None:
+        complain(f"stopped; the best so far is in {options.out}, the same command goes on from there")
+        return ending(interrupt)
+    tell(f"{options.out}: predicted standard deviation of the gains [%]: {result.predicted}\n")
     return Status.PASSED
+
+
+def found_by(options: argparse.Namespace) -> str:
+    """The command that finds the same motion."""
+    words = ["rx90", "excite", options.scenario]
+    for name in OPTIONS:
+        words += [f"--{name}", f"{getattr(options, name):.12g}"]
+    words += ["--against", options.against] if options.against != "noise" else []
+    return printable(shlex.join(words))

@@ -21,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments; those of the options classes come with the classes' own descriptions."""
     add = parser.add_argument
     add("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
+    add("--flange", metavar="BODY", help="last body of the arm, where the file has more; joints beyond are held")
     add_motion_arguments(parser)
     add_log_arguments(parser)
     add(
@@ -51,7 +52,8 @@ def main(options: argparse.Namespace) -> Status:
 
     files = mounted_files(options.given)
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
-        structure = structure_of(read_arm(options.model, tuple((i - 1, j - 1) for i, j in options.coupling)))
+        couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
+        structure = structure_of(read_arm(options.model, couplings, flange=options.flange))
         said = log_description(options, structure.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in _read(each, said)])
         started = time.perf_counter()
@@ -67,7 +69,7 @@ def main(options: argparse.Namespace) -> Status:
     if form(options) == "json":
         for note in found.notes:
             complain(note)
-    show(estimate_report(found, identify_s), options)
+    show(estimate_report(found, structure.arm, identify_s), options)
     return Status.PASSED
 
 

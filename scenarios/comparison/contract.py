@@ -99,7 +99,7 @@ def _asked(
     method: Method, motions: Sequence[Recorded], structure: Structure, gains: GainOptions, limits: Limits
 ) -> Claims | MethodError:
     with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
-        write_problem(Path(place), robot().model, (), motions, observing=OBSERVING, gains=gains)
+        write_problem(Path(place), robot(), (), motions, observing=OBSERVING, gains=gains)
         return call(method, Path(place), structure.arm.n, limits).outcome
 
 

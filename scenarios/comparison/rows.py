@@ -15,7 +15,6 @@ from scenarios.judge import Claim, judge_claims
 from scenarios.methods.call import Call, call
 from scenarios.methods.method import Method
 from scenarios.methods.process import Limits
-from scenarios.robots import robot
 from scenarios.run import Simulated, as_identified, simulate_batch
 from scenarios.store.problem_folder import write_problem
 from scenarios.trials import Failure, ReadyTrial, Rows, Work, failed_rows, failure_of, setting_columns
@@ -53,7 +52,7 @@ def write_trial(prepared: Bench, recordings: Sequence[Recording], folder: Path) 
     chosen = prepared.scenario.table
     write_problem(
         folder,
-        robot().model,
+        prepared.experiments[0].plant.robot,
         chosen.belief.couplings,
         as_identified(prepared, recordings),
         observing=chosen.identification.observe,

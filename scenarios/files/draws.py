@@ -6,6 +6,7 @@ quasi-random designs share one path. A draw has a stream of its own: declaring a
 
 import zlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -131,6 +132,33 @@ def _parameters(draw: DrawTable, own: slice, total: int) -> dict[str, float | tu
         name: value[own] if isinstance(value, tuple) and len(value) == total else value
         for name, value in draw.parameters.items()
     }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spread:
+    """Mean and standard deviation of the numbers of a distribution; not finite where there is none."""
+
+    mean: Array
+    std: Array
+
+
+def spread_of(draw: DrawTable, own: slice, total: int) -> Spread:
+    """Mean and standard deviation of the numbers that a draw's distribution gives one of its targets.
+
+    Args:
+        draw: What is drawn.
+        own: Which of the draw's numbers are the target's.
+        total: How many numbers all its targets have.
+
+    Raises:
+        WrongDraw: If distribution or parameters do not exist or do not fit.
+    """
+    count, parameters = own.stop - own.start, _parameters(draw, own, total)
+    _quantiles(draw, np.full(count, 0.5), parameters)  # refuses what cannot be drawn
+    with np.errstate(all="ignore"):
+        frozen = _distribution(draw.distribution or "")(**parameters)
+        mean, std = frozen.mean(), frozen.std()
+    return Spread(*(np.broadcast_to(np.asarray(x, np.float64), (count,)) for x in (mean, std)))
 
 
 def _quantiles(draw: DrawTable, uniform: Array, parameters: Mapping[str, float | tuple[float, ...]]) -> Array:

@@ -14,6 +14,7 @@ from scenarios.files.schema import InertiaTable, Known, Positive, ScenarioTable,
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.methods.answer import AnswerFile
 from scenarios.store.problem_folder import ProblemFile
+from sim.robot_files import RobotTable
 
 Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
 
@@ -117,6 +118,7 @@ def schemas() -> dict[str, dict[str, Any]]:
         "result": Result,
         "answer": AnswerFile,
         "problem": ProblemFile,
+        "robot": RobotTable,
     }
     found = {"scenario": scenario} | {name: file.model_json_schema() for name, file in files.items()}
     return {name: {"$schema": DIALECT, **schema} for name, schema in found.items()}

@@ -15,7 +15,7 @@ from ident.payload import INERTIA_KEYS, Payload
 from ident.payload_files import payload_from_table, payload_to_table, read_payload
 from scenarios.errors import UnknownName, WrongPayload
 from scenarios.files.mountings import LOADED, by_mounting, mountings
-from scenarios.files.schema import BeliefTable, BodyTable, InertiaTable, PlantTable, Scenario
+from scenarios.files.schema import BeliefTable, BodyTable, InertiaTable, Scenario
 from scenarios.robots import robot
 from sim.drives import DriveTruth
 
@@ -31,7 +31,8 @@ def resolved(scenario: Scenario) -> Resolved:
     """State every number of a scenario; one that does already is returned as it is.
 
     Raises:
-        UnknownName: If it names a payload that does not exist.
+        UnknownName: If it names a robot or payload that does not exist.
+        RobotError: If the robot's file cannot be read.
         WrongPayload: If the believed payload is impossible.
     """
     if isinstance(scenario, Resolved):
@@ -41,7 +42,7 @@ def resolved(scenario: Scenario) -> Resolved:
     true = {key: _body(body, name) for key, body in by_mounting(table.plant.payload, table.plant.payloads).items()}
     plant, belief = (_mounted(payloads, table.experiment.protocol) for payloads in (true, believed))
     update = {
-        "plant": table.plant.model_copy(update={**_nominal_drives(table.plant), **plant}),
+        "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
         "belief": table.belief.model_copy(update=belief),
     }
     return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation)
@@ -90,9 +91,9 @@ def stated_table(scenario: Scenario) -> dict[str, object]:
     return resolved(scenario).table.model_dump(mode="json")
 
 
-def _nominal_drives(plant: PlantTable) -> dict[str, object]:
+def _nominal_drives(scenario: Scenario) -> dict[str, object]:
     """What of the drives is not stated, by field."""
-    nominal = robot().drives
+    plant, nominal = scenario.table.plant, robot(scenario.table.robot, scenario.folder).drives
     return {
         field.name: tuple(getattr(nominal, field.name).tolist())
         for field in fields(DriveTruth)

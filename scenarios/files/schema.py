@@ -36,6 +36,8 @@ Stream = Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={
 
 DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
 """Beginnings of the places that a run or a source may change."""
+ROBOT = "rx90"
+"""The robot of a scenario that names none."""
 TABLES_OF_TABLES = ("random", "sources", "payloads")
 """Keys whose tables have names of the user's choice."""
 
@@ -179,9 +181,13 @@ class SourceTable(DrawTable):
 
 
 class ScenarioTable(_Table):
-    """A scenario file after `extends` is resolved."""
+    """A scenario file after `extends` is resolved.
+
+    `robot` is a built-in robot's name or the place of a robot file, relative to the scenario's folder.
+    """
 
     description: str
+    robot: str = ROBOT
     plant: PlantTable
     experiment: ExperimentTable
     belief: BeliefTable

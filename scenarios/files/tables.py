@@ -12,6 +12,15 @@ CATALOG = Path(__file__).parents[1] / "catalog"
 """Folder of the built-in scenarios."""
 
 
+PARTS = CATALOG / "parts"
+"""Folder of what scenarios may extend, and nobody can run by itself."""
+
+
+def part_names() -> list[str]:
+    """Names that scenarios may extend, beside the built-in scenarios."""
+    return sorted(path.stem for path in PARTS.glob("*.toml"))
+
+
 def builtin_names() -> list[str]:
     """Names of the built-in scenarios."""
     return sorted(path.stem for path in CATALOG.glob("*.toml"))
@@ -89,6 +98,10 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
     """
     if name in builtin_names():
         return CATALOG / f"{name}.toml"
+    if name in part_names():
+        if folder is None:
+            raise UnknownName(f"{name} is a part of scenarios, to be extended by one that states the rest")
+        return PARTS / f"{name}.toml"
     path = (folder or Path()) / name
     if path.suffix != ".toml" and not path.is_file():
         raise UnknownName(f"unknown scenario {shown(name)}{nearest(name, builtin_names())}; `rx90 list` shows all")

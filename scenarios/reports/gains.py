@@ -2,6 +2,9 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from ident.arrays import Array
 from ident.consistency.finding import Finding
 from ident.estimate import FoundParameter, IdentifiedGain, JointResult
 from ident.parameters import UNITS
@@ -14,11 +17,29 @@ INTERVAL = (
     Column(title="model", unit="%"),
 )
 """The interval of a gain beside its parts, in percent of the gain."""
-MEANING = Paragraph(
-    "Gains in N m per drive unit. 2 sigma: two standard deviations, from the residual, from the payload's stated "
-    "uncertainty and from what the model takes for granted together. Where that share is zero, no error of the model "
-    "is in the interval: of geometry, friction law, elasticity."
+MEANING = (
+    "2 sigma: two standard deviations, from the residual, from the payload's stated uncertainty and from what the "
+    "model takes for granted together. Where that share is zero, no error of the model is in the interval: of "
+    "geometry, friction law, elasticity."
 )
+
+
+def gain_unit(revolute: Array) -> str:
+    """The unit of a column of gains."""
+    return "N m/unit" if revolute.all() else "N/unit" if not revolute.any() else "N (m)/unit"
+
+
+def meaning(revolute: Array) -> Paragraph:
+    """What units and interval of a table of gains mean.
+
+    Args:
+        revolute: Whether each joint turns, shape (n,).
+    """
+    sliding = np.flatnonzero(revolute == 0) + 1
+    if sliding.size == len(revolute):
+        return Paragraph(f"Gains in N per drive unit. {MEANING}")
+    apart = f", of sliding joint {', '.join(map(str, sliding))} in N per drive unit" if sliding.size else ""
+    return Paragraph(f"Gains in N m per drive unit{apart}. {MEANING}")
 
 
 def interval(joint: JointResult) -> tuple[str, ...]:
@@ -34,12 +55,12 @@ def sentence(text: str) -> str:
     return text if text.endswith("?") else f"{text}."
 
 
-def note_paragraphs(notes: Sequence[str], findings: Sequence[Finding] = ()) -> list[Paragraph]:
-    """What the interval means, a warning for each consistency test that fails, and a line for each other note."""
+def note_paragraphs(notes: Sequence[str], findings: Sequence[Finding], revolute: Array) -> list[Paragraph]:
+    """What units and interval mean, a warning for each consistency test that fails, and a line for each other note."""
     failed = [each.sentence for each in findings if each.sentence is not None]
     warnings = [Paragraph(sentence(f"Warning: {each}"), Mood.DOUBTFUL, strong=True) for each in failed]
     others = [Paragraph(sentence(f"Note: {note}")) for note in notes if note not in failed]
-    return [MEANING, *warnings, *others]
+    return [meaning(revolute), *warnings, *others]
 
 
 def reason_paragraph(joint: int, reason: str) -> Paragraph:

@@ -1,31 +1,32 @@
 """What `rx90 identify` says: the gains, how far to trust them, why some are refused."""
 
+from ident.arm import Arm
 from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
-from scenarios.reports.gains import INTERVAL, interval, note_paragraphs, payload_tables, reason_paragraph
+from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.store.documents import estimate_document
 
-COLUMNS = (
-    Column(title="Joint"),
-    Column(title="Name", words=True),
-    Column(title="Gain", unit="N m/unit"),
-    *INTERVAL,
-    Column(title="Unexplained", unit="% of rms"),
-    Column(title="Verdict", words=True),
-)
 
-
-def estimate_report(found: Identification, identify_s: float) -> Report:
+def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Report:
     """The table of identified gains, the reasons for refusals, and how good the fit is.
 
     Args:
         found: Gains and notes.
+        arm: Whose gains they are.
         identify_s: Wall time [s].
     """
+    columns = (
+        Column(title="Joint"),
+        Column(title="Name", words=True),
+        Column(title="Gain", unit=gain_unit(arm.revolute)),
+        *INTERVAL,
+        Column(title="Unexplained", unit="% of rms"),
+        Column(title="Verdict", words=True),
+    )
     estimate = found.estimate
     rows = tuple(_row(index, joint, estimate) for index, joint in enumerate(estimate.joints))
-    parts: list[Part] = [Table(columns=COLUMNS, rows=rows), *note_paragraphs(found.notes, found.findings)]
+    parts: list[Part] = [Table(columns=columns, rows=rows), *note_paragraphs(found.notes, found.findings, arm.revolute)]
     refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
     parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
     parts += payload_tables(estimate.payload)

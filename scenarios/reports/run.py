@@ -2,14 +2,14 @@
 
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
-from scenarios.reports.gains import INTERVAL, interval, note_paragraphs, payload_tables, reason_paragraph
+from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.run import Run
 from scenarios.store.documents import run_document
 
 
 def run_report(run: Run) -> Report:
     """The table of injected against identified gains, the reasons, and the verdict."""
-    scenario = run.bench.scenario
+    scenario, revolute = run.bench.scenario, run.bench.structure.arm.revolute
     rows = tuple(
         cells(
             str(gain.joint),
@@ -24,15 +24,15 @@ def run_report(run: Run) -> Report:
     )
     columns = (
         Column(title="Joint"),
-        Column(title="Injected", unit="N m/unit"),
-        Column(title="Identified", unit="N m/unit"),
+        Column(title="Injected", unit=gain_unit(revolute)),
+        Column(title="Identified", unit=gain_unit(revolute)),
         *INTERVAL,
         Column(title="Error", unit="%"),
         Column(title="Tolerance", unit="%"),
         Column(title="Verdict", words=True),
     )
     parts: list[Part] = [Table(columns=columns, rows=rows)]
-    parts += note_paragraphs(run.notes, run.findings)
+    parts += note_paragraphs(run.notes, run.findings, revolute)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
     parts += payload_tables(run.estimate.payload)
     parts.append(

@@ -12,7 +12,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -28,6 +28,9 @@ from ident.payload_files import read_payload, write_payload
 from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording
 from scenarios.errors import ForeignProblem
+
+if TYPE_CHECKING:  # a process that only identifies needs no simulator
+    from sim.robot import Robot
 
 Options = TypeVar("Options")
 
@@ -91,7 +94,7 @@ class GivenProblem:
 
 def write_problem(
     folder: Path,
-    model: Path,
+    robot: "Robot",
     couplings: Sequence[tuple[int, int]],
     motions: Sequence[Recorded],
     *,
@@ -102,7 +105,7 @@ def write_problem(
 
     Args:
         folder: Where.
-        model: MJCF or URDF file of the robot, of which the kinematics are taken.
+        robot: Of whose model file the kinematics are taken.
         couplings: Pairs of joints, from 1.
         motions: Recordings, whose names become those of the files, and what they carry.
         observing: Filters and thresholds.
@@ -112,7 +115,7 @@ def write_problem(
         OSError: If the folder cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    robot = _write_model(model, folder)
+    model = _write_model(robot, folder)
     payloads: dict[int, str] = {}
     tables: list[MotionTable] = []
     for k, motion in enumerate(motions, 1):
@@ -124,7 +127,7 @@ def write_problem(
         tables.append(MotionTable(recording=recording, payload=None if payload is None else payloads[id(payload)]))
     problem = ProblemFile(
         format=1,
-        robot=RobotTable(model=robot, couplings=tuple(couplings)),
+        robot=RobotTable(model=model, couplings=tuple(couplings)),
         motions=tuple(tables),
         observe=asdict(observing),
         gains=asdict(gains),
@@ -188,9 +191,9 @@ def _options(kind: type[Options], table: Mapping[str, object], path: Path, key: 
         raise ForeignProblem(f"{one_line(path)}: {key}: {error}") from error
 
 
-def _write_model(model: Path, folder: Path) -> str:
+def _write_model(robot: "Robot", folder: Path) -> str:
     """The kinematics of a robot as a file of its own; its name."""
-    minimal = minimal_model(model)
+    minimal = minimal_model(robot.model, robot.flange)
     text, name = minimal.text, f"robot.{'xml' if minimal.kind == 'mjcf' else 'urdf'}"
     if minimal.kind == "mjcf":
         gravity = " ".join(repr(g) for g in minimal.gravity)

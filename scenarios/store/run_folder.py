@@ -53,7 +53,9 @@ def save_run(run: Run, folder: Path) -> None:
 def identify_command(run: Run, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
     chosen = run.bench.scenario.table.identification
-    words = ["rx90", "identify", "--model", str(run.bench.experiments[0].plant.robot.model)]
+    robot = run.bench.experiments[0].plant.robot
+    words = ["rx90", "identify", "--model", str(robot.model)]
+    words += [] if robot.flange is None else ["--flange", robot.flange]
     words += [*_motion_words(run.bench, folder), "--method", chosen.method]
     for first, second in run.bench.scenario.table.belief.couplings:
         words += ["--coupling", str(first), str(second)]

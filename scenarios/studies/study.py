@@ -15,6 +15,7 @@ from scenarios.build import bench
 from scenarios.files.motions import motion_digest
 from scenarios.files.resolved import stated_table
 from scenarios.files.schema import Scenario
+from scenarios.robots import robot_digests
 from scenarios.store.study_folder import LOST, WHOLE, Part, StudyFolder, study_folder
 from scenarios.trials import IDENTIFY, OUTSIDE, Failure, Trial, Work
 from scenarios.versions import versions
@@ -109,7 +110,12 @@ def study_identity(study: Study) -> dict[str, object]:
         del numbers[unused]
     return {
         "study": study.kind,
-        "scenario": {"name": study.scenario.name, "table": numbers, "motions": motions},
+        "scenario": {
+            "name": study.scenario.name,
+            "table": numbers,
+            "motions": motions,
+            "robot": robot_digests(table.robot, study.scenario.folder),
+        },
         **study.identity,
     }
 

@@ -55,4 +55,4 @@ def _varies(values: Cogging) -> bool:
     return values.cogging > 0.0 or values.torque_ripple > 0.0
 
 
-EFFECT = Effect[Cogging](varies=_varies, term=_term)
+EFFECT = Effect[Cogging](varies=_varies, term=_term, instant=True)

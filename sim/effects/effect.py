@@ -115,6 +115,10 @@ class Effect(Generic[V]):
         settle: Given positions of all joints with the driven ones at their start, moves the others to rest.
         varies: Whether the values act in every control period.
         term: What B simulations with these values, on these builds, get in a control period.
+        instant: Whether the term follows from what a `ControlStep` holds of its moment alone, so that the moments of a
+            motion can be asked for at once, as so many simulations; one that remembers is asked in order.
+        along: The term of one simulation whose moments are handed over all at once, in order, for an effect that
+            remembers; None where nobody has written it.
     """
 
     fits: Callable[[V, Robot, DriveTruth], None] = _nothing
@@ -124,3 +128,5 @@ class Effect(Generic[V]):
     settle: Callable[[V, mujoco.MjModel, Array], None] = _nothing
     varies: Callable[[V], bool] = _never
     term: Callable[[Sequence[V], Sequence[Build]], Term] = _no_term
+    instant: bool = False
+    along: Callable[[V, Build], Term] | None = None

@@ -42,4 +42,4 @@ def _varies(values: FrictionByDirection) -> bool:
     return bool(values.coulomb_by_direction or values.viscous_by_direction)
 
 
-EFFECT = Effect[FrictionByDirection](varies=_varies, term=_term)
+EFFECT = Effect[FrictionByDirection](varies=_varies, term=_term, instant=True)

@@ -45,4 +45,4 @@ def _varies(values: LoadFriction) -> bool:
     return values.load_friction > 0.0 or values.transmitted_friction > 0.0
 
 
-EFFECT = Effect[LoadFriction](varies=_varies, term=_term)
+EFFECT = Effect[LoadFriction](varies=_varies, term=_term, instant=True)

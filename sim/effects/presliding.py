@@ -67,8 +67,28 @@ def _term(values: Sequence[Presliding], builds: Sequence[Build]) -> Term:
     return add
 
 
+def _along(values: Presliding, build: Build) -> Term:
+    """Between two reversals s - sign(dq) decays with the distance since the first of them."""
+    distance = values.presliding
+
+    def add(step: ControlStep) -> None:
+        side, moved = np.sign(step.speed), np.abs(step.speed) * step.period  # (N, n + c)
+        s = np.zeros_like(moved)
+        for k in range(moved.shape[1]):
+            turns = np.flatnonzero(np.diff(side[:, k])) + 1
+            before = 0.0
+            for begin, end in zip((0, *turns), (*turns, len(side)), strict=True):
+                travelled = np.concatenate(([0.0], np.cumsum(moved[begin:end, k])))
+                course = side[begin, k] + (before - side[begin, k]) * np.exp(-travelled / distance)
+                s[begin:end, k], before = course[:-1], course[-1]
+        step.torque[:] -= (s * step.friction) @ step.turns[0]
+        step.friction[:] = 0.0
+
+    return add
+
+
 def _varies(values: Presliding) -> bool:
     return values.presliding > 0.0
 
 
-EFFECT = Effect[Presliding](fits=_fits, varies=_varies, term=_term)
+EFFECT = Effect[Presliding](fits=_fits, varies=_varies, term=_term, along=_along)

@@ -39,4 +39,4 @@ def _varies(values: Stribeck) -> bool:
     return values.stribeck > 0.0
 
 
-EFFECT = Effect[Stribeck](varies=_varies, term=_term)
+EFFECT = Effect[Stribeck](varies=_varies, term=_term, instant=True)

@@ -14,6 +14,7 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Interval, Unit
+from scipy import signal
 
 from ident.arrays import Array
 from sim.drives import DriveTruth
@@ -64,6 +65,24 @@ def warmed(values: Temperature, warmth: Array, load: Array, seconds: float) -> A
     return settled + (warmth - settled) * np.exp(-seconds / values.warming_time)
 
 
+def warming(values: Temperature, warmth: Array, load: Array, period: float) -> Array:
+    """Temperature rise along a motion.
+
+    Args:
+        values: How drives warm up.
+        warmth: Temperature rise at its start [K], shape (n,).
+        load: Square of the current over its limit in each period, shape (N, n).
+        period: Control period [s].
+
+    Returns:
+        At the start of each period and at the end of the last [K], shape (N + 1, n).
+    """
+    kept = np.exp(-period / values.warming_time)
+    settled = values.motor_warming * load
+    later, _ = signal.lfilter([1.0 - kept], [1.0, -kept], settled, axis=0, zi=kept * warmth[None])
+    return np.concatenate((warmth[None], later))
+
+
 def _term(values: Sequence[Temperature], builds: Sequence[Build]) -> Term:
     gain, offset, limit = (
         np.stack([np.asarray(getattr(b.drives, name), dtype=np.float64) for b in builds])
@@ -100,4 +119,4 @@ def varies(values: Temperature) -> bool:
     )
 
 
-EFFECT = Effect[Temperature](fits=_fits, varies=varies, term=_term)
+EFFECT = Effect[Temperature](fits=_fits, varies=varies, term=_term, instant=True)

@@ -50,4 +50,4 @@ def _varies(values: ViscousCurve) -> bool:
     return values.viscous_curve > 0.0
 
 
-EFFECT = Effect[ViscousCurve](varies=_varies, term=_term)
+EFFECT = Effect[ViscousCurve](varies=_varies, term=_term, instant=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ident.arrays import Array
 from sim.sensors import clock, current, current_sensor, delay, drive_clocks, encoder, samples
-from sim.sensors.effect import Log, NoiseStreams, SensorEffect
+from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,3 +73,17 @@ def logged(q: Array, v: Array, rate_hz: float, options: SensorOptions, streams: 
     for effect in SENSOR_EFFECTS.values():
         log = effect.logs(options, log, streams)
     return log
+
+
+def logged_without_noise(q: Array, v: Array, rate_hz: float, options: SensorOptions) -> Log:
+    """What is logged of a motion by sensors that draw no random numbers; arguments as `logged`."""
+    log, silent = Log(t=np.arange(len(q)) / rate_hz, q=q, v=v, rate_hz=rate_hz), NoiseStreams({})
+    for effect in SENSOR_EFFECTS.values():
+        if not effect.streams:
+            log = effect.logs(options, log, silent)
+    return log
+
+
+def noises(log: Log, options: SensorOptions) -> list[Noise]:
+    """What sensors that draw random numbers add to a log, to first order."""
+    return [noise for effect in SENSOR_EFFECTS.values() for noise in effect.noise(options, log)]

@@ -1,5 +1,6 @@
 """The clock that stamps the samples: they are taken on time, and stamped with an error."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -7,7 +8,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from sim.errors import SensorError
-from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
+from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,4 +38,12 @@ def _jittered(values: Clock, log: Log, streams: NoiseStreams) -> Log:
     return replace(log, t=log.t + values.clock_jitter * even)
 
 
-EFFECT = SensorEffect[Clock](streams=("clock",), fits=_fits, logs=_jittered)
+def _noise(values: Clock, log: Log) -> Sequence[Noise]:
+    """What is stamped too late is taken for what was a little later: less by speed times error, of all joints alike."""
+    if not values.clock_jitter:
+        return []
+    q, v = (-values.clock_jitter * np.gradient(x, 1.0 / log.rate_hz, axis=0) for x in (log.q, log.v))
+    return [Noise(stream="clock", q=q, v=v, shared=True)]
+
+
+EFFECT = SensorEffect[Clock](streams=("clock",), fits=_fits, logs=_jittered, noise=_noise)

@@ -1,5 +1,6 @@
 """Noise of the logged current, white and coloured, in proportion to each joint's rms current."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated
@@ -10,7 +11,7 @@ from scipy import signal
 
 from ident.arrays import Array
 from sim.errors import SensorError
-from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
+from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,4 +88,15 @@ def _noisy(values: CurrentNoise, log: Log, streams: NoiseStreams) -> Log:
     return replace(log, v=logged_current(log.v, log.rate_hz, values, streams))
 
 
-EFFECT = SensorEffect[CurrentNoise](streams=("white", "coloured"), fits=_fits, logs=_noisy)
+def _noise(values: CurrentNoise, log: Log) -> Sequence[Noise]:
+    rms, none = np.sqrt(np.mean(log.v**2, axis=0)), np.zeros(1)
+    found = list[Noise]()
+    if values.current_white:
+        found.append(Noise(stream="white", q=none, v=values.current_white * rms))
+    if values.current_coloured:
+        sos, _, scale = _shaping(log.rate_hz, values.coloured_cutoff_hz)
+        found.append(Noise(stream="coloured", q=none, v=values.current_coloured / scale * rms, sos=sos))
+    return found
+
+
+EFFECT = SensorEffect[CurrentNoise](streams=("white", "coloured"), fits=_fits, logs=_noisy, noise=_noise)

@@ -3,13 +3,14 @@
 e and o are drawn for each motion and joint: an amplifier that is zeroed when it is switched on, shunts that warm up.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
 from annotated_types import Interval
 
-from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
+from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,4 +34,10 @@ def _adjusted(values: CurrentSensor, log: Log, streams: NoiseStreams) -> Log:
     return replace(log, v=(1.0 + values.current_gain_error * gain) * log.v + values.current_offset * offset * rms)
 
 
-EFFECT = SensorEffect[CurrentSensor](streams=("current_sensor",), logs=_adjusted)
+def _noise(values: CurrentSensor, log: Log) -> Sequence[Noise]:
+    rms, none = np.sqrt(np.mean(log.v**2, axis=0)), np.zeros(1)
+    sizes = (values.current_gain_error * log.v, values.current_offset * rms)
+    return [Noise(stream="current_sensor", q=none, v=size, lasting=True) for size in sizes if size.any()]
+
+
+EFFECT = SensorEffect[CurrentSensor](streams=("current_sensor",), logs=_adjusted, noise=_noise)

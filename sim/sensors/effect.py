@@ -67,6 +67,27 @@ class Log:
     rate_hz: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Noise:
+    """What one kind of noise adds to a log, to first order: independent numbers of unit variance times these.
+
+    Attributes:
+        stream: Name of its random numbers.
+        q: Into positions [rad], broadcasts to (N, n).
+        v: Into currents [drive units], broadcasts to (N, n).
+        shared: Whether all joints get the same number of a sample.
+        lasting: Whether all samples of a motion get the same number.
+        sos: Second-order sections that the numbers pass through first; None for white.
+    """
+
+    stream: str
+    q: Array
+    v: Array
+    shared: bool = False
+    lasting: bool = False
+    sos: Array | None = None
+
+
 Reader = Callable[[Array], None]
 """Changes the readings of one control period in place, shape (B, n); called once a period, in order."""
 
@@ -78,6 +99,10 @@ def _nothing(*_: object) -> None:
 def _no_reader(*_: object) -> None:
     """Of a sensor that is not in the loop."""
     return
+
+
+def _no_noise(*_: object) -> Sequence[Noise]:
+    return ()
 
 
 def _as_it_is(values: object, log: Log, streams: NoiseStreams) -> Log:
@@ -93,9 +118,11 @@ class SensorEffect(Generic[V]):
         fits: Refuses values that do not fit a rate [Hz], with a `SensorError`.
         reader: What B simulations with these values and noise read in the loop; None if all read the truth.
         logs: What stands in the log, beside the loop.
+        noise: What its random numbers add to a log that has none of them yet, to first order.
     """
 
     streams: tuple[str, ...] = ()
     fits: Callable[[V, float], None] = _nothing
     reader: Callable[[Sequence[V], Sequence[NoiseStreams], int], Reader | None] = _no_reader
     logs: Callable[[V, Log, NoiseStreams], Log] = _as_it_is
+    noise: Callable[[V, Log], Sequence[Noise]] = _no_noise

@@ -8,7 +8,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.arrays import Array
-from sim.sensors.effect import NoiseStreams, Reader, SensorEffect, Values
+from sim.sensors.effect import Log, Noise, NoiseStreams, Reader, SensorEffect, Values
 
 CHUNK = 500
 """Control periods whose noise is drawn at once."""
@@ -59,4 +59,10 @@ def _reader(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) 
     return None
 
 
-EFFECT = SensorEffect[Encoder](streams=("encoder",), reader=_reader)
+def _noise(values: Encoder, log: Log) -> Sequence[Noise]:
+    """Of readings alone: currents that follow from them move the arm, and the log is true of that motion."""
+    size = np.hypot(values.encoder_noise, values.encoder_quantum / np.sqrt(12.0))
+    return [Noise(stream="encoder", q=np.full(1, size), v=np.zeros(1))] if size else []
+
+
+EFFECT = SensorEffect[Encoder](streams=("encoder",), reader=_reader, noise=_noise)

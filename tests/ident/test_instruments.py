@@ -35,6 +35,8 @@ def full_rate(q: np.ndarray, *, period: float = 0.005, cutoff_hz: float = 15.0) 
         period=period,
         cutoff_hz=cutoff_hz,
         decimator=D,
+        edge=0,
+        group=1,
     )
 
 

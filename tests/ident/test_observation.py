@@ -120,3 +120,30 @@ def test_rates_of_currents_are_filtered_and_left_out_as_the_currents_are(arm, st
     for j, (a, b) in enumerate(joints):
         weight = a.W[:, [structure.base.names[c] for c in a.columns].index(f"off{j + 1}")]
         np.testing.assert_allclose(b.V_rate - a.V_rate, slope[j] * weight, rtol=1e-8)  # rounding of differences
+
+
+def test_weights_of_samples_are_those_of_rows_the_other_way_round(structure, rng):
+    # <w, D x> = <D' w, x>: also where samples are grouped, left out at the edges and cleared of reversals.
+    q = 0.4 * np.sin(np.outer(np.arange(4001) / 1000.0, np.arange(2.0, 8.0))) + 0.1
+    recording = Recording(np.arange(4001) / 1000.0, q, rng.normal(size=q.shape))
+    behind = observe(recording, structure, ObserveOptions(rows_per_second=21.0)).full_rate
+    assert behind is not None
+    assert behind.group == 2
+    assert behind.edge > 100
+    x = rng.normal(size=(4001, 6))
+    for joint in (0, 4):
+        rows = behind.decimated(behind.sampled(x)[:, joint], joint)
+        w = rng.normal(size=len(rows))
+        spread = behind.spread(w, joint, 4001)
+        assert spread.shape == (4001,)
+        np.testing.assert_allclose(spread @ x[:, joint], w @ rows, rtol=1e-10)  # rounding
+
+
+def test_a_recording_seen_as_its_samples_are_is_its_own_current(structure, rng):
+    q = 0.4 * np.sin(np.outer(np.arange(4001) / 1000.0, np.arange(2.0, 8.0))) + 0.1
+    recording = Recording(np.arange(4001) / 1000.0, q, rng.normal(size=q.shape))
+    observation = observe(recording, structure, ObserveOptions())
+    behind, joint = observation.full_rate, observation.joints[3]
+    assert behind is not None
+    found = behind.decimated(behind.sampled(recording.v)[:, 3], 3)[joint.position]
+    np.testing.assert_allclose(found, joint.V, rtol=1e-9)  # rounding

@@ -186,7 +186,7 @@ def numbers(table: dict, place: str = "") -> list[tuple[str, object]]:
 
 def test_every_number_of_the_robot_has_an_origin_and_a_source_in_words():
     found = numbers(tomllib.loads(rx90_mjcf.ROBOT.read_text()))
-    assert len(found) == 9 + 1 + 2 + 4  # drives, home, coupling, spring
+    assert len(found) == 9 + 1 + 2 + 4 + 1  # drives, home, coupling, spring, rated load
     for place, entry in found:
         origins = [entry["origin"]] if isinstance(entry["origin"], str) else entry["origin"]
         assert set(origins) <= {"published", "measured", "assumed"}, place

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from ident.structure import Structure
-from scenarios.build import Bench, bench
-from scenarios.design.excitation import EXCESS, Design, robot_limits
+from scenarios.build import Bench, bench, cell
+from scenarios.design.excitation import EXCESS, Design
+from scenarios.design.problem import design_problem
 from scenarios.files.loading import load_scenario
 from scenarios.run import Run, run
 from sim.clearance import Clearance
@@ -58,12 +58,13 @@ def test_friction_without_noise_leaves_less_than_a_thousandth(tmp_path):
     assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 1e-3
 
 
-def test_the_built_in_motion_keeps_every_limit_and_its_distance(structure: Structure):
+def test_the_built_in_motion_keeps_every_limit_and_its_distance():
     scenario = prepared("nominal")
     experiment = scenario.experiments[0]
-    design = Design(experiment.plant, structure, robot_limits(experiment.plant), np.arange(5))
-    motion = design.sampled(experiment.trajectory, 100.0)
-    assert design.excess(motion, design.predicted_std(experiment.trajectory, 100.0)[1]).max() <= EXCESS
+    design = Design(design_problem(cell(scenario.scenario)))
+    rows = design.rows(experiment.trajectory, 100.0)
+    motion = rows.motion
+    assert design.excess(rows).max() <= EXCESS
     robot = experiment.plant.robot
     assert (np.abs(motion[1]) < robot.max_velocity).all()
     assert (np.abs(motion[2]) < robot.max_acceleration).all()
@@ -79,9 +80,8 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_
         "[identification.gains]\nuncertainty = 'larger'\n[identification.observe]\nreversal_speed = 0.2\n"
     )
     scenario = prepared(str(path))
-    plant = scenario.experiments[0].plant
-    design = Design(plant, scenario.structure, robot_limits(plant), np.arange(5))
-    predicted = design.predicted_std(scenario.experiments[0].trajectory)[0]
+    design = Design(design_problem(cell(scenario.scenario)))
+    predicted = design.deviations(design.rows(scenario.experiments[0].trajectory)).noise
     result = run(scenario, 0)
     for j, joint in enumerate(result.estimate.joints[:5]):
         residual = result.estimate.residual_share(j)

@@ -101,7 +101,7 @@ def problem(folder: Path, structure: Structure, noise: float, known: str = "all"
     payload = motions[1].payload
     assert isinstance(payload, Payload)
     motions = (motions[0], replace(motions[1], payload=replace(payload, known=known)))
-    write_problem(folder, robot().model, (), motions, observing=OBSERVING, gains=TRUSTING)
+    write_problem(folder, robot(), (), motions, observing=OBSERVING, gains=TRUSTING)
     return read_problem(folder)
 
 

@@ -107,7 +107,6 @@ MJCF_FAULTS = {
     "joint twice": (mjcf(swap=("elbow_joint", "wrist_1_joint")), r"joint 'wrist_1_joint' is there twice; .*line 6"),
     "body twice": (mjcf(swap=("wrist_1_link", "elbow_link")), r"line 7: body 'elbow_link' is there twice; .*line 6"),
     "free base": (mjcf(swap=("<inertial", "<freejoint/><inertial")), r"freejoint: a free joint is not supported"),
-    "free box": (mjcf(world='<body name="box"><joint type="free"/></body>'), r"a free joint is not supported"),
     "ball": (mjcf(swap=(JOINT, '<joint name="elbow_joint" type="ball"/>')), r"'elbow_joint': a ball joint is not"),
     "hing": (mjcf(swap=(JOINT, '<joint type="hing"/>')), r"type 'hing' is unknown; did you mean 'hinge'\?"),
     "two joints": (mjcf(swap=(JOINT, f'{JOINT}<joint name="x"/>')), r"joint 'x': a second joint in one body"),

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 from estimates import gain_estimate
 
 from ident.consistency.finding import Finding
@@ -17,7 +18,7 @@ PASSED = replace(FAILED, check="joints", joint=0, statistic=1.2, sentence=None)
 
 
 def test_a_failed_test_is_a_warning_before_the_notes_and_not_a_note_as_well():
-    meaning, warning, *notes = note_paragraphs(("clock jitters", "joint 3 drifts"), (PASSED, FAILED))
+    meaning, warning, *notes = note_paragraphs(("clock jitters", "joint 3 drifts"), (PASSED, FAILED), np.ones(6))
     assert meaning.text.startswith("Gains in N m")
     assert warning.text == "Warning: joint 3 drifts."
     assert warning.mood is Mood.DOUBTFUL

@@ -7,8 +7,13 @@ from plants import CYLINDER, RX90, nominal_plant
 from robot_folders import arm_xml, robot_folder
 
 from ident.arm import load_arm
+from ident.payload import Payload
 from ident.structure import Structure, structure_of
-from scenarios.design.excitation import EXCESS, Design, Limits, arm_parameters, robot_limits, search
+from scenarios.design.excitation import EXCESS, Design, Problem, arm_model
+from scenarios.design.limits import Limits, robot_limits
+from scenarios.design.prediction import joint_by_joint
+from scenarios.design.rows import carried
+from scenarios.design.search import STEP, Series, judge_here, random_point, search
 from sim.errors import TrajectoryError
 from sim.plant import Plant
 from sim.robot_files import read_robot
@@ -23,9 +28,22 @@ def plant():
     return nominal_plant(body, gain=np.array([-0.9, 1.2, 1.1, 0.8, -1.3, 1.4]))
 
 
+def problem(plant: Plant, structure: Structure, limits: Limits, joints: np.ndarray = WANTED) -> Problem:
+    body = plant.payload
+    believed = Payload(mass=body.mass, com=body.com, inertia=body.inertia)
+    return Problem(
+        plant=plant,
+        structure=structure,
+        limits=limits,
+        joints=joints,
+        carried=carried(body, believed),
+        prediction=joint_by_joint,
+    )
+
+
 @pytest.fixture(scope="module")
 def design(plant, structure: Structure) -> Design:
-    return Design(plant, structure, robot_limits(plant), WANTED)
+    return Design(problem(plant, structure, robot_limits(plant)))
 
 
 def motion(scale: float = 1.0, duration: float = 6.0) -> FourierTrajectory:
@@ -48,15 +66,16 @@ def tight(limits: Limits, **changes) -> Limits:
 
 
 def excess_of(plant, structure, limits: Limits) -> np.ndarray:
-    design, path = Design(plant, structure, limits, WANTED), motion()
-    return design.excess(design.sampled(path, 50.0), design.predicted_std(path, 50.0)[1])
+    design, path = Design(problem(plant, structure, limits)), motion()
+    return design.excess(design.rows(path, 50.0))
 
 
 def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_counts_by_its_share(plant, structure):
     limits, path = robot_limits(plant), motion()
     assert not excess_of(plant, structure, limits).any()
-    design = Design(plant, structure, limits, WANTED)
-    (q, dq, ddq), torque = design.sampled(path, 50.0), design.predicted_std(path, 50.0)[1]
+    design = Design(problem(plant, structure, limits))
+    rows = design.rows(path, 50.0)
+    (q, dq, ddq), torque = rows.motion, rows.torques(design.problem.carried.chi)
     center = 0.5 * (limits.upper + limits.lower)
     reach = np.abs(q - center).max(axis=0)
     cases = {  # a limit that the motion meets at its full size is used to 100 %, and these shares are allowed
@@ -74,20 +93,20 @@ def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_
 
 def test_the_cost_is_the_log_of_the_wanted_deviations_mostly_of_the_worst_and_thirty_times_the_excess(plant, structure):
     limits, path = robot_limits(plant), motion()
-    free = Design(plant, structure, limits, WANTED)
-    rel = free.predicted_std(path, 10.0)[0][WANTED]
+    free = Design(problem(plant, structure, limits))
+    rel = free.deviations(free.rows(path, 10.0)).total[WANTED]
     expected = np.log((rel**8).sum() ** 0.125) + 0.2 * np.mean(np.log(rel))
     np.testing.assert_allclose(free.cost(path), expected, rtol=1e-12)  # rounding
-    slow = Design(plant, structure, tight(limits, velocity=0.1 * limits.velocity), WANTED)
-    over = slow.excess(slow.sampled(path, 10.0), slow.predicted_std(path, 10.0)[1])
+    slow = Design(problem(plant, structure, tight(limits, velocity=0.1 * limits.velocity)))
+    over = slow.excess(slow.rows(path, 10.0))
     assert over.any()
     np.testing.assert_allclose(slow.cost(path) - free.cost(path), 30.0 * (over**2).sum() / 10.0, rtol=1e-9)
 
 
 def test_joints_that_nobody_wants_do_not_count(plant, structure):
     limits, path = robot_limits(plant), motion()
-    one = Design(plant, structure, limits, np.array([1]))
-    rel = one.predicted_std(path, 10.0)[0]
+    one = Design(problem(plant, structure, limits, np.array([1])))
+    rel = one.deviations(one.rows(path, 10.0)).total
     np.testing.assert_allclose(one.cost(path), 1.2 * np.log(rel[1]), rtol=1e-12)  # one joint is worst and mean
 
 
@@ -95,7 +114,7 @@ def test_the_largest_scale_just_keeps_range_velocity_and_acceleration(design, pl
     path, limits = motion(), robot_limits(plant)
     scale = design.largest_scale(path)
     larger = FourierTrajectory(path.center, scale[:, None] * path.sine, scale[:, None] * path.cosine, path.duration)
-    q, dq, ddq = design.sampled(larger, 50.0)
+    q, dq, ddq = design.rows(larger, 50.0).motion
     room = 0.9 * np.minimum(limits.upper - path.center, path.center - limits.lower)
     used = np.array(
         [
@@ -111,20 +130,22 @@ def test_a_motion_a_little_too_fast_is_shrunk_and_one_far_too_fast_is_refused(pl
     path, limits = motion(), robot_limits(plant)
     fastest = np.abs(path(np.arange(0.0, path.duration, 1 / 200.0))[1]).max(axis=0)
     roomy = tight(limits, velocity=fastest / (0.95 + EXCESS) / 1.001 * 0.96)  # 4 % too fast
-    fitted = Design(plant, structure, roomy, WANTED).fitted(path)
+    fitted = Design(problem(plant, structure, roomy)).fitted(path)
     shrunk = fitted.sine / path.sine
     assert (shrunk == shrunk[0, 0]).all() or np.ptp(shrunk) < 1e-12
     assert 0.9 < shrunk.mean() < 0.975
     np.testing.assert_array_equal(fitted.center, path.center)
     with pytest.raises(TrajectoryError, match=r"exceeds a limit or comes too near by \d+ %"):
-        Design(plant, structure, tight(limits, velocity=0.5 * fastest), WANTED).fitted(path)
+        Design(problem(plant, structure, tight(limits, velocity=0.5 * fastest))).fitted(path)
 
 
 def test_a_search_beats_a_small_motion_about_its_start_and_keeps_every_limit(design):
-    said: list[str] = []
-    first = search(design, RX90.home, 1, harmonics=2, duration=5.0, evaluations=20, progress=said.append)
+    series = Series(limits=design.problem.limits, harmonics=2, duration=5.0)
+    judge = judge_here(design, series)
+    *_, best = search(random_point(series, RX90.home[None], 1, judge), STEP, 1, 20, judge)
+    first = design.fitted(series.motion(best.x))
     assert design.cost(first) < design.cost(motion(0.3, 5.0))
-    over = design.excess(design.sampled(first, 200.0), design.predicted_std(first, 200.0)[1])
+    over = design.excess(design.rows(first, 200.0))
     assert over.max() <= EXCESS
     assert first.sine.shape == (6, 2)
     assert first.duration == 5.0
@@ -141,7 +162,7 @@ def test_a_model_that_identification_and_simulation_read_differently_is_refused_
 
     robot.model.write_text(re.sub(r'(mass|fullinertia)="([^"]*)"', lighter, arm_xml(2)))
     arm = load_arm(robot.model)
-    assert arm_parameters(plant, structure_of(arm)).shape == (28,)
+    assert arm_model(plant, structure_of(arm)).chi.shape == (28,)
     bent = replace(arm, axis=np.array([[0.0, 0.0, 1.0], [0.0, np.cos(1e-3), np.sin(1e-3)]]))
     with pytest.raises(TrajectoryError, match=r"read .*arm\.xml differently: torques differ by 0\.0\d+ %"):
-        arm_parameters(plant, structure_of(bent))
+        arm_model(plant, structure_of(bent))

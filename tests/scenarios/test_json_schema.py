@@ -16,12 +16,14 @@ from scenarios.files.json_schema import schemas
 from scenarios.files.motions import MOTIONS, write_motion
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import CATALOG
+from scenarios.robots import ROBOTS
 
-NAMES = ("scenario", "payload", "motion", "result", "answer", "problem")
+NAMES = ("scenario", "payload", "motion", "result", "answer", "problem", "robot")
 SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
 TOML += [(path, "motion") for path in sorted(MOTIONS.glob("*.toml"))]
+TOML += [(path, "robot") for path in ROBOTS.values()]
 
 
 def checked(value: object, name: str) -> None:
@@ -52,6 +54,8 @@ def test_a_shipped_file_fits_the_schema_that_its_first_line_names(path: Path, na
         ("scenario", 'extends = "nominal"\n[experiment]\nstep = "fast"'),
         ("scenario", 'extends = "nominal"\n[plant.errors]\nstribek = 0.1'),
         ("scenario", '[random.it]\ndistribution = "norm"'),
+        ("scenario", "robot = 3"),
+        ("robot", 'name = "mine"'),
         ("payload", "mass_std = 0.1"),
         ("payload", "mass = -1.0"),
         ("payload", "mass = 1.0\nmas_std = 0.1"),

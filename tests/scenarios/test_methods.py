@@ -33,7 +33,7 @@ HELPERS = ROOT / "tests" / "helpers"
 def folder(structure: Structure, tmp_path_factory) -> Path:
     place = tmp_path_factory.mktemp("exact") / "problem"
     motions = exact_motions(structure, 4, noise=0.0).motions
-    write_problem(place, robot().model, (), motions, observing=OBSERVING, gains=TRUSTING)
+    write_problem(place, robot(), (), motions, observing=OBSERVING, gains=TRUSTING)
     return place
 
 
@@ -93,7 +93,7 @@ def test_options_of_a_method_and_of_the_identification_reach_it(folder):
 
 def test_data_that_are_refused_as_a_whole_are_every_joint_refused(structure, tmp_path):
     motions = exact_motions(structure, 4, noise=0.0).motions
-    write_problem(tmp_path / "p", robot().model, (), motions[:1], observing=OBSERVING, gains=TRUSTING)
+    write_problem(tmp_path / "p", robot(), (), motions[:1], observing=OBSERVING, gains=TRUSTING)
     outcome = asked("ls-2011", tmp_path / "p").outcome
     assert [claim.value for claim in outcome] == [None] * 6
     assert all("no motion carries a payload" in claim.reason for claim in outcome)

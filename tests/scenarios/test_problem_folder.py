@@ -49,7 +49,7 @@ def folder(done, tmp_path_factory):
     place = tmp_path_factory.mktemp("problems") / "one"
     write_problem(
         place,
-        done.bench.experiments[0].plant.robot.model,
+        done.bench.experiments[0].plant.robot,
         ((5, 6),),
         as_identified(done.bench, done.recordings),
         observing=OBSERVING,
@@ -108,7 +108,8 @@ def test_a_robot_under_another_gravity_keeps_it(tmp_path, done):
     tilted = tmp_path / "tilted.xml"
     tilted.write_text(text.replace('gravity="0 0 -9.81"', 'gravity="1.5 -2 -9.4"'))
     motions = as_identified(done.bench, done.recordings)
-    write_problem(tmp_path / "p", tilted, (), motions, observing=OBSERVING, gains=GAINS)
+    robot = replace(done.bench.experiments[0].plant.robot, model=tilted)
+    write_problem(tmp_path / "p", robot, (), motions, observing=OBSERVING, gains=GAINS)
     np.testing.assert_array_equal(read_problem(tmp_path / "p").arm.gravity, [1.5, -2.0, -9.4])
 
 
@@ -121,7 +122,7 @@ def test_payload_deviations_are_kept(tmp_path, done):
     weighed = replace(motions[0].payload, mass_std=0.0123, known="mass")
     write_problem(
         tmp_path / "p",
-        done.bench.experiments[0].plant.robot.model,
+        done.bench.experiments[0].plant.robot,
         (),
         [motions[2], replace(motions[0], payload=weighed)],
         observing=OBSERVING,

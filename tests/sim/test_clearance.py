@@ -1,7 +1,10 @@
 import numpy as np
 from plants import nominal_plant
+from robot_folders import robot_folder
 
-from sim.clearance import Clearance
+from sim.clearance import Clearance, Solid
+from sim.plant import PayloadBody, Plant
+from sim.robot_files import read_robot
 
 MARGIN = 0.2
 
@@ -28,3 +31,92 @@ def test_a_folded_wrist_brings_the_payload_to_the_forearm():
     clearance = Clearance(nominal_plant(), MARGIN)
     straight, folded = clearance(np.array([[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 2.09, 0]], dtype=float))
     assert folded < straight
+
+
+BODY = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint name="{}" axis="{}"/>'
+BARE_ARM = f"""<mujoco><worldbody>
+  <body name="a" pos="0 0 0.5">{BODY.format("j1", "0 1 0")}
+    <body {{name}} pos="0 0 0.4">{BODY.format("j2", "0 1 0")}
+      <body name="c" pos="0 0 0.3">{BODY.format("j3", "0 1 0")}
+        <body name="d" pos="0 0 0.02">{BODY.format("j4", "0 0 1")}
+          <body name="e" pos="0 0 0.2">{BODY.format("j5", "0 1 0")}
+          {{flange}}</body></body></body></body></body>
+  {{floor}}</worldbody></mujoco>"""
+LIGHT = PayloadBody(mass=1e-3, com=(0.0, 0.0, 0.0), inertia=(1e-8, 1e-8, 1e-9, 0.0, 0.0, 0.0))
+
+
+def capsule_plant(tmp_path, flange="", floor="", name='name="b"') -> Plant:
+    robot = read_robot(robot_folder(tmp_path, 5))
+    robot.model.write_text(BARE_ARM.format(flange=flange, floor=floor, name=name))
+    return Plant(robot=robot, drives=robot.drives, payload=LIGHT)
+
+
+def distances(plant: Plant, *poses: list[float], margin: float = 0.5) -> np.ndarray:
+    return Clearance(plant, margin, [])(np.array(poses))
+
+
+def test_an_arm_without_shapes_has_capsules_of_a_share_of_their_length_over_a_floor(tmp_path):
+    # Links of 0.4, 0.3, 0.02 and 0.2 m, the last one to no flange; reach 0.92 m, so that no radius is below 0.0276 m.
+    down = float(np.arccos(-0.4 / 0.92))
+    low, under = distances(capsule_plant(tmp_path), [down, 0.0, 0.0, 0.0, 0.0], [np.pi, 0.0, 0.0, 0.0, 0.0], margin=0.2)
+    assert abs(low - (0.1 - 0.0276)) < 1e-6  # MuJoCo's own tolerance
+    assert abs(under - (0.5 - 0.92 - 0.0276)) < 1e-6
+    # Folded at joint 3 by half a turn, link d lies along link b, with which it is not compared; what is nearest is the
+    # end of link a, 0.048 m thick, 0.3 - 0.02 - 0.2 m below that of d.
+    folded = distances(capsule_plant(tmp_path), [0.0, 0.0, np.pi, 0.0, 0.0], margin=0.2)[0]
+    assert abs(folded - (0.08 - 0.048 - 0.0276)) < 1e-6
+
+
+def test_capsules_that_meet_at_a_joint_or_share_a_neighbour_are_not_compared_and_others_are(tmp_path):
+    plant = capsule_plant(tmp_path)
+    folded = distances(plant, [0.0, 0.0, 2.9, 0.0, 0.0], [0.0, 3.0, 0.0, 0.0, 0.0], margin=0.01)
+    assert folded[0] == 0.01  # link d along link b, which meet but for c, too short for a capsule
+    assert folded[1] < 0.0  # link d into link a
+
+
+def test_a_flange_ends_the_last_capsule_and_a_floor_of_the_file_s_own_is_the_only_one(tmp_path):
+    hanging, low = [np.pi, 0.0, 0.0, 0.0, 0.0], '<geom type="plane" size="1 1 1" pos="0 0 -0.6"/>'
+    short, long = (
+        distances(capsule_plant(tmp_path, flange=flange, floor=low), hanging, margin=0.2)[0]
+        for flange in ("", '<site name="flange" pos="0 0 0.35"/>')
+    )
+    assert abs(short - (0.6 + 0.5 - 0.92 - 0.0276)) < 1e-6
+    assert abs(long - (0.6 + 0.5 - 1.27 - 0.042)) < 1e-6  # 0.12 of 0.35 m
+
+
+def test_an_arm_that_hangs_or_stands_in_the_floor_has_none(tmp_path):
+    plant = capsule_plant(tmp_path)
+    plant.robot.model.write_text(plant.robot.model.read_text().replace('pos="0 0 0.5"', 'pos="0 0 -0.1"'))
+    assert distances(plant, [np.pi, 0.0, 0.0, 0.0, 0.0], margin=0.2)[0] == 0.2
+
+
+def test_bodies_without_a_name_are_compared_like_others(tmp_path):
+    poses = [[0.0, 2.9, 0.1, 0.2, 0.0], [1.2, 0.3, 2.0, 0.0, 0.3]]
+    np.testing.assert_array_equal(
+        distances(capsule_plant(tmp_path, name=""), *poses), distances(capsule_plant(tmp_path), *poses)
+    )
+
+
+def test_a_base_drawn_in_the_world_is_left_out_near_its_joint_and_the_floor_beside_it_is_not(tmp_path):
+    shape = '<geom type="capsule" fromto="0 0 0 0 0 0.{}" size="0.05"/>'
+    text = BARE_ARM.format(
+        name='name="b"', flange="", floor='<geom type="plane" size="1 1 1"/><geom type="box" size=".2 .2 .48"/>'
+    )
+    for joint, length in (("j1", 4), ("j2", 3), ("j5", 2)):
+        text = text.replace(f'<joint name="{joint}"', f'{shape.format(length)}<joint name="{joint}"')
+    plant = capsule_plant(tmp_path)
+    plant.robot.model.write_text(text)
+    upright, over, low = distances(plant, [0.0] * 5, [1.5, 0.0, 0.0, 0.0, 0.0], [2.3, 0.3, -2.5, 0.0, 0.0], margin=0.1)
+    assert upright == 0.1  # the first link stands in the base
+    assert over == 0.1  # it lies on the base, the others beside it
+    # The second link's end is in the floor, and the first one's is not.
+    np.testing.assert_allclose(low, 0.5 + 0.4 * np.cos(2.3) + 0.3 * np.cos(2.6) - 0.05, rtol=0, atol=1e-6)
+
+
+def test_a_weight_s_own_shapes_stand_for_it_where_they_are_given():
+    plant = nominal_plant()
+    pose = np.array([[0.0, 1.88, 0.0, 0.0, 0.0, 0.0]])
+    box = Solid(cylinder=False, size=(0.03, 0.02, 0.2), center=np.array([0.0, 0.0, 0.285]), rotation=np.eye(3))
+    tip = 0.42 + (0.9 + 0.485) * np.cos(1.88) - 0.03 * np.sin(1.88)  # x of the flange points down when the arm bows
+    found = Clearance(plant, MARGIN, [box])(pose)[0]
+    np.testing.assert_allclose(found, tip, rtol=0, atol=1e-6)

@@ -3,10 +3,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from plants import experiment, short_motion, streams
+from scipy import signal
 
 from sim.errors import SensorError
 from sim.record import record
-from sim.sensors import SENSOR_EFFECTS, STREAMS, SensorOptions, check_rate, logged, noise_streams
+from sim.sensors import (
+    SENSOR_EFFECTS,
+    STREAMS,
+    SensorOptions,
+    check_rate,
+    logged,
+    logged_without_noise,
+    noise_streams,
+    noises,
+)
 from sim.sensors import encoder as encoder_file
 from sim.sensors.current import coloured_noise
 from sim.sensors.effect import Log, NoiseStreams
@@ -189,3 +199,48 @@ def test_samples_are_lost_or_repeated_by_themselves_too(name):
     assert (len(seen.t) < 400) == (name == "samples_lost")
     again = np.all(seen.q[1:] == seen.q[:-1], axis=1)
     assert again.any() == (name == "samples_repeated")
+
+
+def test_noise_of_a_log_is_what_its_equations_say():
+    t = np.arange(4001) / 1000.0
+    q, v = (
+        np.stack((np.sin(3.0 * t), 0.4 * np.cos(5.0 * t)), axis=1),
+        np.stack((7.0 * np.cos(2.0 * t), 3.0 - t), axis=1),
+    )
+    log = Log(t=t, q=q, v=v, rate_hz=1000.0)
+    options = SensorOptions(
+        encoder_quantum=3e-4,
+        encoder_noise=2e-4,
+        current_white=0.07,
+        current_coloured=0.03,
+        coloured_cutoff_hz=15.0,
+        clock_jitter=1e-4,
+    )
+    found = {noise.stream: noise for noise in noises(log, options)}
+    assert set(found) == {"encoder", "white", "coloured", "clock"}
+    np.testing.assert_allclose(
+        found["encoder"].q, np.sqrt(4e-8 + 9e-8 / 12.0), rtol=1e-12
+    )  # an even error of a quantum
+    rms = np.sqrt(np.mean(v**2, axis=0))
+    np.testing.assert_allclose(found["white"].v, 0.07 * rms, rtol=1e-12)
+    impulse = signal.sosfilt(found["coloured"].sos, np.eye(1, 4000)[0])
+    np.testing.assert_allclose(found["coloured"].v * np.linalg.norm(impulse), 0.03 * rms, rtol=1e-9)  # of unit variance
+    adjusted = noises(log, SensorOptions(current_gain_error=0.06, current_offset=0.04))
+    assert [(each.stream, each.lasting, each.shared) for each in adjusted] == [("current_sensor", True, False)] * 2
+    np.testing.assert_allclose(adjusted[0].v, 0.06 * v, rtol=1e-12)
+    np.testing.assert_allclose(adjusted[1].v, 0.04 * rms, rtol=1e-12)
+    assert not any(found[name].lasting for name in found)
+    speed = np.stack((3.0 * np.cos(3.0 * t), -2.0 * np.sin(5.0 * t)), axis=1)
+    np.testing.assert_allclose(found["clock"].q, -1e-4 * speed, rtol=0, atol=2e-6)  # one-sided at the ends
+    np.testing.assert_allclose(found["clock"].v[:, 1], 1e-4, rtol=1e-9)
+    assert [found[name].shared for name in ("encoder", "white", "coloured", "clock")] == [False, False, False, True]
+    for name in ("encoder", "white", "coloured"):
+        assert not (found[name].v.any() and found[name].q.any())
+    assert noises(log, SensorOptions()) == []
+
+
+def test_a_log_without_noise_keeps_its_delay():
+    q, v = np.zeros((50, 2)), np.outer(np.arange(50.0), (1.0, -2.0))
+    log = logged_without_noise(q, v, 100.0, SensorOptions(current_delay=0.02, current_white=0.3, clock_jitter=1e-3))
+    np.testing.assert_allclose(log.v[2:], v[:-2], rtol=1e-12)
+    np.testing.assert_allclose(log.t, np.arange(50) / 100.0, rtol=1e-12)

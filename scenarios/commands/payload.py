@@ -1,0 +1,88 @@
+"""`rx90 payload`."""
+
+import argparse
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import scenarios.commands.arguments as arguments
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
+from scenarios.commands.status import Status
+from scenarios.store.claim import claim
+from scenarios.workers.processes import PROCESSES
+
+if TYPE_CHECKING:
+    from scenarios.design.payload_design import PayloadDesign
+    from sim.trajectory import FourierTrajectory
+
+STEEL = 7850.0
+TEXT = "payload.md"
+FILES = ("payload.toml", "scenario.toml", TEXT, "payload-drawing.png", "payload-drawing.svg")
+MOTION = ("motion.toml",)
+DENSITY = arguments.number_from(500.0, 23000.0, "kg/m^3", "wood to tungsten")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="gives arm, drives, motion, and what is known of a payload")
+    add("--out", type=arguments.folder, metavar="DIR", help="write payload file, drawing and a scenario there")
+    add("--density", type=DENSITY, default=STEEL, metavar="D", help="of the material [kg/m^3] (default 7850, steel)")
+    add("--excite", action="store_true", help="search a motion for the weight too; of that search are:")
+    add_search_arguments(parser)
+    arguments.add_force_argument(parser)
+    add_form_arguments(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Search the best weight of each shape, tell what they show, write the files; 1 if a joint stays unseen."""
+    check_harmonics(options)
+    held = None
+    if options.out is not None:
+        names = FILES + MOTION * options.excite
+        held = claim(options.out, names, command="rx90 payload", force=options.force)
+    if options.excite:
+        PROCESSES.prepare()
+    from rich.console import Console
+
+    from scenarios.build import bench
+    from scenarios.design.payload_design import STEPS, design_payload
+    from scenarios.files.loading import load_scenario
+    from scenarios.reports.files import write_figures, write_markdown
+    from scenarios.reports.payload import payload_report
+    from scenarios.store.payload_folder import write_payload_folder
+    from scenarios.workers.search_progress import search_progress
+
+    prepared, motion = bench(load_scenario(options.scenario)), None
+    with search_progress("weights", STEPS, Console(stderr=True)) as say:
+        found = design_payload(prepared, density=options.density, seed=options.seed, tell=say)
+    if options.excite:
+        found, motion = _excited(found, options)
+    report = payload_report(found)
+    if held is not None:
+        with held.writing():
+            write_payload_folder(found, options.scenario, motion, held.folder)
+            write_figures(report, held.folder)
+            write_markdown(report, held.folder / TEXT)
+    show(report, options)
+    return Status.PASSED if found.shows(found.after)[found.problem.joints].all() else Status.MISSED
+
+
+def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[PayloadDesign, FourierTrajectory]":
+    """The design with a motion searched for its weight, and that motion.
+
+    Raises:
+        KeyboardInterrupt: If the search is stopped.
+    """
+    from scenarios.design.excitation import Design
+    from scenarios.design.payload_search import problem_with
+    from scenarios.design.search import Series
+
+    problem = problem_with(found.problem, found.best, found.flange)
+    design = Design(problem)
+    series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
+    outcome = searched(design, series, options, None)
+    if outcome.interrupt is not None or outcome.found is None:
+        raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
+    motion = design.fitted(series.motion(outcome.found.x))
+    return replace(found, again=design.deviations(design.rows(motion))), motion

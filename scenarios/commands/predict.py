@@ -1,0 +1,34 @@
+"""`rx90 predict`."""
+
+import argparse
+
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.status import Status
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    from ident.estimators import ESTIMATORS
+
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file, with its error sources")
+    known = ", ".join(ESTIMATORS)
+    add("--method", metavar="M", choices=ESTIMATORS, help=f"estimator: {known} (default the scenario's)")
+    add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
+    add_form_arguments(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Predict, tell."""
+    from threadpoolctl import threadpool_limits
+
+    from scenarios.files.loading import load_scenario
+    from scenarios.files.methods import with_method
+    from scenarios.prediction.budget import predicted_budget
+    from scenarios.reports.predict import prediction_report
+
+    scenario = with_method(load_scenario(options.scenario), options.method, options.option)
+    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+        budget = predicted_budget(scenario)
+    show(prediction_report(budget), options)
+    return Status.PASSED

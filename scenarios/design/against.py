@@ -1,0 +1,161 @@
+"""What a motion is designed against besides noise: the errors that a scenario's sources make along it.
+
+Of every joint alone (eq. 27), at the rate of the search: the influence of each sample on 1/g, times the current that a
+source adds. Sources that cost little along the motion at hand are left out of the search.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg
+
+from ident.arrays import Array, Indices
+from ident.payload import standard_parameters
+from ident.regressor import regressor
+from scenarios.build import Bench, bench
+from scenarios.errors import NotAPair
+from scenarios.files.mountings import PAIR
+from scenarios.files.schema import DrawTable, Scenario
+from scenarios.files.settings import Value, with_settings
+from scenarios.prediction.moments import points_of
+from scenarios.studies.sensitivity import settings_with, sources_of
+from sim.experiment import Experiment
+from sim.needed import needed_currents
+from sim.trajectory import FourierTrajectory
+
+PLANT = "plant."
+"""Beginning of the places of sources that add a current along the same motion."""
+LEAST_SHARE = 0.1
+"""Share of the costliest source's error that one must cost on some wanted joint to be searched against."""
+REVERSAL = 0.1
+"""Speed, as a share of a joint's rms, below which samples do not count."""
+
+Added = Callable[[FourierTrajectory, float], Array]
+"""Root mean square relative error of every gain from sources, of a motion at a rate, shape (n,)."""
+
+
+def nothing_added(motion: FourierTrajectory, rate_hz: float) -> Array:
+    """Of a design against noise alone."""
+    return np.zeros(motion.n)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Source:
+    """Experiments that stand for a source.
+
+    Attributes:
+        name: Its name.
+        mean: At the mean of its numbers.
+        deviated: One deviation from there, one number after the other.
+        equal: Of equal probability instead.
+    """
+
+    name: str
+    mean: Sequence[Experiment]
+    deviated: tuple[Sequence[Experiment], ...]
+    equal: tuple[Sequence[Experiment], ...]
+
+
+class Sourced:
+    """The errors that the sources of a scenario make along a motion."""
+
+    def __init__(self, scenario: Scenario, joints: Indices) -> None:
+        """Prepare the plants.
+
+        Args:
+            scenario: With sources; of its protocol one bare and one loaded motion count.
+            joints: Joints whose gains are wanted, from 0.
+
+        Raises:
+            NotAPair: If the payload is called otherwise than `loaded`.
+            ScenarioError: If a source is wrong, or there are none.
+        """
+        sources = sources_of(scenario)
+        off = with_settings(scenario, settings_with(sources, {}).settings)
+        self._quiet = bench(off)
+        if not set(PAIR) <= set(self._quiet.protocol):
+            raise NotAPair(f"{scenario.name}: --against all needs a bare and a loaded motion in experiment.protocol")
+        self._joints = joints
+        self._drawn = [
+            _source(name, source, off, self._quiet)
+            for name, source in scenario.table.sources.items()
+            if source.stream is None and all(place.startswith(PLANT) for place in source.targets)
+        ]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Sources that count."""
+        return tuple(source.name for source in self._drawn)
+
+    def reduced(self, motion: FourierTrajectory, rate_hz: float) -> "Sourced":
+        """The same with the sources alone that cost something along a motion."""
+        costs = [np.hypot(*each)[self._joints].max() for each in self._errors(motion, rate_hz)]
+        kept = [source for source, cost in zip(self._drawn, costs, strict=True) if cost > LEAST_SHARE * max(costs)]
+        fewer = object.__new__(Sourced)
+        fewer._quiet, fewer._joints, fewer._drawn = self._quiet, self._joints, kept
+        return fewer
+
+    def __call__(self, motion: FourierTrajectory, rate_hz: float) -> Array:
+        """Root mean square relative error of every gain, all sources together, shape (n,)."""
+        errors = self._errors(motion, rate_hz)
+        bias = np.sum([bias for bias, _ in errors], axis=0)
+        return np.sqrt(bias**2 + np.sum([std**2 for _, std in errors], axis=0))
+
+    def _errors(self, motion: FourierTrajectory, rate_hz: float) -> list[tuple[Array, Array]]:
+        """Bias and deviation from each source, each (n,)."""
+        base = self._currents(self._quiet.experiments, motion, rate_hz)
+        influence = self._influence(motion, rate_hz)
+        g = self._quiet.true_gain
+
+        def error(experiments: Sequence[Experiment]) -> Array:
+            total = np.zeros(motion.n)
+            for K, v, before in zip(influence, self._currents(experiments, motion, rate_hz), base, strict=True):
+                total -= np.sum(K * (v - before), axis=0) * g
+            return total
+
+        found = list[tuple[Array, Array]]()
+        for source in self._drawn:
+            if source.equal:
+                errors = np.array([error(each) for each in source.equal])
+                found.append((errors.mean(axis=0), errors.std(axis=0)))
+                continue
+            bias = error(source.mean)
+            steps = [error(each) - bias for each in source.deviated]
+            found.append((bias, np.linalg.norm(steps, axis=0)))
+        return found
+
+    def _currents(self, experiments: Sequence[Experiment], motion: FourierTrajectory, rate_hz: float) -> list[Array]:
+        """What the first bare and the first loaded motion need, each (N, n); drives warm up in those before them."""
+        at = [self._quiet.protocol.index(name) for name in PAIR]
+        needed = needed_currents([replace(each, trajectory=motion) for each in experiments[: max(at) + 1]], rate_hz)
+        return [needed[k] for k in at]
+
+    def _influence(self, motion: FourierTrajectory, rate_hz: float) -> tuple[Array, Array]:
+        """Derivative of each joint's 1/g by its currents in the bare and the loaded motion, each (N, n)."""
+        structure = self._quiet.structure
+        t = np.arange(round(motion.duration * rate_hz) + 1) / rate_hz
+        q, dq, ddq = motion(t)
+        W = regressor(structure.arm, q, dq, ddq)
+        body = next(each.plant.payload for each in self._quiet.experiments if each.loaded)
+        y = W[:, :, structure.payload_columns] @ standard_parameters(body.mass, body.com, body.inertia)
+        moving = np.abs(dq) > REVERSAL * np.sqrt(np.mean(dq**2, axis=0))
+        bare, loaded = np.zeros(q.shape), np.zeros(q.shape)
+        for j, columns in enumerate(structure.joint_independent):
+            rows = moving[:, j]
+            Wj, yj = W[rows, j][:, structure.base.columns[columns]], y[rows, j]
+            system = np.vstack((np.column_stack((Wj, np.zeros(len(Wj)))), np.column_stack((Wj, yj))))
+            scale = np.maximum(np.linalg.norm(system, axis=0), 1e-300)
+            last = linalg.pinv(system / scale)[-1] / scale[-1]
+            bare[rows, j], loaded[rows, j] = np.split(last, 2)
+        return bare, loaded
+
+
+def _source(name: str, source: DrawTable, off: Scenario, quiet: Bench) -> _Source:
+    points = points_of(source, quiet.scenario.table)
+
+    def experiments(settings: Mapping[str, Value]) -> Sequence[Experiment]:
+        return bench(with_settings(off, settings)).experiments
+
+    deviated, equal = (tuple(experiments(each) for each in few) for few in (points.deviated, points.equal))
+    return _Source(name, experiments(points.mean), deviated, equal)

@@ -1,0 +1,107 @@
+"""What a model file says of an arm beyond its kinematics: limits of torque and speed, a pose, what it leaves out."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from ident.model_files.xml_tree import Element, read_xml
+from sim.drawn import full_spec
+from sim.meshes import drop_missing_meshes
+from sim.quiet import quiet
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelFacts:
+    """Facts by the joints' names; what is not stated is absent.
+
+    Attributes:
+        torque: Largest torque [N m] or force [N].
+        velocity: Largest speed [rad/s or m/s].
+        home: Positions of a keyframe [rad or m].
+        home_name: Name of that keyframe.
+        from_shapes: Links whose inertia comes from their shapes, because the file states none.
+        missing_meshes: Files of meshes that are not there; shapes made of them are left out.
+    """
+
+    torque: Mapping[str, float]
+    velocity: Mapping[str, float]
+    home: Mapping[str, float]
+    home_name: str
+    from_shapes: tuple[str, ...]
+    missing_meshes: tuple[str, ...]
+
+
+@quiet()
+def model_facts(path: Path, flange: str | None) -> ModelFacts:
+    """Read them.
+
+    Args:
+        path: A model file that has been read as an arm before.
+        flange: Last body of the arm, None where all joints are its own.
+
+    Raises:
+        ModelFileError: If the file holds no arm.
+    """
+    spec = mujoco.MjSpec.from_file(str(path))
+    torque = {joint.name: float(joint.actfrcrange[1]) for joint in spec.joints if joint.actfrcrange[1] > 0.0}
+    torque |= _of_actuators(spec)
+    velocity: dict[str, float] = {}
+    if path.suffix.lower() == ".urdf":
+        joints = read_xml(path).all("joint")
+        limits = [(joint.attributes.get("name", ""), limit) for joint in joints for limit in joint.all("limit")]
+        torque = _stated(limits, "effort")
+        velocity = _stated(limits, "velocity")
+    home, home_name = _keyframe(spec)
+    arm = full_spec(path, flange)
+    missing = drop_missing_meshes(spec, path)
+    bodies = [body for body in arm.bodies[1:] if body.geoms and not body.explicitinertial]
+    moved = {id(joint.parent) for joint in arm.joints}
+    return ModelFacts(
+        torque=torque,
+        velocity=velocity,
+        home=home,
+        home_name=home_name,
+        from_shapes=tuple(body.name for body in bodies if id(body) in moved),
+        missing_meshes=missing,
+    )
+
+
+def _of_actuators(spec: mujoco.MjSpec) -> dict[str, float]:
+    """Largest torque by the joint that an actuator of the file drives."""
+    found: dict[str, float] = {}
+    for actuator in spec.actuators:
+        gear = abs(float(actuator.gear[0])) or 1.0
+        force = max(0.0, float(actuator.forcerange[1]))
+        if (
+            not force and not actuator.biasprm[1] and actuator.ctrlrange[1] > 0.0
+        ):  # no servo: what it is told is a force
+            force = float(actuator.ctrlrange[1]) * abs(float(actuator.gainprm[0]))
+        if actuator.trntype == mujoco.mjtTrn.mjTRN_JOINT and force:
+            found[actuator.target] = force * gear
+    return found
+
+
+def _stated(limits: list[tuple[str, Element]], key: str) -> dict[str, float]:
+    """Numbers above 0 of an attribute; 0 stands in many files for a limit that nobody knows."""
+    found: dict[str, float] = {}
+    for name, limit in limits:
+        text = limit.attributes.get(key, "")
+        try:
+            value = float(text)
+        except ValueError:
+            continue
+        if np.isfinite(value) and value > 0.0:
+            found[name] = value
+    return found
+
+
+def _keyframe(spec: mujoco.MjSpec) -> tuple[dict[str, float], str]:
+    """Positions by joint of a keyframe called home, or of the only one, where every joint has one position."""
+    joints = list(spec.joints)
+    for key in spec.keys:
+        if (key.name == "home" or len(spec.keys) == 1) and len(key.qpos) == len(joints):
+            return {joint.name: float(x) for joint, x in zip(joints, key.qpos, strict=True)}, key.name
+    return {}, ""

@@ -1,0 +1,57 @@
+"""The design problem of a scenario: what it believes of its payload, and which joints it wants."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident.arrays import Indices
+from scenarios.build import Cell
+from scenarios.design.excitation import Problem
+from scenarios.design.limits import robot_limits
+from scenarios.design.prediction import prediction_of
+from scenarios.design.rows import carried
+from scenarios.errors import NoJointWanted, NothingCarried
+from scenarios.files.mountings import mountings
+from scenarios.files.resolved import Resolved, believed_payloads
+
+
+def design_problem(prepared: Cell) -> Problem:
+    """State the problem with the first payload that the scenario mounts.
+
+    Raises:
+        NoJointWanted: If it wants no joint's gain.
+        NothingCarried: If it mounts no payload.
+    """
+    scenario = prepared.scenario
+    wanted = wanted_joints(scenario)
+    names = mountings(scenario.table.experiment.protocol)
+    if not names:
+        raise NothingCarried(
+            f'{scenario.name}: experiment.protocol mounts no payload; a design needs one, as ["bare", "loaded"]'
+        )
+    plant, believed = prepared.plants.get(names[0], prepared.plant), believed_payloads(scenario)[names[0]]
+    return Problem(
+        plant=plant,
+        structure=prepared.structure,
+        limits=robot_limits(plant),
+        joints=wanted,
+        carried=carried(plant.payload, believed),
+        prediction=prediction_of(scenario.table.identification.method),
+    )
+
+
+def wanted_joints(scenario: Resolved) -> Indices:
+    """Joints whose gains the scenario wants, from 0.
+
+    Raises:
+        NoJointWanted: If there are none.
+    """
+    wanted = np.flatnonzero(scenario.table.tolerance.identifiable)
+    if not wanted.size:
+        raise NoJointWanted(f"{scenario.name}: tolerance.identifiable wants no joint's gain")
+    return wanted
+
+
+def for_all_joints(problem: Problem) -> Problem:
+    """The same problem with every joint wanted."""
+    return replace(problem, joints=np.arange(len(problem.limits.lower)))

@@ -1,0 +1,163 @@
+"""Search for a motion that shows the drive gains: the largest predicted standard deviation is made small.
+
+Best of 300 random motions, then CMA-ES from there. The cost has kinks wherever another sample becomes the one that
+meets a limit; gradient descent stops at them with deviations half as large again.
+"""
+
+import pickle
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+import cma
+import numpy as np
+from scipy import special
+
+from ident.arrays import Array
+from scenarios.design.excitation import Design, Problem
+from scenarios.design.limits import Limits, largest_scale
+from sim.trajectory import FourierTrajectory, at_rest
+
+FIRST = 300
+"""Random motions of which the best begins the search."""
+STEP, SMALL_STEP = 0.2, 0.05
+"""Deviation of the first steps, from a random motion and from one that a search has found."""
+LEAST_SHARE = 0.25
+"""Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
+
+Judge = Callable[[Sequence[Array]], list[float]]
+"""Costs of motions."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """Motions as points of a search: centres, shares of the largest admissible motion, coefficients up to scale.
+
+    Attributes:
+        limits: What scales them.
+        harmonics: Of the series.
+        duration: Period [s].
+    """
+
+    limits: Limits
+    harmonics: int
+    duration: float
+
+    @property
+    def n(self) -> int:
+        """Joints."""
+        return len(self.limits.lower)
+
+    def motion(self, x: Array) -> FourierTrajectory:
+        """The motion of a point, shape (2 n + 2 n harmonics,)."""
+        n = self.n
+        sine, cosine = x[2 * n :].reshape(2, n, self.harmonics)
+        raw = at_rest(x[:n], sine, cosine, self.duration)
+        share = LEAST_SHARE + (1.0 - LEAST_SHARE) * special.expit(x[n : 2 * n])
+        scale = (share * largest_scale(self.limits, raw))[:, None]
+        return FourierTrajectory(raw.center, scale * raw.sine, scale * raw.cosine, self.duration)
+
+    def drawn(self, start: Array, rng: np.random.Generator) -> Array:
+        """The point of a random motion about a position."""
+        fade = 1.0 / np.sqrt(np.arange(1, self.harmonics + 1))
+        shares = rng.uniform(-1.0, 2.0, self.n)
+        return np.concatenate((start, shares, (fade * rng.standard_normal((2, self.n, self.harmonics))).ravel()))
+
+    def point(self, motion: FourierTrajectory) -> Array:
+        """The point of a motion of this series; a joint that moves less than its least share moves that."""
+        room = largest_scale(self.limits, motion)
+        share = (np.clip(1.0 / room, LEAST_SHARE + 1e-3, 1.0 - 1e-3) - LEAST_SHARE) / (1.0 - LEAST_SHARE)
+        coefficients = np.stack((motion.sine, motion.cosine))  # (2, n, harmonics)
+        size = np.sqrt(np.mean(coefficients**2, axis=(0, 2), keepdims=True))
+        usual = np.sqrt(np.mean(1.0 / np.arange(1, self.harmonics + 1)))
+        return np.concatenate((motion.center, special.logit(share), (usual * coefficients / size).ravel()))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Found:
+    """How far a search is.
+
+    Attributes:
+        x: Best point so far.
+        cost: Its cost.
+        tried: Motions tried, besides the random ones that it began with.
+    """
+
+    x: Array
+    cost: float
+    tried: int
+
+
+def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Found:
+    """The best of `FIRST` random motions, about each start in turn."""
+    rng = np.random.default_rng(seed)
+    return _best([series.drawn(starts[k % len(starts)], rng) for k in range(FIRST)], judge)
+
+
+def known_point(series: Series, motion: FourierTrajectory, tried: int, judge: Judge) -> Found:
+    """A motion that a search found before it was stopped, to go on from."""
+    return _best([series.point(motion)], judge, tried=tried)
+
+
+def _best(points: Sequence[Array], judge: Judge, *, tried: int = 0) -> Found:
+    costs = judge(points)
+    best = int(np.argmin(costs))
+    return Found(x=points[best], cost=costs[best], tried=tried)
+
+
+def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge) -> Iterator[Found]:
+    """Better and better motions, one a generation of CMA-ES.
+
+    Args:
+        first: Where to begin.
+        step: Deviation of the first steps.
+        seed: Of the random numbers; the same seed finds the same motion, wherever motions are judged.
+        evaluations: Motions to try, besides those that `first` is the best of.
+        judge: Gives their costs.
+    """
+    found = first
+    yield found
+    options = {"seed": seed + 1, "maxfevals": evaluations, "verbose": -9}
+    strategy = cma.CMAEvolutionStrategy(first.x, step, options)
+    while not strategy.stop():
+        tried = [np.asarray(x) for x in strategy.ask()]
+        costs = judge(tried)
+        strategy.tell(tried, costs)
+        best = int(np.argmin(costs))
+        better = costs[best] < found.cost
+        found = Found(
+            x=tried[best] if better else found.x,
+            cost=costs[best] if better else found.cost,
+            tried=found.tried + len(tried),
+        )
+        yield found
+
+
+def judge_here(design: Design, series: Series) -> Judge:
+    """Motions judged one after another."""
+    return lambda points: [design.cost(series.motion(x)) for x in points]
+
+
+def judge_in(pool: Executor, workers: int, problem: Problem, series: Series) -> Judge:
+    """Motions judged by the processes of a pool, as many at a time as there are workers; costs are the same."""
+    stated = pickle.dumps((problem, series))
+
+    def judge(points: Sequence[Array]) -> list[float]:
+        bounds = np.linspace(0, len(points), workers + 1).astype(int)
+        parts = [points[a:b] for a, b in pairwise(bounds) if b > a]
+        return [cost for part in [pool.submit(costs_of, stated, part) for part in parts] for cost in part.result()]
+
+    return judge
+
+
+def costs_of(stated: bytes, points: Sequence[Array]) -> list[float]:
+    """Costs of some motions, in a worker."""
+    return _judge(stated)(points)
+
+
+@lru_cache(maxsize=1)
+def _judge(stated: bytes) -> Judge:
+    problem, series = pickle.loads(stated)
+    return judge_here(Design(problem), series)

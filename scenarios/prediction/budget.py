@@ -1,0 +1,94 @@
+"""The error budget of a scenario, predicted: what each source costs each gain, and what they cost together."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from ident.arrays import Array, Indices
+from ident.errors import IdentificationError
+from ident.estimate import RefusedGain
+from scenarios.errors import ScenarioError
+from scenarios.files.schema import Scenario
+from scenarios.prediction.predictor import Cost, Predictor, predictor_of
+from sim.errors import SimulationError
+
+
+@dataclass(frozen=True, slots=True)
+class Unpredicted:
+    """A source without a prediction, and why."""
+
+    source: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PredictedBudget:
+    """The predicted error budget of a scenario.
+
+    Attributes:
+        scenario: Its name.
+        method: Of identification.
+        joints: The k joints with a gain, from 0, shape (k,).
+        refused: Why other joints of the tolerance's have none, by joint, from 0.
+        remarks: What the method assumed.
+        tolerance: Of each gain, shape (k,).
+        costs: One a source, the largest first.
+        unpredicted: Sources without prediction.
+    """
+
+    scenario: str
+    method: str
+    joints: Indices
+    refused: Mapping[int, str]
+    remarks: tuple[str, ...]
+    tolerance: Array
+    costs: tuple[Cost, ...]
+    unpredicted: tuple[Unpredicted, ...]
+
+    @property
+    def together(self) -> Cost:
+        """All sources at once, independent of each other: biases add by sign, variances add."""
+        bias, variance = np.zeros(len(self.joints)), np.zeros(len(self.joints))
+        for cost in self.costs:
+            bias, variance = bias + cost.bias, variance + cost.std**2
+        return Cost(source="all together", bias=bias, std=np.sqrt(variance))
+
+    @property
+    def within(self) -> Array:
+        """Share of errors inside the tolerance if they are normal, shape (k,)."""
+        both = self.together
+        std = np.maximum(both.std, 1e-300)
+        upper, lower = (self.tolerance - both.bias) / std, (-self.tolerance - both.bias) / std
+        return stats.norm.cdf(upper) - stats.norm.cdf(lower)
+
+
+def predicted_budget(scenario: Scenario) -> PredictedBudget:
+    """Predict the error budget of a scenario; raises as `predictor_of`."""
+    predictor = predictor_of(scenario)
+    estimate, costs, unpredicted = predictor.linear.estimate, list[Cost](), list[Unpredicted]()
+    for name, source in scenario.table.sources.items():
+        try:
+            costs.append(predictor.noise(name, source.stream) if source.stream else predictor.drawn(name, source))
+        except (ScenarioError, SimulationError, IdentificationError) as error:
+            unpredicted.append(Unpredicted(name, str(error)))
+    costs += predictor.other_noise()
+    tolerance, joints = scenario.table.tolerance, predictor.joints
+    refused = [j for j in np.flatnonzero(tolerance.identifiable).tolist() if j not in joints.tolist()]
+    return PredictedBudget(
+        scenario=scenario.name,
+        method=estimate.method,
+        joints=joints,
+        refused={j: _reason(predictor, j) for j in refused},
+        remarks=estimate.remarks,
+        tolerance=np.array(tolerance.gain)[joints],
+        costs=tuple(sorted(costs, key=lambda cost: -float(np.max(cost.rms, initial=0.0)))),
+        unpredicted=tuple(unpredicted),
+    )
+
+
+def _reason(predictor: Predictor, joint: int) -> str:
+    found = predictor.linear.estimate.joints[joint]
+    assert isinstance(found, RefusedGain), "asked of joints without a gain"
+    return found.reason

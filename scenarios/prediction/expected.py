@@ -1,0 +1,86 @@
+"""The logs of a scenario's motions under perfect control, without noise, and what noise adds to them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import signal
+
+from ident.arrays import Array
+from ident.recording import Recording
+from scenarios.build import Bench
+from sim.experiment import Experiment
+from sim.needed import needed_currents, states_of
+from sim.sensors import logged_without_noise, noises
+from sim.sensors.effect import Log, Noise
+
+NOISE_SEED = 0
+"""Of the noise that one expected recording is given."""
+RATE = 16.0
+"""Rate that is enough, in cut-offs of identification's filters: what is faster is noise, and its spectrum is known."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Expected:
+    """What is logged of one motion, at a rate that is enough.
+
+    Attributes:
+        log: Without what is drawn.
+        noises: What is drawn, as strong as at the real rate in the band that counts.
+    """
+
+    log: Log
+    noises: tuple[Noise, ...]
+
+    def of(self, stream: str) -> "Expected":
+        """The same with the noise of one stream alone."""
+        return Expected(self.log, tuple(noise for noise in self.noises if noise.stream == stream))
+
+
+def expected_logs(prepared: Bench, every: int) -> tuple[Expected, ...]:
+    """The expected log of each motion, in order of time.
+
+    Args:
+        prepared: The scenario, nothing random left.
+        every: Samples of the controller to one of the log.
+
+    Raises:
+        PlantError: If a plant cannot be built.
+    """
+    rate_hz = prepared.scenario.table.experiment.controller.rate_hz / every
+    needed = needed_currents(prepared.experiments, rate_hz)
+    return tuple(_expected(each, v, every, rate_hz) for each, v in zip(prepared.experiments, needed, strict=True))
+
+
+def enough(prepared: Bench) -> int:
+    """Samples of the controller to one that is enough for identification."""
+    observe = prepared.scenario.table.identification.observe
+    rate_hz = RATE * max(observe.cutoff_hz, observe.decimation_cutoff_hz)
+    return max(1, int(prepared.scenario.table.experiment.controller.rate_hz / rate_hz))
+
+
+def noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Generator) -> Recording:
+    """The expected log with one realisation of what noise adds to the currents."""
+    v = each.log.v.copy()
+    for noise in each.noises:
+        drawn = rng.standard_normal((1 if noise.lasting else len(v), 1 if noise.shared else v.shape[1]))
+        v += noise.v * (drawn if noise.sos is None else signal.sosfilt(noise.sos, drawn, axis=0))
+    return Recording(each.log.t, each.log.q, v, experiment.name)
+
+
+def added_currents(one: tuple[Expected, ...], other: tuple[Expected, ...]) -> list[Array]:
+    """Currents of the first logs less those of the second, motion by motion."""
+    return [a.log.v - b.log.v for a, b in zip(one, other, strict=True)]
+
+
+def _expected(experiment: Experiment, v: Array, every: int, rate_hz: float) -> Expected:
+    sensors = experiment.sensors
+    log = logged_without_noise(states_of(experiment.trajectory, rate_hz).q, v, rate_hz, sensors)
+    return Expected(log, tuple(_thinned(noise, every) for noise in noises(log, sensors)))
+
+
+def _thinned(noise: Noise, every: int) -> Noise:
+    """White noise of fewer samples with the same spectral density; the variance of all other is in the band."""
+    if noise.sos is not None or noise.lasting:
+        return noise
+    share = 1.0 / np.sqrt(every)
+    return replace(noise, q=share * noise.q, v=share * noise.v)

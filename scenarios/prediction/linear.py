@@ -1,0 +1,123 @@
+"""An estimate from expected logs, linearised: what a change of any logged current does to each gain.
+
+The change of 1/g_j is the sum over rows of their influence times the change of each row's current, which is cleared of
+reversals and decimated as the current was.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.estimate import GainEstimate
+from ident.estimators import estimator
+from ident.full_rate import FullRate
+from ident.observation import observe
+from ident.problem import Motion, Problem
+from ident.signals import delayed
+from scenarios.build import Bench
+from scenarios.errors import NotLinear
+from scenarios.files.mountings import grouped
+from scenarios.prediction.expected import NOISE_SEED, expected_logs, noisy_recording
+
+NOT_LINEAR = ("ols", "tls-2014")
+"""Methods in which noise of the currents stands in the matrix: their errors are of second order."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linearised:
+    """An estimate and how it moves.
+
+    Attributes:
+        bench: What it was made from.
+        estimate: Its k solved gains come with the influence of each row.
+        behind: The motion behind the rows, motions in order of time.
+        places: Place of each motion of the estimate in order of time.
+        every: Samples of the controller to one of the expected logs.
+    """
+
+    bench: Bench
+    estimate: GainEstimate
+    behind: tuple[FullRate, ...]
+    places: tuple[int, ...]
+    every: int
+
+    def change(self, added: Sequence[Array]) -> Array:
+        """Change of each 1/g, shape (k,).
+
+        Args:
+            added: Change of the logged currents of each motion in order of time [drive units], each (N, n).
+        """
+        solution, later = self.estimate.solution, self._later
+        dV = np.zeros(len(solution.rows.V))
+        for number, place in enumerate(self.places):
+            behind, v = self.behind[place], delayed(added[place], later)
+            signal = behind.sampled(v)
+            for joint in range(v.shape[1]):
+                of = (solution.rows.joint == joint) & (solution.rows.motion == number)
+                dV[of] = behind.decimated(signal[:, joint], joint)[solution.rows.position[of]]
+        return solution.influence @ dV
+
+    def weights(self, samples: int) -> list[Array]:
+        """Derivative of each 1/g by each sample of each motion in order of time, each (k, samples, n).
+
+        A delay that identification gives the currents is left out: noise does not care.
+
+        Args:
+            samples: Of each recording.
+        """
+        solution, n = self.estimate.solution, self.bench.structure.arm.n
+        found = [np.zeros((len(solution.joints), samples, n)) for _ in self.behind]
+        for number, place in enumerate(self.places):
+            behind = self.behind[place]
+            for joint in range(n):
+                of = (solution.rows.joint == joint) & (solution.rows.motion == number)
+                at, share = solution.rows.position[of], solution.influence[:, of]
+                for k in np.flatnonzero(share.any(axis=1)):
+                    rows = np.zeros(int(at[-1]) + 1)
+                    rows[at] = share[k]
+                    found[place][k, :, joint] = behind.spread(rows, joint, samples)
+        return found
+
+    @property
+    def _later(self) -> float:
+        table = self.bench.scenario.table
+        return table.identification.observe.current_delay * table.experiment.controller.rate_hz / self.every
+
+
+def linearised(prepared: Bench, every: int) -> Linearised:
+    """Estimate the gains of a prepared scenario from its expected logs, with one realisation of its noise.
+
+    The noise is there for methods that weigh rows or choose a model by what is left of them.
+
+    Args:
+        prepared: The scenario, nothing random left.
+        every: Samples of the controller to one of the expected logs.
+
+    Raises:
+        NotLinear: If the scenario's method has no first order.
+        IdentificationError: If there is nothing to identify.
+        PlantError: If a plant cannot be built.
+    """
+    chosen = prepared.scenario.table.identification
+    if chosen.method in NOT_LINEAR:
+        raise NotLinear(
+            f"{prepared.scenario.name}: method {chosen.method}: noise biases it in second order, which is not "
+            "predicted; simulate it with rx90 sensitivity, or name another with --method"
+        )
+    rng = np.random.default_rng(NOISE_SEED)
+    logs = zip(expected_logs(prepared, every), prepared.experiments, strict=True)
+    recordings = [noisy_recording(log, experiment, rng) for log, experiment in logs]
+    places = grouped(prepared.protocol)
+    observed = [observe(recording, prepared.structure, chosen.observe) for recording in recordings]
+    motions = tuple(Motion(observed[place], prepared.mounted[place]) for place in places)
+    problem = Problem(prepared.structure, motions, chosen.gains)
+    behind = [each.full_rate for each in observed]
+    return Linearised(
+        bench=prepared,
+        estimate=estimator(chosen.method).estimate(problem, chosen.method_options),
+        behind=tuple(each for each in behind if each is not None),
+        places=places,
+        every=every,
+    )

@@ -1,0 +1,177 @@
+"""What `rx90 payload` says: what the scenario's payload shows, what others would, and the drawing of the best."""
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.payload_files import payload_to_table
+from scenarios.design.payload_design import PayloadDesign
+from scenarios.design.payload_search import Candidate
+from scenarios.design.prediction import RESIDUAL, Deviations
+from scenarios.design.weights import MM, SHAPES
+from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.payload_drawing import draw_weight
+
+DRAWING = "payload-drawing"
+JOINT_COLUMNS = (
+    Column(title="Joint"),
+    Column(title="Payload\nbefore", unit="N m rms"),
+    Column(title="Deviation\nbefore", unit="%"),
+    Column(title="Payload\nafter", unit="N m rms"),
+    Column(title="Deviation\nafter", unit="%"),
+    Column(title="of weight\nas made", unit="%"),
+    Column(title="Gain", words=True),
+)
+
+
+def payload_report(design: PayloadDesign) -> Report:
+    """Joint by joint before and after, the shapes that were tried, and the drawing."""
+    best = design.best
+    parts: list[Part] = [_joints(design), *_why(design), _shapes(design)]
+    parts += [
+        Paragraph(f"The best {each.weight.shape} {each.refusal}; it must not be mounted.", Mood.DOUBTFUL)
+        for each in design.candidates
+        if each.refusal
+    ]
+    where = design.flange.name or "no flange: the last joint's axis stands for it"
+    limit = "the robot's file names no rated load" if design.most is None else f"rated load {design.most:g} kg"
+    parts.append(
+        Paragraph(
+            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; the weight as made adds "
+            f"what tolerances of its dimensions and the scale cost. Limits: {limit}, torque of the drives, distance to "
+            f"floor and arm. Frame: {where}."
+        )
+    )
+    parts.append(_conclusion(design))
+    caption = f"{best.weight.shape.capitalize()} of {best.payload.mass:.3f} kg"
+    parts.append(Figure(name=DRAWING, caption=caption, draw=lambda: draw_weight(best.weight), endings=("png", "svg")))
+    return Report(f"Payload for scenario {design.scenario.name}", tuple(parts), document(design))
+
+
+def _joints(design: PayloadDesign) -> Table:
+    before, best, after = design.before, design.best, design.after
+    shown = design.shows(before.deviations), design.shows(after)
+    rows = tuple(
+        cells(
+            str(j + 1),
+            f"{before.torque[j]:.3g}",
+            percent(before.deviations.noise[j], ".2f"),
+            f"{best.torque[j]:.3g}",
+            percent(after.noise[j], ".2f"),
+            percent(after.payload[j], ".2f"),
+            _verdict(bool(shown[0][j]), bool(shown[1][j])),
+        )
+        for j in range(len(before.torque))
+    )
+    return Table(columns=JOINT_COLUMNS, rows=rows)
+
+
+def _verdict(before: bool, after: bool) -> Cell:
+    if after:
+        return Cell("as before" if before else "shown now", Mood.GOOD)
+    return Cell("lost" if before else "refused", Mood.BAD)
+
+
+def _why(design: PayloadDesign) -> list[Paragraph]:
+    """Why the scenario's payload cannot show some joint, and what the new one does there."""
+    before, best = design.before, design.best
+    said: list[Paragraph] = []
+    for j in np.flatnonzero(~design.shows(before.deviations)):
+        text = (
+            f"Joint {j + 1} before: of {before.all_torque[j]:.3g} N m rms the payload's part is {before.torque[j]:.2g}"
+        )
+        if j == len(before.torque) - 1 and before.payload.com is not None:
+            off, now = (_beside(design, np.array(each.com)) for each in (before.payload, best.payload))
+            text += f", its centre lying {1e3 * off:.1f} mm beside the flange's axis; with {1e3 * now:.0f} mm"
+        said.append(Paragraph(f"{text} it is {best.torque[j]:.2g} N m."))
+    return said
+
+
+def _beside(design: PayloadDesign, com: Array) -> float:
+    """Distance of a centre of mass from the flange's axis [m]."""
+    return float(np.linalg.norm((design.flange.rotation.T @ (com - design.flange.origin))[:2]))
+
+
+def _shapes(design: PayloadDesign) -> Table:
+    columns = (
+        Column(title="Shape", words=True),
+        Column(title="Dimensions", unit="mm", words=True),
+        Column(title="Mass", unit="kg"),
+        Column(title="Beside axis", unit="mm"),
+        Column(title="Worst joint", unit="%"),
+    )
+    return Table(columns=columns, rows=tuple(_shape(design, each) for each in design.candidates))
+
+
+def _shape(design: PayloadDesign, candidate: Candidate) -> tuple[Cell, ...]:
+    weight = candidate.weight
+    dimensions = ", ".join(
+        f"{each.name} {value:g}" for each, value in zip(SHAPES[weight.shape].dimensions, weight.dimensions, strict=True)
+    )
+    return cells(
+        Cell(weight.shape, Mood.BAD if candidate.refusal else Mood.PLAIN),
+        f"{dimensions}, turned {90 * weight.quarter}\u00b0",
+        f"{candidate.payload.mass:.3f}",
+        f"{_beside(design, np.array(candidate.payload.com)) / MM:.1f}",
+        percent(float(candidate.deviations.total[design.problem.joints].max()), ".2f"),
+    )
+
+
+def _conclusion(design: PayloadDesign) -> Paragraph:
+    shown = design.shows(design.after)
+    missing = [str(j + 1) for j in design.problem.joints if not shown[j]]
+    if missing:
+        return Paragraph(f"No weight within the limits shows joint {', '.join(missing)}.", Mood.BAD, strong=True)
+    return Paragraph(
+        f"The {design.best.weight.shape} shows every joint; the worst gain's deviation is "
+        f"{percent(float(design.after.total[design.problem.joints].max()), '.2f')} %.",
+        Mood.GOOD,
+        strong=True,
+    )
+
+
+def document(design: PayloadDesign) -> dict[str, object]:
+    """The design for programs."""
+    return {
+        "scenario": design.scenario.name,
+        "residual": RESIDUAL,
+        "rated_load": design.most,
+        "flange": design.flange.name or None,
+        "before": _predicted(
+            design, design.before.deviations, design.before.torque, payload_to_table(design.before.payload)
+        ),
+        "after": _predicted(design, design.after, design.best.torque, payload_to_table(design.best.payload)),
+        "candidates": [_candidate(design, each) for each in design.candidates],
+    }
+
+
+def _predicted(
+    design: PayloadDesign, found: Deviations, torque: Array, payload: dict[str, object]
+) -> dict[str, object]:
+    return {
+        "payload": payload,
+        "joints": [
+            {
+                "joint": j + 1,
+                "wanted": bool(j in design.problem.joints),
+                "payload_torque_rms": float(torque[j]),
+                "std": float(found.noise[j]),
+                "payload_std": float(found.payload[j]),
+                "shown": bool(design.shows(found)[j]),
+            }
+            for j in range(len(torque))
+        ],
+    }
+
+
+def _candidate(design: PayloadDesign, candidate: Candidate) -> dict[str, object]:
+    weight = candidate.weight
+    names = (each.name for each in SHAPES[weight.shape].dimensions)
+    found = _predicted(design, candidate.deviations, candidate.torque, payload_to_table(candidate.payload))
+    return {
+        "shape": weight.shape,
+        "dimensions_mm": dict(zip(names, weight.dimensions, strict=True)),
+        "turned_deg": 90 * weight.quarter,
+        "density": weight.density,
+        "refusal": candidate.refusal or None,
+        **found,
+    }

@@ -1,0 +1,72 @@
+"""What a predicted error budget says: each source's cost on each joint, all together, and the tolerances."""
+
+import numpy as np
+
+from ident.arrays import Array
+from scenarios.prediction.budget import PredictedBudget
+from scenarios.prediction.predictor import Cost
+from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+
+MEANING = (
+    "Root mean square of the relative error that each source makes alone, at its declared size, to first order. All "
+    "together: biases by sign and variances summed. Within: share of runs inside the tolerance, if errors are normal."
+)
+CONTROL = "Control is taken to be perfect, sources to be independent and their effects to add; nothing was simulated."
+
+
+def prediction_report(budget: PredictedBudget) -> Report:
+    """The predicted budget of a scenario."""
+    numbers = [f"joint {joint + 1}" for joint in budget.joints.tolist()]
+    title = f"Predicted error budget of scenario {budget.scenario}, method {budget.method}: {len(budget.costs)} sources"
+    parts: list[Part] = [_table(budget, numbers), Paragraph(MEANING), Paragraph(CONTROL)]
+    parts += [Paragraph(f"Model taken for granted: {'; '.join(budget.remarks)}.")] * bool(budget.remarks)
+    parts += [Paragraph(f"Joint {j + 1}: no gain: {why}.", Mood.DOUBTFUL) for j, why in budget.refused.items()]
+    parts += [Paragraph(f"Not predicted: {each.source}: {each.reason}.", Mood.DOUBTFUL) for each in budget.unpredicted]
+    return Report(title, tuple(parts), _document(budget))
+
+
+def _table(budget: PredictedBudget, numbers: list[str]) -> Table:
+    columns = (Column(title="Source", words=True), *(Column(title=number, unit="%") for number in numbers))
+    both = budget.together
+    rows = [cells(cost.source, *_percents(cost.rms)) for cost in budget.costs]
+    rows += [
+        cells("all together", *_percents(both.rms)),
+        cells("  of it bias", *_percents(both.bias, "+.3f")),
+        cells("tolerance", *_percents(budget.tolerance, ".3g")),
+        cells("within", *(_within(share) for share in budget.within.tolist())),
+    ]
+    return Table(columns=columns, rows=tuple(rows))
+
+
+def _percents(shares: Array, form: str = ".3f") -> list[str]:
+    return [percent(share, form) for share in shares.tolist()]
+
+
+def _within(share: float) -> Cell:
+    return Cell(percent(share, ".0f"), Mood.GOOD if share > 0.95 else Mood.BAD if share < 0.5 else Mood.DOUBTFUL)
+
+
+def _document(budget: PredictedBudget) -> dict[str, object]:
+    both = budget.together
+    return {
+        "scenario": budget.scenario,
+        "method": budget.method,
+        "remarks": list(budget.remarks),
+        "joints": [
+            {
+                "joint": joint + 1,
+                "costs": [_cost(cost, k) for cost in budget.costs],
+                "together": _cost(both, k),
+                "tolerance": float(budget.tolerance[k]),
+                "within": float(budget.within[k]),
+            }
+            for k, joint in enumerate(budget.joints.tolist())
+        ],
+        "refused": [{"joint": joint + 1, "reason": reason} for joint, reason in budget.refused.items()],
+        "unpredicted": [{"source": each.source, "reason": each.reason} for each in budget.unpredicted],
+    }
+
+
+def _cost(cost: Cost, k: int) -> dict[str, object]:
+    bias, std = (float(np.asarray(x)[k]) for x in (cost.bias, cost.std))
+    return {"source": cost.source, "bias": bias, "std": std, "rms": float(cost.rms[k])}

@@ -1,0 +1,108 @@
+"""A robot of the user's as a folder: `robot.toml`, `scenario.toml`, a motion; every number with where it comes from."""
+
+from pathlib import Path
+
+import numpy as np
+
+from scenarios.design.new_robot import Found, NewRobot
+from scenarios.design.rules_of_thumb import Stated
+from scenarios.files.schema_line import schema_line
+from sim.robot import Robot
+from sim.robot_files import read_robot
+
+ROBOT, SCENARIO, MOTION = "robot.toml", "scenario.toml", "motion.toml"
+FILES = (ROBOT, SCENARIO, MOTION)
+UNITS = {
+    "gain": ("N m / drive unit", "N / drive unit"),
+    "rotor_inertia": ("kg m^2", "kg"),
+    "viscous_friction": ("N m s/rad", "N s/m"),
+    "coulomb_friction": ("N m", "N"),
+    "coulomb_asymmetry": ("N m", "N"),
+    "amplifier_offset": ("drive units", "drive units"),
+    "current_limit": ("drive units", "drive units"),
+    "max_velocity": ("rad/s", "m/s"),
+    "max_acceleration": ("rad/s^2", "m/s^2"),
+}
+"""Units of the tables of `[drives]`, of a joint that turns and of one that slides."""
+SWING = (20.0, 30.0)
+"""Rotors on elastic transmissions swing between these frequencies [Hz]; measured joints at 20 to 31."""
+
+
+def robot_text(new: NewRobot) -> str:
+    """The robot file."""
+    names = ", ".join(f"{k} {name}" for k, name in enumerate(new.arm.joint_names, 1))
+    lines = [
+        schema_line("robot"),
+        f"# Joints: {names}",
+        "# Written as a start: replace what is assumed by what you know. origin is published, measured or assumed, one",
+        "# word or one a joint. Units of a joint that slides stand in brackets.",
+        f"name = {_text(new.name)}",
+        f"model = {_text(new.model)}  # masses, centres and inertias of the links are taken from there, as they are",
+    ]
+    if new.flange is not None:
+        lines.append(f"flange = {_text(new.flange)}  # last body of the arm; joints that do not lead to it are held")
+    lines += ["", "[home]  # rad (m)", *_stated(new.home)]
+    for name, stated in new.drives.items():
+        turns, slides = UNITS[name]
+        unit = turns if new.arm.revolute.all() or turns == slides else f"{turns} ({slides})"
+        lines += ["", f"[drives.{name}]  # {unit}", *_stated(stated)]
+    return "\n".join(lines) + "\n"
+
+
+def scenario_text(new: NewRobot, found: Found) -> str:
+    """The scenario file."""
+    body = new.load.body
+    ixx, iyy, izz, *_ = body.inertia
+    moments = f"{{ ixx = {ixx!r}, iyy = {iyy!r}, izz = {izz!r} }}"
+    payload = f"{{ mass = {body.mass!r}, com = {list(body.com)!r}, inertia = {moments} }}"
+    soft = [1.0 / (float(ia) * (2.0 * np.pi * SWING[1]) ** 2) for ia in new.drives["rotor_inertia"].value]
+    soft = [float(f"{c:.3g}") for c in soft]
+    more = [float(f"{c * ((SWING[1] / SWING[0]) ** 2 - 1.0):.3g}") for c in soft]
+    shown = ", ".join(f"{100.0 * std:.2g}" for std in found.predicted)
+    truth = ", ".join("true" if each else "false" for each in found.identifiable)
+    return f"""{schema_line("scenario")}
+extends = "any-arm"          # controller, sensors and error sources that all arms share
+description = {_text(f"{new.name} as its model file describes it, with drives and friction by rules of thumb")}
+robot = "{ROBOT}"         # beside this file
+
+[plant]                      # what is true; drives that are not stated are those of {ROBOT}
+payload = {payload}
+# {new.load.source}
+# kg, m in the frame of the last link, kg m^2 about the centre of mass
+
+[experiment]
+motion = "{MOTION}"       # found within the limits of {ROBOT}; rx90 excite finds a better one
+
+[belief]                     # what controller and identification believe
+controller_gain = {new.drives["gain"].value.tolist()!r}  # those of {ROBOT}
+payload = {payload}  # as it is
+
+[tolerance]
+gain = {list(found.tolerance)!r}  # relative; four predicted deviations, 2 % at least
+identifiable = [{truth}]  # predicted deviations [%]: {shown}; wanted up to 8
+
+[sources."joint elasticity"]  # assumed: rotors on their transmissions swing at {SWING[0]:g} to {SWING[1]:g} Hz
+target = "plant.errors.joint_compliance"
+distribution = "uniform"
+parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), of a joint that slides m/N
+shared = true
+"""
+
+
+def write_robot(new: NewRobot, folder: Path) -> Robot:
+    """Write the robot file, and read it as everyone else will."""
+    (folder / ROBOT).write_text(robot_text(new), encoding="utf-8")
+    return read_robot(folder / ROBOT)
+
+
+def _stated(stated: Stated) -> list[str]:
+    words = set(stated.origin)
+    origin = _text(stated.origin[0]) if len(words) == 1 else "[" + ", ".join(map(_text, stated.origin)) + "]"
+    value = [float(f"{x:.6g}") for x in stated.value]
+    return [f"value = {value!r}", f"origin = {origin}", f"source = {_text(stated.source)}"]
+
+
+def _text(text: str) -> str:
+    """A TOML string."""
+    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c):04x}" for c in text)
+    return f'"{escaped}"'

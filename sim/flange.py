@@ -1,0 +1,67 @@
+"""Where payloads are bolted on: the face of the flange, in the frame of the last link."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from ident.arrays import Array
+from sim.compile import compiler_reason
+from sim.drawn import full_spec
+from sim.errors import ModelFileError
+from sim.quiet import quiet
+from sim.robot import Robot
+
+NAMES = ("flange", "attachment_site", "attachment", "tool0", "ee_link")
+"""What sites and bodies at a flange are called, the first that is there counts."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Flange:
+    """A flange's face.
+
+    Attributes:
+        origin: Its centre in the frame of the last link [m], shape (3,).
+        rotation: Its axes x, y and z, which points away from the arm, as columns in that frame, shape (3, 3).
+        name: Of the site or body that says so; empty where none does and the last joint's axis stands for it.
+    """
+
+    origin: Array
+    rotation: Array
+    name: str
+
+
+@quiet()
+def flange_of(robot: Robot) -> Flange:
+    """The flange of an arm.
+
+    Raises:
+        ModelFileError: If its model file cannot be compiled.
+    """
+    try:
+        model = full_spec(robot.model, robot.flange).compile()
+    except ValueError as error:
+        raise ModelFileError(f"robot model {robot.model}: {compiler_reason(error)}") from error
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    last = int(model.jnt_bodyid[-1])
+    R, p = data.xmat[last].reshape(3, 3), data.xpos[last]
+    for name in NAMES:
+        for kind, places, turns, bodies in (
+            (mujoco.mjtObj.mjOBJ_SITE, data.site_xpos, data.site_xmat, model.site_bodyid),
+            (mujoco.mjtObj.mjOBJ_BODY, data.xpos, data.xmat, np.arange(model.nbody)),
+        ):
+            k = mujoco.mj_name2id(model, kind, name)
+            if k >= 0 and model.body_weldid[bodies[k]] == model.body_weldid[last]:
+                return Flange(origin=R.T @ (places[k] - p), rotation=R.T @ turns[k].reshape(3, 3), name=name)
+    return Flange(origin=model.jnt_pos[-1].copy(), rotation=_toward(model.jnt_axis[-1]), name="")
+
+
+def _toward(axis: Array) -> Array:
+    """A rotation whose z is a unit vector, turned no farther than needed."""
+    z = axis / np.linalg.norm(axis)
+    quat = np.empty(4)
+    mujoco.mju_quatZ2Vec(quat, z)
+    R = np.empty(9)
+    mujoco.mju_quat2Mat(R, quat)
+    return R.reshape(3, 3)

@@ -1,0 +1,142 @@
+"""Torques and inertias of a compiled model along a motion, friction apart.
+
+MuJoCo's inverse dynamics is asked at a few samples; splines lie between. A joint that no drive turns (a link behind its
+transmission) moves so that no torque is left over on it: from where its motor is it yields by that torque over its own
+stiffness, again and again.
+"""
+
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ident.arrays import Array
+from sim.controller import inverse_dynamics
+from sim.effects.wrist_coupling import coupling_tendons
+from sim.errors import LooseTransmission
+from sim.quiet import quiet
+from sim.trajectory import FourierTrajectory
+
+SAMPLES_PER_HARMONIC = 20
+"""Samples to a period of the motion's fastest harmonic."""
+INERTIAS_PER_HARMONIC = 10
+"""Samples of the inertia matrix to such a period; straight lines lie between."""
+YIELD_ITERATIONS = 4
+"""Each brings a yielding link nearer by the ratio of what it carries, gravity and inertia, to its transmission's."""
+PROBE = 1e-6
+"""Angle [rad] by which a stiffness is found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frictionless:
+    """A compiled model without drives and friction; equal to another one whose bytes are the same.
+
+    Attributes:
+        saved: Its bytes.
+        model: The model.
+    """
+
+    saved: bytes
+    model: mujoco.MjModel = field(compare=False, repr=False)
+
+
+def frictionless(model: mujoco.MjModel) -> Frictionless:
+    """Take drives and the friction of joints and coupled motors off a model, in place."""
+    driven, coupled = slice(model.nv - model.nu, None), coupling_tendons(model)
+    model.dof_frictionloss[:] = model.tendon_frictionloss[:] = 0.0
+    model.dof_damping[driven] = model.tendon_damping[coupled] = 0.0
+    model.actuator_gainprm[:] = model.actuator_biasprm[:] = 0.0
+    saved = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, saved)
+    return Frictionless(saved.tobytes(), model)
+
+
+def torque_along(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Array:
+    """Torque on the driven joints.
+
+    Args:
+        rigid: The model.
+        motion: Of the driven joints, one period.
+        t: Times [s], shape (N,).
+
+    Returns:
+        [N m], shape (N, n).
+    """
+    model, n = rigid.model, motion.n
+    count = min(SAMPLES_PER_HARMONIC * motion.sine.shape[1], len(t) - 1)
+    coarse = motion.duration / count * np.arange(count + 1)
+    driven = [x[:-1] for x in motion(coarse)]
+    free = model.nv - n
+    torque = _yielding(model, driven, motion.duration) if free else inverse_dynamics(model, *driven)
+    closed = np.vstack((torque, torque[:1]))[:, free:]
+    return CubicSpline(coarse, closed, bc_type="periodic")(t)
+
+
+@quiet()
+def inertias(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Array:
+    """Inertia matrix of the driven joints along a motion; links behind a transmission count for themselves.
+
+    Args:
+        rigid: The model.
+        motion: Of the driven joints, one period.
+        t: Times [s], shape (N,).
+
+    Returns:
+        [kg m^2], shape (N, n, n).
+    """
+    model, n = rigid.model, motion.n
+    count = INERTIAS_PER_HARMONIC * motion.sine.shape[1]
+    coarse = motion.duration / count * np.arange(count + 1)
+    data, M, found = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.empty((count + 1, n, n))
+    for k, q in enumerate(motion(coarse)[0]):
+        data.qpos[:n], data.qpos[-n:] = q, q
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fullM(model, data, M)
+        found[k] = M[-n:, -n:] if model.nv == n else M[-n:, -n:] + M[:n, :n]
+    places = np.interp(t, coarse, np.arange(count + 1.0))
+    below = np.minimum(places.astype(np.intp), count - 1)
+    share = (places - below)[:, None, None]
+    return (1.0 - share) * found[below] + share * found[below + 1]
+
+
+def _yielding(model: mujoco.MjModel, driven: list[Array], duration: float) -> Array:
+    """Torque on all joints where those that no drive turns are in balance, shape (samples, nv)."""
+    n = driven[0].shape[1]
+    free = model.nv - n
+    stiffness = _own_stiffness(model, free)
+    q = driven[0][:, :free].copy()  # a link begins where its motor is
+    torque = np.zeros((len(q), model.nv))
+    for _ in range(YIELD_ITERATIONS):
+        states = [np.hstack(pair) for pair in zip((q, *_rates(q, duration)), driven, strict=True)]
+        torque = inverse_dynamics(model, *states)
+        q = q - torque[:, :free] / stiffness
+    return torque
+
+
+def _rates(q: Array, duration: float) -> tuple[Array, Array]:
+    """First and second derivative of a periodic signal, each of its shape."""
+    rate = 2j * np.pi / duration * np.arange(len(q) // 2 + 1)[:, None]
+    spectrum = np.fft.rfft(q, axis=0)
+    return np.fft.irfft(rate * spectrum, len(q), axis=0), np.fft.irfft(rate**2 * spectrum, len(q), axis=0)
+
+
+@quiet()
+def _own_stiffness(model: mujoco.MjModel, free: int) -> Array:
+    """Torque per angle that a joint's own springs hold it with [N m/rad], shape (free,)."""
+    data, stiffness = mujoco.MjData(model), np.empty(free)
+    for k in range(free):
+        forces = []
+        for angle in (0.0, PROBE):
+            data.qpos[:] = 0.0
+            data.qpos[k] = angle
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fwdVelocity(model, data)
+            forces.append(float(data.qfrc_passive[k]))
+        stiffness[k] = (forces[0] - forces[1]) / PROBE
+    if not stiffness.all():
+        raise LooseTransmission(
+            f"joint {int(np.argmin(np.abs(stiffness))) + 1} hangs loose in its backlash, so that no current holds it "
+            "where the motion wants it; simulate the motion"
+        )
+    return stiffness

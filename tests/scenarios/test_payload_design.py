@@ -1,0 +1,180 @@
+import json
+import re
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import scenarios.design.payload_search as module
+from ident.payload_files import read_payload
+from scenarios.build import Bench, bench, cell
+from scenarios.cli import main
+from scenarios.design.excitation import Design
+from scenarios.design.payload_design import PayloadDesign, design_payload
+from scenarios.design.payload_search import IMPOSSIBLE, Carrying, Judged, problem_with
+from scenarios.design.problem import design_problem, for_all_joints
+from scenarios.design.weights import Weight
+from scenarios.errors import NothingCarried, NoWeight
+from scenarios.files.loading import load_scenario
+from scenarios.reports.payload import payload_report
+from scenarios.reports.payload_drawing import draw_weight
+from scenarios.store.payload_folder import write_payload_folder
+from sim.flange import flange_of
+
+BAR = Weight(shape="bar", dimensions=(53.0, 212.0, 116.0), quarter=0, density=7850.0)
+"""What `rx90 payload nominal` finds."""
+WIDE = Weight(shape="plate", dimensions=(600.0, 300.0, 5.0, 268.0), quarter=2, density=600.0)
+
+
+@pytest.fixture(scope="module")
+def nominal() -> Bench:
+    return bench(load_scenario("nominal"))
+
+
+@pytest.fixture(scope="module")
+def carrying(nominal) -> Carrying:
+    problem = for_all_joints(design_problem(cell(nominal.scenario)))
+    motion = nominal.experiments[0].trajectory
+    return Carrying(
+        design=Design(problem),
+        motion=motion,
+        flange=flange_of(problem.plant.robot),
+        known="all",
+        most=6.0,
+        density=7850.0,
+    )
+
+
+@pytest.fixture(scope="module")
+def designed(nominal) -> PayloadDesign:
+    """By a search much shorter than usual."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "POPULATION", 3)
+        patch.setattr(module, "GENERATIONS", 3)
+        return design_payload(nominal, density=7850.0, seed=1, tell=lambda done, what: None)
+
+
+def test_the_predicted_deviations_are_those_of_the_problem_with_that_weight_on_the_flange(carrying):
+    found = Judged(carrying).candidate(BAR)
+    design = Design(problem_with(carrying.design.problem, found, carrying.flange))
+    expected = design.deviations(design.rows(carrying.motion))
+    np.testing.assert_allclose(found.deviations.noise, expected.noise, rtol=1e-12)
+    np.testing.assert_allclose(found.deviations.payload, expected.payload, rtol=1e-12)
+    assert found.refusal == ""
+    assert (found.deviations.total < 0.0055).all()
+    y = design.rows(carrying.motion).torques(design.problem.carried.chi)
+    np.testing.assert_allclose(found.torque, np.sqrt(((y[1] - y[0]) ** 2).mean(axis=0)), rtol=1e-9)  # a difference
+
+
+@pytest.mark.parametrize(
+    ("weight", "most", "limit", "why"),
+    [
+        (BAR, 5.9, 1.0, r"weighs 5\.97 kg, the robot may carry 5\.9 kg"),
+        (BAR, 6.0, 0.5, r"needs 1\d\d % of a drive's torque"),
+        (replace(BAR, dimensions=(30.0, 40.0, 250.0)), 6.0, 1.0, ""),
+        (WIDE, 6.0, 1.0, "as near as"),
+    ],
+    ids=["heavy", "weak drives", "light", "wide"],
+)
+def test_a_weight_that_must_not_be_mounted_costs_more_than_any_other_and_says_why(carrying, weight, most, limit, why):
+    problem = carrying.design.problem
+    weak = replace(problem, limits=replace(problem.limits, torque=limit * problem.limits.torque))
+    design = Design(weak)
+    judged = Judged(replace(carrying, most=most, design=design))
+    found = judged.candidate(weight)
+    if not why:
+        assert found.refusal == ""
+        assert judged.cost(weight) < 0.0
+        return
+    assert re.search(why, found.refusal)
+    assert judged.cost(weight) > (judged.candidate(BAR).cost if why == "as near as" else IMPOSSIBLE - 1e-9)
+
+
+def test_a_weight_that_misses_the_flange_costs_more_the_farther(carrying):
+    judged = Judged(carrying)
+    near, far = (
+        judged.cost(Weight(shape="cylinder", dimensions=(100.0, 40.0, offset), quarter=0, density=7850.0))
+        for offset in (25.0, 60.0)
+    )
+    assert IMPOSSIBLE < near < far
+
+
+def test_a_designed_weight_shows_the_joint_that_the_paper_s_cannot_and_is_within_the_limits(designed):
+    before, after = designed.shows(designed.before.deviations), designed.shows(designed.after)
+    assert before.tolist() == [True] * 5 + [False]
+    assert after.all()
+    assert designed.most == 6.0
+    assert designed.best.payload.mass <= 6.0
+    assert designed.best.refusal == ""
+    assert [each.weight.shape for each in designed.candidates] == [
+        each.weight.shape for each in sorted(designed.candidates, key=lambda each: (bool(each.refusal), each.cost))
+    ]
+    assert {each.weight.shape for each in designed.candidates} == {"bar", "cylinder", "plate"}
+
+
+def test_a_design_in_which_nothing_may_be_mounted_is_refused(designed):
+    refused = tuple(replace(each, refusal="weighs 9 kg") for each in designed.candidates)
+    with pytest.raises(NoWeight, match=r"nominal: no weight will do: the best \w+ weighs 9 kg"):
+        _ = replace(designed, candidates=refused).best
+
+
+def test_a_scenario_that_carries_nothing_has_nothing_to_be_designed_for(nominal, tmp_path):
+    path = tmp_path / "bare.toml"
+    path.write_text('extends = "nominal"\n[experiment]\nprotocol = ["bare"]\n')
+    with pytest.raises(NothingCarried, match="mounts no payload"):
+        design_problem(cell(load_scenario(str(path))))
+
+
+def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed):
+    report = payload_report(designed)
+    words = " ".join(part.text for part in report.parts if hasattr(part, "text"))
+    assert "Joint 6 before: of 12.7 N m rms the payload's part is 0.13, its centre lying 0.0 mm beside" in words
+    assert "shows every joint" in words
+    found = json.loads(json.dumps(report.document))
+    assert [joint["shown"] for joint in found["before"]["joints"]] == [True] * 5 + [False]
+    assert [joint["shown"] for joint in found["after"]["joints"]] == [True] * 6
+    assert found["candidates"][0]["refusal"] is None
+    assert found["rated_load"] == 6.0
+
+
+@pytest.mark.parametrize(
+    ("weight", "numbers"),
+    [
+        (BAR, {"53", "212", "116", "15", "63", "174"}),
+        (Weight(shape="cylinder", dimensions=(160.0, 40.0, 45.0), quarter=1, density=7850.0), {"160", "40", "45"}),
+        (
+            Weight(shape="plate", dimensions=(220.0, 100.0, 30.0, 70.0), quarter=2, density=7850.0),
+            {"220", "100", "30", "70"},
+        ),
+    ],
+    ids=["bar", "cylinder", "plate"],
+)
+def test_a_drawing_has_every_dimension_and_the_mass(weight, numbers):
+    figure = draw_weight(weight)
+    written = {text.get_text().replace("\u2300 ", "") for axes in figure.axes for text in axes.texts}
+    assert numbers <= written
+    assert "kg at 7850 kg/m" in figure.get_suptitle()
+
+
+def test_the_designed_payload_gives_all_six_gains(designed, tmp_path):
+    # Seed 0; the deviations are a quarter of the tolerance of 1 %.
+    write_payload_folder(designed, "nominal", None, tmp_path)
+    table = tomllib.loads((tmp_path / "scenario.toml").read_text())
+    assert table["tolerance"]["identifiable"] == [True] * 6
+    assert read_payload(tmp_path / "payload.toml") == designed.best.payload
+    assert main(["run", str(tmp_path / "scenario.toml")]) == 0
+
+
+def test_the_command_writes_drawing_payload_and_scenario(designed, tmp_path, capsys, monkeypatch):
+    import scenarios.design.payload_design as design
+
+    monkeypatch.setattr(design, "design_payload", lambda *_, **__: designed)
+    assert main(["payload", "nominal", "--out", str(tmp_path / "new"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["scenario"] == "nominal"
+    names = {"payload.toml", "scenario.toml", "payload.md", "payload-drawing.png", "payload-drawing.svg"}
+    assert {path.name for path in (tmp_path / "new").iterdir()} == {*names, ".rx90.json"}
+    unseen = replace(designed, shown_below=1e-5)
+    monkeypatch.setattr(design, "design_payload", lambda *_, **__: unseen)
+    assert main(["payload", "nominal"]) == 1
+    assert "No weight within the limits shows joint 1, 2, 3, 4, 5, 6." in capsys.readouterr().out

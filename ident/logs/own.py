@@ -19,7 +19,7 @@ def layout(path: Path, names: Sequence[str], said: LogDescription) -> LogDescrip
     """
     kinds = {name[0] for name in names if OURS.fullmatch(name)}
     wanted = {kind for kind in "tqv" if not getattr(said, kind).columns}
-    if not kinds & wanted - {"t"}:
+    if not kinds & wanted - {"t"} and not kinds >= wanted == {"t"}:
         return None
     return own_columns(path, names, wanted)
 

@@ -241,6 +241,18 @@ def test_separator_decimal_sign_and_encoding_may_be_said(tmp_path):
         read_recording(path, replace(said, text=TextLayout(separator="!", encoding="utf-8")))
 
 
+def test_what_is_said_of_a_text_goes_before_what_it_looks_like(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t;q1;v1\n0;0;4\n" + "".join(f"0,{k:02d};{k * k},5;{k % 3}\n" for k in range(1, 9)))
+    found = read_recording(path, LogDescription(text=TextLayout(decimal=",")))
+    np.testing.assert_allclose(found.t, 0.01 * np.arange(9), rtol=1e-15)
+    assert found.q[4, 0] == 16.5
+    path.write_text("".join(f"0,{k:02d} {k},5 {k % 3}\n" for k in range(9)))  # two commas, two spaces
+    said = replace(described(["t=1[s]", "q=2[rad]", "v=3[A]"]), signal="current")
+    found = read_recording(path, replace(said, text=TextLayout(header=0, separator=" ")))
+    assert found.q[:, 0].tolist() == [k + 0.5 for k in range(9)]
+
+
 def test_names_in_quotes_may_hold_the_separator(tmp_path):
     path = csv(tmp_path / "log.csv", table())
     path.write_text(path.read_text().replace("a,z", '"a, left",z', 1))
@@ -285,6 +297,8 @@ def test_what_is_said_of_a_known_layout_replaces_what_is_known_of_it(tmp_path):
     other = LogDescription(v=Channels(columns=tuple(f"target_q_{j}" for j in range(6)), unit=("A",)))
     with pytest.raises(RecordingError, match=r"what target_q_0, target_q_1, target_q_2, .. is has to be said"):
         read_recording(path, other)
+    with pytest.raises(RecordingError, match="the unit of currents is not said"):
+        read_recording(path, LogDescription(signal="current", v=Channels(columns=other.v.columns)))
     log = read_log(path, replace(other, signal="current"))
     np.testing.assert_array_equal(log.recording.v[:, 4], columns["target_q_4"])
     assert log.notes == () or "actual_current" not in log.notes[0]
@@ -308,6 +322,8 @@ def test_some_columns_may_be_ours_and_others_not(tmp_path):
     assert_same(read_recording(path, LogDescription(signal="current", v=SAID.v)))
     with pytest.raises(RecordingError, match=r"columns v1, v2, .. are missing"):
         read_recording(path)
+    csv(path, {"t" if name == "time" else name: value for name, value in table().items()})
+    assert_same(read_recording(path, replace(SAID, t=Channels())))
 
 
 UNSAID = {
@@ -472,6 +488,16 @@ def test_arrays_of_other_names_are_columns_entry_by_entry(tmp_path):
     assert_same(read_recording(path, said))
     with pytest.raises(RecordingError, match=r"columns of different lengths: more: 89, pos\[0\]: 90"):
         read_recording(path, replace(said, t=Channels(columns=("more",), unit=("s",))))
+
+
+def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "log.npz"
+    np.savez_compressed(path, t=T, q=Q, v=V, zeros=np.zeros(100_000))
+    monkeypatch.setattr("ident.logs.arrays.LARGEST", 700_000)
+    with pytest.raises(RecordingError, match=r"log\.npz: 0\.8.* MB unpacked; take a part of it"):
+        read_recording(path)
+    monkeypatch.setattr("ident.logs.arrays.LARGEST", 900_000)
+    assert_same(read_recording(path))
 
 
 def test_one_array_is_rows_or_named_fields(tmp_path):

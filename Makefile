@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs excitation methods coverage predicted protocols schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs excitation methods coverage predicted protocols robots schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -58,6 +58,11 @@ STUDIES ?= nominal out/budget
 
 predicted: .venv/ready  # scenarios, each with the folder that rx90 sensitivity left of it
 	$(BIN)/python docs/predicted.py $(STUDIES)
+
+OTHERS ?=
+
+robots: .venv/ready  # ten minutes; OTHERS names folders that rx90 new-robot has written of other arms
+	$(BIN)/python docs/robots.py $(OTHERS)
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.files.json_schema

@@ -12,12 +12,29 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
+from sim.flange import flange_of
+from sim.robot import Robot
 
 RADIUS_SHARE = 0.12
 """Radius of a capsule, as a share of the link's length."""
 LEAST_RADIUS = 0.03
 """Least radius, as a share of the reach: the sum of all lengths."""
 FLOOR = "capsule_floor"
+
+
+def stand_in(spec: mujoco.MjSpec, robot: Robot) -> list[str]:
+    """Name all bodies of a robot's model, and give it capsules and a floor if it has no shapes.
+
+    Returns:
+        Names of the bodies that got one, from base to flange; empty if the model has shapes of its own.
+    """
+    for k, body in enumerate(spec.bodies):
+        if not body.name:
+            body.name = f"unnamed_body_{k}"
+    if has_shapes(spec):
+        return []
+    flange = flange_of(robot)
+    return add_capsules(spec, flange.origin if flange.name else None)
 
 
 def has_shapes(spec: mujoco.MjSpec) -> bool:

@@ -8,10 +8,9 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
-from sim.capsules import add_capsules, has_shapes
+from sim.capsules import stand_in
 from sim.compile import mount_payload
 from sim.drawn import full_spec
-from sim.flange import flange_of
 from sim.plant import PayloadBody, Plant
 from sim.quiet import quiet
 
@@ -54,13 +53,8 @@ class Clearance:
         """
         spec = full_spec(plant.robot.model, plant.robot.flange)
         spec.option.disableflags = 0
-        _name_bodies(spec)
         _set_planes_apart(spec)
-        neighbours: list[tuple[str, str]] = []
-        if not has_shapes(spec):
-            flange = flange_of(plant.robot)
-            bodies = add_capsules(spec, flange.origin if flange.name else None)
-            neighbours = list(pairwise(bodies))
+        neighbours = list(pairwise(stand_in(spec, plant.robot)))
         groups = _groups(spec)
         body = mount_payload(spec, plant.payload)
         if solids is None:
@@ -115,13 +109,6 @@ def add_solid(body: mujoco.MjsBody, solid: Solid) -> None:
     mujoco.mju_mat2Quat(quat, np.ascontiguousarray(solid.rotation).ravel())
     size = [*solid.size, 0.0][:3]
     body.add_geom(type=kind, size=size, pos=solid.center, quat=quat, mass=0.0)
-
-
-def _name_bodies(spec: mujoco.MjSpec) -> None:
-    """Pairs that are left out are named."""
-    for k, body in enumerate(spec.bodies):
-        if not body.name:
-            body.name = f"unnamed_body_{k}"
 
 
 def _set_planes_apart(spec: mujoco.MjSpec) -> None:

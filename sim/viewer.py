@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array, Indices
+from sim.capsules import stand_in
 from sim.clearance import add_payload_shape
 from sim.compile import mount_payload
 from sim.drawn import full_spec
@@ -187,7 +188,9 @@ def _planes(spec: mujoco.MjSpec) -> list[mujoco.MjsGeom]:
 
 def _drawn(experiment: Experiment) -> mujoco.MjSpec:
     """An arm as its file draws it, with what it carries."""
-    spec = full_spec(experiment.plant.robot.model)
+    robot = experiment.plant.robot
+    spec = full_spec(robot.model, robot.flange)
+    stand_in(spec, robot)
     body = mount_payload(spec, experiment.plant.payload if experiment.loaded else None)
     if experiment.loaded:
         add_payload_shape(body, experiment.plant.payload)

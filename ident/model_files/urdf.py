@@ -74,7 +74,8 @@ def _joint(joint: Element, links: dict[str, Element]) -> str:
         link = parts[end].attributes.get("link", "") if end in parts else ""
         if link not in links:
             raise RobotModelError(f"{joint.title}: its {end} link {shown(link)} is not there{nearest(link, links)}")
-    inside = [tag(e.tag, _checked(e)) for e in parts.values() if e.tag != "limit"]
+    unread = ("limit", "axis") if kind == "fixed" else ("limit",)
+    inside = [tag(e.tag, _checked(e)) for e in parts.values() if e.tag not in unread]
     if kind in ("revolute", "prismatic"):
         inside.append(tag("limit", _limit(joint, parts.get("limit"))))
     return tag("joint", {"name": joint.attributes["name"], "type": kind}, *inside)

@@ -23,7 +23,7 @@ from scenarios.design.search import Series
 from scenarios.robot_models import check_same_payload, read_arm
 from sim.clearance import Clearance
 from sim.drives import DriveTruth
-from sim.errors import TrajectoryError
+from sim.errors import RobotError, TrajectoryError
 from sim.plant import Plant
 from sim.robot import Robot
 from sim.trajectory import FourierTrajectory
@@ -147,6 +147,7 @@ def moved(new: NewRobot, robot: Robot, searched: Callable[[Design, Series, int],
 
     Raises:
         TrajectoryError: If none is found within the limits.
+        RobotError: If the payload that the arm can bear shows no gain.
     """
     plant, body = Plant(robot=robot, drives=robot.drives, payload=new.load.body), new.load.body
     problem = Problem(
@@ -166,7 +167,13 @@ def moved(new: NewRobot, robot: Robot, searched: Callable[[Design, Series, int],
         except TrajectoryError as error:
             reasons.append(error)
         else:
-            return Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
+            found = Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
+            if any(found.identifiable):
+                return found
+            raise RobotError(
+                f"robot {new.name}: the largest torques leave room for {body.mass:.2g} kg, which show no gain better "
+                f"than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or masses of the links"
+            )
     raise TrajectoryError(
         f"robot {new.name}: no motion about home keeps clear of limits, floor and arm: {reasons[-1]}; state another "
         f"home in robot.toml, then rx90 excite"

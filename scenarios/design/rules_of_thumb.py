@@ -39,6 +39,8 @@ TORQUE_SHARE = 0.75
 """Share of any joint's largest torque that arm and payload may ask for together; a search for a motion allows 0.8."""
 STATES = 200
 """Random states over which torques are taken."""
+USUAL = 0.9
+"""Share of these states that a payload leaves room for; a search for a motion keeps clear of the others."""
 HEAVIEST = 10.0
 """Largest payload [kg]."""
 TURN = np.pi
@@ -129,7 +131,7 @@ def load_by_rule(arm: Arm, model: Path, flange: str | None, drives: Mapping[str,
     torque, speed = drives["current_limit"].value, drives["max_velocity"].value
     com = _beside_the_axis(arm)
     state = speed / 3.0, ACCELERATION * speed / 3.0
-    need = _random_torques(arm, model, flange, *state, None)
+    need = _random_torques(arm, model, flange, *state, None, share=USUAL)
     each = _random_torques(arm, model, flange, *state, _bar(1.0, com), bare=False)
     room = np.minimum(LOADED * torque, TORQUE_SHARE * torque - need)
     for j in np.flatnonzero(room <= 0.0):
@@ -183,8 +185,12 @@ def _random_torques(
     body: PayloadBody | None,
     *,
     bare: bool = True,
+    share: float = 1.0,
 ) -> Array:
-    """Largest torques of random states [N m or N], shape (n,), with or without payload; what it adds if not `bare`."""
+    """Torques that a share of random states stays below [N m or N], shape (n,), with or without payload.
+
+    Not `bare`: what the payload adds.
+    """
     endless = ~np.isfinite(arm.upper - arm.lower)
     lower, upper = np.where(endless, -TURN, arm.lower), np.where(endless, TURN, arm.upper)
     rng = np.random.default_rng(0)
@@ -194,7 +200,7 @@ def _random_torques(
     def torque(carried: PayloadBody | None) -> Array:
         return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, carried), q, dq, ddq)
 
-    return np.abs(torque(body) - (0.0 if bare else torque(None))).max(axis=0)
+    return np.quantile(np.abs(torque(body) - (0.0 if bare else torque(None))), share, axis=0)
 
 
 def _or_rule(arm: Arm, stated: Mapping[str, float], rule: Array, words: str, model: Path) -> Stated:

@@ -1,0 +1,121 @@
+"""Writes robots.md: how well the gains of the built-in robots, of arms that nobody designed and of others are found.
+
+Arms of others, whose files are not the project's to keep, are those that `rx90 new-robot` has written into the folders
+that are named.
+"""
+
+import json
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pandas as pd
+
+HOME = Path(__file__).parent
+sys.path.insert(0, str(HOME.parent / "tests" / "helpers"))
+from random_arms import write_random_arm  # noqa: E402
+
+SEEDS = 20
+BUILT_IN = ("nominal", "ur10e", "tx40", "panda", "stanford")
+ARMS = range(10)
+SURE = 4.0
+HEAD = f"""# Other robots
+
+Written by `make robots`; nothing is typed by hand. Each scenario is run with {SEEDS} seeds, one process. Arms that
+nobody designed are those of `tests/helpers/random_arms.py`: five to eight joints, tilted axes, some sliding, no shapes.
+They, and the files of others, are read by `rx90 new-robot` and run as it writes them, with the motion that it finds.
+
+**Wanted**: joints whose gain the payload shows by prediction. **p95**: 95th percentile of the relative error of the
+gain of the worst wanted joint. **Wrong**: gains told with an error of more than {SURE:g} of their own standard
+deviations. **Refused**: wanted gains that were refused, of all seeds. **Trial**: wall time of one, beside other work.
+
+| Robot | Joints | Wanted | p95 | Wrong | Refused | Trial |
+|---|---|---|---|---|---|---|
+"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What came of one robot; a reason where nothing did."""
+
+    name: str
+    joints: int = 0
+    wanted: int = 0
+    p95: float = float("nan")
+    wrong: int = 0
+    refused: int = 0
+    seconds: float = 0.0
+    reason: str = ""
+
+    @property
+    def text(self) -> str:
+        """As a line of the table."""
+        if self.reason:
+            return f"| {self.name} | {self.reason} | | | | | |"
+        return (
+            f"| {self.name} | {self.joints} | {self.wanted} | {100.0 * self.p95:.2f} % | {self.wrong} | {self.refused} "
+            f"| {self.seconds:.1f} s |"
+        )
+
+
+def command(*words: str) -> str:
+    """Last line that a command leaves on stderr, empty if all went well or a tolerance was missed."""
+    done = subprocess.run([sys.executable, "-m", "scenarios", *words], capture_output=True, text=True, check=False)
+    return done.stderr.splitlines()[-1] if done.returncode not in (0, 1) else ""
+
+
+def row(name: str, scenario: str, folder: Path) -> Row:
+    """Of one scenario, whose trials are kept in a folder."""
+    started = time.perf_counter()
+    reason = command("monte-carlo", scenario, "-n", str(SEEDS), "--out", str(folder), "--jobs", "1")
+    seconds = (time.perf_counter() - started) / SEEDS
+    parts = sorted((folder / "trials").glob("*.parquet"))
+    if reason or not parts:
+        return Row(name, reason=reason or "nothing was written")
+    rows = pd.concat(pd.read_parquet(part) for part in parts)
+    wanted = rows[rows.identifiable.astype(bool)]
+    error = (rows.estimate - rows.true).abs()
+    return Row(
+        name=name,
+        joints=int(rows.joint.max()),
+        wanted=int(wanted.joint.nunique()),
+        p95=float(wanted.rel_error.abs().groupby(wanted.joint).quantile(0.95).max()),
+        wrong=int((error > SURE * rows["std"]).sum()),
+        refused=int(wanted.estimate.isna().sum()),
+        seconds=seconds,
+    )
+
+
+def undesigned(seed: int, folder: Path) -> Row:
+    """Of an arm that nobody designed."""
+    name = f"arm {seed} (random)"
+    folder.mkdir(parents=True, exist_ok=True)
+    model = write_random_arm(folder, seed)
+    reason = command("new-robot", str(model), "--out", str(folder / "robot"), "--jobs", "1")
+    return Row(name, reason=reason) if reason else row(name, str(folder / "robot" / "scenario.toml"), folder / "study")
+
+
+def main(others: list[Path]) -> None:
+    """Run them all and write the page."""
+    with TemporaryDirectory() as place:
+        at = Path(place)
+        found = [row(name, name, at / name) for name in BUILT_IN]
+        found += [undesigned(seed, at / f"arm{seed}") for seed in ARMS]
+        found += [
+            row(_name(folder), str(folder / "scenario.toml"), at / f"other{k}") for k, folder in enumerate(others)
+        ]
+    (HOME / "robots.md").write_text(HEAD + "\n".join(each.text for each in found) + "\n", encoding="utf-8")
+    print(json.dumps([each.text for each in found], indent=1))
+
+
+def _name(folder: Path) -> str:
+    return next(
+        line.split('"')[1] for line in (folder / "robot.toml").read_text().splitlines() if line.startswith("name")
+    )
+
+
+if __name__ == "__main__":
+    main([Path(word) for word in sys.argv[1:]])

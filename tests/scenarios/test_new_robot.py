@@ -1,0 +1,116 @@
+"""From a model file to a scenario: what is written, where each number is from, and that it runs."""
+
+import json
+import tomllib
+
+import numpy as np
+import pytest
+from collections_of_arms import GRIPPER, HOME, menagerie, ros, written
+from random_arms import write_random_arm
+
+from scenarios.cli import main
+from scenarios.commands.status import Status
+from sim.robot_files import read_robot
+
+
+def made(path, folder, capsys, *words):
+    """What `new-robot` tells of a model file, and its folder."""
+    status = main(["new-robot", str(path), "--out", str(folder), "--evaluations", "60", *words, "--json"])
+    output = capsys.readouterr()
+    assert status == Status.PASSED, output.err
+    return json.loads(output.out)
+
+
+@pytest.fixture
+def servo_arm(tmp_path):
+    return written(tmp_path, "arm.xml", menagerie(tail=HOME))
+
+
+def test_what_a_model_file_states_is_published_and_the_rest_is_assumed_with_its_rule(servo_arm, tmp_path, capsys):
+    made(servo_arm, tmp_path / "mine", capsys)
+    table = tomllib.loads((tmp_path / "mine/robot.toml").read_text())
+    drives = table["drives"]
+    assert drives["current_limit"]["value"] == [80.0] * 3  # forcerange of the servos
+    assert drives["current_limit"]["origin"] == "published"
+    assert drives["max_velocity"]["value"] == [2.0] * 3  # a file of MuJoCo states no speed
+    assert drives["max_velocity"]["origin"] == "assumed"
+    np.testing.assert_allclose(drives["max_acceleration"]["value"], 4.0 * np.array([2.0] * 3), rtol=1e-12)
+    np.testing.assert_allclose(drives["rotor_inertia"]["value"], 0.0065 * np.array([80.0] * 3), rtol=1e-9)
+    assert table["home"]["value"] == [0.0, 0.4, -0.7]
+    assert "keyframe 'home'" in table["home"]["source"]
+    for stated in (table["home"], *drives.values()):
+        assert len(stated["source"].split()) >= 2
+    assert (tmp_path / "mine" / table["model"]).resolve() == servo_arm.resolve()
+
+
+def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_its_own(tmp_path, capsys):
+    path = written(tmp_path, "arm.urdf", ros(more=GRIPPER))
+    told = made(path, tmp_path / "mine", capsys, "--flange", "tool0", "--name", "lift arm")
+    robot = read_robot(tmp_path / "mine/robot.toml")
+    assert robot.name == "lift arm"
+    assert robot.flange == "tool0"
+    np.testing.assert_allclose(robot.drives.current_limit, [120.0, 90.0, 60.0], rtol=1e-12)
+    np.testing.assert_allclose(robot.max_velocity, [2.5, 2.5, 0.5], rtol=1e-12)
+    text = (tmp_path / "mine/robot.toml").read_text()
+    assert "# Joints: 1 shoulder, 2 elbow, 3 wrist" in text
+    assert "N m (N)" in text
+    assert told["joints"] == ["shoulder", "elbow", "wrist"]
+
+
+def test_a_robot_file_that_its_owner_has_improved_is_not_written_over(servo_arm, tmp_path, capsys):
+    made(servo_arm, tmp_path / "mine", capsys)
+    path = tmp_path / "mine/robot.toml"
+    path.write_text(path.read_text().replace("80", "75"))
+    assert main(["new-robot", str(servo_arm), "--out", str(tmp_path / "mine"), "--evaluations", "60"]) == 2
+    assert "robot.toml: changed since rx90 new-robot wrote it" in capsys.readouterr().err
+    assert read_robot(path).drives.current_limit[1] == 75.0
+
+
+def test_an_arm_that_can_hardly_hold_itself_is_refused_with_the_joint(tmp_path, capsys):
+    path = written(tmp_path, "arm.urdf", ros().replace('effort="90"', 'effort="2"'))
+    assert main(["new-robot", str(path), "--out", str(tmp_path / "mine")]) == Status.BAD_INPUT
+    error = capsys.readouterr().err
+    assert "joint elbow: its largest torque is 2, moving the bare arm takes" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "mine/robot.toml").exists()
+
+
+def test_a_payload_that_shows_no_gain_is_refused(tmp_path, capsys, monkeypatch):
+    import scenarios.design.new_robot as module
+
+    monkeypatch.setattr(module, "SHOWN", 1e-9)
+    path = write_random_arm(tmp_path, 3)
+    assert main(["new-robot", str(path), "--out", str(tmp_path / "mine"), "--evaluations", "20"]) == Status.BAD_INPUT
+    assert "the largest torques leave room for" in capsys.readouterr().err
+
+
+def test_axes_of_joints_that_do_not_move_are_not_read(tmp_path, capsys):
+    text = ros().replace('<origin xyz="0 0 0.1"/></joint>', '<origin xyz="0 0 0.1"/><axis xyz="0 0 0"/></joint>')
+    assert text.count('<axis xyz="0 0 0"/>') == 1
+    made(written(tmp_path, "arm.urdf", text), tmp_path / "mine", capsys)
+
+
+def test_an_arm_that_nobody_designed_runs_and_shows_its_gains(tmp_path, capsys):
+    path = write_random_arm(tmp_path, 2)
+    told = made(path, tmp_path / "mine", capsys)
+    assert main(["run", str(tmp_path / "mine/scenario.toml"), "--json"]) == Status.PASSED
+    gains = json.loads(capsys.readouterr().out)["gains"]
+    assert len(gains) == len(told["joints"])
+    wanted = [gain for gain, shown in zip(gains, told["identifiable"], strict=True) if shown]
+    assert wanted
+    for gain in wanted:
+        assert abs(gain["estimate"] / gain["true"] - 1.0) < max(0.02, 4.0 * gain["std"] / gain["true"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_of_arms_that_nobody_designed_19_in_20_gains_are_within_2_percent_and_none_is_wrong(tmp_path, capsys, seed):
+    path = write_random_arm(tmp_path, seed)
+    assert main(["new-robot", str(path), "--out", str(tmp_path / "mine"), "--json"]) == Status.PASSED
+    predicted = json.loads(capsys.readouterr().out)["predicted_rel_std"]
+    out = str(tmp_path / "study")
+    main(["monte-carlo", str(tmp_path / "mine/scenario.toml"), "-n", "20", "--out", out, "--json"])
+    told = json.loads(capsys.readouterr().out)
+    for std, found in zip(predicted, told["joints"], strict=True):
+        if std < 0.005:  # 20 seeds: p95 is some 2.1 deviations
+            assert found["p95"] < 0.02

@@ -37,7 +37,7 @@ def test_the_first_reading_is_the_log_as_it_is(arm):
 
 
 def test_readings_of_one_mistake_are_all_there_once(arm):
-    # 6 (2 signs x 4 zeros - 1), 15 pairs three ways, 26 directions without the own one, 2 factors (all, 5 lengths), none
+    # 6 (2 signs x 4 zeros - 1), 15 pairs three ways, 26 directions but its own, 2 factors (all, 5 lengths), no weight
     assert len(by_words(arm)) == 1 + 6 * 7 + 3 * 15 + 25 + 2 * 6 + 1
     assert not by_words(arm)[WEIGHTLESS].gravity.any()
     assert WEIGHTLESS not in by_words(replace(arm, gravity=np.zeros(3)))

@@ -28,6 +28,7 @@ lint: .venv/ready
 bench: .venv/ready
 	$(BIN)/python bench/speed.py
 	$(BIN)/python bench/effects.py
+	$(BIN)/python bench/doors.py
 	$(BIN)/python bench/studies.py
 
 docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa

@@ -43,3 +43,7 @@ class Contradiction(IdentificationError):
 
 class GainsError(IdentificationError):
     """Drive gains that no drives have, that are of another arm, or that are missing where they are needed."""
+
+
+class LogDescriptionError(IdentificationError):
+    """What is said of a foreign log cannot be meant."""

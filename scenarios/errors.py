@@ -145,6 +145,14 @@ class WrongFiles(ScenarioError):
     """Recordings and payloads on a command line that do not go together."""
 
 
+class SaidTwice(ScenarioError):
+    """Something that a file and the command line both say of a log."""
+
+
+class WrongJointNames(ScenarioError):
+    """Names of joints that a log is said to have, which cannot be those of the model."""
+
+
 class NoJointWanted(ScenarioError):
     """A motion is searched for a scenario that wants no gain."""
 

@@ -17,6 +17,7 @@ COMMANDS = {
     "excite": "search for a motion that shows a scenario's gains best",
     "payload": "design a weight that shows every joint's gain",
     "view": "show the motions of a scenario, in MuJoCo's viewer or as a picture",
+    "convert": "any log to a recording: CSV, UR RTDE, ROS 2 bag, MCAP, Parquet, NumPy",
     "identify": "identify the gains of a robot from recordings",
     "verify": "weigh another, known mass with the gains found, or predict part of the motions from the rest",
     "payload-of": "mass, centre and inertia of an unknown payload, from its currents and the gains",

@@ -5,9 +5,11 @@ import time
 
 from ident.estimators import DEFAULT, ESTIMATORS
 from ident.identification import Recorded, identify_motions
+from ident.logs.description import LogDescription
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
 from scenarios.commands import bare, gains_files
+from scenarios.commands.log_arguments import add_log_arguments, log_description, read_recordings
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
@@ -22,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add_model_arguments(parser)
     add_motion_arguments(parser)
+    add_log_arguments(parser)
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
@@ -44,7 +47,8 @@ def main(options: argparse.Namespace) -> Status:
     held = gains_files.claimed(options, "rx90 identify")
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         structure = named_structure(options)
-        motions = in_order_of_time([motion for each in files for motion in recorded(each)])
+        said = log_description(options, structure.arm.joint_names)
+        motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
         if alone:
             bare.tell(options, structure, motions)
             return Status.PASSED
@@ -72,11 +76,10 @@ def main(options: argparse.Namespace) -> Status:
     return Status.PASSED
 
 
-def recorded(files: MountedFiles) -> list[Recorded]:
-    """The motions of one mounting."""
+def recorded(files: MountedFiles, said: LogDescription) -> list[Recorded]:
+    """The motions of one mounting; how a foreign log was read is told at once."""
     from ident.payload_files import read_payload
-    from ident.recording_files import read_recording
 
-    recordings = [read_recording(path) for path in files.recordings]
+    recordings = read_recordings(files.recordings, said)
     payload = None if files.payload is None else read_payload(files.payload)
     return [Recorded(recording, payload) for recording in recordings]

@@ -3,6 +3,7 @@
 import argparse
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.log_arguments import add_log_arguments
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.robot_model import add_model_arguments
 from scenarios.commands.status import Status
@@ -16,6 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--unloaded", type=arguments.file, nargs="+", required=True, metavar="A", help="recordings with a bare flange")
     add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
     add_model_arguments(parser)
+    add_log_arguments(parser)
     add_overlay_arguments(parser)
     add_form_arguments(parser)
 

@@ -2,6 +2,7 @@
 
 import argparse
 
+from scenarios.commands.log_arguments import add_log_arguments, log_description
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.robot_model import add_model_arguments, named_structure
@@ -21,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, needed=False, said="gains to hold against the scale; without them the motions predict each other"
     )
     add_motion_arguments(parser)
+    add_log_arguments(parser)
     add_overlay_arguments(parser)
     add_form_arguments(parser)
 
@@ -66,7 +68,8 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
     observing = options_from_words(ObserveOptions, options.observe)
     with threadpool_limits(1):
         arm = named_structure(options)
-        motions = in_order_of_time([motion for each in files for motion in recorded(each)])
+        said = log_description(options, arm.arm.joint_names)
+        motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
         estimate = identify_motions(motions, arm, options=own, observing=observing).estimate
     show(prediction_report(estimate, cross_validated(estimate)), options)
     return Status.PASSED

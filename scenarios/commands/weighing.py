@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.commands import gains_files
+from scenarios.commands.log_arguments import log_description, read_recordings
 from scenarios.commands.robot_model import named_structure
 
 if TYPE_CHECKING:
@@ -49,13 +50,13 @@ def weigh(options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Pat
     """Read recordings and find their payload with the gains of a file."""
     from threadpoolctl import threadpool_limits
 
-    from ident.recording_files import read_recording
     from ident.weighing.together import payload_of
     from scenarios.weighing.problem import model_options, observe_options, weighing_problem
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         arm = named_structure(options)
-        bare, heavy = ([read_recording(path) for path in each] for each in (unloaded, loaded))
+        said = log_description(options, arm.arm.joint_names)
+        bare, heavy = (read_recordings(each, said) for each in (unloaded, loaded))
         observing = observe_options(file, options.observe)
         problem = weighing_problem(arm, bare, heavy, file, observing)
         found = payload_of(problem, file.known, model_options(file, options.option))

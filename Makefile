@@ -61,7 +61,7 @@ predicted: .venv/ready  # scenarios, each with the folder that rx90 sensitivity 
 
 OTHERS ?=
 
-robots: .venv/ready  # ten minutes; OTHERS names folders that rx90 new-robot has written of other arms
+robots: .venv/ready  # half an hour; goes on from what out/robots holds; OTHERS names folders that rx90 new-robot has written of other arms
 	$(BIN)/python docs/robots.py $(OTHERS)
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package

@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs excitation methods coverage predicted protocols robots schemas lock clean
+.PHONY: demo test test-slow mutants lint bench docs excitation methods coverage predicted protocols robots verify schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -63,6 +63,9 @@ OTHERS ?=
 
 robots: .venv/ready  # half an hour; goes on from what out/robots holds; OTHERS names folders that rx90 new-robot has written of other arms
 	$(BIN)/python docs/robots.py $(OTHERS)
+
+verify: .venv/ready  # ten minutes
+	$(BIN)/python docs/verify.py out/verify
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.files.json_schema

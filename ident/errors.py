@@ -39,3 +39,11 @@ class NotConverged(IdentificationError):
 
 class Contradiction(IdentificationError):
     """Data that fit no arm of this model with this payload: a sign, a zero, a column or the model is mistaken."""
+
+
+class GainsError(IdentificationError):
+    """Drive gains that no drives have, that are of another arm, or that are missing where they are needed."""
+
+
+class LogDescriptionError(IdentificationError):
+    """What is said of a foreign log cannot be meant."""

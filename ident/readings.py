@@ -1,4 +1,4 @@
-"""What a log may mean instead of what it says: a joint's sign or zero, the order of columns, a base, longer links.
+"""What a log may mean instead of what it says: a joint's sign or zero, order, a base, lengths, no weight.
 
 Signs, zeros and orders are other states of the same arm, and lengths do not decide which of its parameters show: its
 base parameters stay what they are. Only under another gravity there may be more.
@@ -17,6 +17,8 @@ TURNS = (0, 90, 180, 270)
 """Zeros that conventions differ by [degrees]."""
 STRETCHES = (0.8, 1.25)
 """Factors that lengths are tried with."""
+WEIGHTLESS = "v without the weight of links and payload"
+"""Words of the reading that the controller took out what gravity asks for."""
 SAME_DIRECTION = 1e-6
 """Difference of unit vectors under which gravity points the same way."""
 
@@ -66,6 +68,8 @@ def readings(arm: Arm) -> Iterator[tuple[Reading, ...]]:
         yield other, replace(other, words=f"joints {i + 1} and {j + 1} exchanged", v_order=other.q_order)
     yield from _other_bases(arm, given)
     yield from _other_lengths(arm, given)
+    if arm.gravity.any():
+        yield (replace(given, words=WEIGHTLESS, gravity=np.zeros(3)),)
 
 
 def as_it_is(arm: Arm) -> Reading:

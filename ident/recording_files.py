@@ -1,59 +1,111 @@
-"""Recordings from and to files: columns `t`, `q1` .. `qn`, `v1` .. `vn`, one row a sample."""
+"""Recordings from and to files: one row a sample, columns `t`, `q1` .., `v1` .. or what they are said to be."""
 
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ident.errors import RecordingError
-from ident.logs import read_columns
-from ident.logs.columns import Columns
-from ident.naming import one_line
+from ident.logs import format_of, ur_rtde
+from ident.logs.columns import OURS, Request
+from ident.logs.conversion import converted
+from ident.logs.description import LogDescription
+from ident.logs.notes import notes_of
+from ident.logs.resolution import Resolved, resolved
+from ident.logs.units import ISO
 from ident.recording import Recording
 from ident.recording_checks import check_log
 
-MOST_JOINTS = 64
-"""Joints of a recording; its columns are counted before they are stacked."""
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """A log file as it was read.
+
+    Attributes:
+        recording: The recording that it holds.
+        read: Which columns were taken for what.
+        notes: What one should know of how it was read.
+    """
+
+    recording: Recording
+    read: Resolved
+    notes: tuple[str, ...]
 
 
-def read_recording(path: str | Path) -> Recording:
-    """Read a recording from a Parquet (`.parquet`) or CSV (any other ending) file, packed by gzip or not.
+def read_recording(path: str | Path, description: LogDescription | None = None) -> Recording:
+    """Read a recording from a file of any format of `ident.logs.LOGS`; what none claims is CSV, packed by gzip or not.
 
     A CSV file has a header line with the column names; `#` starts a comment. Further columns are ignored.
+
+    Args:
+        path: The file.
+        description: What its columns are, where they are not ours or of a layout that is known.
 
     Raises:
         RecordingError: If the file is missing or unreadable, a column is missing or not numeric, joints are
             unequal, or the values fail the checks of `Recording` or `check_log`.
     """
-    recording = read_unchecked(path)
-    check_log(recording)
-    return recording
+    return read_log(path, description or LogDescription()).recording
 
 
-def read_unchecked(path: str | Path) -> Recording:
-    """Read a recording as `read_recording` does, but with whatever jumps and spikes it has.
+def read_log(path: str | Path, description: LogDescription) -> Log:
+    """Read a recording, and what was taken for what.
+
+    Args:
+        path: The file.
+        description: What is said of it.
 
     Raises:
-        RecordingError: Likewise, but for the checks of `check_log`.
+        RecordingError: As `read_recording`.
+    """
+    log = read_unchecked(path, description)
+    check_log(log.recording)
+    return log
+
+
+def read_unchecked(path: str | Path, description: LogDescription) -> Log:
+    """Read a recording as `read_log` does, but with whatever jumps and spikes it has.
+
+    Raises:
+        RecordingError: As `read_recording`, but for the checks of `check_log`.
     """
     path = Path(path)
-    table, place = read_columns(path), one_line(path)
-    if "t" not in table:
-        raise RecordingError(f"{place}: column t is missing; found {', '.join(table)}")
-    joints, currents = (_joint_numbers(place, table, kind) for kind in "qv")
-    if joints != currents:
-        first = min(set(joints) ^ set(currents))
-        raise RecordingError(f"{place}: joint {first} has only one of the columns q{first} and v{first}")
-    if joints != list(range(1, len(joints) + 1)):
-        gap = next(j for j in range(1, joints[-1]) if j not in joints)
-        raise RecordingError(f"{place}: columns q{gap} and v{gap} are missing; joints are numbered 1 to n")
-    if len(joints) > MOST_JOINTS:
-        raise RecordingError(f"{place}: {len(joints)} joints; recordings of up to {MOST_JOINTS} are read")
-    q, v = (np.column_stack([table[f"{kind}{j}"] for j in joints]) for kind in "qv")
-    return Recording(table["t"], q, v, place)
+    found: list[Resolved] = []
+
+    def chosen(path: Path, names: Sequence[str]) -> tuple[str, ...]:
+        found[:] = [resolved(path, names, description)]
+        return found[0].columns
+
+    meant = re.compile("|".join((OURS.pattern, ur_rtde.COLUMNS, *map(re.escape, _said(description)))))
+    request = Request(
+        chosen=chosen,
+        known=lambda names: sum(bool(meant.fullmatch(name) or OURS.fullmatch(name.lower())) for name in names),
+        dates=frozenset((*description.t.columns, "t") if description.t.unit == (ISO,) else ()),
+        text=description.text,
+        topic=description.topic,
+        joints=description.joints,
+    )
+    table = format_of(path).read(path, request)
+    recording = converted(path, table, found[0].description)
+    return Log(recording, found[0], notes_of(found[0]))
 
 
-def write_recording(recording: Recording, path: str | Path) -> None:
-    """Write a recording as Parquet (`.parquet`) or CSV (any other ending), every digit kept."""
+def _said(description: LogDescription) -> list[str]:
+    """Names of columns that a description says, the joints' filled in."""
+    names = (*description.t.columns, *description.q.columns, *description.v.columns, *dict(description.only))
+    joints = description.joints or ("",)
+    return [name.replace("{joint}", joint) for name in names for joint in joints]
+
+
+def write_recording(recording: Recording, path: str | Path, *, signal: str = "") -> None:
+    """Write a recording as Parquet (`.parquet`) or CSV (any other ending), every digit kept.
+
+    Args:
+        recording: The recording.
+        path: The file.
+        signal: What v is, for people who read the file: a comment of CSV, metadata of Parquet.
+    """
     path = Path(path)
     names = ["t", *(f"{kind}{j + 1}" for kind in "qv" for j in range(recording.n))]
     columns = np.column_stack((recording.t, recording.q, recording.v))
@@ -61,14 +113,8 @@ def write_recording(recording: Recording, path: str | Path) -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        table = pa.table(dict(zip(names, columns.T, strict=True)))
+        table = pa.table(dict(zip(names, columns.T, strict=True)), metadata={"v": signal} if signal else None)
         pq.write_table(table, path)
     else:
-        np.savetxt(path, columns, fmt="%.17g", delimiter=",", header=",".join(names), comments="")
-
-
-def _joint_numbers(place: str, table: Columns, kind: str) -> list[int]:
-    numbers = sorted(int(name[1:]) for name in table if name[0] == kind)
-    if not numbers:
-        raise RecordingError(f"{place}: columns {kind}1, {kind}2, .. are missing; found {', '.join(table)}")
-    return numbers
+        head = f"# v: {signal}\n" if signal else ""
+        np.savetxt(path, columns, fmt="%.17g", delimiter=",", header=head + ",".join(names), comments="")

@@ -17,7 +17,7 @@ from ident.errors import Contradiction
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of
 from ident.instants import instants
 from ident.observation import ObserveOptions
-from ident.readings import Reading, readings
+from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
 
@@ -125,8 +125,13 @@ def _message(given: Explanation, convincing: Sequence[Explanation]) -> str:
     more = f" or {len(best) - NAMED} more" if len(best) > NAMED else ""
     joint = int(np.argmax(_gain(given, best[0])))
     before, after = 100.0 * given.left[joint], 100.0 * best[0].left[joint]
+    shown = f"unexplained of joint {joint + 1}'s current then: {after:.2g} instead of {before:.2g} %"
+    if words == WEIGHTLESS:
+        return (
+            f"the currents fit better without the weight of links and payload ({shown}): v is gravity-compensated, and "
+            "the weight that gains come from is missing in it; log the motor current, or the whole commanded torque"
+        )
     return (
-        f"the currents fit another arm better than this one: {words}{more} (unexplained of joint {joint + 1}'s current "
-        f"then: {after:.2g} instead of {before:.2g} %); check signs, zeros and order of the columns, how the base "
-        "stands, and the robot model with its couplings"
+        f"the currents fit another arm better than this one: {words}{more} ({shown}); check signs, zeros "
+        "and order of the columns, how the base stands, and the robot model with its couplings"
     )

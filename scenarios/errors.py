@@ -145,6 +145,14 @@ class WrongFiles(ScenarioError):
     """Recordings and payloads on a command line that do not go together."""
 
 
+class SaidTwice(ScenarioError):
+    """Something that a file and the command line both say of a log."""
+
+
+class WrongJointNames(ScenarioError):
+    """Names of joints that a log is said to have, which cannot be those of the model."""
+
+
 class NoJointWanted(ScenarioError):
     """A motion is searched for a scenario that wants no gain."""
 
@@ -183,6 +191,14 @@ class WrongSeal(ScenarioError):
 
 class ForeignAnswers(ScenarioError):
     """A file that holds no answers to problems."""
+
+
+class SeenBefore(ScenarioError):
+    """A recording that is to prove gains, and that they were found from."""
+
+
+class WrongGains(ScenarioError):
+    """A file that holds no drive gains, or such as cannot be."""
 
 
 class MethodError(ScenarioError):

@@ -23,12 +23,13 @@ class NamedRobot:
     gain: Array | None
 
 
-def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = ()) -> NamedRobot:
+def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
     """A robot from a command line.
 
     Args:
         word: MJCF or URDF file, `robot.toml`, or a name in `ROBOTS`.
         couplings: Pairs of coupled joints, from 0; those of a robot's own file where there is none.
+        flange: Last body of a model file's arm; None where all joints are the arm's.
 
     Raises:
         UnknownName: If it is none of these.
@@ -36,7 +37,7 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = ()) -> Named
         RobotError: If the robot's file cannot be read.
     """
     if Path(word).suffix.lower() in MODEL_FILES:
-        return NamedRobot(structure_of(read_arm(Path(word), couplings)), None)
+        return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None)
     named = robot(word)
     own = tuple((each.turns_with, each.motor) for each in named.couplings if each.turns_with < each.motor)
     return NamedRobot(structure(named, couplings or own), named.drives.gain)

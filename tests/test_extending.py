@@ -26,6 +26,7 @@ from recipes import (
     run,
     touched,
 )
+from scipy.io import savemat
 
 import rx90_mjcf
 from ident.identification import identify
@@ -66,7 +67,7 @@ TAKEN = {
 CONTRACTS = {
     "tests/ident/test_estimators.py": "weighted",
     "tests/ident/test_uncertainty.py": "white",
-    "tests/ident/test_logs.py": "npz",
+    "tests/ident/test_logs.py": "mat",
     "tests/sim/test_extending.py": "dress_pack|eccentric_gear|hum",
     "tests/scenarios/test_reports.py": "csv",
     "tests/scenarios/test_execute.py": "profile",
@@ -112,7 +113,7 @@ def followed(plain, tmp_path_factory) -> Followed:
     save_run(plain, work)
     for old, new in (("unloaded", "bare"), ("loaded", "heavy")):
         log = read_recording((work / f"{old}.parquet").rename(work / f"{new}.parquet"))
-        np.savez(work / f"{new}.npz", t=log.t, q=log.q, v=log.v)
+        savemat(work / f"{new}.mat", {"t": log.t, "q": log.q, "v": log.v})
     shutil.copy(rx90_mjcf.MJCF, work / "arm.xml")
     for recipe in RECIPES.values():
         follow(recipe, packages, work)

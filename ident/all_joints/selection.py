@@ -48,21 +48,42 @@ LEAST_SPREAD, SPREAD_SHARE = 1e-3, 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rival:
+    """A model that could be meant as well: what differs between two fits counts as one deviation, in part.
+
+    Attributes:
+        share: That part.
+        other: The fit of the rival.
+        final: What it is compared with.
+    """
+
+    share: float
+    other: Fitted
+    final: Fitted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Selected:
     """The model that data chose.
 
     Attributes:
         final: Its fit.
-        model: Relative change of each gain to other defensible models, shape (n, m).
+        rivals: Other defensible models.
         remarks: What was chosen, in words.
         softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
             (r_j,); a model of yielding ones has it among its columns.
     """
 
     final: Fitted
-    model: Array
     remarks: tuple[str, ...]
+    rivals: tuple[Rival, ...] = ()
     softened: tuple[Array, ...] = ()
+
+    @property
+    def model(self) -> Array:
+        """Relative change of each gain to the rivals, in deviations, shape (n, rivals)."""
+        nothing = np.zeros((len(self.final.own), 0))
+        return np.column_stack([nothing, *(each.share * _log_ratio(each.other, each.final) for each in self.rivals)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +118,9 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
     best, second = loads[form].tried, loads[other].tried
     doubt = max(LEAST_DOUBT, float(stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
-    shares = [np.sqrt(doubt * (1.0 - doubt)) * _log_ratio(second.fitted, best.fitted)]
+    rivals = [Rival(share=float(np.sqrt(doubt * (1.0 - doubt))), other=second.fitted, final=best.fitted)]
     if yields:
-        shares.append(FIRST_ORDER * _log_ratio(plain.fitted, soft.fitted))
+        rivals.append(Rival(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
     remarks = [_load_words(form, loads[form].belief)]
     remarks += [
         f"{SPEED_TERMS[law].words} on joint {', '.join(str(j + 1) for j in joints)}"
@@ -111,7 +132,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
         final=best.fitted,
-        model=np.column_stack(shares),
+        rivals=tuple(rivals),
         remarks=tuple(remarks),
         softened=tuple(each @ compliance for each in first.softened),
     )

@@ -27,7 +27,7 @@ GIVEN_STD = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class GivenGain:
-    """A gain that is known beforehand and sets the scale of the others.
+    """A gain that is known beforehand and sets the scale of those that are not.
 
     Attributes:
         joint: Its joint, from 0.
@@ -48,7 +48,7 @@ class Setting:
         columns: Rows of every joint.
         per_motion: Whether viscous and Coulomb friction differ between motions.
         prior_std: Deviation of log|h| that is allowed around the start.
-        given: A gain that is known beforehand.
+        given: Gains that are known beforehand.
     """
 
     problem: Problem
@@ -56,7 +56,7 @@ class Setting:
     columns: tuple[JointColumns, ...]
     per_motion: bool
     prior_std: float
-    given: GivenGain | None = None
+    given: tuple[GivenGain, ...] = ()
 
     @property
     def n(self) -> int:
@@ -81,14 +81,14 @@ class Fitted:
     fit: AllJointsFit
 
 
-def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: GivenGain | None = None) -> Setting:
+def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequence[GivenGain] = ()) -> Setting:
     """Prepare the fits of a problem.
 
     Raises:
         NotIdentifiable: If neither a known payload parameter nor a given gain sets the scale of the gains.
     """
     shared = shared_parameters(problem)
-    if not shared.known.any() and given is None:
+    if not shared.known.any() and not given:
         raise NotIdentifiable(
             "no motion carries a payload of known mass: links that joints share give the ratios of the gains alone; "
             "mount one, or give one gain (options gain_joint and gain_value)"
@@ -99,7 +99,7 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Give
         columns=joint_columns(problem, shared),
         per_motion=per_motion,
         prior_std=prior_std,
-        given=given,
+        given=tuple(given),
     )
 
 
@@ -125,7 +125,7 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
         own_columns(each, dict(more), per_motion=ready.per_motion) for each, more in zip(columns, terms, strict=True)
     )
     joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
-    given = {} if ready.given is None else {ready.given.joint: 1.0 / ready.given.value}
+    given = {each.joint: 1.0 / each.value for each in ready.given}
     h = start_of(ready.problem, joints, own, given) if before is None else before.fit.found.h
     std = np.full(ready.n, ready.prior_std)
     std[list(given)] = GIVEN_STD

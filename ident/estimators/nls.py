@@ -7,8 +7,6 @@ through its neighbours.
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from ident.all_joints.body import BODIES
 from ident.all_joints.loss import LOSSES, Tame, drawn_in, settled
 from ident.all_joints.named import fit_as_named
@@ -103,11 +101,16 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
         prior_std=options.prior_std,
         given=_given(options, problem.structure.arm.n),
     )
-    tame = LOSSES[options.loss]
-    chosen = _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
+    chosen = chosen_model(ready, options)
     moved = BODIES[options.payload_body](ready, chosen.final)
     estimate = concluded(NAME, problem, solution(ready, chosen.final, chosen.model, moved.log, chosen.softened))
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
+
+
+def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
+    """The model of a problem that the options name, or that they let data choose, fitted."""
+    tame = LOSSES[options.loss]
+    return _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
 
 
 def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
@@ -115,7 +118,7 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     if options.friction == AUTO and recorded:
         return selected(ready, yielding=options.compliance)
     final = fit_as_named(ready, FRICTIONS[options.friction], compliance=options.compliance)
-    return Selected(final=final, model=np.zeros((ready.n, 0)), remarks=())
+    return Selected(final=final, remarks=())
 
 
 def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:
@@ -128,9 +131,9 @@ def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:
     return replace(chosen, final=final, remarks=(*chosen.remarks, remark))
 
 
-def _given(options: AllJointsOptions, n: int) -> GivenGain | None:
+def _given(options: AllJointsOptions, n: int) -> tuple[GivenGain, ...]:
     if options.gain_joint is None or options.gain_value is None:
-        return None
+        return ()
     if not 1 <= options.gain_joint <= n:
         raise OptionError(f"gain_joint = {options.gain_joint}: the arm has joints 1 to {n}")
-    return GivenGain(options.gain_joint - 1, options.gain_value)
+    return (GivenGain(options.gain_joint - 1, options.gain_value),)

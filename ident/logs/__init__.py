@@ -2,19 +2,20 @@
 
 from pathlib import Path
 
-from ident.logs.columns import Columns, LogFormat
+from ident.logs.arrays import ARRAYS
+from ident.logs.columns import LogFormat
 from ident.logs.csv import CSV
 from ident.logs.parquet import PARQUET
+from ident.logs.ros import ROS
 
-LOGS: dict[str, LogFormat] = {"parquet": PARQUET, "csv": CSV}
+LOGS: dict[str, LogFormat] = {"parquet": PARQUET, "numpy": ARRAYS, "ros": ROS, "csv": CSV}
 """Log formats by name; the ending of a file's name decides, and what no format claims is read as CSV."""
 
 
-def read_columns(path: Path) -> Columns:
-    """The columns of a recording, by whatever format the file's name tells.
-
-    Raises:
-        RecordingError: If the file cannot be read.
-    """
+def format_of(path: Path) -> LogFormat:
+    """The format of a file by its name, of a folder by what lies in it."""
     name = path.name.lower()
-    return next((log for log in LOGS.values() if name.endswith(log.endings)), CSV).read(path)
+    for log in LOGS.values():
+        if name.endswith(log.endings) or (log.marks and (path / log.marks).is_file()):
+            return log
+    return CSV

@@ -1,20 +1,27 @@
-"""Recordings in text files: a header line with the column names, one row a sample.
+"""Logs in text files: a header line with the column names, one row a sample.
 
-Columns are separated by commas, semicolons, tabs, bars or spaces, whichever shows the most of our names in the header;
-the decimal sign may be a comma where that does not separate columns.
+Columns are separated by commas, semicolons, tabs, bars or spaces, whichever shows the most of the wanted names in the
+header, or numbers where there is none; the decimal sign may be a comma where that does not separate columns.
 """
 
+import csv
 import io
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ident.arrays import Array
 from ident.errors import RecordingError
-from ident.logs.columns import OURS, Columns, LogFormat, used_columns
+from ident.logs.columns import Columns, LogFormat, Request
+from ident.logs.parquet import seconds
 from ident.logs.text import read_text, without_comments
 from ident.naming import one_line, shown
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 SEPARATORS = (",", ";", "\t", "|", " ")
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
@@ -30,7 +37,7 @@ class _Layout:
         header: Column names.
         separator: Between columns.
         decimal: Decimal sign.
-        line: Line of the header, from 1.
+        line: Lines before the first row.
         start: Where the rows begin in the text [bytes].
     """
 
@@ -41,95 +48,186 @@ class _Layout:
     start: int
 
 
-def read_csv(path: Path) -> Columns:
-    """Read the columns of a recording.
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """Columns to be read.
+
+    Attributes:
+        names: Their names.
+        places: Where they are, from 0.
+        dated: Whether they hold dates.
+    """
+
+    names: list[str]
+    places: list[int]
+    dated: list[bool]
+
+
+def read_csv(path: Path, request: Request) -> Columns:
+    """Read the columns of a log.
 
     Raises:
-        RecordingError: If the file is no text, has no header with our columns, or a cell is no number; names line
-            and column.
+        RecordingError: If the file is no text, has no header with the wanted columns, or a cell is no number; names
+            line and column.
     """
-    text = read_text(path)
-    layout = _layout(path, text)
-    used = used_columns(path, layout.header)
+    text = read_text(path, request.text.encoding)
+    layout = _layout(path, text, request)
+    names = list(request.chosen(path, layout.header))
+    wanted = _Wanted(names, [layout.header.index(name) for name in names], [name in request.dates for name in names])
     rows = without_comments(text[layout.start :])
-    places = [layout.header.index(name) for name in used]
-    values = (_spaced if layout.separator == " " else _parsed)(rows, layout, places)
-    if values is not None:
-        return dict(zip(used, values, strict=True))
-    lines = [_tidy(line, layout) for line in rows.splitlines()]
-    if fault := _fault(path, lines, layout, places):
-        raise fault
-    values = _parsed(b"\n".join(lines), layout, places)
+    values = _parsed(rows, layout, wanted)
+    if values is None and layout.separator == " " and not any(wanted.dated):
+        values = _spaced(rows, layout, wanted)
+    if values is None:
+        lines = [_tidy(line, layout) for line in rows.splitlines()]
+        if fault := _fault(path, lines, layout, wanted):
+            raise fault
+        values = _parsed(b"\n".join(lines), layout, wanted)
     if values is None:
         raise RecordingError(f"{one_line(path)}: not readable as CSV")
-    return dict(zip(used, values, strict=True))
+    if not len(values[0]):
+        raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
+    return dict(zip(names, values, strict=True))
 
 
-def _layout(path: Path, text: bytes) -> _Layout:
-    """Find header, separator and decimal sign."""
-    position, number, commented = 0, 0, ""
+def _layout(path: Path, text: bytes, request: Request) -> _Layout:
+    """Find header, separator and decimal sign, as far as they are not said."""
+    said = request.text
+    found = _header(path, text, request)
+    start, line = found.end, found.line
+    if said.rows is not None:
+        start, line = _start_of_line(path, text, said.rows), said.rows - 1
+    rest = text[start : start + 10_000].split(b"\n")
+    first = next((row for row in rest if row.split(b"#", 1)[0].strip()), b"")
+    if not first and not without_comments(text[start:]).strip():
+        raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
+    decimal = "," if found.separator != "," and b"," in first.split(b"#", 1)[0] else "."
+    return _Layout(found.header, found.separator, said.decimal or decimal, line, start)
+
+
+@dataclass(frozen=True, slots=True)
+class _Header:
+    """The line of the names: what they are, what separates them, its number, and where the next one begins."""
+
+    header: list[str]
+    separator: str
+    line: int
+    end: int
+
+
+def _header(path: Path, text: bytes, request: Request) -> _Header:
+    """The header, or the numbers of the columns where it is said that there is none."""
+    said = request.text
+    position = 0 if not said.header else _start_of_line(path, text, said.header)
+    number, commented, words = (said.header or 1) - 1, "", ""
     while position < len(text):
         found = _LINE.match(text, position)
         assert found is not None, "an empty line matches too"
         number += 1
-        end = found.end() + (2 if text[found.end() : found.end() + 2] == b"\r\n" else 1)
+        start, position = position, _next_line(text, found.end())
         line = _decoded(found[0])
-        words = line.split("#", 1)[0].strip()
+        words = line.strip().lstrip("#").strip() if said.header else line.split("#", 1)[0].strip()
         if words:
             break
+        if said.header:
+            raise RecordingError(f"{one_line(path)}: line {number}, said to be the header, is empty")
         commented = line.strip().lstrip("#").strip() or commented
-        position = end
     else:
         raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
-    named = _named(words)
-    if named == 0 and _named(commented) > 1 and not re.search("[a-df-mo-zA-DF-MO-Z]", words):
-        words, number, end = commented, number - 1, position  # as numpy.savetxt writes it: the names are a comment
-    elif named == 0 and all(_NUMBER.fullmatch(w) for w in re.split(r"[\s;,|]+", words) if w):
-        raise RecordingError(
-            f"{one_line(path)}: line {number} has numbers where column names are expected; begin with t,q1,..,v1,.."
-        )
-    separator = max(SEPARATORS, key=lambda s: sum(bool(OURS.fullmatch(w.lower())) for w in _split(words, s)))
-    rest = text[end : end + 10_000].split(b"\n")
-    first = next((row for row in rest if row.split(b"#", 1)[0].strip()), b"")
-    if not first and not without_comments(text[end:]).strip():
-        raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
-    decimal = "," if separator != "," and b"," in first.split(b"#", 1)[0] else "."
-    return _Layout(_split(words, separator), separator, decimal, number, end)
+    if said.header == 0:
+        separator = said.separator or max(SEPARATORS, key=lambda s: _numbers_in(words, s))
+        return _Header([str(k + 1) for k in range(len(_split(words, separator)))], separator, number - 1, start)
+    if said.header is None and not _known(words, request):
+        if _known(commented, request) > 1 and not re.search("[a-df-mo-zA-DF-MO-Z]", words):
+            words, number, position = commented, number - 1, start  # as numpy.savetxt writes it: names are a comment
+        elif all(_NUMBER.fullmatch(w) for w in re.split(r"[\s;,|]+", words) if w):
+            raise RecordingError(
+                f"{one_line(path)}: line {number} has numbers where column names are expected; begin with t,q1,..,"
+                'v1,.., or say header = "none" in a log description'
+            )
+    separator = said.separator or max(SEPARATORS, key=lambda s: request.known(_split(words, s)))
+    return _Header(_split(words, separator), separator, number, position)
 
 
-def _parsed(rows: bytes, layout: _Layout, places: list[int]) -> list[np.ndarray] | None:
-    """The columns at some places, None if a row or cell does not fit."""
+def _start_of_line(path: Path, text: bytes, number: int) -> int:
+    """Where a line begins [bytes]."""
+    position = 0
+    for _ in range(number - 1):
+        found = _LINE.match(text, position)
+        assert found is not None, "an empty line matches too"
+        position = _next_line(text, found.end())
+        if position >= len(text):
+            raise RecordingError(f"{one_line(path)}: has no line {number}")
+    return position
+
+
+def _next_line(text: bytes, end: int) -> int:
+    return end + (2 if text[end : end + 2] == b"\r\n" else 1)
+
+
+def _known(line: str, request: Request) -> int:
+    """How many of the wanted names a line holds, whatever separates them."""
+    return max(request.known(_split(line, separator)) for separator in SEPARATORS)
+
+
+def _numbers_in(line: str, separator: str) -> int:
+    cells = _split(line, separator)
+    return sum(bool(_NUMBER.fullmatch(cell.replace(",", ".", 1) if separator != "," else cell)) for cell in cells)
+
+
+def _parsed(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
+    """The wanted columns, None if a row or cell does not fit."""
     import pyarrow as pa
     from pyarrow import csv
 
     names = [str(k) for k in range(len(layout.header))]
-    wanted = [names[k] for k in places]
+    places = [names[k] for k in wanted.places]
+    kinds = [pa.string() if dated else pa.float64() for dated in wanted.dated]
     try:
         table = csv.read_csv(
             pa.py_buffer(rows),
             read_options=csv.ReadOptions(column_names=names, use_threads=False, block_size=1 << 22),
             parse_options=csv.ParseOptions(delimiter=layout.separator),
             convert_options=csv.ConvertOptions(
-                column_types=dict.fromkeys(wanted, pa.float64()),
-                include_columns=wanted,
+                column_types=dict(zip(places, kinds, strict=True)),
+                include_columns=places,
                 null_values=[],
                 decimal_point=layout.decimal,
                 check_utf8=False,
             ),
         )
+        return [
+            _dates(table[place]) if dated else np.asarray(table[place].to_numpy(), dtype=np.float64)
+            for place, dated in zip(places, wanted.dated, strict=True)
+        ]
     except pa.ArrowInvalid:
         return None
-    return [np.asarray(table[name].to_numpy(), dtype=np.float64) for name in wanted]
 
 
-def _spaced(rows: bytes, layout: _Layout, places: list[int]) -> list[np.ndarray] | None:
+def _dates(cells: "pa.ChunkedArray") -> Array:
+    """Dates as seconds since 1970; without an offset they count as UTC.
+
+    Raises:
+        pyarrow.ArrowInvalid: If one cannot be read.
+    """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    cells = pc.replace_substring(pc.utf8_trim(cells, " \"'"), ",", ".")
+    try:
+        return seconds(cells.cast(pa.timestamp("ns")))
+    except pa.ArrowInvalid:
+        return seconds(cells.cast(pa.timestamp("ns", "UTC")))
+
+
+def _spaced(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
     """Likewise for columns separated by one or more spaces, if all of them hold numbers."""
     numbers = io.BytesIO(rows.replace(b",", b".") if layout.decimal == "," else rows)
     try:
         values = np.loadtxt(numbers, ndmin=2)
     except ValueError:
         return None
-    return [values[:, k] for k in places] if values.shape[1] == len(layout.header) else None
+    return [values[:, k] for k in wanted.places] if values.shape[1] == len(layout.header) else None
 
 
 def _tidy(line: bytes, layout: _Layout) -> bytes:
@@ -143,15 +241,20 @@ def _tidy(line: bytes, layout: _Layout) -> bytes:
     return line if line.strip() else b""
 
 
-def _fault(path: Path, lines: list[bytes], layout: _Layout, places: list[int]) -> RecordingError | None:
+def _fault(path: Path, lines: list[bytes], layout: _Layout, wanted: _Wanted) -> RecordingError | None:
     """Find the first row or cell that does not fit."""
     for number, line in enumerate(lines, layout.line + 1):
         if not line:
             continue
         cells = _split(_decoded(line), layout.separator)
-        for k in places:
+        for k, dated in zip(wanted.places, wanted.dated, strict=True):
             cell = cells[k] if k < len(cells) else ""
-            if not _NUMBER.fullmatch(cell.replace(",", ".", 1) if layout.decimal == "," else cell):
+            if dated and not _date(cell):
+                return RecordingError(
+                    f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is no date; expected "
+                    "2031-07-19T09:41:07.125"
+                )
+            if not dated and not _NUMBER.fullmatch(cell.replace(",", ".", 1) if layout.decimal == "," else cell):
                 return RecordingError(
                     f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is not a number"
                 )
@@ -162,14 +265,20 @@ def _fault(path: Path, lines: list[bytes], layout: _Layout, places: list[int]) -
     return None
 
 
+def _date(cell: str) -> bool:
+    import pyarrow as pa
+
+    try:
+        return not np.isnan(_dates(pa.chunked_array([[cell]], pa.string())))[0]
+    except pa.ArrowInvalid:
+        return False
+
+
 def _split(line: str, separator: str) -> list[str]:
-    cells = line.split(None if separator == " " else separator)
-    return [cell.strip().strip("\"'").strip() for cell in cells]
-
-
-def _named(line: str) -> int:
-    """How many of our column names a line holds, whatever separates them."""
-    return sum(bool(OURS.fullmatch(word.strip("\"'").lower())) for word in re.split(r"[\s;,|]+", line))
+    if separator == " ":
+        return [cell.strip("\"'") for cell in line.split()]
+    cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True), []) if '"' in line else None
+    return [cell.strip().strip("\"'").strip() for cell in cells or line.split(separator)]
 
 
 def _decoded(line: bytes) -> str:

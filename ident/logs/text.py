@@ -16,8 +16,12 @@ _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _COMMENT = re.compile(rb"#[^\r\n]*")
 
 
-def read_text(path: Path) -> bytes:
+def read_text(path: Path, encoding: str | None = None) -> bytes:
     """The text of a file, as UTF-8 or another encoding that has ASCII in it.
+
+    Args:
+        path: The file.
+        encoding: Of its characters; by its byte order mark if None.
 
     Raises:
         RecordingError: If it cannot be read or is no text.
@@ -25,15 +29,14 @@ def read_text(path: Path) -> bytes:
     content = read_bytes(path, most_bytes=LARGEST, error=RecordingError)
     if content.startswith(b"\x1f\x8b"):
         content = _unpacked(path, content)
-    for mark, encoding in MARKS:
+    if encoding is not None:
+        content = _decoded(path, content, encoding)
+    for mark, marked in MARKS:
         if content.startswith(mark):
-            if encoding == "utf-8":
+            if marked == "utf-8":
                 content = content[len(mark) :]
                 break
-            try:
-                content = content.decode(encoding).encode()
-            except UnicodeDecodeError as error:
-                raise RecordingError(f"{one_line(path)}: broken {encoding.upper()} at byte {error.start}") from error
+            content = _decoded(path, content, marked)
             break
     if _CONTROL.search(content[:100_000]):
         hint = "is it UTF-16? save it as UTF-8" if 2 * content[:100].count(0) >= len(content[:100]) - 1 else ""
@@ -46,6 +49,14 @@ def read_text(path: Path) -> bytes:
 def without_comments(content: bytes) -> bytes:
     """The text with everything from a `#` to the end of its line removed; lines keep their numbers."""
     return _COMMENT.sub(b"", content) if b"#" in content else content
+
+
+def _decoded(path: Path, content: bytes, encoding: str) -> bytes:
+    try:
+        return content.decode(encoding).encode()
+    except UnicodeError as error:
+        place = f" at byte {error.start}" if isinstance(error, UnicodeDecodeError) else ""
+        raise RecordingError(f"{one_line(path)}: broken {encoding.upper()}{place}") from error
 
 
 def _unpacked(path: Path, content: bytes) -> bytes:

@@ -29,13 +29,18 @@ def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
     return (len(changes) - 1) / len(changes) * (apart.T @ apart)
 
 
-def left_out(rows: Rows) -> list[tuple[Indices, Array]]:
-    """The rows of each stretch, and the residual [drive units] they would have if the model had not seen them."""
+def left_out(rows: Rows, stretches: int = BLOCKS) -> list[tuple[Indices, Array]]:
+    """The rows of each stretch, and the residual [drive units] they would have if the model had not seen them.
+
+    Args:
+        rows: Rows with their residuals.
+        stretches: That each motion is cut into.
+    """
     found: list[tuple[Indices, Array]] = []
     for motion in np.unique(rows.motion):
         own = np.flatnonzero(rows.motion == motion)
         at = rows.position[own] - rows.position[own].min()
-        stretch = at * BLOCKS // (at.max() + 1)
+        stretch = at * stretches // (at.max() + 1)
         for number in np.unique(stretch):
             block = own[stretch == number]
             explained, weight = rows.explained[block], rows.weight[block]

@@ -17,8 +17,13 @@ COMMANDS = {
     "excite": "search for a motion that shows a scenario's gains best",
     "payload": "design a weight that shows every joint's gain",
     "view": "show the motions of a scenario, in MuJoCo's viewer or as a picture",
+    "convert": "any log to a recording: CSV, UR RTDE, ROS 2 bag, MCAP, Parquet, NumPy",
     "check": "look at recordings before anything is identified: what is wrong with them, or with the model",
     "identify": "identify the gains of a robot from recordings",
+    "verify": "weigh another, known mass with the gains found, or predict part of the motions from the rest",
+    "payload-of": "mass, centre and inertia of an unknown payload, from its currents and the gains",
+    "torque": "joint torques of a recording with intervals, from its currents and the gains",
+    "compare-gains": "two sets of gains: what moved beyond its interval",
     "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
 }
 """Names with a one-line summary, in the order one would use them; `monte-carlo` is the module `monte_carlo` here."""

@@ -113,16 +113,3 @@ def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str
 def add_force_argument(parser: argparse.ArgumentParser) -> None:
     """Declare that files of others may be written over."""
     parser.add_argument("--force", action="store_true", help="write over files that this command did not write")
-
-
-def add_coupling_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare that motors turn with the sum of two joints."""
-    parser.add_argument(
-        "--coupling",
-        type=count,
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=("I", "J"),
-        help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
-    )

@@ -4,8 +4,10 @@ import argparse
 
 import scenarios.commands.arguments as arguments
 from ident.observation import ObserveOptions
+from scenarios.commands.log_arguments import add_log_arguments, log_description, told
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.robot_model import add_reading_arguments
 from scenarios.commands.status import Status
 
 
@@ -24,7 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--payload", metavar="P", type=arguments.file, help="the payload one has, TOML: what the motion will show of it"
     )
-    arguments.add_coupling_argument(parser)
+    add_reading_arguments(parser)
+    add_log_arguments(parser)
     add_form_arguments(parser)
     add_options(parser, ObserveOptions)
 
@@ -45,9 +48,11 @@ def main(options: argparse.Namespace) -> Status:
     if options.loaded and options.payload is None:
         raise WrongFiles("--loaded: no payload is given; describe what was mounted, --payload P.toml")
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
-        robot = named_robot(options.robot, tuple((i - 1, j - 1) for i, j in options.coupling))
+        couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
+        robot = named_robot(options.robot, couplings, flange=options.flange)
+        said = log_description(options, robot.structure.arm.joint_names)
         payload = None if options.payload is None else read_payload(options.payload)
-        recordings = [read_unchecked(path) for path in (*options.log, *options.loaded)]
+        recordings = told([read_unchecked(path, said) for path in (*options.log, *options.loaded)])
         found = check(
             recordings,
             robot.structure,

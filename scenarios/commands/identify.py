@@ -3,28 +3,33 @@
 import argparse
 import time
 
-import scenarios.commands.arguments as arguments
 from ident.estimators import DEFAULT, ESTIMATORS
 from ident.identification import Recorded, identify_motions
+from ident.logs.description import LogDescription
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
+from scenarios.commands import bare, gains_files
+from scenarios.commands.log_arguments import add_log_arguments, log_description, read_recordings
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
+from scenarios.commands.robot_model import add_model_arguments, named_structure
 from scenarios.commands.status import Status
+from scenarios.commands.weighing import add_gains_argument
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments; those of the options classes come with the classes' own descriptions."""
     add = parser.add_argument
-    add("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
-    add("--flange", metavar="BODY", help="last body of the arm, where the file has more; joints beyond are held")
+    add_model_arguments(parser)
     add_motion_arguments(parser)
-    arguments.add_coupling_argument(parser)
+    add_log_arguments(parser)
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
+    add_gains_argument(parser, needed=False, said="with bare recordings alone: gains that are known, or believed")
+    gains_files.add_gains_out(parser)
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
         add_options(parser, kind)
@@ -34,26 +39,36 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, tell."""
     from threadpoolctl import threadpool_limits
 
-    from ident.structure import structure_of
     from ident.time_order import in_order_of_time
     from scenarios.reports.identify import estimate_report
-    from scenarios.robot_models import read_arm
 
     files = mounted_files(options.given)
+    alone = bare.wanted(options, loaded=any(each.payload is not None for each in files))
+    held = gains_files.claimed(options, "rx90 identify")
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
-        couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
-        structure = structure_of(read_arm(options.model, couplings, flange=options.flange))
-        motions = in_order_of_time([motion for each in files for motion in _read(each)])
+        structure = named_structure(options)
+        said = log_description(options, structure.arm.joint_names)
+        motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
+        if alone:
+            bare.tell(options, structure, motions)
+            return Status.PASSED
+        own = options_from_words(ESTIMATORS[options.method].options, options.option)
+        observing = chosen(ObserveOptions, options)
         started = time.perf_counter()
         found = identify_motions(
             motions,
             structure,
             method=options.method,
-            options=options_from_words(ESTIMATORS[options.method].options, options.option),
-            observing=chosen(ObserveOptions, options),
+            options=own,
+            observing=observing,
             gains=chosen(GainOptions, options),
         )
         identify_s = time.perf_counter() - started
+    if held is not None:
+        from scenarios.store.gains_file import Origin, gains_file
+
+        origin = Origin(model=options.model, arm=structure.arm, motions=motions, options=own, observing=observing)
+        gains_files.write(gains_file(found.estimate, origin), held)
     if form(options) == "json":
         for note in found.notes:
             complain(note)
@@ -61,11 +76,10 @@ def main(options: argparse.Namespace) -> Status:
     return Status.PASSED
 
 
-def _read(files: MountedFiles) -> list[Recorded]:
-    """The motions of one mounting."""
+def recorded(files: MountedFiles, said: LogDescription) -> list[Recorded]:
+    """The motions of one mounting; how a foreign log was read is told at once."""
     from ident.payload_files import read_payload
-    from ident.recording_files import read_recording
 
-    recordings = [read_recording(path) for path in files.recordings]
+    recordings = read_recordings(files.recordings, said)
     payload = None if files.payload is None else read_payload(files.payload)
     return [Recorded(recording, payload) for recording in recordings]

@@ -4,7 +4,7 @@ import argparse
 from dataclasses import replace
 
 import scenarios.commands.arguments as arguments
-from scenarios.commands.arguments import add_force_argument
+from scenarios.commands import gains_files
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
 
@@ -16,7 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--save", type=arguments.folder, metavar="DIR", help="write recordings, payloads, truth and result there"
     )
-    add_force_argument(parser)
+    gains_files.add_gains_out(parser)
     add_form_arguments(parser)
 
 
@@ -28,13 +28,17 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.run import run_report
     from scenarios.run import run
     from scenarios.store.claim import claim
-    from scenarios.store.run_folder import identify_command, run_files, save_run
+    from scenarios.store.gains_file import gains_file
+    from scenarios.store.run_folder import identify_command, origin, run_files, save_run
 
     prepared, held = bench(load_scenario(options.scenario)), None
     if options.save is not None:
         held = claim(options.save, run_files(prepared), command="rx90 run --save", force=options.force)
+    out = gains_files.claimed(options, "rx90 run")
     result = run(prepared, options.seed)
     report = run_report(result)
+    if out is not None:
+        gains_files.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
         with held.writing():
             save_run(result, held.folder)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from scenarios.files.gains import GainsFile
 from scenarios.files.motions import LARGEST, LONGEST
 from scenarios.files.schema import InertiaTable, Known, Positive, ScenarioTable, Triple
 from scenarios.files.schema_line import ENDING, FOLDER
@@ -169,6 +170,7 @@ def schemas() -> dict[str, dict[str, Any]]:
         "result": Result,
         "check": Check,
         "answer": AnswerFile,
+        "gains": GainsFile,
         "problem": ProblemFile,
         "robot": RobotTable,
     }

@@ -12,8 +12,9 @@ from ident.recording_files import write_recording
 from scenarios.build import Bench
 from scenarios.files.mountings import BARE, LOADED, grouped
 from scenarios.files.schema_line import schema_line
-from scenarios.run import Run
+from scenarios.run import Run, as_identified
 from scenarios.store.documents import run_document, to_json, true_bodies
+from scenarios.store.gains_file import Origin
 
 
 def run_files(prepared: Bench) -> tuple[str, ...]:
@@ -48,6 +49,18 @@ def save_run(run: Run, folder: Path) -> None:
     }
     (folder / "truth.json").write_text(to_json(truth) + "\n", encoding="utf-8")
     (folder / "result.json").write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
+
+
+def origin(run: Run) -> Origin:
+    """What the gains of a run were found from."""
+    chosen = run.bench.scenario.table.identification
+    return Origin(
+        model=run.bench.experiments[0].plant.robot.model,
+        arm=run.bench.structure.arm,
+        motions=as_identified(run.bench, run.recordings),
+        options=chosen.method_options,
+        observing=chosen.observe,
+    )
 
 
 def identify_command(run: Run, folder: Path) -> str:

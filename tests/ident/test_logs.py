@@ -12,13 +12,14 @@ import pytest
 
 from ident.errors import RecordingError
 from ident.logs import LOGS, LogFormat, columns, text
-from ident.logs.columns import used_columns
+from ident.logs.columns import Request, check_width, used_columns
 from ident.recording import Recording
 from ident.recording_files import read_recording
 
 T = 0.01 * np.arange(30)
 Q = np.column_stack((np.sin(3.0 * T), -0.7 * np.cos(2.0 * T)))
 V = np.column_stack((1.3 * np.cos(5.0 * T), np.sin(4.0 * T) + 0.2))
+OWN = Request(chosen=used_columns, known=len)
 
 
 def rows(separator: str = ",", decimal: str = ".", header: str = "t q1 q2 v1 v2", form: str = "%.17g") -> str:
@@ -107,9 +108,10 @@ def test_decimals_and_dictionaries_are_read_from_parquet(tmp_path):
 
 
 def test_a_new_format_is_found_by_the_ending_of_a_file(tmp_path, monkeypatch):
-    def read(path: Path) -> dict[str, np.ndarray]:
+    def read(path: Path, request: Request) -> dict[str, np.ndarray]:
         assert path.read_text() == "whatever"
-        return {"t": T, "q1": Q[:, 0], "v1": V[:, 0]}
+        table = {"t": T, "q1": Q[:, 0], "v1": V[:, 0], "more": V[:, 1]}
+        return {name: table[name] for name in request.chosen(path, list(table))}
 
     monkeypatch.setitem(LOGS, "mine", LogFormat((".mine",), read))
     (tmp_path / "log.MINE").write_text("whatever")
@@ -127,7 +129,7 @@ def test_a_file_that_a_format_cannot_read_is_named_in_one_line(tmp_path, name, c
         if content is not None:
             path.write_bytes(content)
         with pytest.raises(RecordingError, match=rf"^{re.escape(str(path))}: [^\n]+$"):
-            LOGS[name].read(path)
+            LOGS[name].read(path, OWN)
 
 
 def test_the_ending_of_a_name_belongs_to_one_format():
@@ -137,9 +139,9 @@ def test_the_ending_of_a_name_belongs_to_one_format():
 
 def test_columns_are_refused_just_above_their_number():
     names = ["t", *(f"c{k}" for k in range(columns.MOST_COLUMNS - 1))]
-    assert used_columns(Path("x"), names) == ["t"]
+    check_width(Path("x"), names)
     with pytest.raises(RecordingError, match="10001 columns; files of up to 10000 are read"):
-        used_columns(Path("x"), [*names, "c"])
+        check_width(Path("x"), [*names, "c"])
 
 
 def test_names_that_only_look_like_ours_are_left_alone():

@@ -7,7 +7,7 @@ import pytest
 from known_logs import arm_of, ur_like
 
 from ident.arm import Arm
-from ident.readings import Reading, readings
+from ident.readings import WEIGHTLESS, Reading, readings
 
 LOG = np.array([0.3, -1.2, 1.1, -0.4, 0.7, 0.2])
 
@@ -37,8 +37,10 @@ def test_the_first_reading_is_the_log_as_it_is(arm):
 
 
 def test_readings_of_one_mistake_are_all_there_once(arm):
-    # 6 (2 signs x 4 zeros - 1), 15 pairs three ways, 26 directions without the own one, 2 factors (all, 5 lengths)
-    assert len(by_words(arm)) == 1 + 6 * 7 + 3 * 15 + 25 + 2 * 6
+    # 6 (2 signs x 4 zeros - 1), 15 pairs three ways, 26 directions but its own, 2 factors (all, 5 lengths), no weight
+    assert len(by_words(arm)) == 1 + 6 * 7 + 3 * 15 + 25 + 2 * 6 + 1
+    assert not by_words(arm)[WEIGHTLESS].gravity.any()
+    assert WEIGHTLESS not in by_words(replace(arm, gravity=np.zeros(3)))
 
 
 def test_signs_and_zeros_of_one_joint_are_read_as_their_words_say(arm):

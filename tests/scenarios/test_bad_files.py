@@ -300,7 +300,7 @@ PARQUET_FAULTS = {
     "dates": (_log(t=pa.array(range(400), pa.timestamp("ns"))), r"column t is timestamp\[ns\].*; t is in seconds"),
     "nulls": (_log(v2=[None, *V2[1:]]), r"v2 is not a finite number at row 1"),
     "all null": (_log(v2=[None] * 400), r"column v2 is null, expected numbers"),
-    "too large": (_log(t=[2**60 + k for k in range(400)]), r"column t of type int64: .*write float64"),
+    "too large": (_log(t=[2**60 + k for k in range(400)]), r"time does not increase at row 2: t = 1\.15292.*e\+18 s"),
     "no rows": ({k: np.empty(0) for k in GOOD}, r"0 samples are too few"),
     "no columns": ({"x": V1}, r"the header names no column t, q1\.\. or v1\.\.; found x"),
     "two many columns": ({f"c{k}": [1.0] for k in range(10_001)}, r"10001 columns; files of up to 10000 are read"),

@@ -1,0 +1,271 @@
+"""What bare motions say: gains relative to each other, base parameters, friction and offsets in drive units.
+
+Nothing in them has newtons, so that one gain is free; links that joints share tie the others to it. With one gain of
+scale 1 the model of all joints at once gives log |g_j| - log |g_r| of every joint j beside a joint r, and all else in
+the unit of g_r. With gains that are known, all of it is in SI.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.all_joints.columns import joint_columns, shared_parameters
+from ident.all_joints.friction import own_columns
+from ident.all_joints.reduction import reduced_joint
+from ident.all_joints.selection import Rival, Selected
+from ident.all_joints.solution import GivenGain, setting
+from ident.all_joints.start import friction_z
+from ident.arrays import Array, Mask
+from ident.errors import NotIdentifiable
+from ident.estimators.nls import AllJointsOptions, chosen_model
+from ident.known_gains import KnownGains
+from ident.parameters import UNITS
+from ident.problem import Problem
+from ident.uncertainty import UNCERTAINTIES
+from ident.weighing.together import gain_sensitivity, own_beliefs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GainRatios:
+    """Gains beside that of one joint.
+
+    Attributes:
+        reference: The joint, from 0, beside which the others are surest.
+        value: g_j / g_reference, shape (n,).
+        rel_std: Relative standard deviations, zero for the reference, shape (n,).
+        given: Which of them are sure enough, shape (n,).
+    """
+
+    reference: int
+    value: Array
+    rel_std: Array
+    given: Mask
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A parameter of the arm or of a joint's own friction.
+
+    Attributes:
+        name: As in the literature, numbered by joint; regrouped with others where only their sum shows.
+        unit: Its unit.
+        value: Estimate.
+        std: Standard deviation, that of the gains included where they are known.
+    """
+
+    name: str
+    unit: str
+    value: float
+    std: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BareArm:
+    """An arm without payload.
+
+    Attributes:
+        ratios: Gains beside each other; None where gains are held.
+        inertial: Base parameters, over the reference gain or in SI.
+        friction: Each joint's own friction and offset [drive units], n tuples.
+        selected: The model, and its fit.
+    """
+
+    ratios: GainRatios | None
+    inertial: tuple[Parameter, ...]
+    friction: tuple[tuple[Parameter, ...], ...]
+    selected: Selected
+
+
+def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
+    """Gains relative to each other, and the arm in drive units.
+
+    Args:
+        problem: Motions with a bare flange.
+        options: Model of the arm.
+
+    Raises:
+        NotIdentifiable: If no two joints share anything that shows.
+    """
+    braked = _braked(problem, options)
+    selected = _fitted(problem, options, [braked])
+    best = _surest(_log_covariance(problem, selected), problem.options.max_rel_std)
+    if best != braked.joint:  # in units of the reference itself, deviations of all else need no ratio
+        selected = _fitted(problem, options, [GivenGain(best, float(np.sign(selected.final.fit.found.h[best])))])
+    h = selected.final.fit.found.h
+    rel_std = _beside(_log_covariance(problem, selected))[best]
+    given = rel_std <= problem.options.max_rel_std
+    if given.sum() < 2:
+        raise NotIdentifiable(
+            "bare motions give no ratio of gains: no two joints share links that these motions show; move more joints "
+            "at once, or mount a payload"
+        )
+    ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given)
+    scale = float(h[best])  # of size 1
+    return BareArm(
+        ratios=ratios,
+        inertial=_inertial(problem, selected, scale, unit=f"/ g{best + 1}", gains=None),
+        friction=_friction(problem, selected),
+        selected=selected,
+    )
+
+
+def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> BareArm:
+    """Base parameters in SI and friction in drive units with known gains.
+
+    Args:
+        problem: Motions with a bare flange.
+        options: Model of the arm.
+        gains: Of its joints.
+
+    Raises:
+        GainsError: If the gains are not of this arm.
+    """
+    gains.check_arm(problem.structure.arm)
+    held = [GivenGain(int(j), float(g)) for j, g in zip(gains.joints, gains.value, strict=True)]
+    selected = _fitted(problem, options, held)
+    return BareArm(
+        ratios=None,
+        inertial=_inertial(problem, selected, 1.0, unit="", gains=gains),
+        friction=_friction(problem, selected),
+        selected=selected,
+    )
+
+
+def _braked(problem: Problem, options: AllJointsOptions) -> GivenGain:
+    """A gain of scale 1 for the joint whose friction shows surest, with the sign by which friction brakes."""
+    z = list[float]()
+    for each in joint_columns(problem, shared_parameters(problem)):
+        own = own_columns(each, {}, per_motion=options.friction_per_motion)
+        z.append(friction_z(reduced_joint(each, own), own.names))
+    surest = int(np.argmax(np.abs(z)))
+    return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
+
+
+def _fitted(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Selected:
+    per_motion, prior_std = options.friction_per_motion, options.prior_std
+    return chosen_model(setting(problem, per_motion=per_motion, prior_std=prior_std, given=given), options)
+
+
+def _log_covariance(problem: Problem, selected: Selected) -> Array:
+    """Covariance of log |g| beside the gain that was given, shape (n, n)."""
+    fit = selected.final.fit
+    own = UNCERTAINTIES[problem.options.uncertainty](fit.rows, fit.log_influence, problem.options.serial_s)
+    model = np.hstack((fit.log_belief, selected.model))
+    return own + model @ model.T
+
+
+def _surest(C: Array, most: float) -> int:
+    """The joint beside which most gains are sure."""
+    std = _beside(C)
+    sure = [int(np.count_nonzero(row)) for row in std <= most]
+    size = [float(np.sum(row)) for row in np.minimum(std, most)]
+    return min(range(len(C)), key=lambda r: (-sure[r], size[r]))
+
+
+def _beside(C: Array) -> Array:
+    """Deviation of log |g_j| - log |g_r|, shape (n, n), r first."""
+    return np.sqrt(np.maximum(np.diag(C)[None, :] + np.diag(C)[:, None] - 2.0 * C, 0.0))
+
+
+def _inertial(
+    problem: Problem, selected: Selected, scale: float, *, unit: str, gains: KnownGains | None
+) -> tuple[Parameter, ...]:
+    final, options = selected.final, problem.options
+    base = problem.structure.base
+    arm = [k for k, name in enumerate(base.names) if name.rstrip("0123456789") not in ("Fv", "Fc", "off")]
+    count = len(arm)
+    shares = [UNCERTAINTIES[options.uncertainty](final.fit.rows, final.fit.theta_influence[:count], options.serial_s)]
+    model = final.fit.theta_belief if gains is None else own_beliefs(final, gains)
+    rivals = [_rival(each)[:count] for each in selected.rivals]
+    model = np.column_stack([model[:count], *rivals])
+    shares.append(model @ model.T)
+    if gains is not None:
+        by_gain = gain_sensitivity(final, gains)[:count]
+        shares.append(by_gain @ gains.log_covariance @ by_gain.T)
+    std = np.sqrt(np.maximum(sum((np.diag(share) for share in shares), np.zeros(count)), 0.0))
+    shown = [bool(row.any()) for row in final.fit.theta_influence[:count]]
+    return tuple(
+        Parameter(
+            name=base.names[place],
+            unit=f"{UNITS[base.names[place].rstrip('0123456789')]}{' ' if unit else ''}{unit}",
+            value=float(final.fit.found.theta[k] * scale),
+            std=float(std[k] * abs(scale)),
+        )
+        for k, place in enumerate(arm)
+        if shown[k]
+    )
+
+
+def _rival(each: Rival) -> Array:
+    """What a rival changes of the shared parameters; both have them in the same order, compliance last."""
+    one, other = each.final.fit.found.theta, each.other.fit.found.theta
+    size = min(len(one), len(other))
+    return each.share * (other[:size] - one[:size])
+
+
+FRICTION_UNITS = {"Fv": "s/rad", "cbrt": "(s/rad)^(1/3)", "by-direction": "s/rad"}
+
+
+def _friction(problem: Problem, selected: Selected) -> tuple[tuple[Parameter, ...], ...]:
+    """Each joint's own columns; those of several motions are numbered from 1."""
+    final, options = selected.final, problem.options
+    found: list[tuple[Parameter, ...]] = []
+    for own, phi, influence, belief in zip(
+        final.own, final.fit.phi, final.fit.phi_influence, final.fit.phi_belief, strict=True
+    ):
+        C = UNCERTAINTIES[options.uncertainty](final.fit.rows, influence, options.serial_s) + belief @ belief.T
+        found.append(
+            tuple(
+                Parameter(
+                    name=name if motion < 0 or len(problem.motions) == 1 else f"{name} in motion {motion + 1}",
+                    unit=_friction_unit(name),
+                    value=float(phi[k]),
+                    std=float(np.sqrt(C[k, k])),
+                )
+                for k, (name, motion) in enumerate(zip(own.names, own.motion, strict=True))
+            )
+        )
+    return tuple(found)
+
+
+def _friction_unit(name: str) -> str:
+    if name.startswith("load"):
+        return "1"
+    return f"units {FRICTION_UNITS[name]}" if name in FRICTION_UNITS else "units"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OffRatio:
+    """A gain beside what another joint says of it, against gains believed beforehand.
+
+    Attributes:
+        joint: The joint, from 0.
+        rel: (g_j / g_r) here over that of the gains believed, less 1.
+        std: Its standard deviation, that of the gains believed included.
+    """
+
+    joint: int
+    rel: float
+    std: float
+
+
+def off_ratios(ratios: GainRatios, believed: KnownGains) -> tuple[OffRatio, ...]:
+    """Ratios of gains against those of gains believed beforehand; none if the reference has no such gain.
+
+    Args:
+        ratios: From bare motions.
+        believed: Gains of the same arm, as from data sheets.
+    """
+    at = {int(joint): k for k, joint in enumerate(believed.joints)}
+    if ratios.reference not in at:
+        return ()
+    r, C = at[ratios.reference], believed.log_covariance
+    found = list[OffRatio]()
+    for joint, k in at.items():
+        if joint != ratios.reference and ratios.given[joint]:
+            expected = float(believed.value[k] / believed.value[r])
+            spread = float(C[k, k] + C[r, r] - 2.0 * C[k, r])
+            std = float(np.sqrt(ratios.rel_std[joint] ** 2 + max(spread, 0.0)))
+            found.append(OffRatio(joint=joint, rel=float(ratios.value[joint]) / expected - 1.0, std=std))
+    return tuple(found)

@@ -1,0 +1,28 @@
+"""`rx90 compare-gains`."""
+
+import argparse
+
+from scenarios.commands import gains_files
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.status import Status
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("first", type=gains_files.gains_path, metavar="A", help="gains, as identify --gains-out writes")
+    parser.add_argument(
+        "second", type=gains_files.gains_path, metavar="B", help="gains of a later date, or another robot"
+    )
+    add_form_arguments(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Read, compare, tell; 1 if something moved."""
+    from ident.gain_comparison import compared
+    from scenarios.files.gains import read_gains
+    from scenarios.reports.compare_gains import comparison_report
+
+    A, B = read_gains(options.first), read_gains(options.second)
+    found = compared(A.known, B.known)
+    show(comparison_report(found, A, B), options)
+    return Status.MISSED if found.moved else Status.PASSED

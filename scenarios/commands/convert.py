@@ -1,0 +1,37 @@
+"""`rx90 convert`."""
+
+import argparse
+
+import scenarios.commands.arguments as arguments
+from scenarios.commands.log_arguments import add_log_arguments, log_description
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.status import Status
+from scenarios.store.claim import claim
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP")
+    add("--out", type=arguments.file, required=True, metavar="FILE", help="recording to write, .parquet or CSV")
+    add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
+    add("--flange", metavar="BODY", help="its last body, where the file has more; joints beyond are no part of it")
+    add_log_arguments(parser)
+    add_form_arguments(parser)
+    arguments.add_force_argument(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Read, write, tell what was taken for what."""
+    held = claim(options.out.parent, [options.out.name], command="rx90 convert", force=options.force)
+    from ident.logs.notes import signal_of
+    from ident.recording_files import read_log, write_recording
+    from scenarios.reports.convert import log_report
+    from scenarios.robot_models import read_arm
+
+    names = None if options.model is None else read_arm(options.model, (), flange=options.flange).joint_names
+    log = read_log(options.log, log_description(options, names))
+    with held.writing():
+        write_recording(log.recording, options.out, signal=signal_of(log.read))
+    show(log_report(log, options.out), options)
+    return Status.PASSED

@@ -1,0 +1,43 @@
+"""`rx90 torque`."""
+
+import argparse
+
+import scenarios.commands.arguments as arguments
+from scenarios.commands.arguments import add_force_argument
+from scenarios.commands.lifetime import tell
+from scenarios.commands.log_arguments import add_log_arguments, log_description, read_recordings
+from scenarios.commands.parser import printable
+from scenarios.commands.status import Status
+from scenarios.commands.weighing import add_gains_argument
+from scenarios.store.claim import claim
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("log", type=arguments.file, metavar="LOG", help="a recording")
+    add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
+    said = "Parquet file: t, and of each joint tau, tau_low and tau_high, two standard deviations apart"
+    parser.add_argument("--out", type=arguments.file, required=True, metavar="FILE", help=said)
+    add_log_arguments(parser)
+    add_force_argument(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Read, multiply, write."""
+    held = claim(options.out.parent, [options.out.name], command="rx90 torque", force=options.force)
+    from ident.joint_torque import joint_torque
+    from scenarios.files.gains import read_gains
+    from scenarios.store.torque_file import write_torque
+
+    file = read_gains(options.gains)
+    (recording,) = read_recordings([options.log], log_description(options, None))
+    found = joint_torque(recording, file.known)
+    with held.writing():
+        write_torque(found, file, options.out)
+    tell(
+        printable(f"{options.out}: {len(found.t)} samples, joints {', '.join(str(j + 1) for j in found.joints)}") + "\n"
+    )
+    for entry in file.gains:
+        if not entry.identifiable:
+            tell(printable(f"joint {entry.joint} has no column: {entry.reason or 'its gain is refused'}") + "\n")
+    return Status.PASSED

@@ -1,0 +1,63 @@
+"""What commands that weigh with known gains take and read alike."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.commands import gains_files
+from scenarios.commands.log_arguments import log_description, read_recordings
+from scenarios.commands.robot_model import named_structure
+
+if TYPE_CHECKING:
+    from ident.recording import Recording
+    from ident.weighing.together import FoundPayload
+    from scenarios.files.gains import GainsFile
+
+
+def add_gains_argument(parser: argparse.ArgumentParser, *, needed: bool, said: str) -> None:
+    """Declare the file of gains."""
+    parser.add_argument("--gains", type=gains_files.gains_path, required=needed, metavar="G", help=said)
+
+
+def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare options in place of those that the gains file has."""
+    for name, what in (("--option", "of nls"), ("--observe", "of how a recording is observed")):
+        parser.add_argument(
+            name,
+            action="append",
+            default=[],
+            metavar="KEY=VALUE",
+            help=f"an option {what}, in place of the one that the gains were found with; repeatable",
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weighing:
+    """A payload weighed with the gains of a file.
+
+    Attributes:
+        found: Its parameters.
+        loaded: The recordings that carry it.
+    """
+
+    found: "FoundPayload"
+    loaded: "tuple[Recording, ...]"
+
+
+def weigh(options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]) -> Weighing:
+    """Read recordings and find their payload with the gains of a file."""
+    from threadpoolctl import threadpool_limits
+
+    from ident.weighing.together import payload_of
+    from scenarios.weighing.problem import model_options, observe_options, weighing_problem
+
+    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+        arm = named_structure(options)
+        said = log_description(options, arm.arm.joint_names)
+        bare, heavy = (read_recordings(each, said) for each in (unloaded, loaded))
+        observing = observe_options(file, options.observe)
+        problem = weighing_problem(arm, bare, heavy, file, observing)
+        found = payload_of(problem, file.known, model_options(file, options.option))
+    return Weighing(found=found, loaded=tuple(heavy))

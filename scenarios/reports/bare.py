@@ -1,0 +1,128 @@
+"""What `rx90 identify` says of bare motions: ratios of gains, base parameters, friction in drive units."""
+
+from collections.abc import Sequence
+
+from ident.arm import Arm
+from ident.bare import BareArm, GainRatios, OffRatio, Parameter
+from ident.cross_validation import JointPrediction
+from scenarios.reports.content import NONE, Column, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.gains import sentence
+
+RATIOS = (
+    Column(title="Joint"),
+    Column(title="Name", words=True),
+    Column(title="Gain ratio"),
+    Column(title="2 sigma", unit="%"),
+    Column(title="Predicted within", unit="% of rms"),
+    Column(title="Verdict", words=True),
+)
+PARAMETERS = (
+    Column(title="Parameter", words=True),
+    Column(title="Found"),
+    Column(title="2 sigma"),
+    Column(title="Unit", words=True),
+)
+FRICTION = (Column(title="Joint"), *PARAMETERS)
+ESSENTIAL = 0.1
+"""Relative deviation under which a parameter is essential: the usual limit of IDIM-LS."""
+
+
+def bare_report(
+    found: BareArm, predicted: Sequence[JointPrediction], off: Sequence[OffRatio], in_si: BareArm | None, arm: Arm
+) -> Report:
+    """Ratios, what they say of gains believed beforehand, parameters and friction.
+
+    Args:
+        found: With ratios.
+        predicted: How well parts of the motions follow from the others.
+        off: Ratios against gains believed beforehand, if there are any.
+        in_si: The arm with gains that are given, None without any.
+        arm: The arm.
+    """
+    ratios = found.ratios
+    assert ratios is not None, "asked of motions whose gains are not held"
+    parts: list[Part] = [_ratio_table(ratios, predicted, arm)]
+    parts.append(
+        Paragraph(
+            f"Gains over that of joint {ratios.reference + 1}, from the links that joints share. Bare motions have no "
+            "newtons: one gain, or a motion with a weighed payload, gives all of them. Predicted: each fifth of the "
+            "motions from the others."
+        )
+    )
+    parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
+    parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
+    shown = found if in_si is None else in_si
+    unit = "in SI" if in_si is not None else f"over the gain of joint {ratios.reference + 1}"
+    rows = tuple(cells(*_numbers(each)) for each in shown.inertial if _essential(each))
+    left = len(shown.inertial) - len(rows)
+    parts.append(Table(title=f"Essential base parameters, {unit}", columns=PARAMETERS, rows=rows))
+    parts.append(
+        Paragraph(f"{left} more base parameters have deviations beyond {100.0 * ESSENTIAL:g} % of themselves.")
+    )
+    own = tuple(cells(str(j), *_numbers(each)) for j, all_of in enumerate(found.friction, 1) for each in all_of)
+    parts.append(Table(title="Friction and offset, in drive units", columns=FRICTION, rows=own))
+    return Report("Bare motions", tuple(parts), _document(found, predicted, off, in_si, arm))
+
+
+def _ratio_table(ratios: GainRatios, predicted: Sequence[JointPrediction], arm: Arm) -> Table:
+    share = {each.joint: each.share for each in predicted}
+    rows = tuple(
+        cells(
+            str(j + 1),
+            arm.joint_names[j],
+            f"{ratios.value[j]:.4f}" if ratios.given[j] else NONE,
+            percent(2.0 * float(ratios.rel_std[j]) if ratios.given[j] else None, ".2f"),
+            percent(share.get(j), ".2f"),
+            "reference" if j == ratios.reference else "found" if ratios.given[j] else "refused",
+        )
+        for j in range(arm.n)
+    )
+    return Table(columns=RATIOS, rows=rows)
+
+
+def _off_words(each: OffRatio, reference: int) -> str:
+    side = "below" if each.rel < 0.0 else "above"
+    words = f"Joint {each.joint + 1} is {100.0 * abs(each.rel):.2g} % {side} what joint {reference + 1} says"
+    return f"{words} (2 sigma {200.0 * each.std:.2g} %), beside the gains that are given."
+
+
+def _essential(each: Parameter) -> bool:
+    return each.std < ESSENTIAL * abs(each.value)
+
+
+def _numbers(each: Parameter) -> tuple[str, str, str, str]:
+    return each.name, f"{each.value:.4f}", f"{2.0 * each.std:.4f}", each.unit
+
+
+def _document(
+    found: BareArm, predicted: Sequence[JointPrediction], off: Sequence[OffRatio], in_si: BareArm | None, arm: Arm
+) -> dict[str, object]:
+    ratios = found.ratios
+    assert ratios is not None, "asked of motions whose gains are not held"
+    moved = {each.joint: each for each in off}
+    share = {each.joint: each for each in predicted}
+    return {
+        "reference": ratios.reference + 1,
+        "joints": [
+            {
+                "joint": j + 1,
+                "name": arm.joint_names[j],
+                "ratio": float(ratios.value[j]) if ratios.given[j] else None,
+                "rel_std": float(ratios.rel_std[j]) if ratios.given[j] else None,
+                "predicted_rel_std": float(ratios.rel_std[j]),
+                "off": moved[j].rel if j in moved else None,
+                "off_std": moved[j].std if j in moved else None,
+                "predicted_rel_error": share[j].share if j in share else None,
+                "fitted_rel_error": share[j].fitted if j in share else None,
+                "friction": [_parameter(each) for each in found.friction[j]],
+            }
+            for j in range(arm.n)
+        ],
+        "base_parameters": [_parameter(each) for each in found.inertial],
+        "base_parameters_si": None if in_si is None else [_parameter(each) for each in in_si.inertial],
+        "notes": list(found.selected.remarks),
+    }
+
+
+def _parameter(each: Parameter) -> dict[str, object]:
+    return {"parameter": each.name, "unit": each.unit, "estimate": each.value, "std": each.std}

@@ -1,0 +1,106 @@
+"""What `rx90 compare-gains` says: which gains moved beyond their interval, and whether all by one scale."""
+
+from collections.abc import Sequence
+
+from ident.gain_comparison import GainComparison, Moved, Together
+from scenarios.files.gains import GainsFile
+from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+
+COLUMNS = (
+    Column(title="Joint"),
+    Column(title="Name", words=True),
+    Column(title="A", unit="N m/unit"),
+    Column(title="B", unit="N m/unit"),
+    Column(title="Moved", unit="%"),
+    Column(title="2 sigma", unit="%"),
+    Column(title="beside the scale", unit="%"),
+    Column(title="2 sigma", unit="%"),
+    Column(title="Verdict", words=True),
+)
+
+
+def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Report:
+    """Every joint's change, the one they have in common, and two tests of all together."""
+    rows = tuple(
+        cells(
+            str(joint + 1),
+            A.known.names[joint],
+            f"{A.gains[joint].estimate or 0.0:.4f}",
+            f"{B.gains[joint].estimate or 0.0:.4f}",
+            *(percent(number, form) for number, form in _numbers(each, apart)),
+            _verdict(each),
+        )
+        for joint, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)
+    )
+    scale = found.scale
+    words = (
+        f"Common to all joints: {100.0 * scale.rel:+.2f} %, 2 sigma {200.0 * scale.std:.2f} %"
+        f"{', beyond its interval: a payload weighed or a unit scaled otherwise' if scale.moved else ''}."
+    )
+    parts: list[Part] = [
+        Table(columns=COLUMNS, rows=rows),
+        Paragraph(words),
+        Paragraph(_test("All joints together", found.together)),
+    ]
+    if found.pattern is not None:
+        parts.append(Paragraph(_test("Beside the common scale", found.pattern)))
+    parts += [Paragraph(f"Joint {j + 1} has a gain in {which} only.") for j, which in found.missing]
+    parts += _same_data(A, B)
+    parts.append(_conclusion(found))
+    return Report("Gains A against B", tuple(parts), _document(found))
+
+
+def _numbers(each: Moved, apart: Moved) -> Sequence[tuple[float, str]]:
+    return (each.rel, "+.2f"), (2.0 * each.std, ".2f"), (apart.rel, "+.2f"), (2.0 * apart.std, ".2f")
+
+
+def _verdict(each: Moved) -> Cell:
+    if each.turned:
+        return Cell("TURNED", Mood.BAD)
+    return Cell("MOVED", Mood.BAD) if each.moved else Cell("same", Mood.GOOD)
+
+
+def _test(what: str, test: Together) -> str:
+    return f"{what}: chi2 {test.chi2:.3g} of {test.freedom} degrees of freedom, p = {test.p:.2g}."
+
+
+def _same_data(A: GainsFile, B: GainsFile) -> list[Part]:
+    """A note if both were found from the same recordings: their errors are then not independent."""
+    shared = sorted({each.name for each in A.recordings if each.sha256 in {other.sha256 for other in B.recordings}})
+    if not shared:
+        return []
+    words = (
+        f"Note: both are from {', '.join(shared)}: errors are partly common, and the intervals too wide or too narrow."
+    )
+    return [Paragraph(words, Mood.DOUBTFUL)]
+
+
+def _conclusion(found: GainComparison) -> Paragraph:
+    moved = [str(j + 1) for j, each in zip(found.joints.tolist(), found.each, strict=True) if each.moved]
+    if moved:
+        return Paragraph(f"MOVED: joint {', '.join(moved)} beyond the interval.", Mood.BAD, strong=True)
+    if found.moved:
+        return Paragraph("MOVED: all joints together, though none alone.", Mood.BAD, strong=True)
+    return Paragraph("SAME: no gain moved beyond its interval.", Mood.GOOD, strong=True)
+
+
+def _document(found: GainComparison) -> dict[str, object]:
+    return {
+        "moved": found.moved,
+        "joints": [
+            {"joint": j + 1, **_moved(each), "apart": _moved(apart)}
+            for j, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)
+        ],
+        "scale": _moved(found.scale),
+        "together": _tested(found.together),
+        "pattern": None if found.pattern is None else _tested(found.pattern),
+        "missing": [{"joint": j + 1, "only_in": which} for j, which in found.missing],
+    }
+
+
+def _moved(each: Moved) -> dict[str, object]:
+    return {"rel_change": each.rel, "std": each.std, "turned": each.turned, "moved": each.moved}
+
+
+def _tested(test: Together) -> dict[str, object]:
+    return {"chi2": test.chi2, "freedom": test.freedom, "p": test.p}

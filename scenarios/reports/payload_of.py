@@ -1,0 +1,43 @@
+"""What `rx90 payload-of` says: mass, centre and inertia of a payload."""
+
+from ident.weighing.body import FoundBody
+from ident.weighing.together import FoundPayload
+from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, cells
+from scenarios.reports.gains import sentence
+from scenarios.store.weighing_documents import payload_document
+
+COLUMNS = (
+    Column(title="Payload", words=True),
+    Column(title="Found"),
+    Column(title="2 sigma"),
+    Column(title="residual"),
+    Column(title="gains"),
+    Column(title="model"),
+    Column(title="Unit", words=True),
+)
+
+
+def payload_report(found: FoundPayload, body: FoundBody) -> Report:
+    """The body in the frame of the last link, with intervals that contain those of the gains."""
+    rows = tuple(
+        cells(
+            each.name,
+            f"{each.value:.4f}",
+            *(f"{2.0 * std:.4f}" for std in (each.std, each.residual_std, each.gain_std, each.model_std)),
+            each.unit,
+        )
+        for each in body.quantities
+    )
+    parts: list[Part] = [Table(columns=COLUMNS, rows=rows)]
+    parts.append(
+        Paragraph(
+            "In the frame of the last link; the inertia is about the centre of mass. 2 sigma: two standard deviations, "
+            "from the residual, the gains and the model together."
+        )
+    )
+    parts += [Paragraph(sentence(f"No {name}: {reason}")) for name, reason in body.refused.items()]
+    parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
+    if body.possible is False:
+        words = "no body has exactly these parameters; within their intervals one may"
+        parts.append(Paragraph(sentence(f"Note: {words}"), Mood.DOUBTFUL))
+    return Report("Payload from its currents", tuple(parts), payload_document(found, body))

@@ -1,0 +1,118 @@
+"""What `rx90 verify` says: masses against the scale, or currents against their prediction."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ident.cross_validation import STRETCHES, JointPrediction
+from ident.estimate import GainEstimate
+from ident.weighing.verification import AGREES, DIFFERS, Verification, Weighed
+from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.gains import sentence
+from scenarios.store.weighing_documents import prediction_document, verification_document
+
+MASSES = (
+    Column(title="From", words=True),
+    Column(title="Mass", unit="kg"),
+    Column(title="2 sigma", unit="kg"),
+    Column(title="residual", unit="kg"),
+    Column(title="gains", unit="kg"),
+    Column(title="model", unit="kg"),
+    Column(title="Off", unit="%"),
+    Column(title="2 sigma", unit="%"),
+    Column(title="Verdict", words=True),
+)
+MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
+
+
+def verification_report(found: Verification) -> Report:
+    """The mass from all joints and from each alone, and what that says of the gains."""
+    payload = found.payload
+    rows = (_row("all joints", found.together), *(_row(f"joint {k}", each) for k, each in enumerate(found.joints, 1)))
+    parts: list[Part] = [
+        Paragraph(f"The scale says {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
+        Table(columns=MASSES, rows=rows),
+        Paragraph(
+            "Of a joint alone, the mass is off by as much as its gain. 2 sigma: two standard deviations, in kg those "
+            "of the residual, of the gains and of the model, in % the scale's as well. A verdict is "
+            f"{DIFFERS!r} beyond {found.limit:.2f} deviations, so that all together err once in 20 times where gains "
+            "and deviations are right. A bare motion that identification has had as well makes errors common, which is "
+            "not counted."
+        ),
+    ]
+    reasons = [(k, each.reason) for k, each in enumerate(found.joints, 1) if each.reason is not None]
+    parts += [Paragraph(sentence(f"Joint {k}: {reason}")) for k, reason in reasons]
+    parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.remarks]
+    parts.append(_conclusion(found))
+    return Report("Gains against the scale", tuple(parts), verification_document(found))
+
+
+def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
+    verdict = Cell(each.verdict, MOODS.get(each.verdict, Mood.DOUBTFUL))
+    if each.mass is None:
+        return cells(name, *[NONE] * 7, verdict)
+    mass = each.mass
+    spreads = [f"{2.0 * std:.3f}" for std in (mass.std, mass.residual_std, mass.gain_std, mass.model_std)]
+    off = percent(each.rel_error, "+.2f")
+    return cells(name, f"{mass.value:.3f}", *spreads, off, percent(2.0 * (each.rel_std or 0.0), ".2f"), verdict)
+
+
+def _conclusion(found: Verification) -> Paragraph:
+    off = sorted(
+        (each for each in found.joints if each.verdict == DIFFERS),
+        key=lambda each: -abs(each.rel_error or 0.0) / (each.rel_std or 1.0),
+    )
+    named = ", ".join(
+        f"joint {(each.joint or 0) + 1} by {100.0 * (each.rel_error or 0.0):+.2g} % (2 sigma "
+        f"{200.0 * (each.rel_std or 0.0):.2g})"
+        for each in off
+    )
+    if found.passed:
+        return Paragraph("PASSED: the mass from the currents agrees with the scale.", Mood.GOOD, strong=True)
+    if off:
+        more = "; the surest stands first, and may bend those behind it" if len(off) > 1 else ""
+        return Paragraph(f"MISSED: gains are off: {named}{more}.", Mood.BAD, strong=True)
+    if found.together.verdict == DIFFERS:
+        words = "the mass differs, and no joint alone says whose gain is off; or the payload is another one"
+        return Paragraph(f"MISSED: {words}.", Mood.BAD, strong=True)
+    return Paragraph(sentence(f"MISSED: the mass says nothing: {found.together.reason}"), Mood.BAD, strong=True)
+
+
+PREDICTIONS = (
+    Column(title="Joint"),
+    Column(title="Name", words=True),
+    Column(title="Predicted within", unit="% of rms"),
+    Column(title="fitted within", unit="% of rms"),
+    Column(title="Gain moves by", unit="% rms"),
+    Column(title="at most", unit="%"),
+)
+
+
+def prediction_report(estimate: GainEstimate, found: Sequence[JointPrediction]) -> Report:
+    """How well each part of the motions follows from the others."""
+    rows = tuple(
+        cells(
+            str(each.joint + 1),
+            estimate.joints[each.joint].joint,
+            percent(each.share, ".2f"),
+            percent(each.fitted, ".2f"),
+            *_moves(each),
+        )
+        for each in found
+    )
+    words = (
+        f"Gains from {STRETCHES - 1} of {STRETCHES} parts of each motion, currents predicted on the part left out, "
+        "each part in turn. An error that all parts have alike stays unseen: a wrong mass, a wrong model. A recording "
+        "with another weight shows it: --gains G.toml --loaded B --payload P.toml."
+    )
+    parts = (Table(columns=PREDICTIONS, rows=rows), Paragraph(words))
+    return Report(
+        f"Motions predicted from each other, by {estimate.method}", parts, prediction_document(estimate, found)
+    )
+
+
+def _moves(each: JointPrediction) -> tuple[str, str]:
+    if not len(each.gain_change):
+        return NONE, NONE
+    rms = float(np.sqrt(np.mean(each.gain_change**2)))
+    return percent(rms, ".2f"), percent(float(np.abs(each.gain_change).max()), ".2f")

@@ -1,0 +1,92 @@
+"""Results of gains in use for programs: the JSON objects of `rx90 verify`, `payload-of` and `compare-gains`."""
+
+from collections.abc import Sequence
+
+from ident.cross_validation import JointPrediction
+from ident.estimate import GainEstimate
+from ident.parameters import UNITS
+from ident.weighing.body import FoundBody, Quantity
+from ident.weighing.together import FoundPayload
+from ident.weighing.verification import Verification, Weighed
+
+
+def verification_document(found: Verification) -> dict[str, object]:
+    """What a scale says of gains; masses are null where they do not show."""
+    return {
+        "passed": found.passed,
+        "mass": found.payload.mass,
+        "mass_std": found.payload.mass_std,
+        "limit": found.limit,
+        "together": _weighed(found.together),
+        "joints": [_weighed(each) for each in found.joints],
+        "payload": [_quantity(each) for each in found.body.quantities],
+        "notes": list(found.remarks),
+    }
+
+
+def prediction_document(estimate: GainEstimate, found: Sequence[JointPrediction]) -> dict[str, object]:
+    """How well parts of the motions are predicted from the others."""
+    return {
+        "method": estimate.method,
+        "joints": [
+            {
+                "joint": each.joint + 1,
+                "name": estimate.joints[each.joint].joint,
+                "predicted_rel_error": each.share,
+                "fitted_rel_error": each.fitted,
+                "gain_changes": each.gain_change.tolist(),
+            }
+            for each in found
+        ],
+    }
+
+
+def payload_document(found: FoundPayload, body: FoundBody) -> dict[str, object]:
+    """A payload: parameters at the origin of the last frame with covariance, mass, centre and inertia."""
+    return {
+        "parameters": [
+            {
+                "parameter": name,
+                "unit": UNITS[name],
+                "estimate": float(found.value[k]),
+                "std": float(found.covariance[k, k] ** 0.5),
+                "residual_std": float(found.residual[k, k] ** 0.5),
+                "gain_std": float(found.gains[k, k] ** 0.5),
+                "model_std": float(found.model[k, k] ** 0.5),
+            }
+            for k, name in enumerate(found.names)
+        ],
+        "covariance": found.covariance.tolist(),
+        "body": [_quantity(each) for each in body.quantities],
+        "refused": {**found.refused, **body.refused},
+        "possible": body.possible,
+        "notes": list(found.selected.remarks),
+    }
+
+
+def _weighed(each: Weighed) -> dict[str, object]:
+    mass = each.mass
+    return {
+        "joint": None if each.joint is None else each.joint + 1,
+        "mass": mass and mass.value,
+        "std": mass and mass.std,
+        "residual_std": mass and mass.residual_std,
+        "gain_std": mass and mass.gain_std,
+        "model_std": mass and mass.model_std,
+        "rel_error": each.rel_error,
+        "rel_std": each.rel_std,
+        "verdict": each.verdict,
+        "reason": each.reason,
+    }
+
+
+def _quantity(each: Quantity) -> dict[str, object]:
+    return {
+        "quantity": each.name,
+        "unit": each.unit,
+        "estimate": each.value,
+        "std": each.std,
+        "residual_std": each.residual_std,
+        "gain_std": each.gain_std,
+        "model_std": each.model_std,
+    }

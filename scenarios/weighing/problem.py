@@ -1,0 +1,115 @@
+"""The problem of a payload with the gains of a file: recordings checked and observed as where the gains were found."""
+
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+from pydantic import JsonValue
+
+from ident.errors import OptionError
+from ident.estimators import nls
+from ident.estimators.nls import AllJointsOptions
+from ident.naming import one_line
+from ident.observation import ObserveOptions, observe
+from ident.options import GainOptions, options_from_table, options_from_words
+from ident.payload import Payload
+from ident.plausibility import check_different, check_positions
+from ident.problem import Motion, Problem
+from ident.recording import Recording
+from ident.structure import Structure
+from ident.wiring import check_wiring
+from scenarios.errors import SeenBefore, WrongGains
+from scenarios.files.gains import GainsFile
+from scenarios.store.gains_file import recording_digest
+
+Options = TypeVar("Options")
+
+GIVEN = ("gain_joint", "gain_value")
+"""Options that say where a scale came from; with gains in use they have no meaning."""
+PLAIN: Mapping[str, JsonValue] = {"friction": "viscous-coulomb"}
+"""Model of methods other than `nls`: their gains hold whatever friction grows with the load."""
+UNKNOWN = Payload(mass=1.0, known="none")
+"""A payload of which nothing is known; its mass is not used."""
+
+
+def weighing_problem(
+    structure: Structure,
+    unloaded: Sequence[Recording],
+    loaded: Sequence[Recording],
+    file: GainsFile,
+    observing: ObserveOptions,
+) -> Problem:
+    """Observe bare motions and those with a payload of which nothing is known.
+
+    Args:
+        structure: Of the arm.
+        unloaded: Bare motions.
+        loaded: Motions of one mounting.
+        file: The gains.
+        observing: Filters and thresholds.
+
+    Raises:
+        IdentificationError: If recordings cannot be those of this arm.
+        WrongGains: If the file's options are none.
+    """
+    for recording in (*unloaded, *loaded):
+        check_positions(structure.arm, recording)
+    check_different([*unloaded, *loaded])
+    if unloaded and loaded:
+        check_wiring(structure, unloaded[0], loaded[0], observing)
+    motions = [Motion(observe(each, structure, observing), None) for each in unloaded]
+    motions += [Motion(observe(each, structure, observing), UNKNOWN) for each in loaded]
+    return Problem(structure, tuple(motions), options_of(GainOptions, file.options.gains, ()))
+
+
+def observe_options(file: GainsFile, words: Sequence[str]) -> ObserveOptions:
+    """Filters of the gains file, overlaid with words `KEY=VALUE`.
+
+    Raises:
+        WrongGains: If the file's are none.
+        OptionError: If a word is none.
+    """
+    return options_of(ObserveOptions, file.options.observe, words)
+
+
+def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
+    """The model that the gains were found with, overlaid with words `KEY=VALUE`.
+
+    Raises:
+        WrongGains: If the file's options are none.
+        OptionError: If a word is none.
+    """
+    own = file.method in (None, nls.NAME)
+    stated = {name: value for name, value in file.options.method.items() if name not in GIVEN} if own else PLAIN
+    return options_of(AllJointsOptions, stated, words)
+
+
+def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequence[str]) -> Options:
+    """Options of a gains file, overlaid with words `KEY=VALUE`.
+
+    Raises:
+        WrongGains: If the file's are none.
+        OptionError: If a word is none.
+    """
+    try:
+        options_from_table(kind, stated)
+    except OptionError as error:
+        raise WrongGains(f"gains file: options: {error}") from error
+    over = options_from_words(kind, words)
+    names = [word.partition("=")[0].strip().replace("-", "_") for word in words]
+    return options_from_table(kind, {**stated, **{name: getattr(over, name) for name in names}})
+
+
+def check_unseen(file: GainsFile, loaded: Sequence[Recording]) -> None:
+    """Check that no gain was found from a loaded motion: it would give back the mass that was stated then.
+
+    Raises:
+        SeenBefore: If one was.
+    """
+    seen = {each.sha256: each.name for each in file.recordings}
+    for recording in loaded:
+        digest = recording_digest(recording)
+        if digest in seen:
+            raise SeenBefore(
+                f"{one_line(recording.name)}: the gains were found from this recording ({seen[digest]}), and would "
+                "give back the mass that was stated then; verify with another weight"
+            )

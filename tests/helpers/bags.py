@@ -1,0 +1,75 @@
+"""ROS 2 bags and MCAP files, written by `rosbags`."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+KIND = "sensor_msgs/msg/JointState"
+PLUGINS = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sample:
+    """One message: time of its header and of logging [s], and values by joint."""
+
+    stamp: float
+    names: Sequence[str]
+    position: Sequence[float]
+    effort: Sequence[float] = ()
+    velocity: Sequence[float] = ()
+    frame: str = "base_link"
+    topic: str = "/joint_states"
+    logged: float | None = None
+
+
+def message(sample: Sample) -> bytes:
+    """As CDR, by the library."""
+    sec = int(np.floor(sample.stamp))
+    Time, Header = STORE.types["builtin_interfaces/msg/Time"], STORE.types["std_msgs/msg/Header"]
+    state = STORE.types[KIND](
+        header=Header(stamp=Time(sec=sec, nanosec=round(1e9 * (sample.stamp - sec))), frame_id=sample.frame),
+        name=list(sample.names),
+        position=np.asarray(sample.position, dtype=np.float64),
+        velocity=np.asarray(sample.velocity, dtype=np.float64),
+        effort=np.asarray(sample.effort, dtype=np.float64),
+    )
+    return bytes(STORE.serialize_cdr(state, KIND))
+
+
+def write_bag(
+    folder: Path,
+    samples: Iterable[Sample],
+    *,
+    storage: str = "sqlite3",
+    compressed: str = "",
+    others: Sequence[str] = (),
+) -> Path:
+    """Write a bag.
+
+    Args:
+        folder: Where; it must not be there.
+        samples: In the order of writing.
+        storage: `sqlite3` or `mcap`.
+        compressed: Mode of compression, `storage`, `file` or `message`.
+        others: Topics of texts beside them.
+    """
+    writer = Writer(folder, version=9, storage_plugin=PLUGINS[storage])
+    if compressed:
+        writer.set_compression(CompressionMode[compressed.upper()], CompressionFormat.ZSTD)
+    with writer:
+        texts = [writer.add_connection(topic, "std_msgs/msg/String", typestore=STORE) for topic in others]
+        connections = {}
+        for number, sample in enumerate(samples):
+            if sample.topic not in connections:
+                connections[sample.topic] = writer.add_connection(sample.topic, KIND, typestore=STORE)
+            logged = sample.stamp if sample.logged is None else sample.logged
+            writer.write(connections[sample.topic], round(1e9 * logged), message(sample))
+            for text in texts:
+                said = STORE.types["std_msgs/msg/String"](data=f"text {number}")
+                writer.write(text, round(1e9 * logged), STORE.serialize_cdr(said, "std_msgs/msg/String"))
+    return folder

@@ -1,0 +1,144 @@
+"""Bare motions alone: ratios of gains, and the arm over one of them or in SI."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import GAIN, TRUSTING, exact_problem
+
+from ident.bare import GainRatios, arm_in_SI, gain_ratios, off_ratios
+from ident.errors import GainsError, NotIdentifiable
+from ident.estimators.nls import AllJointsOptions
+from ident.known_gains import KnownGains
+from ident.problem import Problem
+
+NAMES = tuple(f"joint{j}" for j in range(1, 7))
+
+
+@pytest.fixture
+def chi(rng) -> np.ndarray:
+    return rng.uniform(0.5, 2.0, 84)
+
+
+def bare(structure, chi, rng, noise: float) -> Problem:
+    return exact_problem(structure, [(chi, None, None), (chi, None, None)], GAIN, rng, noise=noise, options=TRUSTING)
+
+
+def base_values(structure, chi) -> dict[str, float]:
+    return dict(zip(structure.base.names, structure.base.regrouping @ chi, strict=True))
+
+
+def test_exact_motions_give_the_ratios_and_the_arm_over_the_reference(structure, chi, rng):
+    found = gain_ratios(bare(structure, chi, rng, 1e-6), AllJointsOptions(friction_per_motion=False))
+    r = found.ratios.reference
+    # Noise of 1e-6 of the rms currents, amplified by the condition number.
+    np.testing.assert_allclose(found.ratios.value, GAIN / GAIN[r], rtol=1e-4)
+    assert found.ratios.rel_std[r] == 0.0
+    assert found.ratios.given.all()
+    true = base_values(structure, chi)
+    assert len(found.inertial) == sum(name[:2] not in ("Fv", "Fc", "of") for name in true)
+    for each in found.inertial:
+        np.testing.assert_allclose(each.value, true[each.name] / GAIN[r], rtol=1e-3, atol=1e-3, err_msg=each.name)
+        assert each.unit.endswith(f"/ g{r + 1}")
+    for j, own in enumerate(found.friction):
+        assert [each.name for each in own] == ["Fv", "Fc", "off"]
+        for each in own:
+            np.testing.assert_allclose(each.value, true[f"{each.name}{j + 1}"] / GAIN[j], rtol=1e-3)
+
+
+def test_friction_of_each_motion_has_its_number(structure, chi, rng):
+    found = gain_ratios(bare(structure, chi, rng, 1e-6), AllJointsOptions())
+    names = ["Fv in motion 1", "Fv in motion 2", "Fc in motion 1", "Fc in motion 2", "off"]
+    assert [each.name for each in found.friction[3]] == names
+    assert [each.unit for each in found.friction[3]] == ["units s/rad"] * 2 + ["units"] * 3
+
+
+def test_deviations_of_ratios_and_parameters_are_those_of_the_draws(structure, chi):
+    # 50 draws, five ratios: the rms z-score has a deviation of some 5 %, more as they share the
+    # reference, and the larger of two deviations is stated; the bounds are -40 and +20 %.
+    z, theta, friction = [], [], []
+    true = base_values(structure, chi)
+    for seed in range(50):
+        problem = bare(structure, chi, np.random.default_rng(seed), 0.03)
+        found = gain_ratios(problem, AllJointsOptions(friction_per_motion=False))
+        ratios = found.ratios
+        others = ratios.given & (np.arange(6) != ratios.reference)
+        off = np.log((ratios.value / (GAIN / GAIN[ratios.reference]))[others])
+        z += (off / ratios.rel_std[others]).tolist()
+        theta.append([(p.value - true[p.name] / GAIN[ratios.reference]) / p.std for p in found.inertial])
+        friction.append(
+            [
+                (p.value - true[f"{p.name}{j + 1}"] / GAIN[j]) / p.std
+                for j, own in enumerate(found.friction)
+                for p in own
+            ]
+        )
+    assert len(z) > 150
+    for each in (np.array(z), np.array(friction)):
+        assert 0.6 < np.sqrt(np.mean(each**2)) < 1.2
+    assert np.isfinite(np.array(theta)).all()
+
+
+def test_the_reference_is_the_joint_beside_which_the_others_are_surest(structure, chi):
+    rng = np.random.default_rng(3)
+    problem = bare(structure, chi, rng, 0.03)
+    found = gain_ratios(problem, AllJointsOptions(friction_per_motion=False)).ratios
+    # A joint of whose current nothing but noise is left cannot be the reference, nor have a ratio.
+    worst = found.reference
+    motions = []
+    for motion in problem.motions:
+        joints = list(motion.observation.joints)
+        noise = 5.0 * np.sqrt(np.mean(joints[worst].V ** 2)) * rng.standard_normal(len(joints[worst].V))
+        joints[worst] = replace(joints[worst], V=joints[worst].V + noise)
+        motions.append(replace(motion, observation=replace(motion.observation, joints=tuple(joints))))
+    noisy = replace(problem, motions=tuple(motions), options=replace(TRUSTING, max_rel_std=0.1))
+    again = gain_ratios(noisy, AllJointsOptions(friction_per_motion=False)).ratios
+    assert again.reference != worst
+    assert not again.given[worst]
+    assert again.given.sum() >= 3
+
+
+def test_motions_that_show_no_ratio_are_refused(structure, chi, rng):
+    problem = bare(structure, chi, rng, 0.03)
+    strict = replace(problem, options=replace(TRUSTING, max_rel_std=1e-6))
+    with pytest.raises(NotIdentifiable, match="bare motions give no ratio of gains"):
+        gain_ratios(strict, AllJointsOptions())
+
+
+def test_known_gains_give_the_arm_in_si_with_their_deviations(structure, chi, rng):
+    problem = bare(structure, chi, rng, 1e-5)
+    together = KnownGains(names=NAMES, joints=np.arange(6), value=GAIN, covariance=0.02**2 * np.outer(GAIN, GAIN))
+    found = arm_in_SI(problem, AllJointsOptions(friction_per_motion=False), together)
+    true = base_values(structure, chi)
+    assert found.ratios is None
+    for each in found.inertial:
+        np.testing.assert_allclose(each.value, true[each.name], rtol=1e-2, atol=1e-3, err_msg=each.name)
+        # Gains that are all off by one unknown share make all parameters off by it.
+        np.testing.assert_allclose(each.std, 0.02 * abs(each.value), rtol=2e-2, atol=5e-4, err_msg=each.name)
+        assert "g" not in each.unit.replace("kg", "")
+    two = KnownGains(names=("a", "b"), joints=np.array([0]), value=np.array([2.0]), covariance=np.array([[0.1]]))
+    with pytest.raises(GainsError, match="gains of 2 joints"):
+        arm_in_SI(problem, AllJointsOptions(), two)
+
+
+def test_a_gain_is_off_beside_what_the_reference_says():
+    ratios = GainRatios(
+        reference=1,
+        value=np.array([0.5, 1.0, -1.4, 3.0]),
+        rel_std=np.array([0.01, 0.0, 0.02, 0.03]),
+        given=np.array([True, True, True, False]),
+    )
+    std = np.array([0.03, 0.04, 0.06])
+    value = np.array([0.6, 1.2, -1.8])
+    C = np.diag(std**2)
+    C[0, 1] = C[1, 0] = 0.0007
+    believed = KnownGains(
+        names=("a", "b", "c", "d"), joints=np.arange(3), value=value, covariance=C * np.outer(value, value)
+    )
+    first, third = off_ratios(ratios, believed)
+    assert (first.joint, third.joint) == (0, 2)
+    np.testing.assert_allclose(first.rel, 0.0, atol=1e-12)
+    np.testing.assert_allclose(third.rel, 1.4 / 1.5 - 1.0, rtol=1e-12)  # 7 % below
+    np.testing.assert_allclose(first.std, np.sqrt(0.01**2 + 0.03**2 + 0.04**2 - 2 * 0.0007), rtol=1e-9)
+    np.testing.assert_allclose(third.std, np.sqrt(0.02**2 + 0.06**2 + 0.04**2), rtol=1e-9)
+    assert off_ratios(replace(ratios, reference=3), believed) == ()

@@ -1,0 +1,106 @@
+"""What moved from one set of gains to another."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from ident.errors import GainsError
+from ident.gain_comparison import compared
+from ident.known_gains import KnownGains
+
+NAMES = ("a", "b", "c", "d")
+
+
+def gains(joints, value, rel_std, correlation: float = 0.0, names=NAMES) -> KnownGains:
+    value, std = np.array(value), np.abs(value) * np.array(rel_std)
+    unit = np.full((len(std), len(std)), correlation) + (1.0 - correlation) * np.eye(len(std))
+    return KnownGains(names=names, joints=np.array(joints), value=value, covariance=unit * np.outer(std, std))
+
+
+def test_a_change_is_held_against_the_deviations_of_both_sets():
+    A = gains([0, 1, 2], [2.0, -3.0, 5.0], [0.03, 0.01, 0.02])
+    B = gains([0, 1, 2], [2.1, -3.3, 5.1], [0.04, 0.02, 0.01])
+    found = compared(A, B)
+    std = np.hypot([0.03, 0.01, 0.02], [0.04, 0.02, 0.01])
+    x = np.log([1.05, 1.1, 1.02])
+    np.testing.assert_allclose([each.std for each in found.each], std, rtol=1e-12)  # rounding
+    np.testing.assert_allclose([each.rel for each in found.each], [0.05, 0.1, 0.02], rtol=1e-12)
+    assert [each.moved for each in found.each] == [False, True, False]  # 1.0, 4.3 and 0.9 deviations
+    np.testing.assert_allclose(found.each[0].limit, stats.norm.isf(0.025 / 3), rtol=1e-12)  # Bonferroni, two-sided
+    np.testing.assert_allclose(found.together.chi2, np.sum((x / std) ** 2), rtol=1e-12)
+    np.testing.assert_allclose(found.together.p, stats.chi2(3).sf(np.sum((x / std) ** 2)), rtol=1e-12)
+    weight = std**-2.0
+    np.testing.assert_allclose(found.scale.log, weight @ x / weight.sum(), rtol=1e-12)
+    np.testing.assert_allclose(found.scale.std, weight.sum() ** -0.5, rtol=1e-12)
+    assert found.moved
+
+
+def test_a_scale_common_to_all_joints_is_told_apart_from_a_pattern():
+    A, B = gains([0, 1, 3], [2.0, -3.0, 5.0], [0.01] * 3), gains([0, 1, 3], [2.2, -3.3, 5.5], [0.02] * 3)
+    found = compared(A, B)
+    np.testing.assert_allclose(found.scale.rel, 0.1, rtol=1e-12)
+    assert found.scale.moved
+    np.testing.assert_allclose([each.log for each in found.apart], 0.0, atol=1e-12)
+    assert found.pattern is not None
+    assert not found.pattern.moved
+    np.testing.assert_allclose(found.pattern.p, 1.0, rtol=1e-9)
+    assert found.pattern.freedom == 2
+    assert found.together.moved
+
+
+def test_correlated_errors_hide_a_common_change_and_show_a_difference():
+    # A correlation of 0.9 makes the sum of two changes uncertain and their difference sure: with deviation 0.1 each,
+    # var(x1 + x2) = 0.038, var(x1 - x2) = 0.002, and chi2 is (sum)^2 / 0.038 + (difference)^2 / 0.002, halves of both.
+    exact = gains([0, 1], [1.5, 2.5], [1e-9, 1e-9])
+    apart = gains([0, 1], [1.5 * np.exp(0.1), 2.5 * np.exp(-0.1)], [0.1, 0.1], 0.9)
+    alike = gains([0, 1], [1.5 * np.exp(0.1), 2.5 * np.exp(0.1)], [0.1, 0.1], 0.9)
+    np.testing.assert_allclose(compared(exact, apart).together.chi2, 0.2**2 / 0.002, rtol=1e-6)  # 1e-9 beside 0.1
+    np.testing.assert_allclose(compared(exact, alike).together.chi2, 0.2**2 / 0.038, rtol=1e-6)
+    assert compared(exact, apart).together.moved
+    assert not compared(exact, alike).moved
+
+
+def test_beside_the_scale_a_change_has_the_deviation_that_draws_have():
+    # 4000 draws: a deviation is found to 1.1 %, the bound is four of them; three joints of different deviation.
+    rng, std = np.random.default_rng(3), np.array([0.01, 0.03, 0.02])
+    exact = gains([0, 1, 2], [1.5, 2.5, 3.5], [1e-9] * 3)
+    drawn = np.array([1.5, 2.5, 3.5]) * np.exp(std * rng.standard_normal((4000, 3)))
+    found = [compared(exact, gains([0, 1, 2], each, std)) for each in drawn]
+    apart = np.array([[each.log for each in one.apart] for one in found])
+    np.testing.assert_allclose(apart.std(axis=0), [each.std for each in found[0].apart], rtol=0.045)
+    # p is uniform where nothing moved: 5 % of 4000 is 200 +- 13.8
+    for share in (np.mean([one.together.moved for one in found]), np.mean([one.pattern.moved for one in found])):
+        assert 0.036 < share < 0.064
+
+
+def test_a_gain_that_turned_moved_whatever_its_size():
+    found = compared(gains([0, 1], [2.0, 3.0], [0.1, 0.1]), gains([0, 1], [2.0, -3.0], [0.1, 0.1]))
+    assert [each.moved for each in found.each] == [False, True]
+    assert found.moved
+
+
+def test_joints_with_a_gain_in_one_set_only_are_named():
+    found = compared(gains([0, 1, 3], [2.0, 3.0, 4.0], [0.1] * 3), gains([1, 2, 3], [3.1, 4.0, 4.1], [0.1] * 3))
+    assert found.joints.tolist() == [1, 3]
+    assert found.missing == ((0, "A"), (2, "B"))
+    np.testing.assert_allclose([each.rel for each in found.each], [0.1 / 3.0, 0.025], rtol=1e-12)
+
+
+def test_one_joint_has_no_pattern():
+    found = compared(gains([2], [2.0], [0.1]), gains([2], [2.1], [0.1]))
+    assert found.pattern is None
+    assert found.together.freedom == 1
+
+
+@pytest.mark.parametrize(
+    ("B", "words"),
+    [
+        (gains([0], [2.0], [0.1], names=("a", "b", "d", "c")), "other joints: a, b, c, d against a, b, d, c"),
+        (gains([2], [2.0], [0.1]), "no joint has a gain in both sets"),
+        (gains([0, 1], [2.0, 3.0], [0.1, 0.0]), "joint 2: neither gain has a deviation"),
+        (gains([0, 1], [2.0, 3.0], [0.1, 0.2], 1.0), "a combination of the gains has no deviation"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(B, words):
+    with pytest.raises(GainsError, match=words):
+        compared(gains([0, 1], [2.0, 3.0], [0.0, 0.0]), B)

@@ -1,0 +1,233 @@
+"""`rx90 verify`, `payload-of`, `torque`, `compare-gains`: from recordings and a gains file to what is told."""
+
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pandas as pd
+import pytest
+from quick import quick_scenario
+
+import rx90_mjcf
+from ident.recording_files import read_recording
+from scenarios.cli import main
+from scenarios.files.gains import read_gains
+from scenarios.files.json_schema import schemas
+
+TWO_WEIGHTS = """
+[experiment.controller]
+bandwidth_hz = 8.0
+[plant.payloads]
+light = "4.275 kg"
+heavy = "7.025 kg"
+[belief.payloads]
+light = "4.275 kg"
+heavy = "7.025 kg"
+"""
+MODEL = str(rx90_mjcf.MJCF)
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory) -> Path:
+    """Recordings bare, light and heavy in a folder, and gains.toml from bare and heavy."""
+    folder = tmp_path_factory.mktemp("cell")
+    path = quick_scenario(folder, TWO_WEIGHTS, method="nls")
+    text = path.read_text().replace(
+        'motion = "short.toml"', 'motion = "short.toml"\nprotocol = ["bare", "light", "heavy"]'
+    )
+    path.write_text(text)
+    main(["run", str(path), "--save", str(folder / "run")])
+    words = [*identified(folder), "--gains-out", str(folder / "gains.toml")]
+    words += ["--option", "friction=viscous-coulomb"]  # data need not choose what is known, which takes longer
+    assert main(words) == 0
+    return folder
+
+
+def identified(cell: Path) -> list[str]:
+    run = cell / "run"
+    return ["identify", "--model", MODEL, "--unloaded", str(run / "unloaded.parquet"),
+            "--loaded", str(run / "heavy.parquet"), "--payload", str(run / "payload-heavy.toml")]  # fmt: skip
+
+
+def verified(cell: Path, *more: str, which: str = "light", gains: str = "gains.toml") -> list[str]:
+    run = cell / "run"
+    loaded = ["--loaded", str(run / f"{which}.parquet"), "--payload", str(run / f"payload-{which}.toml")]
+    return ["verify", "--model", MODEL, "--gains", str(cell / gains), "--unloaded", str(run / "unloaded.parquet"),
+            *loaded, *more]  # fmt: skip
+
+
+def told(capsys) -> dict:
+    return json.loads(capsys.readouterr().out)
+
+
+def off(cell: Path, joint: int, factor: float, name: str) -> None:
+    """A copy of the gains with one of them off."""
+    file = read_gains(cell / "gains.toml").model_dump(mode="json", exclude_none=True)
+    at = [each["joint"] for each in file["gains"] if each["identifiable"]].index(joint)
+    file["gains"][joint - 1]["estimate"] *= factor
+    file["gains"][joint - 1]["std"] *= factor
+    for k in range(len(file["covariance"])):
+        file["covariance"][at][k] *= factor
+        file["covariance"][k][at] *= factor
+    (cell / name).write_text(json.dumps(file))
+
+
+def test_a_weight_that_identification_has_not_seen_verifies_its_gains(cell, capsys):
+    assert main(verified(cell, "--json")) == 0
+    found = told(capsys)
+    assert found["passed"]
+    assert found["together"]["verdict"] == "agrees"
+    assert found["mass"] == 4.275
+    assert abs(found["together"]["mass"] - 4.275) < 4.0 * found["together"]["std"]
+    assert [each["joint"] for each in found["joints"]] == [1, 2, 3, 4, 5, 6]
+    assert {each["quantity"] for each in found["payload"]} >= {"mass", "x", "y", "z"}
+
+
+def test_a_gain_that_is_off_is_named_by_its_joint(cell, capsys):
+    off(cell, 3, 1.2, "off.json")
+    assert main(verified(cell, "--json", gains="off.json")) == 1
+    found = told(capsys)
+    assert not found["passed"]
+    assert [each["joint"] for each in found["joints"] if each["verdict"] == "differs"] == [3]
+    third = found["joints"][2]
+    assert abs(third["rel_error"] - 0.2) < 4.0 * third["rel_std"]
+    assert main(verified(cell, gains="off.json")) == 1
+    assert "MISSED: gains are off: joint 3 by +" in capsys.readouterr().out
+
+
+def test_gains_are_not_verified_by_what_they_were_found_from(cell, capsys):
+    assert main(verified(cell, which="heavy")) == 2
+    assert "heavy.parquet: the gains were found from this recording" in capsys.readouterr().err
+
+
+def test_without_gains_the_motions_predict_each_other(cell, capsys):
+    assert main(["verify", *identified(cell)[1:], "--json"]) == 0
+    found = told(capsys)
+    assert [each["joint"] for each in found["joints"]] == [1, 2, 3, 4, 5, 6]
+    assert all(each["fitted_rel_error"] < each["predicted_rel_error"] < 1.0 for each in found["joints"])
+
+
+def test_a_verification_weighs_one_payload(cell, capsys):
+    light = cell / "run" / "light.parquet"
+    more = ["--loaded", str(light), "--payload", str(cell / "run" / "payload-light.toml")]
+    assert main(verified(cell, *more)) == 2
+    assert "2 payloads are given" in capsys.readouterr().err
+    words = verified(cell)
+    words = [*words[:5], *words[7:]]  # no bare motion
+    assert main(words) == 2
+    assert "no motion is bare" in capsys.readouterr().err
+
+
+def test_an_unknown_payload_is_found_with_the_gains(cell, capsys):
+    run = cell / "run"
+    words = ["payload-of", str(run / "light.parquet"), "--gains", str(cell / "gains.toml"), "--model", MODEL,
+             "--unloaded", str(run / "unloaded.parquet")]  # fmt: skip
+    assert main([*words, "--json"]) == 0
+    found = told(capsys)
+    body = {each["quantity"]: each for each in found["body"]}
+    for name, true in {"mass": 4.275, "x": 0.0, "y": 0.0, "z": 0.12016}.items():
+        assert abs(body[name]["estimate"] - true) < 4.0 * body[name]["std"], name
+        parts = [body[name][f"{share}_std"] for share in ("residual", "gain", "model")]
+        np.testing.assert_allclose(body[name]["std"], np.linalg.norm(parts), rtol=1e-9)
+    assert len(found["parameters"]) == len(found["covariance"]) == 10
+    assert main(words) == 0
+    assert "mass " in capsys.readouterr().out
+
+
+def test_torques_are_written_with_units_and_intervals(cell, capsys):
+    log, out = cell / "run" / "light.parquet", cell / "torque.parquet"
+    words = ["torque", str(log), "--gains", str(cell / "gains.toml"), "--out", str(out)]
+    assert main(words) == 0
+    said = capsys.readouterr().out
+    table, recording, gains = pd.read_parquet(out), read_recording(log), read_gains(cell / "gains.toml")
+    for entry in gains.gains:
+        if not entry.identifiable:
+            assert f"tau{entry.joint}" not in table
+            assert f"joint {entry.joint} has no column" in said
+            continue
+        tau, v = table[f"tau{entry.joint}"], recording.v[:, entry.joint - 1]
+        np.testing.assert_allclose(tau, entry.estimate * v, rtol=1e-12)
+        np.testing.assert_allclose(table[f"tau{entry.joint}_high"] - tau, 2.0 * entry.std * np.abs(v), atol=1e-9)
+        np.testing.assert_allclose(tau - table[f"tau{entry.joint}_low"], 2.0 * entry.std * np.abs(v), atol=1e-9)
+    assert main(["torque", str(log), "--gains", str(cell / "gains.toml"), "--out", str(cell / "gains.toml")]) == 2
+    assert "did not write this file" in capsys.readouterr().err
+
+
+def test_gains_that_moved_are_named(cell, capsys):
+    off(cell, 3, 1.2, "moved.json")
+    first, second = str(cell / "gains.toml"), str(cell / "moved.json")
+    assert main(["compare-gains", first, first, "--json"]) == 0
+    assert not told(capsys)["moved"]
+    assert main(["compare-gains", first, second, "--json"]) == 1
+    found = told(capsys)
+    assert [each["joint"] for each in found["joints"] if each["moved"]] == [3]
+    np.testing.assert_allclose(found["joints"][2]["rel_change"], 0.2, rtol=1e-9)
+    assert main(["compare-gains", first, second]) == 1
+    said = capsys.readouterr().out
+    assert "MOVED: joint 3 beyond the interval." in said
+    assert "both are from heavy.parquet, unloaded.parquet" in said
+
+
+def test_run_writes_the_gains_as_well(cell, tmp_path, capsys):
+    out = tmp_path / "g.json"
+    assert main(["run", str(cell / "quick.toml"), "--gains-out", str(out)]) in (0, 1)
+    jsonschema.Draft202012Validator(schemas()["gains"]).validate(json.loads(out.read_text()))
+    written = read_gains(out)
+    assert [each.payload for each in written.recordings] == [None, 1, 2]
+    seen = {each.sha256 for each in read_gains(cell / "gains.toml").recordings}
+    assert seen < {each.sha256 for each in written.recordings}  # simulated or read back, the digest is the same
+    out.write_text("mine")
+    assert main(["run", str(cell / "quick.toml"), "--gains-out", str(out)]) == 2
+    assert "changed since rx90 run wrote it" in capsys.readouterr().err
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "nominal", "--gains-out", "gains.txt"])
+    assert "expected a file that ends with .json or .toml" in capsys.readouterr().err
+
+
+def test_bare_recordings_alone_give_ratios(cell, capsys):
+    words = ["identify", "--model", MODEL, "--unloaded", str(cell / "run" / "unloaded.parquet"), "--max-rel-std", "0.5"]
+    words += ["--option", "friction=viscous-coulomb"]
+    assert main([*words, "--json"]) == 0
+    found = told(capsys)
+    assert len(found["joints"]) == 6
+    shown = [each for each in found["joints"] if each["ratio"] is not None]
+    assert len(shown) >= 2
+    reference = found["joints"][found["reference"] - 1]
+    assert (reference["ratio"], reference["rel_std"]) == (1.0, 0.0)
+    assert main([*words, "--gains", str(cell / "gains.toml")]) == 0
+    said = capsys.readouterr().out
+    assert f"what joint {found['reference']} says" in said
+    assert "Essential base parameters, in SI" in said
+    for more, complaint in (
+        (["--gains-out", str(cell / "none.toml")], "bare recordings give ratios of gains alone"),
+        (["--method", "ls-2011"], "--method ls-2011 needs a payload"),
+    ):
+        assert main([*words, *more]) == 2
+        assert complaint in capsys.readouterr().err
+    assert main([*identified(cell), "--gains", str(cell / "gains.toml")]) == 2
+    assert "--gains goes with bare recordings alone" in capsys.readouterr().err
+
+
+def test_options_that_the_gains_were_found_with_hold_until_others_are_given(cell, capsys):
+    file = read_gains(cell / "gains.toml")
+    from scenarios.weighing.problem import model_options, observe_options
+
+    shorter = file.model_copy(
+        update={
+            "options": file.options.model_copy(
+                update={
+                    "method": {"friction": "cbrt", "gain_joint": 2, "gain_value": 1.5},
+                    "observe": {"cutoff_hz": 9.0},
+                }
+            )
+        }
+    )
+    chosen = model_options(shorter, ["prior-std=2"])
+    assert (chosen.friction, chosen.prior_std, chosen.gain_joint) == ("cbrt", 2.0, None)
+    assert observe_options(shorter, ["reversal_speed=0.2"]).cutoff_hz == 9.0
+    assert observe_options(shorter, ["cutoff_hz=8"]).cutoff_hz == 8.0
+    others = shorter.model_copy(update={"method": "ls-2011"})
+    assert model_options(others, []).friction == "viscous-coulomb"
+    assert main(verified(cell, "--observe", "cutof_hz=3")) == 2
+    assert "unknown option 'cutof_hz'" in capsys.readouterr().err

@@ -98,6 +98,11 @@ def test_a_current_negated_shows_by_friction_alone(ur, logs):
     assert checked(changed(logs, v=lambda v: v * expected), ur, about=expected).backward == ()
 
 
+def test_a_joint_that_friction_drives_in_one_log_and_brakes_in_another_is_not_backward(ur, logs):
+    (bad,) = changed(logs[1:], v=lambda v: v * [1, 1, 1, -1, 1, 1])
+    assert checked([logs[0], bad], ur).backward == ()
+
+
 def test_positions_that_no_joint_reaches_are_wrong_whatever_explains_them(ur, logs):
     arm = replace(ur.arm, lower=np.full(6, -3.5), upper=np.full(6, 3.5))
     beyond = changed(logs, q=lambda q: q + np.pi * np.eye(6)[0])  # no motion shows the zero of joint 1

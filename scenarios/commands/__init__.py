@@ -22,6 +22,7 @@ COMMANDS = {
     "verify": "weigh another, known mass with the gains found, or predict part of the motions from the rest",
     "payload-of": "mass, centre and inertia of an unknown payload, from its currents and the gains",
     "torque": "joint torques of a recording with intervals, from its currents and the gains",
+    "patch": "a copy of a URDF or MJCF with what was identified: efforts, damping, friction, armature",
     "compare-gains": "two sets of gains: what moved beyond its interval",
     "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
 }

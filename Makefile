@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench docs excitation methods coverage predicted protocols robots schemas lock clean
+.PHONY: demo test test-slow mutants lint bench checks docs excitation methods coverage predicted protocols robots verify schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -30,6 +30,9 @@ bench: .venv/ready
 	$(BIN)/python bench/effects.py
 	$(BIN)/python bench/doors.py
 	$(BIN)/python bench/studies.py
+
+checks: .venv/ready  # what `rx90 check` finds; REAL_RECORDINGS names a folder of real ones; some twenty minutes
+	$(BIN)/python docs/checks.py
 
 docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py
@@ -61,8 +64,11 @@ predicted: .venv/ready  # scenarios, each with the folder that rx90 sensitivity 
 
 OTHERS ?=
 
-robots: .venv/ready  # ten minutes; OTHERS names folders that rx90 new-robot has written of other arms
+robots: .venv/ready  # half an hour; goes on from what out/robots holds; OTHERS names folders that rx90 new-robot has written of other arms
 	$(BIN)/python docs/robots.py $(OTHERS)
+
+verify: .venv/ready  # ten minutes
+	$(BIN)/python docs/verify.py out/verify
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
 	$(BIN)/python -m scenarios.files.json_schema

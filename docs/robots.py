@@ -10,7 +10,6 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pandas as pd
 
@@ -18,6 +17,7 @@ HOME = Path(__file__).parent
 sys.path.insert(0, str(HOME.parent / "tests" / "helpers"))
 from random_arms import write_random_arm  # noqa: E402
 
+OUT = Path("out") / "robots"
 SEEDS = 20
 BUILT_IN = ("nominal", "ur10e", "tx40", "panda", "stanford")
 ARMS = range(10)
@@ -100,13 +100,9 @@ def undesigned(seed: int, folder: Path) -> Row:
 
 def main(others: list[Path]) -> None:
     """Run them all and write the page."""
-    with TemporaryDirectory() as place:
-        at = Path(place)
-        found = [row(name, name, at / name) for name in BUILT_IN]
-        found += [undesigned(seed, at / f"arm{seed}") for seed in ARMS]
-        found += [
-            row(_name(folder), str(folder / "scenario.toml"), at / f"other{k}") for k, folder in enumerate(others)
-        ]
+    found = [row(name, name, OUT / name) for name in BUILT_IN]
+    found += [undesigned(seed, OUT / f"arm{seed}") for seed in ARMS]
+    found += [row(_name(each), str(each / "scenario.toml"), OUT / f"other-{_name(each)}") for each in others]
     (HOME / "robots.md").write_text(HEAD + "\n".join(each.text for each in found) + "\n", encoding="utf-8")
     print(json.dumps([each.text for each in found], indent=1))
 

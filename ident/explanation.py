@@ -1,9 +1,9 @@
-"""How well some arm of given kinematics explains the currents of two motions, whatever its parameters are.
+"""How well some arm of given kinematics explains the currents of motions, whatever its parameters are.
 
-Each joint is solved alone, with all its own base parameters, friction and offset of either motion, and all of a
-payload's. Nothing is known of the payload here, so that no gain, no error of the payload's description and no drift of
-friction matters: what is left of the currents is noise, friction of another shape, and a wrong arm. Rows are single
-instants.
+Each joint is solved alone, with all its own base parameters, friction and offset of each motion, and all of a
+payload's in every motion but the first. Nothing is known of the payload here, so that no gain, no error of the
+payload's description and no drift of friction matters: what is left of the currents is noise, friction of another
+shape, and a wrong arm. Rows are single instants.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from ident.regressor import regressor
 from ident.structure import Structure
 
 DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
-"""What a joint may have anew in the motion with a payload, among its own columns."""
+"""What a joint may have anew in a later motion, among its own columns."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,45 +66,58 @@ def unknowns_of(structure: Structure) -> Unknowns:
 
 
 def explanations(
-    arm: Arm, unknowns: Unknowns, bare: Instants, loaded: Instants, same_states: Sequence[Reading]
+    arm: Arm, unknowns: Unknowns, motions: Sequence[Instants], same_states: Sequence[Reading]
 ) -> list[Explanation]:
     """What readings explain of the currents.
 
     Args:
         arm: The arm.
         unknowns: Of it under the readings' gravity.
-        bare: Of the motion with a bare flange.
-        loaded: Of the motion with a payload.
+        motions: The first one, with whatever it carries, and others, each of which may carry something else.
         same_states: Readings that differ in the order of the currents only.
     """
-    order = same_states[0].q_order
-    columns = _columns(arm, (bare, loaded), same_states[0])
-    moving = np.vstack((bare.moving, loaded.moving))[:, order]
-    v = np.vstack((bare.v, loaded.v))
-    carrying = np.arange(len(v)) >= len(bare.v)
+    columns = reading_columns(arm, motions, same_states[0])
+    moving = np.vstack([each.moving for each in motions])[:, same_states[0].q_order]
+    v = np.vstack([each.v for each in motions])
+    motion = np.repeat(np.arange(len(motions)), [len(each.v) for each in motions])
     left, freedom = np.empty((arm.n, arm.n)), np.empty(arm.n, dtype=np.intp)
     for joint in range(arm.n):
         kept = moving[:, joint]
-        own = columns[kept, joint]  # (r, p)
-        again = np.concatenate((unknowns.payload[joint], len(STANDARD) * joint + DRIFTING))
-        W = np.hstack((own[:, unknowns.arm[joint]], own[:, again] * carrying[kept, None]))
-        left[joint] = _shares_left(W, v[kept])
+        W = joint_columns(columns[kept, joint], unknowns, joint, motion[kept])
+        left[joint] = shares_left(W, v[kept])
         freedom[joint] = W.shape[0] - W.shape[1]
     each_joint = np.arange(arm.n)
     return [Explanation(each, left[each_joint, each.v_order], freedom) for each in same_states]
 
 
-def _columns(arm: Arm, motions: Sequence[Instants], reading: Reading) -> Array:
+def joint_columns(own: Array, unknowns: Unknowns, joint: int, motion: Indices) -> Array:
+    """What a joint's currents are explained by, (r, u).
+
+    Args:
+        own: The joint's rows of the standard regressor, shape (r, p).
+        unknowns: Columns to take of it.
+        joint: The joint, from 0.
+        motion: Motion of each row, the first is 0, shape (r,).
+    """
+    again = own[:, np.concatenate((unknowns.payload[joint], len(STANDARD) * joint + DRIFTING))]
+    others = range(1, int(motion.max(initial=0)) + 1)
+    return np.hstack((own[:, unknowns.arm[joint]], *(again * (motion == each)[:, None] for each in others)))
+
+
+def reading_columns(arm: Arm, motions: Sequence[Instants], reading: Reading) -> Array:
     """The standard regressor at the states that a reading makes of a log, motion after motion, shape (N, n, p)."""
+    q, dq, ddq = (np.vstack(each) for each in zip(*((at.q, at.dq, at.ddq) for at in motions), strict=True))
+    return regressor_as_read(arm, reading, q, dq, ddq)
+
+
+def regressor_as_read(arm: Arm, reading: Reading, q: Array, dq: Array, ddq: Array) -> Array:
+    """The standard regressor of the arm that a reading describes; states as the log has them, each of shape (N, n)."""
     stands = replace(arm, gravity=reading.gravity, translation=reading.stretch[:, None] * arm.translation)
-    q, dq, ddq = (
-        reading.sign * np.vstack(each)[:, reading.q_order]
-        for each in zip(*((at.q, at.dq, at.ddq) for at in motions), strict=True)
-    )
+    q, dq, ddq = (reading.factor * each[:, reading.q_order] for each in (q, dq, ddq))
     return regressor(stands, q + reading.zero, dq, ddq)
 
 
-def _shares_left(W: Array, V: Array) -> Array:
+def shares_left(W: Array, V: Array) -> Array:
     """Standard deviation of what W leaves of each column of V, over the column's rms, shape (n,)."""
     rows, unknowns = W.shape
     if rows <= unknowns:

@@ -197,17 +197,24 @@ def reduced(
 ) -> tuple[Array, list[Array]]:
     """Decimate the samples to be kept, block by block, so that the full-rate regressor is never stored.
 
+    Args:
+        structure: Of the arm, n joints.
+        motion: q, dq, ddq, each of shape (N, n).
+        v: Signals of the joints, m of each, those of all joints side by side, shape (N, m n).
+        moving: Samples of each joint to be kept, shape (N, n).
+        D: Filter.
+
     Returns:
-        Currents and their rates, shape (rows, 2 n), and the regressor of each joint from its own link's columns on:
+        The signals, shape (rows, m n), and the regressor of each joint from its own link's columns on:
         those of the links before it are zero.
     """
     n, p, rows = structure.arm.n, len(STANDARD), D.rows(len(v))
     piece = D.factor * max(1, PIECE // D.factor)
     band = D.band(piece)
     weight = moving.astype(np.float64)
-    weighted = np.hstack((weight, weight)) * v
+    weighted = np.tile(weight, v.shape[1] // n) * v
     felt = D.overlap + -(-len(v) // piece) * piece // D.factor  # rows, with those that reach beyond the data
-    V = np.zeros((felt, 2 * n))
+    V = np.zeros((felt, v.shape[1]))
     W = [np.zeros((felt, structure.base.regrouping.shape[1] - p * j)) for j in range(n)]
     size = piece * max(1, BLOCK // piece)
     for block, columns in regressor_blocks(structure.arm, *motion, weight=weight, size=size):

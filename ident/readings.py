@@ -25,11 +25,11 @@ SAME_DIRECTION = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Reading:
-    """One way to read the columns of a log: `q_arm = sign * q[:, q_order] + zero`, `v_arm = v[:, v_order]`.
+    """One way to read the columns of a log: `q_arm = factor * q[:, q_order] + zero`, `v_arm = v[:, v_order]`.
 
     Attributes:
         words: What differs from the log as it is, for messages.
-        sign: 1 or -1 a joint, shape (n,).
+        factor: Of each joint's position, 1, -1 or what makes radians of another unit, shape (n,).
         zero: Position of the arm where the log says 0 [rad], shape (n,).
         q_order: Column of the positions of each joint, from 0, shape (n,).
         v_order: Column of the current of each joint, from 0, shape (n,).
@@ -38,7 +38,7 @@ class Reading:
     """
 
     words: str
-    sign: Array
+    factor: Array
     zero: Array
     q_order: Indices
     v_order: Indices
@@ -52,12 +52,8 @@ def readings(arm: Arm) -> Iterator[tuple[Reading, ...]]:
     Yields:
         Readings of the same states, which differ in the order of the currents only; the very first is the log as it is.
     """
-    order = np.arange(arm.n)
-    given = Reading(
-        words="the log as it is", sign=np.ones(arm.n), zero=np.zeros(arm.n), q_order=order, v_order=order,
-        gravity=arm.gravity,
-        stretch=np.ones(arm.n),
-    )  # fmt: skip
+    given = as_it_is(arm)
+    order = given.q_order
     pairs = list(combinations(range(arm.n), 2))
     yield (
         given,
@@ -76,6 +72,15 @@ def readings(arm: Arm) -> Iterator[tuple[Reading, ...]]:
         yield (replace(given, words=WEIGHTLESS, gravity=np.zeros(3)),)
 
 
+def as_it_is(arm: Arm) -> Reading:
+    """The log as it is."""
+    order = np.arange(arm.n)
+    return Reading(
+        words="the log as it is", factor=np.ones(arm.n), zero=np.zeros(arm.n), q_order=order, v_order=order,
+        gravity=arm.gravity, stretch=np.ones(arm.n),
+    )  # fmt: skip
+
+
 def _exchanged(order: Indices, i: int, j: int) -> Indices:
     changed = order.copy()
     changed[[i, j]] = order[[j, i]]
@@ -91,7 +96,7 @@ def _other_zeros(arm: Arm, given: Reading) -> Iterator[tuple[Reading]]:
                 words = f"q{j + 1}" + (" negated" if sign < 0 else "") + (f" plus {turn} degrees" if turn else "")
                 yield (
                     replace(
-                        given, words=words, sign=np.where(own, sign, 1.0), zero=np.where(own, np.deg2rad(turn), 0.0)
+                        given, words=words, factor=np.where(own, sign, 1.0), zero=np.where(own, np.deg2rad(turn), 0.0)
                     ),
                 )
 

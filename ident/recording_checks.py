@@ -14,6 +14,9 @@ Of Gaussian noise alone, a sample would have to lie 50 standard deviations out b
 is for spikes in more than `MANY` of the samples, which are usual by the others' measure; smaller ones are not found.
 """
 
+from collections.abc import Callable, Iterator
+from functools import partial
+
 import numpy as np
 from scipy import ndimage
 
@@ -45,15 +48,24 @@ def check_log(recording: Recording) -> None:
     Raises:
         RecordingError: Naming the channel and the rows, and what it looks like.
     """
-    _check_clock(recording)
+    for fault in log_faults(recording):
+        raise fault
+
+
+def log_faults(recording: Recording) -> Iterator[RecordingError]:
+    """Everything of a recording that no robot can have, channel by channel, the clock first."""
+    fastest = FASTEST * float(np.median(np.diff(recording.t)))
+    checks: list[Callable[[], None]] = [partial(_check_clock, recording)]
+    checks += [partial(_check_steps, recording, j) for j in range(recording.n)]
+    checks += [partial(_check_currents, recording, j) for j in range(recording.n)]
     for j in range(recording.n):
-        _check_steps(recording, j)
-    for j in range(recording.n):
-        _check_currents(recording, j)
-    for j in range(recording.n):
-        fastest = FASTEST * float(np.median(np.diff(recording.t)))
-        _check_many(recording, f"q{j + 1}", recording.q[:, j], fastest)
-        _check_many(recording, f"v{j + 1}", recording.v[:, j], float("inf"))
+        checks.append(partial(_check_many, recording, f"q{j + 1}", recording.q[:, j], fastest))
+        checks.append(partial(_check_many, recording, f"v{j + 1}", recording.v[:, j], float("inf")))
+    for check in checks:
+        try:
+            check()
+        except RecordingError as error:
+            yield error
 
 
 def _check_clock(recording: Recording) -> None:

@@ -59,6 +59,17 @@ def read_log(path: str | Path, description: LogDescription) -> Log:
     Raises:
         RecordingError: As `read_recording`.
     """
+    log = read_unchecked(path, description)
+    check_log(log.recording)
+    return log
+
+
+def read_unchecked(path: str | Path, description: LogDescription) -> Log:
+    """Read a recording as `read_log` does, but with whatever jumps and spikes it has.
+
+    Raises:
+        RecordingError: As `read_recording`, but for the checks of `check_log`.
+    """
     path = Path(path)
     found: list[Resolved] = []
 
@@ -77,7 +88,6 @@ def read_log(path: str | Path, description: LogDescription) -> Log:
     )
     table = format_of(path).read(path, request)
     recording = converted(path, table, found[0].description)
-    check_log(recording)
     return Log(recording, found[0], notes_of(found[0]))
 
 

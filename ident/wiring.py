@@ -86,18 +86,18 @@ def _unknowns(structure: Structure) -> tuple[Unknowns, Unknowns]:
 def _explained(
     arm: Arm,
     unknowns: tuple[Unknowns, Unknowns],
-    motions: tuple[Recording, Recording],
+    motions: Sequence[Recording],
     options: ObserveOptions,
     most: int,
     families: Sequence[tuple[Reading, ...]],
 ) -> list[Explanation]:
     """What each reading explains on at most so many instants of each motion."""
-    bare, loaded = (instants(motion, most, options) for motion in motions)
+    seen = [instants(motion, most, options) for motion in motions]
     return [
         explanation
         for family in families
         if family
-        for explanation in explanations(arm, unknowns[family[0].gravity is not arm.gravity], bare, loaded, family)
+        for explanation in explanations(arm, unknowns[family[0].gravity is not arm.gravity], seen, family)
     ]
 
 

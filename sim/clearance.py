@@ -9,8 +9,9 @@ import numpy as np
 
 from ident.arrays import Array
 from sim.capsules import stand_in
-from sim.compile import mount_payload
+from sim.compile import compiler_reason, mount_payload
 from sim.drawn import full_spec
+from sim.errors import ModelFileError
 from sim.plant import PayloadBody, Plant
 from sim.quiet import quiet
 
@@ -50,6 +51,9 @@ class Clearance:
             plant: The arm and its payload.
             margin: Distances above it are not measured [m].
             solids: Shapes of the payload; None for a cylinder of its principal inertia.
+
+        Raises:
+            ModelFileError: If its model file cannot be compiled with its shapes.
         """
         spec = full_spec(plant.robot.model, plant.robot.flange)
         spec.option.disableflags = 0
@@ -71,7 +75,10 @@ class Clearance:
         for one, other in dict.fromkeys(neighbours):
             spec.add_exclude(bodyname1=one, bodyname2=other)
         self._margin = margin
-        self._model = spec.compile()
+        try:
+            self._model = spec.compile()
+        except ValueError as error:
+            raise ModelFileError(f"robot model {plant.robot.model}: {compiler_reason(error)}") from error
         self._data = mujoco.MjData(self._model)
 
     def __call__(self, q: Array) -> Array:

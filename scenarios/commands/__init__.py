@@ -20,6 +20,7 @@ COMMANDS = {
     "recipe": "a page to take to the cell: what to command, log, mount and check, and the commands afterwards",
     "view": "show the motions of a scenario, in MuJoCo's viewer or as a picture",
     "convert": "any log to a recording: CSV, UR RTDE, ROS 2 bag, MCAP, Parquet, NumPy",
+    "check": "look at recordings before anything is identified: what is wrong with them, or with the model",
     "identify": "identify the gains of a robot from recordings",
     "verify": "weigh another, known mass with the gains found, or predict part of the motions from the rest",
     "payload-of": "mass, centre and inertia of an unknown payload, from its currents and the gains",

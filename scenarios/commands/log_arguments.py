@@ -17,6 +17,7 @@ from scenarios.errors import SaidTwice, WrongJointNames
 
 if TYPE_CHECKING:
     from ident.recording import Recording
+    from ident.recording_files import Log
 
 
 def add_log_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,7 +78,11 @@ def read_recordings(paths: Sequence[Path], said: LogDescription) -> "list[Record
     """Recordings of which something is said; how a foreign log was read is told at once."""
     from ident.recording_files import read_log
 
-    logs = [read_log(path, said) for path in paths]
+    return told([read_log(path, said) for path in paths])
+
+
+def told(logs: "Sequence[Log]") -> "list[Recording]":
+    """The recordings of logs; how they were read is told."""
     for log in logs:
         for note in log.notes:
             complain(f"{log.recording.name}: {note}")

@@ -11,8 +11,13 @@ if TYPE_CHECKING:
 
 def add_model_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the robot's model."""
+    parser.add_argument("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
+    add_reading_arguments(parser)
+
+
+def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what a model file does not tell of its arm."""
     add = parser.add_argument
-    add("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
     add("--flange", metavar="BODY", help="last body of the arm, where the file has more; joints beyond are held")
     add(
         "--coupling",

@@ -19,7 +19,7 @@ class Status(IntEnum):
 
 MEANINGS = {
     Status.PASSED: "passed",
-    Status.MISSED: "a tolerance was missed",
+    Status.MISSED: "a tolerance was missed, or a check found something wrong",
     Status.BAD_INPUT: "bad input: one line on stderr says what, where, what to do",
     Status.UNFORESEEN: "nobody foresaw this error: please report it (RX90_TRACEBACK=1 shows where)",
     Status.NO_OUTPUT: "standard output is closed, or cannot be written",

@@ -106,6 +106,57 @@ class Result(_Open):
     consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
 
 
+class CheckLine(_Open):
+    """A line of a check; `log` and `joint` are null where it is about all of them."""
+
+    log: str | None
+    what: str
+    joint: int | None = Field(ge=1)
+    verdict: Literal["good", "weak", "wrong"]
+    seen: str
+    advice: str | None
+
+
+class CheckJoint(_Open):
+    """How a joint moved in a log."""
+
+    joint: int = Field(ge=1)
+    low: float = Field(description="[rad or m]")
+    high: float
+    covered: float | None = Field(description="share of the joint's range, null where no limits are stated")
+    speed: float = Field(ge=0.0, description="largest [rad/s or m/s]")
+    speed_rms: float = Field(ge=0.0)
+    acceleration_rms: float = Field(ge=0.0)
+    slow: float = Field(ge=0.0, le=1.0, description="share of the time beside reversals")
+    current_rms: float = Field(ge=0.0, description="[drive units]")
+
+
+class CheckLog(_Open):
+    """A log; without joints if it cannot be filtered."""
+
+    log: str
+    joints: list[CheckJoint]
+
+
+class CheckReadings(_Open):
+    """Other readings of all logs together."""
+
+    better: list[str] = Field(description="that surely explain the currents better than the logs as they are")
+    same: list[str] = Field(description="that no motion tells from the logs as they are")
+    out_of_reach: list[int] = Field(description="joints that the logs put where they cannot be")
+    driven_by_friction: list[int] = Field(description="joints whose positions or currents count backwards")
+
+
+class Check(_Open):
+    """What `rx90 check --json` prints."""
+
+    robot: str
+    verdict: Literal["good", "weak", "wrong"]
+    lines: list[CheckLine]
+    logs: list[CheckLog]
+    readings: CheckReadings
+
+
 def schemas() -> dict[str, dict[str, Any]]:
     """The schemas by name."""
     scenario = ScenarioTable.model_json_schema()
@@ -117,6 +168,7 @@ def schemas() -> dict[str, dict[str, Any]]:
         "payload": PayloadFile,
         "motion": MotionFile,
         "result": Result,
+        "check": Check,
         "answer": AnswerFile,
         "gains": GainsFile,
         "problem": ProblemFile,

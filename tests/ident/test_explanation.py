@@ -33,7 +33,7 @@ def logs() -> tuple[Recording, Recording]:
 def test_what_is_left_is_what_least_squares_with_every_column_leaves(ur, logs, words):
     family = next(f for f in readings(ur.arm) if any(r.words == words for r in f))
     bare, loaded = (instants(log, 150, OPTIONS) for log in logs)
-    found = next(e for e in explanations(ur.arm, unknowns_of(ur), bare, loaded, family) if e.reading.words == words)
+    found = next(e for e in explanations(ur.arm, unknowns_of(ur), (bare, loaded), family) if e.reading.words == words)
     order, sign, zero = {
         "the log as it is": ([0, 1, 2, 3, 4, 5], 1.0, 0.0),
         "q3 negated plus 90 degrees": ([0, 1, 2, 3, 4, 5], np.array([1, 1, -1, 1, 1, 1]), np.eye(6)[2] * np.pi / 2),
@@ -70,16 +70,16 @@ def test_gravity_and_lengths_of_a_reading_are_those_of_the_arm_it_describes(ur, 
         ("every length times 0.8", replace(ur.arm, translation=0.8 * ur.arm.translation)),
         ("gravity along (0, 0, 1) of the base", replace(ur.arm, gravity=-ur.arm.gravity)),
     ):
-        left = explanations(ur.arm, unknowns_of(ur), bare, loaded, families[words])[0].left
+        left = explanations(ur.arm, unknowns_of(ur), (bare, loaded), families[words])[0].left
         plain = replace(as_is[0], gravity=other.gravity)
-        direct = explanations(other, unknowns_of(ur), bare, loaded, [plain])[0].left
+        direct = explanations(other, unknowns_of(ur), (bare, loaded), [plain])[0].left
         np.testing.assert_allclose(left, direct, rtol=1e-9)  # the same sums
-        assert np.abs(left / explanations(ur.arm, unknowns_of(ur), bare, loaded, as_is)[0].left - 1.0).max() > 0.02
+        assert np.abs(left / explanations(ur.arm, unknowns_of(ur), (bare, loaded), as_is)[0].left - 1.0).max() > 0.02
 
 
 def test_too_few_instants_leave_infinity_not_a_fit(ur, logs):
     bare, loaded = (instants(log, 15, OPTIONS) for log in logs)
-    found = explanations(ur.arm, unknowns_of(ur), bare, loaded, next(readings(ur.arm)))[0]
+    found = explanations(ur.arm, unknowns_of(ur), (bare, loaded), next(readings(ur.arm)))[0]
     few = found.freedom <= 0
     assert few[0]
     assert not few[5]
@@ -88,15 +88,15 @@ def test_too_few_instants_leave_infinity_not_a_fit(ur, logs):
 
 def test_as_many_instants_as_unknowns_are_too_few(rng):
     W, V = rng.normal(size=(7, 7)), rng.normal(size=(7, 3))
-    np.testing.assert_array_equal(explanation._shares_left(W, V), [np.inf] * 3)
-    assert np.isfinite(explanation._shares_left(W[:, :6], V)).all()
+    np.testing.assert_array_equal(explanation.shares_left(W, V), [np.inf] * 3)
+    assert np.isfinite(explanation.shares_left(W[:, :6], V)).all()
 
 
 def test_what_is_left_does_not_depend_on_the_unit_of_a_current(ur, logs):
     as_is = next(readings(ur.arm))[:1]
     scaled = [Recording(log.t, log.q, log.v * [3.0, -0.2, 7.0, 0.01, 5.0, 40.0], log.name) for log in logs]
     left = [
-        explanations(ur.arm, unknowns_of(ur), *(instants(log, 120, OPTIONS) for log in each), as_is)[0].left
+        explanations(ur.arm, unknowns_of(ur), [instants(log, 120, OPTIONS) for log in each], as_is)[0].left
         for each in (logs, scaled)
     ]
     np.testing.assert_allclose(left[0], left[1], rtol=1e-9)  # rounding of the factorisation

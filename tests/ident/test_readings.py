@@ -25,7 +25,7 @@ def by_words(arm: Arm) -> dict[str, Reading]:
 
 
 def read(reading: Reading) -> np.ndarray:
-    return reading.sign * LOG[reading.q_order] + reading.zero
+    return reading.factor * LOG[reading.q_order] + reading.zero
 
 
 def test_the_first_reading_is_the_log_as_it_is(arm):

@@ -105,7 +105,7 @@ def test_the_message_tells_the_joint_that_shows_it_most_and_what_is_left_of_its_
     assert told is not None
     as_is = next(readings(ur.arm))[:1]
     after, before = (
-        explanations(ur.arm, unknowns_of(ur), *(instants(log, 400, OPTIONS) for log in pair), as_is)[0].left
+        explanations(ur.arm, unknowns_of(ur), [instants(log, 400, OPTIONS) for log in pair], as_is)[0].left
         for pair in (logs, bad)
     )
     joint = int(np.argmax(before / after))

@@ -18,7 +18,7 @@ from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import CATALOG
 from scenarios.robots import ROBOTS
 
-NAMES = ("scenario", "payload", "motion", "result", "answer", "problem", "robot", "gains")
+NAMES = ("scenario", "payload", "motion", "result", "answer", "problem", "robot", "gains", "check")
 SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]

@@ -1,0 +1,162 @@
+"""Check recordings before anything is identified: each log, then all of them against the model of the arm."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from ident.arrays import Array
+from ident.checks.arm_remarks import arm_remarks, named_readings
+from ident.checks.clipping import clipping_remarks
+from ident.checks.clock import clock_remarks
+from ident.checks.columns import column_remarks
+from ident.checks.comparison import Comparison, compared, prepared
+from ident.checks.excitation import excitation_remarks, predicted_rel_std
+from ident.checks.friction_sign import backward_joints, friction_remarks
+from ident.checks.gear_ratio import motor_side
+from ident.checks.lateness import delay_remark
+from ident.checks.motion import JointMotion, joint_motions, motion_remarks
+from ident.checks.noise import noise_remarks
+from ident.checks.payload_decides import payload_remarks
+from ident.checks.remark import Grade, Remark, worst
+from ident.checks.samples import sample_remarks
+from ident.errors import RecordingError
+from ident.observation import ObserveOptions, observe
+from ident.options import GainOptions
+from ident.payload import Payload
+from ident.problem import Motion, Problem
+from ident.recording import Recording
+from ident.recording_checks import log_faults
+from ident.structure import Structure
+
+LogCheck = Callable[[Recording, ObserveOptions], list[Remark]]
+LOG_CHECKS: dict[str, LogCheck] = {
+    "clock": lambda recording, _: clock_remarks(recording),
+    "samples": lambda recording, _: sample_remarks(recording),
+    "clipping": lambda recording, _: clipping_remarks(recording),
+}
+"""What is asked of the samples alone; any clock will do."""
+MOTION_CHECKS: dict[str, LogCheck] = {"noise": noise_remarks, "columns": column_remarks}
+"""What is asked of a log that can be filtered."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LogRead:
+    """One log, as it was checked.
+
+    Attributes:
+        recording: The log.
+        motions: How each joint moved, None where it cannot be filtered.
+        remarks: What was seen.
+    """
+
+    recording: Recording
+    motions: tuple[JointMotion, ...] | None
+    remarks: tuple[Remark, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Checked:
+    """What a check found.
+
+    Attributes:
+        logs: Each log.
+        comparison: Of the logs that can be compared, None where there is none.
+        backward: Joints, from 0, whose friction drives.
+        remarks: On the model and all logs together.
+    """
+
+    logs: tuple[LogRead, ...]
+    comparison: Comparison | None
+    backward: tuple[int, ...]
+    remarks: tuple[Remark, ...]
+
+    @property
+    def all_remarks(self) -> tuple[Remark, ...]:
+        """Every line, log after log, those on the model last."""
+        return (*(remark for log in self.logs for remark in log.remarks), *self.remarks)
+
+    @property
+    def grade(self) -> Grade:
+        """The worst of all."""
+        return worst(self.all_remarks)
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Readings that surely explain the logs better, in words."""
+        if self.comparison is None:
+            return ()
+        found = named_readings(self.comparison, self.backward)
+        return tuple(reading.words for each in found for reading in each.readings)
+
+
+def check(
+    recordings: Sequence[Recording],
+    structure: Structure,
+    *,
+    observing: ObserveOptions,
+    gains: GainOptions,
+    loaded: Sequence[bool] | None = None,
+    payload: Payload | None = None,
+    about: Array | None = None,
+) -> Checked:
+    """Check recordings of one arm.
+
+    Args:
+        recordings: Of the arm; whatever the first carries, others may carry something else.
+        structure: Of the arm that is said to have moved.
+        observing: Filters.
+        gains: When a gain would count as identifiable.
+        loaded: Which of them carry `payload`, None where none surely does.
+        payload: That one has, None where that is not asked.
+        about: What the gains are about [N m / drive unit], shape (n,), None where nobody knows.
+
+    Raises:
+        RecordingError: If a recording has other joints than the arm.
+    """
+    n = structure.arm.n
+    for each in recordings:
+        if each.n != n:
+            raise RecordingError(f"{each.name}: {each.n} joints, but robot {structure.arm.name} has {n}")
+    read = [_log_read(each, structure, observing) for each in recordings]
+    kept = [k for k, each in enumerate(read) if each.motions is not None]
+    usable = [recordings[k] for k in kept]
+    if not usable:
+        return Checked(logs=tuple(read), comparison=None, backward=(), remarks=())
+    problems = [Problem(structure, (Motion(observe(each, structure, observing), None),), gains) for each in usable]
+    backward = backward_joints(problems, about)
+    logs = prepared(structure, usable, observing)
+    comparison = compared(logs, motor_side(logs))
+    remarks = [*arm_remarks(comparison, backward), *friction_remarks(backward)]
+    carrying = [loaded is not None and loaded[k] for k in kept]
+    if payload is not None:
+        remarks += payload_remarks(logs, carrying, payload, comparison.same)
+    if payload is not None and about is not None and not carrying[0]:
+        observed = problems[0].motions[0].observation
+        remarks += excitation_remarks(usable[0].name, predicted_rel_std(observed, payload, about, gains), gains)
+    return Checked(logs=tuple(read), comparison=comparison, backward=backward, remarks=tuple(remarks))
+
+
+def _log_read(recording: Recording, structure: Structure, options: ObserveOptions) -> LogRead:
+    """One log by itself; what cannot be filtered is not looked at further."""
+    remarks = [
+        Remark(topic="values", log=recording.name, seen=_without_name(fault, recording), grade=Grade.WRONG)
+        for fault in log_faults(recording)
+    ]
+    remarks = remarks or [Remark(topic="values", log=recording.name, seen="no jumps, no spikes")]
+    for each in LOG_CHECKS.values():
+        remarks += each(recording, options)
+    try:
+        observe(recording, structure, options)
+    except RecordingError as error:
+        seen = _without_name(error, recording)
+        remarks.append(Remark(topic="model", log=recording.name, seen=f"not compared: {seen}", grade=Grade.WRONG))
+        return LogRead(recording=recording, motions=None, remarks=tuple(remarks))
+    motions = joint_motions(recording, structure.arm, options)
+    for each in MOTION_CHECKS.values():
+        remarks += each(recording, options)
+    remarks += motion_remarks(recording, motions)
+    remarks.append(delay_remark(recording, structure, options))
+    return LogRead(recording=recording, motions=motions, remarks=tuple(remarks))
+
+
+def _without_name(error: Exception, recording: Recording) -> str:
+    return str(error).removeprefix(f"{recording.name}: ")

@@ -1,0 +1,57 @@
+"""The clock of a log: rate, jitter, samples that its time stamps say are missing."""
+
+import numpy as np
+
+from ident.checks.remark import Grade, Remark
+from ident.recording import JITTER_TOL, LARGEST_GAP, Recording
+
+LOST = 1.5
+"""Interval, in medians, from which on a sample is missing."""
+FEW = 0.02
+"""Share of missing samples that straight lines between the others stand in for."""
+SLOW = 60.0
+"""Rate [Hz] below which the default filters leave little room."""
+JITTERED = 0.5
+"""Largest deviation of an interval, as a share, that does not come of missing samples but is worth a word."""
+
+
+def clock_remarks(recording: Recording) -> list[Remark]:
+    """What the time stamps say."""
+    intervals = np.diff(recording.t)
+    usual = float(np.median(intervals))
+    missing = np.rint(intervals / usual - 1.0) * (intervals > LOST * usual)
+    lost, gaps = int(missing.sum()), int((missing > 0.0).sum())
+    even = intervals[missing == 0.0]
+    jitter = float(np.abs(even / usual - 1.0).max(initial=0.0))
+    duration = float(recording.t[-1] - recording.t[0])
+    rate = Remark(
+        topic="rate",
+        log=recording.name,
+        seen=f"{1.0 / usual:.4g} Hz, {len(recording.t)} samples, {duration:.4g} s",
+        grade=Grade.WEAK if 1.0 / usual < SLOW else Grade.GOOD,
+        advice=f"log at {SLOW:g} Hz or more, or lower --cutoff-hz" if 1.0 / usual < SLOW else None,
+    )
+    uneven = jitter > JITTERED
+    steady = Remark(
+        topic="jitter",
+        log=recording.name,
+        seen="none" if jitter <= JITTER_TOL else f"intervals vary by up to {100.0 * jitter:.3g} %",
+        grade=Grade.WEAK if uneven else Grade.GOOD,
+        advice="log the time at which a sample was taken, not at which it arrived" if uneven else None,
+    )
+    return [rate, steady, _gaps(recording, intervals, usual, lost, gaps)]
+
+
+def _gaps(recording: Recording, intervals: np.ndarray, usual: float, lost: int, gaps: int) -> Remark:
+    if not lost:
+        return Remark(topic="missing samples", log=recording.name, seen="none by the time stamps")
+    at = int(intervals.argmax())
+    hole = intervals[at] > LARGEST_GAP * usual
+    many = lost > FEW * (len(recording.t) + lost)
+    return Remark(
+        topic="missing samples",
+        log=recording.name,
+        seen=f"{lost} in {gaps} gaps, the longest {intervals[at]:.3g} s at t = {recording.t[at]:.6g} s",
+        grade=Grade.WRONG if hole or many else Grade.WEAK,
+        advice="use one side of the hole" if hole else "record again with less else to do for the logging computer",
+    )

@@ -1,0 +1,156 @@
+"""The log as it is beside every other reading of it: which one explains the currents best, on the same instants."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.arm import Arm
+from ident.arrays import Array
+from ident.checks.further_readings import further_readings
+from ident.checks.reach import unreachable
+from ident.checks.sameness import Fingerprint, fingerprint, same
+from ident.explanation import Explanation, Unknowns, explanations, unknowns_of
+from ident.instants import Instants, instants
+from ident.observation import ObserveOptions
+from ident.readings import Reading, readings
+from ident.recording import Recording
+from ident.structure import Structure, structure_of
+from ident.wiring import ASLANT, MANY, NOTHING
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Alternative:
+    """Readings that explain the same, beside the log as it is.
+
+    Attributes:
+        readings: One or more that no currents can tell apart, simplest first.
+        gain: Logarithm of what the log as it is leaves of each column of currents over what these leave, shape (n,).
+        evidence: Logarithm of the likelihood ratio, of white residuals.
+    """
+
+    readings: tuple[Reading, ...]
+    gain: Array
+    evidence: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """What readings of some logs explain.
+
+    Attributes:
+        given: Of the log as it is.
+        unreachable: Joints, from 0, that the log as it is puts where they cannot be.
+        same: Readings that explain the same as the log as it is, whatever the motion.
+        alternatives: The others that the arm can reach, that with the most evidence first.
+    """
+
+    given: Explanation
+    unreachable: tuple[int, ...]
+    same: tuple[Reading, ...]
+    alternatives: tuple[Alternative, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Logs:
+    """Logs of one arm, prepared to be read in several ways.
+
+    Attributes:
+        structure: Of the arm.
+        unknowns: What is solved for under the model's own gravity.
+        aslant: The same under any.
+        recordings: The first with whatever it carries, others that may carry something else.
+        seen: Their instants.
+    """
+
+    structure: Structure
+    unknowns: Unknowns
+    aslant: Unknowns
+    recordings: tuple[Recording, ...]
+    seen: tuple[Instants, ...]
+
+    @property
+    def arm(self) -> Arm:
+        """The arm."""
+        return self.structure.arm
+
+    def unknowns_under(self, reading: Reading) -> Unknowns:
+        """What is solved for under a reading's gravity."""
+        return self.unknowns if reading.gravity is self.arm.gravity else self.aslant
+
+    def explained(self, family: Sequence[Reading]) -> list[Explanation]:
+        """What readings of the same states explain."""
+        return explanations(self.arm, self.unknowns_under(family[0]), self.seen, family)
+
+
+def prepared(structure: Structure, recordings: Sequence[Recording], options: ObserveOptions) -> Logs:
+    """Logs, ready to be compared.
+
+    Args:
+        structure: Of the arm.
+        recordings: One or more, each long enough for the filters.
+        options: Filters.
+    """
+    own = unknowns_of(structure)
+    heavy = bool(structure.arm.gravity.any())
+    aslant = unknowns_of(structure_of(replace(structure.arm, gravity=ASLANT))) if heavy else own
+    seen = tuple(instants(each, MANY, options) for each in recordings)
+    return Logs(structure, own, aslant, tuple(recordings), seen)
+
+
+def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
+    """Compare the log as it is with every reading of it that has one mistake.
+
+    Args:
+        logs: The logs.
+        more: Further readings to compare with.
+    """
+    arm = logs.arm
+    families = [*readings(arm), *further_readings(arm), *((each,) for each in more)]
+    given, *others = (found for family in families for found in logs.explained(family))
+    reached = [each for each in others if not unreachable(arm, logs.recordings, each.reading)]
+    same_as_given, groups = _grouped(logs, given, reached)
+    alternatives = [_alternative(given, group) for group in groups]
+    return Comparison(
+        given=given,
+        unreachable=unreachable(arm, logs.recordings, given.reading),
+        same=tuple(each.reading for each in same_as_given),
+        alternatives=tuple(sorted(alternatives, key=lambda each: -each.evidence)),
+    )
+
+
+def _grouped(
+    logs: Logs, given: Explanation, others: Sequence[Explanation]
+) -> tuple[list[Explanation], list[list[Explanation]]]:
+    """Readings that are the same as the log as it is, and groups of others that are the same."""
+    groups: list[tuple[Fingerprint, list[Explanation]]] = []
+    for each in (given, *others):
+        own = fingerprint(logs.structure, logs.unknowns_under(each.reading), each.reading, motions=len(logs.seen))
+        for known, members in groups:
+            if same(known, own):
+                members.append(each)
+                break
+        else:
+            groups.append((own, [each]))
+    first, *rest = (members for _, members in groups)
+    return first[1:], rest
+
+
+def _alternative(given: Explanation, group: Sequence[Explanation]) -> Alternative:
+    (left, freedom), (own, own_freedom) = _by_column(group[0]), _by_column(given)
+    known = np.isfinite(left) & np.isfinite(own)
+    before, after = (np.where(known, np.maximum(each, NOTHING), 1.0) for each in (own, left))
+    gain = np.log(before / after)
+    return Alternative(tuple(each.reading for each in group), gain, float(gain @ np.minimum(freedom, own_freedom)))
+
+
+def _by_column(found: Explanation) -> tuple[Array, Array]:
+    """What is left, and the freedom, of each column of currents instead of each joint."""
+    back = np.argsort(found.reading.v_order)
+    return found.left[back], found.freedom[back].astype(np.float64)
+
+
+def single_readings(arm: Arm) -> Iterator[Reading]:
+    """Every reading with one mistake, the log as it is first."""
+    for family in (*readings(arm), *further_readings(arm)):
+        yield from family

@@ -1,0 +1,80 @@
+"""Friction brakes: where a fit says that it drives, positions or currents of a joint count backwards.
+
+Each joint is solved alone with its own base parameters, friction and offset in drive units. The gain has the sign of
+the friction; that alone is no mistake, but a gain that comes out negative is better known beforehand.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import linalg
+
+from ident.arrays import Array, readonly
+from ident.checks.remark import Grade, Remark
+from ident.gain_system import joint_rows
+from ident.problem import Problem
+from ident.rows import Rows
+from ident.signs import FRICTION_Z
+from ident.uncertainty.larger import larger
+
+RANK_TOL = 1e-9
+"""Smallest singular value of unit columns, relative to the largest."""
+
+
+def friction_z(problem: Problem, joint: int) -> float | None:
+    """Friction of a joint, from 0, over its deviation, total or dry, whichever is surer; None where rows are too few.
+
+    Args:
+        problem: One motion, of whatever mounting.
+        joint: The joint.
+    """
+    rows = joint_rows(problem, joint)
+    size = np.linalg.norm(rows.W, axis=0)
+    unit = rows.W / np.where(size > 0.0, size, 1.0)
+    inverse, rank = linalg.pinv(unit, rtol=RANK_TOL, return_rank=True)  # what cannot be told apart shares alike
+    if len(rows.V) <= rank:
+        return None
+    own = [name in (f"Fv{joint + 1}", f"Fc{joint + 1}") for name in rows.names]
+    dry = [name == f"Fc{joint + 1}" for name in rows.names]
+    weights = np.array((own, dry), dtype=np.float64)  # of unit columns, whose coefficients are friction at usual speed
+    influence = readonly(weights @ inverse)
+    residual = rows.V - unit @ (inverse @ rows.V)
+    fitted = Rows(
+        V=rows.V, residual=residual, joint=np.full(len(rows.V), joint), motion=rows.motion, position=rows.position,
+        row_period=problem.row_period, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)),
+        explained=np.zeros((len(rows.V), 0)),
+    )  # fmt: skip
+    std = np.sqrt(np.diag(larger(fitted, influence, problem.options.serial_s)))
+    z = np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
+    return float(z[np.argmax(np.abs(z))])
+
+
+def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[int, ...]:
+    """Joints, from 0, whose friction surely drives in some log and brakes in none.
+
+    Args:
+        problems: A motion each, of one arm.
+        about: Gains whose signs are expected, shape (n,); positive ones if None.
+    """
+    found: list[int] = []
+    expected = np.ones(problems[0].structure.arm.n) if about is None else np.sign(about)
+    for joint in range(problems[0].structure.arm.n):
+        seen = [friction_z(problem, joint) for problem in problems]
+        z = [float(expected[joint]) * each for each in seen if each is not None]
+        if z and min(z) < -FRICTION_Z and max(z) < FRICTION_Z:
+            found.append(joint)
+    return tuple(found)
+
+
+def friction_remarks(backward: Sequence[int]) -> list[Remark]:
+    """Which joints' friction drives."""
+    return [
+        Remark(
+            topic="friction",
+            joint=joint,
+            seen=f"friction of joint {joint + 1} drives it: v{joint + 1} counts against q{joint + 1}",
+            grade=Grade.WEAK,
+            advice=f"negate q{joint + 1} or v{joint + 1}, whichever is against the model, or expect a negative gain",
+        )
+        for joint in backward
+    ] or [Remark(topic="friction", seen="brakes every joint that shows it")]

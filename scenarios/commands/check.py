@@ -1,0 +1,66 @@
+"""`rx90 check`."""
+
+import argparse
+
+import scenarios.commands.arguments as arguments
+from ident.observation import ObserveOptions
+from scenarios.commands.log_arguments import add_log_arguments, log_description, told
+from scenarios.commands.options import add_options, chosen
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.robot_model import add_reading_arguments
+from scenarios.commands.status import Status
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add("robot", metavar="ROBOT", help="MJCF or URDF file, robot.toml, or the name of a built-in robot")
+    add(
+        "log",
+        metavar="LOG",
+        type=arguments.file,
+        nargs="+",
+        help="recordings of it: the first bare, or with whatever; each further one may carry something else",
+    )
+    add("--loaded", metavar="B", type=arguments.file, nargs="+", default=[], help="recordings with --payload mounted")
+    add(
+        "--payload", metavar="P", type=arguments.file, help="the payload one has, TOML: what the motion will show of it"
+    )
+    add_reading_arguments(parser)
+    add_log_arguments(parser)
+    add_form_arguments(parser)
+    add_options(parser, ObserveOptions)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Read, check, tell."""
+    from threadpoolctl import threadpool_limits
+
+    from ident.checks.check import check
+    from ident.checks.remark import Grade
+    from ident.options import GainOptions
+    from ident.payload_files import read_payload
+    from ident.recording_files import read_unchecked
+    from scenarios.errors import WrongFiles
+    from scenarios.named_robot import named_robot
+    from scenarios.reports.check import check_report
+
+    if options.loaded and options.payload is None:
+        raise WrongFiles("--loaded: no payload is given; describe what was mounted, --payload P.toml")
+    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
+        couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
+        robot = named_robot(options.robot, couplings, flange=options.flange)
+        said = log_description(options, robot.structure.arm.joint_names)
+        payload = None if options.payload is None else read_payload(options.payload)
+        recordings = told([read_unchecked(path, said) for path in (*options.log, *options.loaded)])
+        found = check(
+            recordings,
+            robot.structure,
+            observing=chosen(ObserveOptions, options),
+            gains=GainOptions(),
+            loaded=[k >= len(options.log) for k in range(len(recordings))],
+            payload=payload,
+            about=robot.gain,
+        )
+    show(check_report(found, robot.structure.arm), options)
+    return Status.MISSED if found.grade is Grade.WRONG else Status.PASSED

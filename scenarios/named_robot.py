@@ -1,0 +1,43 @@
+"""A robot by whatever names it on a command line: a model file, a `robot.toml`, a built-in name."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ident.arrays import Array
+from ident.model_files import MODEL_FILES
+from ident.structure import Structure, structure_of
+from scenarios.robot_models import read_arm
+from scenarios.robots import robot, structure
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedRobot:
+    """What is known of a robot.
+
+    Attributes:
+        structure: Of its arm.
+        gain: What its drive gains are about [N m / drive unit], None where no file states them.
+    """
+
+    structure: Structure
+    gain: Array | None
+
+
+def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
+    """A robot from a command line.
+
+    Args:
+        word: MJCF or URDF file, `robot.toml`, or a name in `ROBOTS`.
+        couplings: Pairs of coupled joints, from 0; those of a robot's own file where there is none.
+        flange: Last body of a model file's arm; None where all joints are the arm's.
+
+    Raises:
+        UnknownName: If it is none of these.
+        RobotModelError: If the model file is no arm.
+        RobotError: If the robot's file cannot be read.
+    """
+    if Path(word).suffix.lower() in MODEL_FILES:
+        return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None)
+    named = robot(word)
+    own = tuple((each.turns_with, each.motor) for each in named.couplings if each.turns_with < each.motor)
+    return NamedRobot(structure(named, couplings or own), named.drives.gain)

@@ -1,0 +1,192 @@
+"""All logs of a check against the model: which mistake is named, which cannot be, what the payload decides."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+
+from ident.arm import load_arm
+from ident.checks.check import Checked, check
+from ident.checks.comparison import single_readings
+from ident.checks.excitation import predicted_rel_std
+from ident.checks.payload_decides import effect_on_gains
+from ident.checks.remark import Grade
+from ident.errors import RecordingError
+from ident.estimators import ls_2011
+from ident.explanation import unknowns_of
+from ident.identification import ALONE_OPTIONS
+from ident.observation import ObserveOptions, observe
+from ident.options import GainOptions
+from ident.problem import pair
+from ident.recording import Recording
+from ident.recording_files import read_recording
+from ident.structure import Structure, structure_of
+
+OBSERVING, GAINS = ObserveOptions(), GainOptions()
+
+
+@pytest.fixture(scope="module")
+def ur() -> Structure:
+    return structure_of(arm_of(ur_like()))
+
+
+@pytest.fixture(scope="module")
+def logs() -> tuple[Recording, Recording]:
+    return known_logs(ur_like(), BRICK, np.abs(UR_GAIN), np.random.default_rng(51), middle=UR_MIDDLE)
+
+
+def checked(logs, structure, **more) -> Checked:
+    return check(logs, structure, observing=OBSERVING, gains=GAINS, **more)
+
+
+def changed(logs, *, q=lambda q: q, v=lambda v: v):
+    return [Recording(log.t, q(log.q.copy()), v(log.v.copy()), log.name) for log in logs]
+
+
+def lines(found: Checked, topic: str):
+    return [each for each in found.all_remarks if each.topic == topic]
+
+
+def test_a_clean_pair_is_good(ur, logs):
+    found = checked(logs, ur)
+    assert found.grade is not Grade.WRONG
+    assert found.named == ()
+    assert found.backward == ()
+    (untold,) = lines(found, "no motion tells")
+    assert "q1 plus 90 degrees" in untold.seen
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [([1, 1, -1, 1, 1, 1], "q3 negated"), ([180 / np.pi] * 6, "all positions in degrees")],
+)
+def test_a_mistake_is_named_and_wrong(ur, logs, factor, words):
+    found = checked(changed(logs, q=lambda q: q * factor), ur)
+    assert found.grade is Grade.WRONG
+    assert words in found.named
+    (line,) = lines(found, "signs, zeros, order, base")
+    assert line.grade is Grade.WRONG
+    assert words in line.seen
+
+
+def test_equal_readings_are_named_as_one(ur, logs):
+    found = checked(changed(logs, q=lambda q: q * [1, 1, 1, 1, 1, -1]), ur)
+    assert {"q6 negated", "q5 plus 180 degrees"} <= set(found.named)
+    (line,) = lines(found, "signs, zeros, order, base")
+    assert line.seen.startswith("q6 negated = ")  # friction of joint 6 drives: the other would leave it so
+    assert found.backward == (5,)
+
+
+def test_the_wrist_turned_is_told_first_where_friction_brakes(ur, logs):
+    def turned(q):
+        q[:, 4] += np.pi
+        return q
+
+    (line,) = lines(checked(changed(logs, q=turned), ur), "signs, zeros, order, base")
+    assert line.seen.startswith("q5 plus 180 degrees = ")
+
+
+def test_a_current_negated_shows_by_friction_alone(ur, logs):
+    found = checked(changed(logs, v=lambda v: v * [1, 1, 1, -1, 1, 1]), ur)
+    assert found.backward == (3,)
+    assert found.named == ()
+    (line,) = lines(found, "friction")
+    assert (line.grade, line.joint) == (Grade.WEAK, 3)
+    expected = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
+    assert checked(changed(logs, v=lambda v: v * expected), ur, about=expected).backward == ()
+
+
+def test_positions_that_no_joint_reaches_are_wrong_whatever_explains_them(ur, logs):
+    arm = replace(ur.arm, lower=np.full(6, -3.5), upper=np.full(6, 3.5))
+    beyond = changed(logs, q=lambda q: q + np.pi * np.eye(6)[0])  # no motion shows the zero of joint 1
+    low = replace(arm, lower=np.where(np.arange(6) == 0, -1.5, -3.5), upper=np.where(np.arange(6) == 0, 2.1, 3.5))
+    found = checked(beyond, replace(ur, arm=low))
+    (line,) = lines(found, "reach")
+    assert (line.grade, line.joint) == (Grade.WRONG, 0)
+    (named,) = lines(found, "signs, zeros, order, base")
+    assert "q1 plus 180 degrees puts the joints where they can be" in named.seen
+
+
+def test_a_log_that_cannot_be_filtered_is_wrong_and_not_compared(ur, logs):
+    short = [Recording(log.t[:60], log.q[:60], log.v[:60], log.name) for log in logs]
+    found = checked(short, ur)
+    assert found.comparison is None
+    assert found.grade is Grade.WRONG
+    assert found.named == ()
+    assert all("not compared" in each.seen for each in lines(found, "model"))
+    assert checked([short[0], logs[0]], ur).comparison is not None
+
+
+def test_a_log_of_another_number_of_joints_is_refused(ur, logs):
+    five = Recording(logs[0].t, logs[0].q[:, :5], logs[0].v[:, :5], "five")
+    with pytest.raises(RecordingError, match=r"five: 5 joints, but robot ur-like has 6"):
+        checked([five], ur)
+
+
+def reading(structure, words):
+    return next(each for each in single_readings(structure.arm) if each.words == words)
+
+
+def test_the_zero_of_the_last_joint_moves_gains_by_the_payload_beside_its_axis(ur):
+    own, last = unknowns_of(ur), reading(ur, "q6 plus 90 degrees")
+    assert effect_on_gains(ur, own, last, BRICK.known_part()).moved == (0, 1, 2, 3, 4, 5)
+    first = reading(ur, "q1 plus 90 degrees")
+    assert effect_on_gains(ur, own, first, BRICK.known_part()).moved == ()
+    # on the axis of joint 6, which is y, and round about it
+    pin = replace(BRICK, com=(0.0, 0.13, 0.0), inertia=(0.017, 0.006, 0.017, 0.0, 0.0, 0.0))
+    assert effect_on_gains(ur, own, last, pin.known_part()).moved == ()
+
+
+def test_the_payload_as_drawn_decides_about_the_zero_of_the_last_joint(ur, logs):
+    loaded = [False, True]
+    found = checked(logs, ur, payload=BRICK, loaded=loaded)
+    (line,) = lines(found, "payload as drawn")
+    assert line.grade is Grade.GOOD
+    bad = changed(logs, q=lambda q: q - [0, 0, 0, 0, 0, np.pi / 2])
+    (line,) = lines(checked(bad, ur, payload=BRICK, loaded=loaded), "payload as drawn")
+    assert line.grade is Grade.WRONG
+    assert line.seen.startswith("q6 plus 90 degrees fits the payload's torque better")
+    (line,) = lines(checked(bad[:1], ur, payload=BRICK), "payload as drawn")
+    assert "a bare and a loaded recording with this payload tell" in line.seen
+    assert lines(checked(bad, ur, payload=replace(BRICK, known="mass"), loaded=loaded), "payload as drawn") == []
+
+
+def test_the_deviation_that_is_predicted_is_that_of_the_loaded_motion(ur, logs):
+    """The same motion, recorded with the payload, gives deviations of the same size by the estimator itself."""
+    bare, loaded = (observe(log, ur, OBSERVING) for log in logs)
+    predicted = predicted_rel_std(bare, BRICK, np.abs(UR_GAIN), GAINS)
+    found = ls_2011.joint_by_joint_gains(pair(bare, loaded, BRICK, GAINS), ALONE_OPTIONS)
+    expected = [joint.predicted_rel_std for joint in found.joints]
+    # currents of the loaded motion are larger, and 5 % of them is the floor; its uncertainty allows for stretches
+    np.testing.assert_allclose(predicted, expected, rtol=0.4)
+
+
+def test_a_payload_that_a_joint_does_not_feel_is_told_before_it_is_mounted(ur, logs):
+    found = checked(logs[:1], ur, payload=BRICK, about=np.abs(UR_GAIN))
+    (line,) = lines(found, "excitation")
+    assert line.grade is Grade.GOOD
+    speck = replace(BRICK, mass=0.002, inertia=(2e-6, 2e-6, 2e-6, 0.0, 0.0, 0.0), mass_std=0.0)
+    (line,) = lines(checked(logs[:1], ur, payload=speck, about=np.abs(UR_GAIN)), "excitation")
+    assert line.grade is Grade.WEAK
+    assert "for joint 1, 2, 3, 4, 5, 6" in str(line.advice)
+    assert lines(checked(logs[:1], ur, payload=BRICK), "excitation") == []  # nobody knows a gain
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("folder", ["ur10e", "ur10e_december"])
+def test_nothing_is_wrong_with_the_real_pairs(real: Path, folder):
+    structure = structure_of(load_arm(real / "ur10e" / "ur10e.urdf"))
+    pair = [read_recording(real / folder / f"{name}.parquet") for name in ("unloaded", "loaded")]
+    for part in (pair, pair[:1], pair[1:]):
+        assert checked(part, structure).grade is not Grade.WRONG
+
+
+@pytest.mark.real
+def test_nothing_is_wrong_with_the_real_tx40_and_a_negated_joint_is(real: Path):
+    structure = structure_of(load_arm(real / "tx40" / "tx40.urdf", couplings=((4, 5),)))
+    log = read_recording(real / "tx40" / "recording.parquet")
+    assert checked([log], structure).grade is not Grade.WRONG
+    bad = checked(changed([log], q=lambda q: q * [1, -1, 1, 1, 1, 1]), structure)
+    assert "q2 negated" in bad.named

@@ -149,7 +149,7 @@ def _afterwards(prepared: Bench, commands: Collection[str]) -> list[Part]:
         Paragraph("and so on for each motion; then:"),
     ]
     if "check" in commands:
-        parts.append(Line(shlex.join(["rx90", "check", str(robot.model), *files])))
+        parts.append(Line(shlex.join(["rx90", "check", str(robot.model), *files, *flange])))
     other = ["--loaded", "other.parquet", "--payload", "other.toml"]
     bare = next((file for file, carried in zip(files, prepared.protocol, strict=True) if carried == BARE), None)
     parts.append(Line(identify_command(prepared, Path()) + " --gains-out gains.toml"))

@@ -17,7 +17,7 @@ COMMANDS = {
     "excite": "search for a motion that shows a scenario's gains best",
     "payload": "design a weight that shows every joint's gain",
     "trajectory": "a scenario's motion for a controller: CSV, ROS 2 JointTrajectory, URScript",
-    "recipe": "a page to take to the cell: what to command, log, mount and check, and the commands afterwards",
+    "recipe": "a page to take to the cell: what to command, to mount, to log",
     "view": "show the motions of a scenario, in MuJoCo's viewer or as a picture",
     "convert": "any log to a recording: CSV, UR RTDE, ROS 2 bag, MCAP, Parquet, NumPy",
     "check": "look at recordings before anything is identified: what is wrong with them, or with the model",

@@ -18,7 +18,7 @@ RATE = 125.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments; `--format` and `--json` are those of the report."""
     add = parser.add_argument
-    add("source", metavar="SCENARIO|MOTION", help="a scenario, or a motion file as excite writes it")
+    add("source", metavar="MOTION", help="that of a scenario, or a motion file as excite writes it")
     add("--out", type=arguments.file, required=True, metavar="FILE", help="file to write: .csv, .yaml or .script")
     forms = "; ".join(f"{name}: {what}" for name, what in FORMATS.items())
     add("--as", dest="form", metavar="F", choices=FORMATS, help=f"{forms} (default by the ending of FILE)")

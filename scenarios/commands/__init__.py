@@ -11,7 +11,7 @@ COMMANDS = {
     "new-robot": "start from your own arm: robot, scenario and motion from its model file",
     "run": "simulate a scenario, identify its gains, judge them",
     "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
-    "predict": "error budget of a scenario in a second: to first order, nothing simulated",
+    "predict": "error budget of a scenario to first order: nothing is simulated",
     "sensitivity": "error budget of a scenario: which error source costs how much",
     "compare": "methods side by side on scenarios, yours included",
     "excite": "search for a motion that shows a scenario's gains best",

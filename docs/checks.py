@@ -2,16 +2,19 @@
 
 Recordings are simulated at `nominal` noise, of the RX-90 and of a Panda, bare and loaded; the pairs and recordings of a
 folder named by REAL_RECORDINGS are checked as they are, and with faults of the same kinds. `--sample K` takes K faults
-of each arm, `--clean K` as many clean pairs.
+of each arm, `--clean K` as many clean pairs. What was checked is kept in `--out`: the same command goes on from there,
+and `--seconds` ends it early with what there is.
 """
 
 import argparse
+import json
 import os
 import re
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +36,7 @@ from ident.recording_files import read_recording
 from ident.structure import Structure, structure_of
 from scenarios.build import bench
 from scenarios.files.loading import load_scenario
-from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Report, Table, cells
+from scenarios.reports.content import Column, Heading, Paragraph, Part, Report, Table, cells
 from scenarios.reports.files import write_markdown
 from scenarios.run import Simulated, drawn, motion_streams, simulate_batch
 
@@ -46,6 +49,7 @@ NEAR = 0.02
 """Relative error of a ratio that counts as named."""
 READINGS, LOG = "what the model can explain", "the log itself"
 BATCH = 10
+REAL = ("ur10e", "ur10e_december", "tx40")
 
 Samples = tuple[Array, Array, Array]
 Change = Callable[[Array, Array, Array], Samples]
@@ -283,7 +287,39 @@ class Outcome:
     words: str
     found: bool
     named: bool
-    seconds: float
+    seconds: float | None
+
+
+@dataclass(frozen=True)
+class Clean:
+    """What a check said of one clean set of recordings."""
+
+    of: str
+    words: str
+    wrong: bool
+    weak: list[str]
+
+
+class Kept:
+    """Outcomes in a file, a line each; a run that was ended goes on."""
+
+    def __init__(self, path: Path, until: float) -> None:
+        self.path, self.until = path, until
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+        self.rows = {(row["of"], row.get("kind"), row["words"]): row for row in map(json.loads, lines)}
+
+    def of(self, key: tuple[str, str | None, str], make: Callable[[], Outcome | Clean]) -> None:
+        if key not in self.rows and time.monotonic() < self.until:
+            self.rows[key] = asdict(make())
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(self.rows[key]) + "\n")
+
+    def outcomes(self) -> list[Outcome]:
+        return [Outcome(**row) for row in self.rows.values() if "kind" in row]
+
+    def clean(self) -> list[Clean]:
+        return [Clean(**row) for row in self.rows.values() if "kind" not in row]
 
 
 def explained_alike(structure: Structure, motions: int) -> set[str]:
@@ -294,34 +330,43 @@ def explained_alike(structure: Structure, motions: int) -> set[str]:
     return {each.words for each in upright if same(given, fingerprint(structure, own, each, motions=motions))}
 
 
-def tried(of: str, about: str, fault: Fault, logs: Sequence[Recording], structure: Structure) -> Outcome:
-    faulty = [Recording(*fault.change(log.t, log.q, log.v), log.name) for log in logs]
-    return judged(of, about, fault.kind, fault.words, fault.named, faulty, structure)
+def changed(fault: Fault, logs: Sequence[Recording]) -> list[Recording]:
+    return [Recording(*fault.change(log.t, log.q, log.v), log.name) for log in logs]
 
 
-def judged(of, about, kind, words, named, logs, structure) -> Outcome:
+def judged(
+    of: str,
+    about: str,
+    kind: str,
+    words: str,
+    named: Callable[[Checked], bool],
+    logs: Sequence[Recording],
+    structure: Structure,
+) -> Outcome:
     started = time.perf_counter()
     found = check(logs, structure, observing=OBSERVING, gains=GAINS)
     seconds = time.perf_counter() - started
     outcome = Outcome(of, about, kind, words, found.grade is not Grade.GOOD, named(found), seconds)
     print(f"{of}: {kind}, {words}: {'named' if outcome.named else 'found' if outcome.found else '-'}", flush=True)
-    if not outcome.named:
-        lines = [f"{line.grade.value} {line.seen}" for line in found.all_remarks if line.grade is not Grade.GOOD]
-        print(f"{of}: {kind}, {words}: not named; {lines}", flush=True)
     return outcome
 
 
-def all_outcomes(of: str, logs: Sequence[Recording], structure: Structure, sample: int) -> Iterator[Outcome]:
+def try_faults(kept: Kept, of: str, logs: Sequence[Recording], structure: Structure, sample: int) -> None:
     """Try a sample of the faults that change what the model can explain, and all of the log itself."""
     alike = explained_alike(structure, len(logs))
     faults = [fault for fault in model_faults(structure.arm.n) if fault.undone not in alike]
-    chosen = np.sort(np.random.default_rng(2011).permutation(len(faults))[:sample])
-    for k in chosen:
-        yield tried(of, READINGS, faults[k], logs, structure)
+    chosen = np.sort(np.random.default_rng(2011).permutation(len(faults))[:sample]).tolist()
+    tried = [(READINGS, faults[k]) for k in chosen] + [(LOG, fault) for fault in of_log(structure.arm.n)]
+    for about, fault in tried:
+        faulty = partial(changed, fault, logs)
+        kept.of((of, fault.kind, fault.words), partial(_tried, of, about, fault, faulty, structure))
     for words, other, undone in base_structures(structure):
-        yield judged(of, READINGS, "base", words, reading(undone), logs, other)
-    for fault in of_log(structure.arm.n):
-        yield tried(of, LOG, fault, logs, structure)
+        named = reading(undone)
+        kept.of((of, "base", words), partial(judged, of, READINGS, "base", words, named, logs, other))
+
+
+def _tried(of: str, about: str, fault: Fault, faulty: Callable[[], list[Recording]], structure: Structure) -> Outcome:
+    return judged(of, about, fault.kind, fault.words, fault.named, faulty(), structure)
 
 
 def simulated(name: str, seeds: Sequence[int]) -> Iterator[tuple[Structure, list[Recording]]]:
@@ -379,7 +424,29 @@ def _row(kind: str, outcomes: Sequence[Outcome]):
     )
 
 
-def clean_part(count: int) -> Table:
+def try_clean(kept: Kept, count: int) -> None:
+    """Check recordings without a fault: the first seeds of each scenario, and the real ones."""
+    folder = os.environ.get("REAL_RECORDINGS")
+    for name, structure, logs in real_sets(Path(folder)) if folder else ():
+        for words, part in [("all", logs), *((f"{k + 1}", [log]) for k, log in enumerate(logs) if len(logs) > 1)]:
+            of = f"{name} (real)"
+            kept.of((of, None, words), partial(_clean, of, words, part, structure))
+    for name in SIMULATED:
+        for k, (structure, logs) in enumerate(simulated(name, range(CLEAN_SEED, CLEAN_SEED + count))):
+            for which, part in (("bare", logs[:1]), ("bare and loaded", logs)):
+                of = f"{name}, {which}"
+                seed = str(CLEAN_SEED + k)
+                kept.of((of, None, seed), partial(_clean, of, seed, part, structure))
+
+
+def _clean(of: str, words: str, logs: Sequence[Recording], structure: Structure) -> Clean:
+    found = check(logs, structure, observing=OBSERVING, gains=GAINS)
+    weak = [line.topic for line in found.all_remarks if line.grade is Grade.WEAK]
+    print(f"{of}, {words}: {found.grade.value}", flush=True)
+    return Clean(of, words, found.grade is Grade.WRONG, weak)
+
+
+def clean_table(found: Sequence[Clean]) -> Table:
     columns = (
         Column(title="Clean logs", words=True),
         Column(title="Checked"),
@@ -387,30 +454,17 @@ def clean_part(count: int) -> Table:
         Column(title="95 % interval", unit="%"),
         Column(title="Lines that are weak", words=True),
     )
-    rows = []
-    for name in SIMULATED:
-        for which, part in (("bare", slice(0, 1)), ("bare and loaded", slice(0, 2))):
-            seeds = range(CLEAN_SEED, CLEAN_SEED + count)
-            found = [
-                check(logs[part], structure, observing=OBSERVING, gains=GAINS)
-                for structure, logs in simulated(name, seeds)
-            ]
-            rows.append(_clean_row(f"{name}, {which}", found))
-            print(rows[-1], flush=True)
-    folder = os.environ.get("REAL_RECORDINGS")
-    if folder:
-        for name, structure, logs in real_sets(Path(folder)):
-            parts = [logs, *([log] for log in logs if len(logs) > 1)]
-            found = [check(part, structure, observing=OBSERVING, gains=GAINS) for part in parts]
-            rows.append(_clean_row(f"{name} (real), {'each and both' if len(logs) > 1 else 'alone'}", found))
-    return Table(columns=columns, rows=tuple(rows))
+    names = dict.fromkeys(each.of for each in found)
+    return Table(
+        columns=columns, rows=tuple(_clean_row(name, [each for each in found if each.of == name]) for name in names)
+    )
 
 
-def _clean_row(words: str, found: Sequence[Checked]):
-    wrong = sum(each.grade is Grade.WRONG for each in found)
-    weak = Counter(line.topic for each in found for line in each.all_remarks if line.grade is Grade.WEAK)
+def _clean_row(name: str, found: Sequence[Clean]):
+    wrong = sum(each.wrong for each in found)
+    weak = Counter(topic for each in found for topic in each.weak)
     listed = ", ".join(f"{topic} {many}" for topic, many in weak.most_common())
-    return cells(words, str(len(found)), str(wrong), interval(wrong, len(found)), listed)
+    return cells(name, str(len(found)), str(wrong), interval(wrong, len(found)), listed)
 
 
 ABOUT = (
@@ -421,53 +475,42 @@ ABOUT = (
 )
 
 
+def document(outcomes: Sequence[Outcome], clean: Sequence[Clean]) -> Report:
+    parts: list[Part] = []
+    for about in (READINGS, LOG):
+        for title, arms in (*((name, (name,)) for name in SIMULATED), ("real recordings", REAL)):
+            own = [each for each in outcomes if each.about == about and each.of in arms]
+            if own:
+                parts += [Heading(f"Faults of {about}: {title}"), outcome_table(own)]
+    both = [each for each in outcomes if each.about == READINGS and each.of in SIMULATED]
+    named = sum(each.named for each in both)
+    seconds = [each.seconds for each in outcomes if each.seconds is not None]
+    summary = (
+        f"Of {len(both)} simulated faults that change what the model can explain {named} were named "
+        f"({100 * named / len(both):.1f} %, {interval(named, len(both))} %). A check of a pair took "
+        f"{np.median(seconds):.2g} s (median), at most {max(seconds):.2g} s, on a machine that did other work."
+    )
+    head = [Paragraph(ABOUT), Paragraph(summary)]
+    return Report("What a check finds", (*head, *parts, Heading("Clean recordings"), clean_table(clean)), {})
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("--sample", type=int, default=100)
-    parser.add_argument("--real-sample", type=int, default=20)
+    parser.add_argument("--sample", type=int, default=90)
+    parser.add_argument("--real-sample", type=int, default=8)
     parser.add_argument("--clean", type=int, default=50)
+    parser.add_argument("--out", type=Path, default=Path("out/checks/outcomes.jsonl"))
+    parser.add_argument("--seconds", type=float, default=float("inf"))
     options = parser.parse_args()
-    outcomes, parts = list[Outcome](), list[Part]()
+    kept, folder = Kept(options.out, time.monotonic() + options.seconds), os.environ.get("REAL_RECORDINGS")
     with threadpool_limits(1):
+        try_clean(kept, options.clean)
         for name in SIMULATED:
             for structure, logs in simulated(name, [FAULTY_SEED]):
-                outcomes += all_outcomes(name, logs, structure, options.sample)
-        folder = os.environ.get("REAL_RECORDINGS")
-        real = [
-            each
-            for name, structure, logs in (real_sets(Path(folder)) if folder else ())
-            for each in all_outcomes(name, logs, structure, options.real_sample)
-        ]
-        clean = clean_part(options.clean)
-    for about in (READINGS, LOG):
-        for name in SIMULATED:
-            parts += [
-                Heading(f"Faults of {about}: {name}"),
-                outcome_table([each for each in outcomes if each.about == about and each.of == name]),
-            ]
-        if real:
-            parts += [
-                Heading(f"Faults of {about}: real recordings"),
-                outcome_table([each for each in real if each.about == about]),
-            ]
-    both = [each for each in outcomes if each.about == READINGS]
-    parts = [
-        Paragraph(ABOUT),
-        Line(
-            "python docs/checks.py "
-            + " ".join(f"--{key.replace('_', '-')} {value}" for key, value in vars(options).items())
-        ),
-        Paragraph(
-            f"Of {len(both)} simulated faults that change what the model can explain, {sum(x.named for x in both)} "
-            f"were named ({interval(sum(x.named for x in both), len(both))} %). A check of a pair took "
-            f"{np.median([each.seconds for each in outcomes]):.2g} s (median), at most "
-            f"{max(each.seconds for each in outcomes):.2g} s, on a machine that did other work."
-        ),
-        *parts,
-        Heading("Clean recordings"),
-        clean,
-    ]
-    write_markdown(Report("What a check finds", tuple(parts), {}), Path(__file__).parent / "checks.md")
+                try_faults(kept, name, logs, structure, options.sample)
+        for name, structure, logs in real_sets(Path(folder)) if folder else ():
+            try_faults(kept, name, logs, structure, options.real_sample)
+    write_markdown(document(kept.outcomes(), kept.clean()), Path(__file__).parent / "checks.md")
 
 
 if __name__ == "__main__":

@@ -18,6 +18,9 @@ from ident.recording import Recording
 from ident.structure import Structure, structure_of
 from ident.wiring import ASLANT, MANY, NOTHING
 
+ALIKE = 1e-4
+"""Relative difference of what is left that rounding makes of the same spans, and more."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alternative:
@@ -122,17 +125,30 @@ def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
 def _grouped(
     logs: Logs, given: Explanation, others: Sequence[Explanation]
 ) -> tuple[list[Explanation], list[list[Explanation]]]:
-    """Readings that are the same as the log as it is, and groups of others that are the same."""
-    groups: list[tuple[Fingerprint, list[Explanation]]] = []
+    """Readings that are the same as the log as it is, and groups of others that are the same.
+
+    What is the same by the kinematics leaves the same of these currents; only where it does, the kinematics are asked.
+    """
+    groups: list[list[Explanation]] = []
+    prints: dict[int, Fingerprint] = {}
+
+    def known(each: Explanation) -> Fingerprint:
+        if id(each) not in prints:
+            unknowns = logs.unknowns_under(each.reading)
+            prints[id(each)] = fingerprint(logs.structure, unknowns, each.reading, motions=len(logs.seen))
+        return prints[id(each)]
+
     for each in (given, *others):
-        own = fingerprint(logs.structure, logs.unknowns_under(each.reading), each.reading, motions=len(logs.seen))
-        for known, members in groups:
-            if same(known, own):
+        own = _by_column(each)[0]
+        for members in groups:
+            if np.allclose(own, _by_column(members[0])[0], rtol=ALIKE, atol=0.0) and same(
+                known(each), known(members[0])
+            ):
                 members.append(each)
                 break
         else:
-            groups.append((own, [each]))
-    first, *rest = (members for _, members in groups)
+            groups.append([each])
+    first, *rest = groups
     return first[1:], rest
 
 

@@ -130,6 +130,12 @@ def test_one_coarse_encoder_is_no_lost_sample(log):
     assert len(odd_steps(Recording(log.t, q, log.v)).long) == 0
 
 
+def test_one_joint_that_jumps_alone_is_no_lost_sample(log):
+    q = log.q.copy()
+    q[801:, 3] += 9.0 * (q[801, 3] - q[800, 3])
+    assert 800 not in odd_steps(Recording(log.t, q, log.v)).long
+
+
 def test_currents_that_are_logged_more_slowly_are_told(log):
     held = Recording(log.t, log.q, np.repeat(log.v[::2], 2, axis=0))
     assert told(sample_remarks(held), "held currents").grade is Grade.WEAK
@@ -151,6 +157,7 @@ def test_the_quantum_is_the_step_of_an_encoder_and_none_where_noise_is_finer(rng
     np.testing.assert_allclose(quantum(np.round(angle / 0.0037) * 0.0037), 0.0037, rtol=1e-9)  # rounding
     np.testing.assert_allclose(quantum(np.round(angle, 3)), 0.001, rtol=1e-9)
     assert quantum(angle) is None
+    assert quantum(rng.choice([0.0, 1.0, 1.37, 2.9], 1000)) is None  # few values, but of no step
     assert quantum(np.array([0.0, 1.0, 0.0])) is None
 
 
@@ -255,6 +262,14 @@ def test_currents_that_come_late_or_early_are_timed(ur, log, rows):
     remark = delay_remark(late, ur, OPTIONS)
     assert remark.grade is not Grade.GOOD
     assert ("later" if rows > 0 else "earlier") in remark.seen
+
+
+def test_a_delay_between_two_samples_is_placed_between_them(ur):
+    quiet = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(42), middle=UR_MIDDLE, noise=0.0005)[0]
+    late = Recording(quiet.t[1:], quiet.q[1:], 0.4 * quiet.v[:-1] + 0.6 * quiet.v[1:])  # 3.2 ms
+    found = lateness(late, ur, OPTIONS)
+    assert found is not None
+    np.testing.assert_allclose(found.value, 0.0032, atol=0.001)  # of steps of 8 ms
 
 
 def test_a_delay_beyond_the_search_has_no_deviation(ur, log):

@@ -149,6 +149,18 @@ def test_a_limit_may_be_passed_by_the_slack_and_no_more(ur, logs):
     assert [unreachable(arm, logs[:1], as_it_is(arm)) for arm in arms] == [(), (2,)]
 
 
+def test_the_lower_limit_has_the_same_slack(ur, logs):
+    low, own = float(logs[0].q[:, 2].min()), np.arange(6) == 2
+    high = float(logs[0].q[:, 2].max())
+    for over, beyond in ((0.09, ()), (0.11, (2,))):
+        arm = replace(ur.arm, lower=np.where(own, low + over, -np.inf), upper=np.where(own, high, np.inf))
+        assert unreachable(arm, logs[:1], as_it_is(arm)) == beyond
+        sliding = replace(arm, revolute=np.where(own, 0.0, 1.0))
+        assert unreachable(sliding, logs[:1], as_it_is(arm)) == beyond
+        upper = replace(sliding, lower=np.full(6, -np.inf), upper=np.where(own, high - over, np.inf))
+        assert unreachable(upper, logs[:1], as_it_is(arm)) == beyond
+
+
 def test_without_limits_two_turns_either_way_are_in_reach(ur, logs):
     degrees = [Recording(log.t, np.rad2deg(log.q), log.v) for log in logs]
     assert len(unreachable(ur.arm, degrees, as_it_is(ur.arm))) == 6

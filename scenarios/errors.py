@@ -201,6 +201,18 @@ class WrongGains(ScenarioError):
     """A file that holds no drive gains, or such as cannot be."""
 
 
+class NotPatchable(ScenarioError):
+    """A model file whose text cannot be changed in place."""
+
+
+class WrongBareFile(ScenarioError):
+    """A file that does not hold what was found from bare motions of this arm."""
+
+
+class NoSuchMotion(ScenarioError):
+    """A motion in a form that it cannot have: a rate, a robot, or joints without names."""
+
+
 class MethodError(ScenarioError):
     """A call of a method that gave no answer: counted, never raised to the user."""
 

@@ -43,7 +43,7 @@ def main(options: argparse.Namespace) -> Status:
         with held.writing():
             save_run(result, held.folder)
         saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
-        again = Line(identify_command(result, held.folder))
+        again = Line(identify_command(result.bench, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))
     show(report, options)
     return Status.PASSED if result.verdict.passed else Status.MISSED

@@ -63,14 +63,14 @@ def origin(run: Run) -> Origin:
     )
 
 
-def identify_command(run: Run, folder: Path) -> str:
+def identify_command(prepared: Bench, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
-    chosen = run.bench.scenario.table.identification
-    robot = run.bench.experiments[0].plant.robot
+    chosen = prepared.scenario.table.identification
+    robot = prepared.experiments[0].plant.robot
     words = ["rx90", "identify", "--model", str(robot.model)]
     words += [] if robot.flange is None else ["--flange", robot.flange]
-    words += [*_motion_words(run.bench, folder), "--method", chosen.method]
-    for first, second in run.bench.scenario.table.belief.couplings:
+    words += [*_motion_words(prepared, folder), "--method", chosen.method]
+    for first, second in prepared.scenario.table.belief.couplings:
         words += ["--coupling", str(first), str(second)]
     for options, defaults in ((chosen.observe, ObserveOptions()), (chosen.gains, GainOptions())):
         for field in fields(options):

@@ -53,6 +53,7 @@ def test_friction_of_each_motion_has_its_number(structure, chi, rng):
     assert [each.unit for each in found.friction[3]] == ["units s/rad"] * 2 + ["units"] * 3
 
 
+@pytest.mark.slow
 def test_deviations_of_ratios_and_parameters_are_those_of_the_draws(structure, chi):
     # 50 draws, five ratios: the rms z-score has a deviation of some 5 %, more as they share the
     # reference, and the larger of two deviations is stated; the bounds are -40 and +20 %.

@@ -60,6 +60,7 @@ def test_correlated_errors_hide_a_common_change_and_show_a_difference():
     assert not compared(exact, alike).moved
 
 
+@pytest.mark.slow
 def test_beside_the_scale_a_change_has_the_deviation_that_draws_have():
     # 4000 draws: a deviation is found to 1.1 %, the bound is four of them; three joints of different deviation.
     rng, std = np.random.default_rng(3), np.array([0.01, 0.03, 0.02])

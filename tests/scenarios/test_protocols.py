@@ -352,8 +352,8 @@ UNPAIRED = {
     ("--loaded", "a", "--unloaded", "b", "--payload", "p.toml", "--payload", "q.toml"): "a: no payload is given",
     ("--payload", "payload.toml"): "no recording is given; expected --unloaded A and --loaded B --payload P",
     (): "no recording is given",
-    ("--unloaded", "unloaded.parquet"): "no motion carries a payload",
-    ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "no motion carries a payload",
+    ("--unloaded", "unloaded.parquet"): "bare motions give no ratio of gains",
+    ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "bare motions give no ratio of gains",
     ("--loaded", "loaded.parquet", "loaded-2.parquet", "--payload", "payload.toml"): "no drive gain can be identified",
     ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "hold the same motion",
 }

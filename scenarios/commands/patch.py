@@ -1,0 +1,76 @@
+"""`rx90 patch`."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import scenarios.commands.arguments as arguments
+from ident.naming import one_line
+from scenarios.commands import gains_files
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.status import Status
+from scenarios.commands.weighing import add_gains_argument
+from scenarios.errors import WrongFiles
+from scenarios.store.claim import claim
+
+NAME = "rx90 patch"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
+    add("--flange", metavar="BODY", help="last body of the arm, where the file has more")
+    add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
+    said = (
+        "gains that the effort limits of MODEL came from, such as a data sheet's, in a file of the same form; without "
+    )
+    add("--nominal", type=gains_files.gains_path, metavar="N", help=f"{said}it efforts are left alone")
+    said = "what identify --json prints of bare recordings: friction and armature; without it both are left alone"
+    add("--arm", type=arguments.file, metavar="A", help=said)
+    within = arguments.number_from(1e-6, 1.0, "", "a share of the number itself")
+    said = "relative deviation up to which a number is taken (default %(default)s)"
+    add("--max-rel-std", type=within, default=0.1, metavar="X", help=said)
+    add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
+    add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")
+    add_form_arguments(parser)
+    arguments.add_force_argument(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Read, patch, write, tell every change."""
+    written = [path for path in (options.out, options.ros_params) if path is not None]
+    _check_files(options.model, written)
+    held = [claim(path.parent, [path.name], command=NAME, force=options.force) for path in written]
+    from ident.structure import structure_of
+    from scenarios.files.gains import read_gains
+    from scenarios.patching.bare_file import read_bare
+    from scenarios.patching.patch import patched_model
+    from scenarios.patching.values import joint_values
+    from scenarios.reports.patch import patch_report
+    from scenarios.robot_models import read_arm
+    from scenarios.store.ros_parameters import ros_parameters
+
+    structure, gains = structure_of(read_arm(options.model, (), flange=options.flange)), read_gains(options.gains)
+    nominal = None if options.nominal is None else read_gains(options.nominal)
+    bare = None if options.arm is None else read_bare(options.arm)
+    found = patched_model(options.model, joint_values(structure, gains, nominal, bare, most=options.max_rel_std))
+    contents = [found.content, ros_parameters(gains, structure.arm.joint_names).encode()]
+    for path, right, content in zip(written, held, contents, strict=False):  # the second one only if it is asked for
+        with right.writing():
+            path.write_bytes(content)
+    show(patch_report(found.changes, options.out, options.ros_params), options)
+    return Status.PASSED
+
+
+def _check_files(model: Path, written: Sequence[Path]) -> None:
+    """The copy is read by the ending of the model, and no file is written twice or over the model.
+
+    Raises:
+        WrongFiles: If not so.
+    """
+    if written[0].suffix.lower() != model.suffix.lower():
+        raise WrongFiles(f"--out {one_line(written[0])}: a copy of {one_line(model)} ends in {one_line(model.suffix)}")
+    places = [path.resolve() for path in (model, *written)]
+    if len(set(places)) < len(places):
+        raise WrongFiles("MODEL, --out and --ros-params: expected different files")

@@ -1,0 +1,53 @@
+"""`rx90 trajectory`."""
+
+import argparse
+from pathlib import Path
+
+import scenarios.commands.arguments as arguments
+from ident.naming import one_line
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.status import Status
+from scenarios.errors import NoSuchMotion
+from scenarios.motion_formats import ENDINGS, FORMATS
+from scenarios.store.claim import claim
+
+RATE = 125.0
+"""Samples a second unless said otherwise: a rate that drivers of most arms take."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments; `--format` and `--json` are those of the report."""
+    add = parser.add_argument
+    add("source", metavar="MOTION", help="that of a scenario, or a motion file as excite writes it")
+    add("--out", type=arguments.file, required=True, metavar="FILE", help="file to write: .csv, .yaml or .script")
+    forms = "; ".join(f"{name}: {what}" for name, what in FORMATS.items())
+    add("--as", dest="form", metavar="F", choices=FORMATS, help=f"{forms} (default by the ending of FILE)")
+    within = arguments.number_from(1.0, 1e4, "Hz", "rates of controllers")
+    add("--rate", type=within, default=RATE, metavar="HZ", help="samples a second (default %(default)g)")
+    add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF that names the joints, for a motion file")
+    add("--flange", metavar="BODY", help="last body of the arm, where the file has more")
+    add_form_arguments(parser)
+    arguments.add_force_argument(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Sample, write, tell how each joint moves."""
+    form = options.form or _form(options.out)
+    held = claim(options.out.parent, [options.out.name], command="rx90 trajectory", force=options.force)
+    from scenarios.motion_formats import writer
+    from scenarios.reports.trajectory import trajectory_report
+    from scenarios.trajectory_source import from_source
+
+    source = from_source(options.source, options.model, options.flange)
+    motion = source.sampled(options.rate)
+    text = writer(form)(motion)
+    with held.writing():
+        options.out.write_text(text, encoding="utf-8")
+    show(trajectory_report(motion, source.limits, options.out, form), options)
+    return Status.PASSED
+
+
+def _form(out: Path) -> str:
+    if out.suffix.lower() not in ENDINGS:
+        raise NoSuchMotion(f"--out {one_line(out)}: expected an ending {', '.join(ENDINGS)}, or --as FORM")
+    return ENDINGS[out.suffix.lower()]

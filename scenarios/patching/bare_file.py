@@ -1,0 +1,64 @@
+"""What `rx90 identify --json` says of bare motions: friction in drive units, base parameters over a gain."""
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ident.file_access import read_bytes
+from ident.naming import one_line
+from ident.toml_files import LARGEST
+from scenarios.errors import WrongBareFile
+
+
+class _Part(BaseModel):
+    """Keys of the contract that are needed here; others may stand beside them."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+
+class Found(_Part):
+    """A parameter."""
+
+    parameter: str
+    estimate: float
+    std: float = Field(ge=0.0)
+
+
+class JointPart(_Part):
+    """A joint."""
+
+    joint: int
+    name: str
+    friction: tuple[Found, ...]
+
+
+class BareFile(_Part):
+    """The arm as bare motions show it.
+
+    Attributes:
+        reference: Joint, from 1, whose gain is the unit of the base parameters.
+        joints: In their order.
+        base_parameters: Over the gain of the reference.
+    """
+
+    reference: int = Field(ge=1)
+    joints: tuple[JointPart, ...] = Field(min_length=1)
+    base_parameters: tuple[Found, ...]
+
+
+def read_bare(path: Path) -> BareFile:
+    """Read what was found from bare motions.
+
+    Raises:
+        WrongBareFile: If it is missing or holds something else; one line.
+    """
+    content = read_bytes(path, most_bytes=LARGEST, error=WrongBareFile)
+    try:
+        return BareFile.model_validate_json(content, strict=True)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(map(str, first["loc"]))
+        raise WrongBareFile(
+            f"{one_line(path)}: {place + ': ' if place else ''}{one_line(first['msg'])}; expected what `rx90 identify "
+            "--model ROBOT --unloaded A --json` prints of bare motions"
+        ) from error

@@ -1,0 +1,109 @@
+"""What `rx90 trajectory` says: how far, how fast and how sharply each joint moves, beside its limits."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ident.arrays import Array
+from scenarios.motion_formats.sampled import SampledMotion
+from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
+
+COLUMNS = (
+    Column(title="Joint"),
+    Column(title="Name", words=True),
+    Column(title="Start"),
+    Column(title="Lowest"),
+    Column(title="Highest"),
+    Column(title="Speed"),
+    Column(title="of limit", unit="%"),
+    Column(title="Acceleration"),
+    Column(title="of limit", unit="%"),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MotionLimits:
+    """What an arm allows; arrays are (n,).
+
+    Attributes:
+        lower: Positions [rad, m], -inf where nothing is stated.
+        upper: Likewise, inf.
+        velocity: [rad/s, m/s], inf where nothing is stated.
+        acceleration: [rad/s^2, m/s^2], likewise.
+    """
+
+    lower: Array
+    upper: Array
+    velocity: Array
+    acceleration: Array
+
+    def broken_by(self, motion: SampledMotion) -> tuple[str, ...]:
+        """What a motion breaks, in words, a joint each."""
+        found = list[str]()
+        for j in range(motion.q.shape[1]):
+            what = {
+                "positions": (motion.q[:, j] < self.lower[j]).any() or (motion.q[:, j] > self.upper[j]).any(),
+                "speed": np.abs(motion.dq[:, j]).max() > self.velocity[j],
+                "acceleration": np.abs(motion.ddq[:, j]).max() > self.acceleration[j],
+            }
+            found += [f"joint {j + 1}: {name}" for name, broken in what.items() if broken]
+        return tuple(found)
+
+
+def motion_table(motion: SampledMotion, limits: MotionLimits) -> Table:
+    """How each joint moves."""
+    speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
+    rows = tuple(
+        cells(
+            str(j + 1),
+            NONE if motion.joint_names is None else motion.joint_names[j],
+            *(f"{x:.4f}" for x in (motion.q[0, j], motion.q[:, j].min(), motion.q[:, j].max())),
+            f"{speed[j]:.3f}",
+            _share(speed[j] / limits.velocity[j]),
+            f"{acceleration[j]:.3f}",
+            _share(acceleration[j] / limits.acceleration[j]),
+        )
+        for j in range(len(speed))
+    )
+    return Table(columns=COLUMNS, rows=rows)
+
+
+def trajectory_report(motion: SampledMotion, limits: MotionLimits, out: Path, form: str) -> Report:
+    """What was written.
+
+    Args:
+        motion: The motion.
+        limits: Of the arm.
+        out: The file.
+        form: Its form.
+    """
+    broken = limits.broken_by(motion)
+    parts: list[Part] = [motion_table(motion, limits), Paragraph("In rad, rad/s, rad/s^2; m where a joint slides.")]
+    if broken:
+        parts.append(Paragraph(f"Beyond the limits: {', '.join(broken)}.", Mood.BAD, strong=True))
+    parts.append(
+        Paragraph(
+            "The motion begins at the start above: bring the robot there slowly, and watch it at low speed first."
+        )
+    )
+    words = f"{out}: {len(motion.t)} samples, {motion.t[-1]:g} s, {form}."
+    parts.append(Paragraph(words, strong=True))
+    document = {
+        "out": str(out),
+        "format": form,
+        "samples": len(motion.t),
+        "duration_s": float(motion.t[-1]),
+        "start": motion.q[0].tolist(),
+        "max_velocity": np.abs(motion.dq).max(axis=0).tolist(),
+        "max_acceleration": np.abs(motion.ddq).max(axis=0).tolist(),
+        "beyond_limits": list(broken),
+    }
+    return Report("Motion to command", tuple(parts), document)
+
+
+def _share(share: float) -> Cell:
+    """A share of a limit in percent, a dash where there is no limit."""
+    if share == 0.0:
+        return Cell(NONE)
+    return Cell(f"{100.0 * share:.0f}", Mood.BAD if share > 1.0 else Mood.PLAIN)

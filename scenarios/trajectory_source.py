@@ -1,0 +1,76 @@
+"""The motion of a scenario or of a motion file, with the joints that it moves and what they allow."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ident.arm import Arm
+from ident.toml_files import read_toml
+from scenarios.build import Bench, bench
+from scenarios.errors import NoSuchMotion, UnreadableFile
+from scenarios.files.loading import load_scenario
+from scenarios.files.motions import KEYS, read_motion
+from scenarios.motion_formats.sampled import SampledMotion, sampled
+from scenarios.reports.trajectory import MotionLimits
+from scenarios.robot_models import read_arm
+from sim.trajectory import FourierTrajectory
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Source:
+    """A motion and its arm.
+
+    Attributes:
+        name: Of the scenario or file.
+        motion: The motion.
+        arm: What it moves; None where no model is named.
+        limits: What that allows.
+    """
+
+    name: str
+    motion: FourierTrajectory
+    arm: Arm | None
+    limits: MotionLimits
+
+    def sampled(self, rate_hz: float) -> SampledMotion:
+        """The motion at a rate."""
+        names, revolute = (
+            (None, None) if self.arm is None else (self.arm.joint_names, self.arm.revolute.astype(np.bool_))
+        )
+        return sampled(self.motion, rate_hz, name=self.name, joint_names=names, revolute=revolute)
+
+
+def from_source(name: str, model: Path | None, flange: str | None) -> Source:
+    """The motion of a scenario, or of a file.
+
+    Args:
+        name: Of a built-in scenario, or the path of a scenario's or a motion's file.
+        model: Model of the arm, for a motion file; a scenario names its own.
+        flange: Last body of that arm.
+
+    Raises:
+        NoSuchMotion: If a scenario is given a second model.
+        ScenarioError: One of its kinds, if the file is neither.
+    """
+    path = Path(name)
+    if path.suffix == ".toml" and KEYS[1] in read_toml(path, error=UnreadableFile):
+        motion = read_motion(path.name, path.parent)
+        arm = None if model is None else read_arm(model, (), flange=flange)
+        free = np.full(motion.n, np.inf)
+        lower, upper = (-free, free) if arm is None or arm.n != motion.n else (arm.lower, arm.upper)
+        limits = MotionLimits(lower=lower, upper=upper, velocity=free, acceleration=free)
+        return Source(name=name, motion=motion, arm=arm, limits=limits)
+    if model is not None or flange is not None:
+        raise NoSuchMotion(f"{name}: a scenario names its own robot; --model and --flange go with a motion file")
+    return scenario_source(bench(load_scenario(name)))
+
+
+def scenario_source(prepared: Bench) -> Source:
+    """The motion of a prepared scenario."""
+    arm, plant = prepared.structure.arm, prepared.experiments[0].plant
+    limits = MotionLimits(
+        lower=arm.lower, upper=arm.upper, velocity=plant.robot.max_velocity, acceleration=plant.robot.max_acceleration
+    )
+    motion = prepared.experiments[0].trajectory
+    return Source(name=prepared.scenario.name, motion=motion, arm=arm, limits=limits)

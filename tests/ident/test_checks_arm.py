@@ -175,6 +175,7 @@ def test_the_deviation_that_is_predicted_is_that_of_the_loaded_motion(ur, logs):
     np.testing.assert_allclose(predicted, expected, rtol=0.4)
 
 
+@pytest.mark.slow
 def test_a_payload_that_a_joint_does_not_feel_is_told_before_it_is_mounted(ur, logs):
     bare, about = observe(logs[0], ur, OBSERVING), np.abs(UR_GAIN)
     (line,) = excitation_remarks("bare", predicted_rel_std(bare, BRICK, about, GAINS), GAINS)

@@ -75,6 +75,7 @@ def test_an_arm_that_can_hardly_hold_itself_is_refused_with_the_joint(tmp_path, 
     assert not (tmp_path / "mine/robot.toml").exists()
 
 
+@pytest.mark.slow
 def test_a_payload_that_shows_no_gain_is_refused(tmp_path, capsys, monkeypatch):
     import scenarios.design.new_robot as module
 
@@ -90,6 +91,7 @@ def test_axes_of_joints_that_do_not_move_are_not_read(tmp_path, capsys):
     made(written(tmp_path, "arm.urdf", text), tmp_path / "mine", capsys)
 
 
+@pytest.mark.slow
 def test_an_arm_that_nobody_designed_runs_and_shows_its_gains(tmp_path, capsys):
     path = write_random_arm(tmp_path, 2)
     told = made(path, tmp_path / "mine", capsys)

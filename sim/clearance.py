@@ -39,8 +39,8 @@ class Clearance:
     """Distance queries on the shapes of a model, payload included; on capsules where the arm has no shapes.
 
     Parent and child links touch by design and are not compared; neither are links that share a neighbour. What stands
-    still is the base, but for planes, which are compared with every link, and for what stands beside the arm (a table),
-    which is compared with all links but the first.
+    still is the base, but for planes and for what stands beside the arm (a table): these are compared with all links
+    but the first, which stands on them.
     """
 
     @quiet()
@@ -71,7 +71,7 @@ class Clearance:
         chain = [*groups, [body.name]]
         for i, names in enumerate(chain):
             neighbours += [(one, other) for close in chain[i + 1 : i + 3] for one in names for other in close]
-        neighbours += [(one, other) for one in _beside(spec) for other in groups[1]]
+        neighbours += [(one, other) for one in (*_beside(spec), *_planes(spec)) for other in groups[1]]
         for one, other in dict.fromkeys(neighbours):
             spec.add_exclude(bodyname1=one, bodyname2=other)
         self._margin = margin
@@ -136,7 +136,7 @@ def _groups(spec: mujoco.MjSpec) -> list[list[str]]:
     links = [joint.parent for joint in spec.joints]
     below = [{link.name, *_below(link)} for link in links] + [set[str]()]
     moving = [sorted(mine - farther) for mine, farther in pairwise(below)]
-    planes = {geom.parent.name for geom in spec.geoms if geom.type == PLANE}
+    planes = _planes(spec)
     base = sorted({body.name for body in spec.bodies} - below[0] - planes - set(_beside(spec)))
     return [base, *moving]
 
@@ -144,9 +144,14 @@ def _groups(spec: mujoco.MjSpec) -> list[list[str]]:
 def _beside(spec: mujoco.MjSpec) -> list[str]:
     """Names of the bodies that stand still and carry no joint, planes left out."""
     moving = {name for joint in spec.joints for name in (joint.parent.name, *_below(joint.parent))}
-    planes = {geom.parent.name for geom in spec.geoms if geom.type == PLANE}
+    planes = _planes(spec)
     still = [body for body in spec.bodies[1:] if body.name not in moving | planes]
     return [body.name for body in still if not body.find_all(mujoco.mjtObj.mjOBJ_JOINT) and body.name != "payload"]
+
+
+def _planes(spec: mujoco.MjSpec) -> set[str]:
+    """Names of the bodies of planes."""
+    return {geom.parent.name for geom in spec.geoms if geom.type == PLANE}
 
 
 def _below(body: mujoco.MjsBody) -> list[str]:

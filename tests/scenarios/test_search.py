@@ -124,7 +124,7 @@ def test_motions_are_judged_the_same_and_in_their_order_wherever(problem):
     points = [series.drawn(np.array([0.2, 0.3, -0.1]), rng) for _ in range(5)]
     here = judge_here(Design(problem), series)(points)
     assert len(set(here)) == 5
-    with ThreadPoolExecutor(2) as pool:
+    with ThreadPoolExecutor(1) as pool:
         for workers in (1, 2, 7):
             assert judge_in(pool, workers, problem, series)(points) == here
 

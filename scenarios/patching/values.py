@@ -151,5 +151,5 @@ def _times(found: Found, gain: Value, most: float) -> Known:
 
 def _sure(value: float, rel_std: float, most: float) -> Known:
     if rel_std > most:
-        return Unknown(f"found {value:.3g}, with a deviation of {100.0 * rel_std:.2g} %, more than {100.0 * most:g} %")
+        return Unknown(f"found {value:.3g}, with a deviation of {100.0 * rel_std:.3g} %, more than {100.0 * most:g} %")
     return Value(value, rel_std)

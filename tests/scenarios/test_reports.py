@@ -4,7 +4,7 @@ import pytest
 
 from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Report, Table, cells, percent
 from scenarios.reports.renderers import RENDERERS, Page, renderer
-from scenarios.reports.renderers.text import blocks
+from scenarios.reports.renderers.text import blocks, fold
 
 COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
 TABLE = Table(
@@ -51,6 +51,38 @@ def test_text_fits_the_page_and_cuts_no_number(width):
     assert "-17.25" not in text
     assert "…" not in text
     assert "\x1b" not in text
+
+
+def test_words_fold_before_a_table_is_continued_below():
+    columns = (Column(title="What", words=True), Column(title="Count"), Column(title="Seen", words=True))
+    rows = (cells("motor side", "1234567", "the angles are ninety times those of the joint"),)
+    lines = renderer("text")(Report("", (Table(columns=columns, rows=rows),), {}), Page(width=30)).splitlines()
+    assert lines[1:] == [
+        "What          Count  Seen",
+        "motor side  1234567  the",
+        "                     angles",
+        "                     are",
+        "                     ninety",
+        "                     times",
+        "                     those of",
+        "                     the joint",
+    ]
+
+
+def test_the_widest_column_gives_way_as_far_as_it_can():
+    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 30) == {4: 7, 2: 9, 3: 12}
+    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 25) == {4: 7, 2: 9, 3: 9}
+    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 22) == {4: 7, 2: 8, 3: 7}
+    assert fold({4: (7, 7), 2: (4, 9), 3: (8, 12)}, 20) == {4: 7, 2: 5, 3: 8}
+    assert fold({4: (17, 17), 2: (4, 9)}, 15) == {4: 17, 2: 4}
+
+
+def test_a_number_wider_than_the_page_is_whole():
+    columns = (Column(title="What", words=True), Column(title="Count"))
+    text = renderer("text")(
+        Report("", (Table(columns=columns, rows=(cells("motor side", "123456789012"),)),), {}), Page(width=11)
+    )
+    assert text.split() == ["Wha", "t", "Count", "mot", "123456789012", "or", "sid", "e"]
 
 
 def test_a_page_of_any_width_breaks_nothing():

@@ -1,10 +1,10 @@
 """A report as aligned text.
 
-A table that does not fit the page is first set closer; if that is not enough it is continued below itself, its first
-column repeated, so that no number is ever cut.
+A table that does not fit the page is first set closer, then words are folded onto further lines; if that is not enough
+it is continued below itself, its first column repeated, so that no number is ever cut.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import StringIO
 
 from rich.cells import cell_len
@@ -27,7 +27,7 @@ def render(report: Report, page: Page) -> str:
     width = page.width or WIDE
     console = Console(
         file=StringIO(),
-        width=width,
+        width=WIDE,
         force_terminal=page.colour,
         color_system="auto" if page.colour else None,
         highlight=False,
@@ -35,15 +35,16 @@ def render(report: Report, page: Page) -> str:
         emoji=False,
     )
     with console.capture() as capture:
-        console.print(report.title)
+        console.print(report.title, width=width)
         for part in report.parts:
             match part:
                 case Paragraph(text, mood, strong):
-                    console.print(Text(text, style=f"{'bold ' if strong else ''}{STYLES[mood]}".strip()))
+                    style = f"{'bold ' if strong else ''}{STYLES[mood]}".strip()
+                    console.print(Text(text, style=style), width=width)
                 case Line(text):
                     console.print(text, soft_wrap=True)
                 case Heading(text):
-                    console.print(Text(f"\n{text}", style="bold"))
+                    console.print(Text(f"\n{text}", style="bold"), width=width)
                 case Table():
                     _print_table(part, console, width)
                 case Figure():
@@ -55,21 +56,25 @@ def _print_table(table: Table, console: Console, width: int) -> None:
     if table.file_only:
         return
     if table.title:
-        console.print(Text(table.title, style="bold"))
+        console.print(Text(table.title, style="bold"), width=width)
     rows = table.rows[: table.shown]
     widths = [_width(column, [row[k] for row in rows]) for k, column in enumerate(table.columns)]
-    for gap, block in blocks(widths, width):
+    least = [_least(column, [row[k] for row in rows], width) for k, column in enumerate(table.columns)]
+    fits = len(blocks(widths, width)) == 1
+    for gap, block in blocks(widths if fits else least, width):
+        folded = fold({k: (least[k], widths[k]) for k in block}, width - gap * (len(block) - 1))
         grid = Grid(box=None, pad_edge=False, collapse_padding=True, padding=(0, gap, 0, 0), header_style="bold")
         units = any(table.columns[k].unit for k in block)
         for k in block:
             column = table.columns[k]
             header = f"{column.title}\n{column.unit}" if units else column.title
-            grid.add_column(header, justify="left" if column.words else "right", no_wrap=True)
+            justify = "left" if column.words else "right"
+            grid.add_column(header, justify=justify, width=folded[k], no_wrap=not column.words, overflow="fold")
         for row in rows:
             grid.add_row(*(Text(row[k].text, style=STYLES[row[k].mood]) for k in block))
-        console.print(grid, width=max(width, sum(widths) + gap * len(widths)), soft_wrap=True)
+        console.print(grid, soft_wrap=True)
     if len(table.rows) > len(rows) and table.rest:
-        console.print(table.rest)
+        console.print(table.rest, width=width)
 
 
 def blocks(widths: Sequence[int], page: int) -> list[tuple[int, tuple[int, ...]]]:
@@ -95,6 +100,32 @@ def blocks(widths: Sequence[int], page: int) -> list[tuple[int, tuple[int, ...]]
     return [(GAPS[0], tuple(part)) for part in parts]
 
 
+def fold(widths: Mapping[int, tuple[int, int]], page: int) -> dict[int, int]:
+    """Columns made narrower, always the widest of those that can be, until all fit a page.
+
+    Args:
+        widths: Of the columns beside each other, by their index: the least, and the one wished for.
+        page: Characters for all of them, without gaps.
+
+    Returns:
+        The widths; together more than the page if the least are.
+    """
+    folded = {k: wished for k, (_, wished) in widths.items()}
+    while sum(folded.values()) > page and (wide := [k for k in folded if folded[k] > widths[k][0]]):
+        folded[max(reversed(wide), key=folded.__getitem__)] -= 1
+    return folded
+
+
 def _width(column: Column, cells: Sequence[Cell]) -> int:
-    texts = [*column.title.splitlines(), column.unit, *(cell.text for cell in cells)]
-    return max(cell_len(text) for text in texts)
+    return max(cell_len(text) for text in _texts(column, cells))
+
+
+def _least(column: Column, cells: Sequence[Cell], page: int) -> int:
+    if not column.words:
+        return _width(column, cells)
+    longest = max(cell_len(word) for text in _texts(column, cells) for word in (text.split() or [""]))
+    return min(longest, page // 2 - GAPS[0])
+
+
+def _texts(column: Column, cells: Sequence[Cell]) -> list[str]:
+    return [*column.title.splitlines(), column.unit, *(cell.text for cell in cells)]

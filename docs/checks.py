@@ -24,13 +24,10 @@ from threadpoolctl import threadpool_limits
 from ident.arm import load_arm
 from ident.arrays import Array
 from ident.checks.check import Checked, check
-from ident.checks.comparison import single_readings
+from ident.checks.comparison import same_as_it_is
 from ident.checks.remark import Grade
-from ident.checks.sameness import fingerprint, same
-from ident.explanation import unknowns_of
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
-from ident.readings import as_it_is
 from ident.recording import Recording
 from ident.recording_files import read_recording
 from ident.structure import Structure, structure_of
@@ -322,14 +319,6 @@ class Kept:
         return [Clean(**row) for row in self.rows.values() if "kind" not in row]
 
 
-def explained_alike(structure: Structure, motions: int) -> set[str]:
-    """Words of the readings that explain the same as the log as it is."""
-    own, arm = unknowns_of(structure), structure.arm
-    given = fingerprint(structure, own, as_it_is(arm), motions=motions)
-    upright = (each for each in single_readings(arm) if each.gravity is arm.gravity)
-    return {each.words for each in upright if same(given, fingerprint(structure, own, each, motions=motions))}
-
-
 def changed(fault: Fault, logs: Sequence[Recording]) -> list[Recording]:
     return [Recording(*fault.change(log.t, log.q, log.v), log.name) for log in logs]
 
@@ -353,7 +342,7 @@ def judged(
 
 def try_faults(kept: Kept, of: str, logs: Sequence[Recording], structure: Structure, sample: int) -> None:
     """Try a sample of the faults that change what the model can explain, and all of the log itself."""
-    alike = explained_alike(structure, len(logs))
+    alike = {each.words for each in same_as_it_is(structure, motions=len(logs))}
     faults = [fault for fault in model_faults(structure.arm.n) if fault.undone not in alike]
     chosen = np.sort(np.random.default_rng(2011).permutation(len(faults))[:sample]).tolist()
     tried = [(READINGS, faults[k]) for k in chosen] + [(LOG, fault) for fault in of_log(structure.arm.n)]

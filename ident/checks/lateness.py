@@ -14,12 +14,12 @@ import numpy as np
 from ident.arrays import Array
 from ident.checks.remark import Grade, Remark
 from ident.errors import RecordingError
+from ident.evidence import NOTHING
 from ident.explanation import shares_left
 from ident.full_rate import FullRate
 from ident.observation import Observation, ObserveOptions, observe, reduced
 from ident.recording import Recording, resampled
 from ident.structure import Structure
-from ident.wiring import NOTHING
 
 LONGEST, STEP = 0.06, 0.004
 """Longest delay that is looked for, either way, and steps to it [s]."""

@@ -11,15 +11,17 @@ from ident.arm import load_arm
 from ident.checks.check import Checked, check
 from ident.checks.comparison import prepared, single_readings
 from ident.checks.excitation import excitation_remarks, predicted_rel_std
-from ident.checks.payload_decides import effect_on_gains, payload_remarks
+from ident.checks.payload_decides import explained_with_payload, moved_gains, payload_remarks
 from ident.checks.remark import Grade
 from ident.errors import RecordingError
 from ident.estimators import ls_2011
+from ident.evidence import EVIDENCE
 from ident.explanation import unknowns_of
 from ident.identification import ALONE_OPTIONS
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.problem import pair
+from ident.readings import as_it_is
 from ident.recording import Recording
 from ident.recording_files import read_recording
 from ident.structure import Structure, structure_of
@@ -136,12 +138,12 @@ def reading(structure, words):
 
 def test_the_zero_of_the_last_joint_moves_gains_by_the_payload_beside_its_axis(ur):
     own, last = unknowns_of(ur), reading(ur, "q6 plus 90 degrees")
-    assert effect_on_gains(ur, own, last, BRICK.known_part()).moved == (0, 1, 2, 3, 4, 5)
+    assert moved_gains(ur, own, last, BRICK.known_part()) == (0, 1, 2, 3, 4, 5)
     first = reading(ur, "q1 plus 90 degrees")
-    assert effect_on_gains(ur, own, first, BRICK.known_part()).moved == ()
+    assert moved_gains(ur, own, first, BRICK.known_part()) == ()
     # on the axis of joint 6, which is y, and round about it
     pin = replace(BRICK, com=(0.0, 0.13, 0.0), inertia=(0.017, 0.006, 0.017, 0.0, 0.0, 0.0))
-    assert effect_on_gains(ur, own, last, pin.known_part()).moved == ()
+    assert moved_gains(ur, own, last, pin.known_part()) == ()
 
 
 def test_the_payload_as_drawn_decides_about_the_zero_of_the_last_joint(ur, logs):
@@ -157,6 +159,41 @@ def test_the_payload_as_drawn_decides_about_the_zero_of_the_last_joint(ur, logs)
     assert "a bare and a loaded recording with this payload tell" in line.seen
     assert payload_remarks(wrong, [False, True], replace(BRICK, known="mass"), last) == []
     assert payload_remarks(wrong, [False, True], BRICK, [reading(ur, "q1 plus 90 degrees")]) == []
+
+
+def seen_moving(logs, moving):
+    """Logs of which only some instants show a joint, by what is given of each motion's."""
+    return replace(logs, seen=tuple(replace(at, moving=at.moving & moving(at.moving)) for at in logs.seen))
+
+
+def test_a_joint_that_hardly_moves_leaves_the_others_to_decide_about_the_payload(ur, logs):
+    bad = prepared(ur, changed(logs, q=lambda q: q - [0, 0, 0, 0, 0, np.pi / 2]), OBSERVING)
+    still = seen_moving(bad, lambda moving: np.arange(6) != 1)
+    (line,) = payload_remarks(still, [False, True], BRICK, [reading(ur, "q6 plus 90 degrees")])
+    assert line.grade is Grade.WRONG
+    assert line.joint != 1
+
+
+@pytest.mark.parametrize(("share", "grade"), [(0.9, Grade.GOOD), (1.1, Grade.WRONG)])
+def test_what_a_payload_says_takes_the_evidence_of_instants_that_show_a_joint(ur, logs, share, grade):
+    last, known = reading(ur, "q6 plus 90 degrees"), BRICK.known_part()
+    bad = prepared(ur, changed(logs, q=lambda q: q - [0, 0, 0, 0, 0, np.pi / 2]), OBSERVING)
+
+    def of_joint_6(most):
+        return seen_moving(bad, lambda moving: (np.cumsum(moving, axis=0) <= most) & (np.arange(6) == 5))
+
+    def gain_and_freedom(few):
+        given, other = (explained_with_payload(few, [False, True], known, each) for each in (as_it_is(ur.arm), last))
+        assert np.isinf(given.left[:5]).all()
+        return float(np.log(given.left[5] / other.left[5])), int(given.freedom[5])
+
+    gain, freedom = gain_and_freedom(of_joint_6(20))
+    few = of_joint_6(20 + round((share * EVIDENCE / gain - freedom) / 2))  # half of them in each motion
+    gain, freedom = gain_and_freedom(few)
+    assert (gain * freedom > EVIDENCE) == (grade is Grade.WRONG)
+    assert gain * sum(len(at.v) for at in few.seen) > 3.0 * EVIDENCE
+    (line,) = payload_remarks(few, [False, True], BRICK, [last])
+    assert line.grade is grade
 
 
 def test_a_check_with_a_payload_asks_it(ur, logs):

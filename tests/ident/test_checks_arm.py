@@ -126,6 +126,20 @@ def test_a_log_that_cannot_be_filtered_is_wrong_and_not_compared(ur, logs):
     assert checked([short[0], logs[0]], ur).comparison is not None
 
 
+def test_each_log_is_observed_once(ur, logs, monkeypatch):
+    asked = list[str]()
+
+    def counted(recording, structure, options):
+        asked.append(recording.name)
+        return observe(recording, structure, options)
+
+    for module in ("ident.checks.check", "ident.observation"):
+        monkeypatch.setattr(f"{module}.observe", counted)
+    found = checked(logs[:1], ur)
+    assert asked == [logs[0].name]
+    assert found.logs[0].observed is not None
+
+
 def test_a_log_of_another_number_of_joints_is_refused(ur, logs):
     five = Recording(logs[0].t, logs[0].q[:, :5], logs[0].v[:, :5], "five")
     with pytest.raises(RecordingError, match=r"five: 5 joints, but robot ur-like has 6"):

@@ -1,5 +1,6 @@
 """A log by itself: clock, samples, noise, clipping, columns, motion, delay."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -161,6 +162,22 @@ def test_the_quantum_is_the_step_of_an_encoder_and_none_where_noise_is_finer(rng
     assert quantum(np.array([0.0, 1.0, 0.0])) is None
 
 
+def test_a_step_that_a_file_rounds_in_two_ways_is_one(rng):
+    counts = np.cumsum(rng.integers(-3, 4, 3000))
+    either = rng.random(3000) < 0.5
+    angle = np.where(either, counts * 0.001, counts / 1000.0)
+    assert len(np.unique(angle)) > len(np.unique(counts))  # some differ by the last digit
+    np.testing.assert_allclose(quantum(angle), 0.001, rtol=1e-9)  # rounding
+
+
+def test_values_are_few_by_the_steps_between_them_not_by_their_last_digits():
+    counts = np.arange(3, 40)  # 37 values, 36 steps
+    angle = np.concatenate([counts * 0.001, counts / 1000.0])
+    np.testing.assert_allclose(quantum(angle[1:]), 0.001, rtol=1e-9)  # 73 samples, two of all values but one
+    assert quantum(angle[2:]) is None
+    assert quantum(angle[[0, 1, 37, 38]]) is None  # two values
+
+
 def test_noise_of_an_acceleration_is_that_of_the_filtered_noise(log):
     noise = np.random.default_rng(3).normal(0.0, 3e-4, log.q.shape)
     loud = Recording(log.t, log.q + noise, log.v)
@@ -175,9 +192,12 @@ def test_noise_that_counts_is_weak_and_names_the_joint(log):
     q = log.q + np.array([0, 0, 0, 0, 2e-3, 0]) * np.random.default_rng(4).normal(size=log.q.shape)
     found = told(noise_remarks(Recording(log.t, q, log.v), OPTIONS), "noise of q")
     assert (found.grade, found.joint) == (Grade.WEAK, 4)
+    assert " rad or m on q5, " in found.seen
     v = log.v + np.array([0, 0.6, 0, 0, 0, 0]) * log.v.std(axis=0) * np.random.default_rng(5).normal(size=log.v.shape)
-    found = told(noise_remarks(Recording(log.t, log.q, v), OPTIONS), "noise of v")
-    assert (found.grade, found.joint) == (Grade.WEAK, 1)
+    for standing in (0.0, 50.0):  # a current that holds a weight is not the less noisy
+        found = told(noise_remarks(Recording(log.t, log.q, v + standing), OPTIONS), "noise of v")
+        assert (found.grade, found.joint) == (Grade.WEAK, 1)
+        assert re.fullmatch(r"5[01] % of the deviation of the current of joint 2", found.seen)  # 0.6 / hypot(1, 0.6)
 
 
 def test_samples_in_a_row_at_an_extreme_value_are_clipped():

@@ -71,7 +71,7 @@ def read_ros(path: Path, request: Request) -> Columns:
     names = list[str]()
     for states in groups.values():
         names += _names(states[0][1])
-    wanted = request.chosen(path, list(dict.fromkeys(names)))
+    wanted = request.chosen(path, list(dict.fromkeys(names))).names
     return _columns(path, list(groups.values()), wanted)
 
 

@@ -7,7 +7,7 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
 from ident.all_joints.selection import Rival
-from ident.bare import GainRatios, _rival_friction, arm_in_SI, gain_ratios, off_ratios
+from ident.bare import GainRatios, _rival_friction, _std, arm_in_SI, gain_ratios, off_ratios
 from ident.errors import GainsError, NotIdentifiable
 from ident.estimators.nls import AllJointsOptions
 from ident.known_gains import KnownGains
@@ -144,6 +144,16 @@ def test_known_gains_make_friction_as_uncertain_as_it_changes_with_them(structur
     expected = np.einsum("nfk,kl,nfl->nf", by_gain, rho, by_gain)
     assert np.sqrt(np.delete(expected, 4, axis=0)).min() > 0.01  # joint 5 hardly shows
     np.testing.assert_allclose(np.sqrt(added), np.sqrt(expected), rtol=1e-3)  # first order, of residuals of 1e-3
+
+
+def test_what_rivals_change_is_a_deviation_beside_the_others(structure, chi, rng):
+    problem = bare(structure, chi, rng, 1e-3)
+    fit = gain_ratios(problem, AllJointsOptions()).selected.final.fit
+    influence, belief = fit.phi_influence[2], fit.phi_belief[2]
+    changes = np.array([[0.3, -0.4], [0.0, 0.05], [0.02, 0.0], [-0.7, 0.1], [0.0, 0.0]])  # five columns, two rivals
+    alone = _std(problem, fit.rows, influence, changes[:, :0], belief, None)
+    found = _std(problem, fit.rows, influence, changes, belief, None)
+    np.testing.assert_allclose(found**2 - alone**2, np.sum(changes**2, axis=1), rtol=1e-9, atol=1e-12)  # rounding
 
 
 def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure, chi, rng):

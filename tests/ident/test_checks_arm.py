@@ -188,26 +188,19 @@ def test_a_joint_that_hardly_moves_leaves_the_others_to_decide_about_the_payload
     assert line.joint != 1
 
 
-@pytest.mark.parametrize(("share", "grade"), [(0.9, Grade.GOOD), (1.1, Grade.WRONG)])
-def test_what_a_payload_says_takes_the_evidence_of_instants_that_show_a_joint(ur, logs, share, grade):
+def test_what_a_payload_says_takes_the_evidence_of_instants_that_show_a_joint(ur, logs):
     last, known = reading(ur, "q6 plus 90 degrees"), BRICK.known_part()
     bad = prepared(ur, changed(logs, q=lambda q: q - [0, 0, 0, 0, 0, np.pi / 2]), OBSERVING)
-
-    def of_joint_6(most):
-        return seen_moving(bad, lambda moving: (np.cumsum(moving, axis=0) <= most) & (np.arange(6) == 5))
-
-    def gain_and_freedom(few):
+    told = set[Grade]()
+    for step in (12, 16, 20, 24, 28):  # joint 6 alone shows, at one instant of so many
+        few = seen_moving(bad, lambda moving, k=step: (np.arange(len(moving)) % k == 0)[:, None] & (np.arange(6) == 5))
         given, other = (explained_with_payload(few, [False, True], known, each) for each in (as_it_is(ur.arm), last))
-        assert np.isinf(given.left[:5]).all()
-        return float(np.log(given.left[5] / other.left[5])), int(given.freedom[5])
-
-    gain, freedom = gain_and_freedom(of_joint_6(20))
-    few = of_joint_6(20 + round((share * EVIDENCE / gain - freedom) / 2))  # half of them in each motion
-    gain, freedom = gain_and_freedom(few)
-    assert (gain * freedom > EVIDENCE) == (grade is Grade.WRONG)
-    assert gain * sum(len(at.v) for at in few.seen) > 3.0 * EVIDENCE
-    (line,) = payload_remarks(few, [False, True], BRICK, [last])
-    assert line.grade is grade
+        gain = float(np.log(given.left[5] / other.left[5]))
+        assert gain * sum(len(at.v) for at in few.seen) > EVIDENCE
+        (line,) = payload_remarks(few, [False, True], BRICK, [last])
+        assert (line.grade is Grade.WRONG) == (gain * given.freedom[5] > EVIDENCE)
+        told.add(line.grade)
+    assert told == {Grade.GOOD, Grade.WRONG}
 
 
 def test_a_check_with_a_payload_asks_it(ur, logs):

@@ -237,6 +237,16 @@ def test_what_cannot_be_predicted_is_named_with_the_reason(quick):
     assert [cost.source for cost in budget.costs] == [OTHER]
 
 
+def test_noise_that_is_on_and_has_neither_source_nor_spectrum_is_named(quick):
+    load = drawn("plant.errors.load_friction", distribution="uniform", parameters={"scale": 0.04})
+    settings = {f"{SENSORS}clock_offset": 0.002, f"{SENSORS}samples_lost": 0.05}
+    budget = predicted_budget(with_settings(sourced(quick, load=load), settings))
+    assert [(each.source, each.reason) for each in budget.unpredicted] == [
+        (OTHER, "nothing is known of the spectrum of drive_clocks"),
+        (OTHER, "nothing is known of the spectrum of samples"),
+    ]
+
+
 def test_scenarios_without_sources_or_first_order_are_refused(quick):
     with pytest.raises(NoSources, match="declares no error sources"):
         predicted_budget(sourced(quick))

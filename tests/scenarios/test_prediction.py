@@ -6,6 +6,7 @@ import pytest
 from quick import quick_scenario
 from scipy import stats
 
+from ident.errors import OptionError
 from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation import observe
 from ident.problem import Motion, Problem
@@ -235,6 +236,25 @@ def test_what_cannot_be_predicted_is_named_with_the_reason(quick):
     assert told["loop"].startswith("experiment.controller.bandwidth_hz: control is taken to be perfect")
     assert "cauchy with these parameters has no mean or no deviation" in told["wild"]
     assert [cost.source for cost in budget.costs] == [OTHER]
+
+
+def test_noise_that_is_on_and_has_neither_source_nor_spectrum_is_named(quick):
+    load = drawn("plant.errors.load_friction", distribution="uniform", parameters={"scale": 0.04})
+    settings = {f"{SENSORS}clock_offset": 0.002, f"{SENSORS}samples_lost": 0.05}
+    budget = predicted_budget(with_settings(sourced(quick, load=load), settings))
+    assert [(each.source, each.reason) for each in budget.unpredicted] == [
+        (OTHER, "nothing is known of the spectrum of drive_clocks"),
+        (OTHER, "nothing is known of the spectrum of samples"),
+    ]
+
+
+def test_options_overlay_a_scenario_s_own_and_are_checked_together(quick):
+    stated = with_method(quick, "nls", ["gain-joint=2", "gain_value=0.7", "friction=viscous-coulomb"])
+    other = with_method(stated, None, ["gain-joint=3"]).table.identification
+    assert other.options == {"gain_joint": 3, "gain_value": 0.7, "friction": "viscous-coulomb"}
+    assert with_method(stated, "nls", ["friction=cbrt"]).table.identification.options == {"friction": "cbrt"}
+    with pytest.raises(OptionError, match="unknown option 'gain_joints'"):
+        with_method(stated, None, ["gain-joints=3"])
 
 
 def test_scenarios_without_sources_or_first_order_are_refused(quick):

@@ -131,9 +131,9 @@ PAGE = """# Does the verdict of `rx90 verify` predict the error of the gains?
 
 Written by `docs/verify.py` from {trials} simulated robots; nothing here is typed by hand. On each, gains come from bare
 motions and 7.025 kg, and 4.275 kg, which identification has not seen, are weighed with them: once as they were found,
-once with one gain off by up to {largest:g} %, joint and error drawn. `nominal` has noise alone; `field` has every model
-error of `field-two-weights`: friction that grows with the load and drifts, elastic joints, a tilted base, payloads as
-weighed.
+once with one gain off by up to {largest:g} %, joint and error drawn. `nominal` has noise alone; `field` is
+`field-two-weights`, a robot with load friction, drift, friction by direction, elastic joints, a tilted base and wrong
+kinematics at once, and payloads as weighed.
 
 ![True error of each gain against the mass that its joint weighs](verify.png)
 

@@ -22,8 +22,8 @@ Written by `make predicted` from the folders that `rx90 sensitivity` left. Nothi
 
 Root mean square of what each source alone adds to the relative error of the gain [%]: predicted for the numbers that
 the trials drew / simulated, less the error of the trial with every source off, which is the method's own. Where the two
-differ by more than a tenth and by more than 0.05 %, of a noise also by more than three standard errors of so few trials,
-they stand **bold**.
+differ by more than a tenth and by more than 0.05 %, of a noise also by more than three standard errors of so few
+trials, they stand **bold**.
 """
 SHARE, SMALL, ERRORS = 0.1, 5e-4, 3.0
 LEAST = 8

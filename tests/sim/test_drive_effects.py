@@ -2,18 +2,11 @@
 
 import numpy as np
 import pytest
+from drive_states import DQ, DRIVES, TURNS, Q, V
 from plants import nominal_plant
 
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep
-
-Q = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2])
-DQ = np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])
-V = np.array([20.0, -35.0, 12.0, 6.0, -9.0, 4.0])
-DRIVES = nominal_plant().drives
-COMPLIANCE = (2e-5, 2.5e-5, 6e-5, 1e-4, 1.2e-4, 2e-4)
-TURNS = np.vstack((np.eye(6), [0, 0, 0, 0, 1, 1]))
-"""Speeds that friction rubs at: six joints, and motor 6 with q5 + q6."""
 
 
 def step(**changes) -> ControlStep:

@@ -5,24 +5,15 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from drive_states import COMPLIANCE, DQ, DRIVES, TURNS, Q, V, simulation_of
 from pinocchio_arms import pinocchio_arm, rnea
 from plants import nominal_plant
 
 from sim.compile import plant_model, resting
 from sim.effects import EFFECTS, ModelErrors
-from sim.engine import Engine, Simulation
+from sim.engine import Engine
 from sim.errors import EffectError, PlantError
 from sim.plant import Plant
-from sim.varying import varied
-
-Q = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2])
-DQ = np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])
-V = np.array([20.0, -35.0, 12.0, 6.0, -9.0, 4.0])
-DRIVES = nominal_plant().drives
-COMPLIANCE = (2e-5, 2.5e-5, 6e-5, 1e-4, 1.2e-4, 2e-4)
-TURNS = np.vstack((np.eye(6), [0, 0, 0, 0, 1, 1]))
-"""Speeds that friction rubs at: six joints, and motor 6 with q5 + q6."""
-
 
 STRONG = ModelErrors(
     wrist_coupling=1.0,
@@ -85,11 +76,9 @@ class Loop:
 def test_all_effects_together_are_the_laws_at_the_start_of_every_period(presliding):
     errors = replace(STRONG, presliding=presliding)
     plants = [nominal_plant(errors=errors), nominal_plant(errors=ModelErrors(wrist_coupling=1.0))]
-    models = [plant_model(p, loaded=True, step=1e-3) for p in plants]
-    acting = [varied(p, m, step=1e-3, earlier=0) for p, m in zip(plants, models, strict=True)]
-    assert acting[1] is None
-    entries = [Simulation(model=m, start=Q, varied=a) for m, a in zip(models[::-1], acting[::-1], strict=True)]
-    engine, loop = Engine(entries, substeps=1, threads=1), Loop(plants[0], Q)
+    entries = [simulation_of(plant, step=1e-3) for plant in plants]
+    assert entries[1].varied is None
+    engine, loop = Engine(entries[::-1], substeps=1, threads=1), Loop(plants[0], Q)
     for v in np.random.default_rng(0).uniform(-40, 40, (80, 6)):
         engine.current[:] = v
         engine.advance()
@@ -113,12 +102,10 @@ def test_a_transmitted_torque_is_what_the_links_take_over(elastic, monkeypatch):
     monkeypatch.setitem(EFFECTS, "load_friction", watching)
     errors = ModelErrors(transmitted_friction=0.1, gravity_spring=9e3, joint_compliance=COMPLIANCE if elastic else None)
     plant = nominal_plant(errors=errors)
-    model = plant_model(plant, loaded=True, step=1e-3)
-    start = resting(plant, model, Q)
-    acting = varied(plant, model, step=1e-3, earlier=0)
-    engine = Engine([Simulation(model=model, start=start, varied=acting)], substeps=1, threads=1)
-    twin, data = plant_model(plant, loaded=True, step=1e-3), mujoco.MjData(model)
-    data.qpos[:] = start
+    simulation = simulation_of(plant, step=1e-3)
+    engine = Engine([simulation], substeps=1, threads=1)
+    twin, data = plant_model(plant, loaded=True, step=1e-3), mujoco.MjData(simulation.model)
+    data.qpos[:] = simulation.start
     for v in np.random.default_rng(3).uniform(-40, 40, (15, 6)):
         engine.current[:] = data.ctrl[:] = v
         engine.advance()

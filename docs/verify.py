@@ -8,6 +8,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from simulations import TOGETHER, outcomes_of
 from threadpoolctl import threadpool_limits
 
 from ident.errors import IdentificationError
@@ -19,13 +20,12 @@ from ident.problem import Motion, Problem
 from ident.weighing.together import payload_of
 from ident.weighing.verification import AGREES, DIFFERS, Verification, verified
 from ident.wiring import known_wiring
-from scenarios.build import Bench, bench
-from scenarios.files.loading import load_scenario
-from scenarios.run import Simulated, drawn, motion_streams, simulate_batch
+from scenarios.build import Bench
+from scenarios.run import Simulated
 
 HERE = Path(__file__).parent
 SCENARIOS = {"nominal": str(HERE / "verify" / "nominal.toml"), "field": "field-two-weights"}
-TRIALS, TOGETHER = 30, 10
+TRIALS = 30
 FOUND, WEIGHED = "heavy", "light"
 LARGEST = 0.1
 """Largest error that is injected into one joint's gain."""
@@ -99,17 +99,15 @@ def rows_of(one: Trial, scenario: str, seed: int) -> list[dict]:
 
 
 def simulated(name: str, seeds: range) -> list[dict]:
-    prepared = [drawn(bench(load_scenario(SCENARIOS[name])), seed) for seed in seeds]
-    streams = [motion_streams(seed, {}, len(each.experiments)) for seed, each in zip(seeds, prepared, strict=True)]
     rows = []
-    for k, outcome in simulate_batch(prepared, streams, threads=1):
+    for seed, prepared, outcome in outcomes_of(SCENARIOS[name], seeds):
         if not isinstance(outcome, Simulated):
-            print(f"{name} {seeds[k]}: {outcome}")
+            print(f"{name} {seed}: {outcome}")
             continue
         try:
-            rows += rows_of(trial(prepared[k], outcome.recordings), name, seeds[k])
+            rows += rows_of(trial(prepared, outcome.recordings), name, seed)
         except IdentificationError as error:
-            print(f"{name} {seeds[k]}: {error}")
+            print(f"{name} {seed}: {error}")
     return rows
 
 

@@ -8,11 +8,13 @@ import pytest
 import rx90_mjcf
 import scenarios.commands.identify as command
 from ident.arm import load_arm
+from ident.consistency import UNCHECKED
 from ident.identification import Recorded, identify_motions
 from ident.options import GainOptions
 from ident.payload_files import read_payload
 from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording
+from ident.wiring import known_wiring
 from scenarios.cli import main
 from scenarios.robots import robot
 from scenarios.store.run_folder import save_run
@@ -70,8 +72,9 @@ def estimates(arguments: list[str], capsys) -> list[float | None]:
 
 def test_an_only_payload_may_stand_before_the_only_loaded_group(saved, capsys):
     loaded, payload = ("--loaded", "loaded.parquet"), ("--payload", "payload.toml")
-    usual = estimates(words(saved, "--unloaded", "unloaded.parquet", *loaded, *payload), capsys)
-    other = estimates(words(saved, *payload, "--unloaded", "unloaded.parquet", *loaded), capsys)
+    method = ["--method", "ls-2011"]
+    usual = estimates(words(saved, "--unloaded", "unloaded.parquet", *loaded, *payload) + method, capsys)
+    other = estimates(words(saved, *payload, "--unloaded", "unloaded.parquet", *loaded) + method, capsys)
     assert usual == other
 
 
@@ -81,8 +84,10 @@ def test_every_group_is_a_mounting_of_its_own(saved, capsys):
     (saved / "mass.toml").write_text('mass = 7.025\nknown = "mass"\n')
     one, two = read_payload(saved / "mass.toml"), read_payload(saved / "mass.toml")
     arm, wide = load_arm(robot().model), GainOptions(max_rel_std=3.0)  # 6 s show little of a mass alone
+    quickly = {"method": "ls-2011", "gains": wide, "wiring": known_wiring, "checks": UNCHECKED}
+    joint_by_joint = ("--method", "ls-2011", "--max-rel-std", "3")
     shared, apart = (
-        [j.value if hasattr(j, "value") else None for j in identify_motions(motions, arm, gains=wide).estimate.joints]
+        [j.value if hasattr(j, "value") else None for j in identify_motions(motions, arm, **quickly).estimate.joints]
         for motions in (
             (Recorded(bare), Recorded(loaded, one), Recorded(again, one)),
             (Recorded(bare), Recorded(loaded, one), Recorded(again, two)),
@@ -92,8 +97,8 @@ def test_every_group_is_a_mounting_of_its_own(saved, capsys):
     start = ("--unloaded", "unloaded.parquet", "--loaded", "loaded.parquet")
     one_group = words(saved, *start, "loaded-2.parquet", "--payload", "mass.toml")
     two = words(saved, *start, "--payload", "mass.toml", "--loaded", "loaded-2.parquet", "--payload", "mass.toml")
-    assert estimates([*one_group, "--max-rel-std", "3"], capsys) == shared
-    assert estimates([*two, "--max-rel-std", "3"], capsys) == apart
+    assert estimates([*one_group, *joint_by_joint], capsys) == shared
+    assert estimates([*two, *joint_by_joint], capsys) == apart
 
 
 def test_motions_with_absolute_time_are_taken_in_its_order_and_others_as_given(saved, tmp_path, capsys, monkeypatch):
@@ -110,8 +115,9 @@ def test_motions_with_absolute_time_are_taken_in_its_order_and_others_as_given(s
         write_recording(Recording(log.t + start, log.q, log.v), tmp_path / f"{name}.parquet")
     (tmp_path / "payload.toml").write_text((saved / "payload.toml").read_text())
     bare = ("--unloaded", "unloaded.parquet", "unloaded-2.parquet", "--loaded", "loaded.parquet")
-    assert main(words(tmp_path, *bare, "--payload", "payload.toml")) == 0
-    assert main(words(tmp_path, *bare, "loaded-2.parquet", "--payload", "payload.toml")) == 0
+    method = ["--method", "ls-2011"]
+    assert main(words(tmp_path, *bare, "--payload", "payload.toml") + method) == 0
+    assert main(words(tmp_path, *bare, "loaded-2.parquet", "--payload", "payload.toml") + method) == 0
     assert seen == [
         [1_700_000_000, 1_700_000_040, 1_700_000_090],
         [1_700_000_040, 1_700_000_000, 1_700_000_090, 50],

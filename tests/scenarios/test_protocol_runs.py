@@ -43,13 +43,16 @@ def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
     folders = [tmp_path / name for name in ("a", "b", "c")]
     for folder in folders:
         folder.mkdir()
-    protocols = (("bare", "loaded"), FOUR, ("loaded", "bare", "bare"))
+    protocols = (("bare", "loaded"), ("light", "bare", "heavy"), ("loaded", "bare", "bare"))
     benches = [bench_of(folder, protocol) for folder, protocol in zip(folders, protocols, strict=True)]
     entries = [(each, 3 + k) for k, each in enumerate(benches)]
     streams = [motion_streams(seed, {}, len(each.experiments)) for each, seed in entries]
     together = dict(run_batch(entries, streams, threads=2, checks=UNCHECKED))
     for k, (each, seed) in enumerate(entries):
-        one, other = run(each, seed), together[k]
+        own = [motion_streams(seed, {}, len(each.experiments))]
+        ((_, one),) = run_batch([(each, seed)], own, threads=2, checks=UNCHECKED)
+        other = together[k]
+        assert isinstance(one, Run)
         assert isinstance(other, Run)
         assert [r.name for r in other.recordings] == [e.name for e in each.experiments]
         for first, second in zip(one.recordings, other.recordings, strict=True):

@@ -2,8 +2,10 @@
 
 import json
 import tomllib
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from collections_of_arms import GRIPPER, HOME, menagerie, ros, written
 from random_arms import write_random_arm
@@ -149,6 +151,10 @@ def test_of_arms_that_nobody_designed_19_in_20_gains_are_within_2_percent_and_no
     out = str(tmp_path / "study")
     main(["monte-carlo", str(tmp_path / "mine/scenario.toml"), "-n", "20", "--out", out, "--json"])
     told = json.loads(capsys.readouterr().out)
+    rows = pd.read_parquet(Path(out) / "trials")
+    # Of 1500 honest gains over all arms, one is off by more than 4 deviations in one study out of ten; seeds are fixed.
+    assert not ((rows["estimate"] - rows["true"]).abs() > 4.0 * rows["std"]).any()
+    assert min(predicted) < 0.005, "no joint is asked for the accuracy below"
     for std, found in zip(predicted, told["joints"], strict=True):
         if std < 0.005:  # 20 seeds: p95 is some 2.1 deviations
             assert found["p95"] < 0.02

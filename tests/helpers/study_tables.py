@@ -1,0 +1,13 @@
+"""Rows of studies, from tables that state only what a test is about."""
+
+import pandas as pd
+import pyarrow as pa
+
+from scenarios.studies.joint_rows import COLUMNS, StudyRows, study_rows
+from scenarios.trials import CONTRACT
+
+
+def gathered(rows: pd.DataFrame) -> StudyRows:
+    """As a study's parts hold them; columns that are left out are null."""
+    schema = pa.schema([CONTRACT.field(name) for name in COLUMNS])
+    return study_rows([pa.Table.from_pandas(rows.reindex(columns=list(COLUMNS)), schema, preserve_index=False)])

@@ -32,7 +32,7 @@ from scenarios.reports.plots.calibration import curves
 from scenarios.store.study_folder import STUDY, StudyFolder
 from scenarios.studies.calibration import GRID, Calibration, calibration
 from scenarios.studies.coverage import Coverage, JointClaims, Target, joint_claims
-from scenarios.studies.joint_rows import COLUMNS, study_rows
+from scenarios.studies.joint_rows import COLUMNS, rows_in
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.pass_rule import FALSE_ALARM
 from scenarios.studies.statistics import joint_statistics
@@ -95,7 +95,7 @@ def covered(folder: Path) -> Covered:
     place = StudyFolder(folder, len(tolerance["gain"]))
     if record["study"] != "monte-carlo" or place.missing(record["trials"]):
         sys.exit(f"{folder}: no finished study of rx90 monte-carlo; go on with: {record['command']}")
-    gathered = study_rows(place.batches(COLUMNS))
+    gathered = rows_in(place)
     statistics = joint_statistics(gathered.joints, wanted=tolerance["pass_rate"], false_alarm=FALSE_ALARM)
     ended = max(path.stat().st_mtime for path in place.trials.iterdir())
     joints = tuple(joint_claims(*each) for each in zip(gathered.joints, statistics, strict=True))

@@ -57,7 +57,7 @@ def assert_scenario(
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
     tables = [run_trials(loaded, batch, schema, threads=threads) for batch in batches]
-    rules = pass_rule(study_rows(tables).joints, wanted=wanted, false_alarm=false_alarm)
+    rules = pass_rule(study_rows(tables, trials=len(trials)).joints, wanted=wanted, false_alarm=false_alarm)
     missed = [rule for rule in rules if not rule.held]
     if missed:
         raise AssertionError(_complaint(loaded.name, missed, pa.concat_tables(tables).to_pandas()))

@@ -7,7 +7,7 @@ read off the folder. Trials that failed for a reason outside themselves are in p
 
 import itertools
 import json
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -106,16 +106,17 @@ class StudyFolder:
         write_whole(waiting, as_parquet(rows), self.path / UNFINISHED)
         _end_moves(self.path)
 
-    def batches(self, columns: Sequence[str]) -> Iterator[pa.Table]:
-        """All rows that are there, a part at a time, in order of the parts' trials.
+    def rows(self, part: Part, columns: Sequence[str]) -> pa.Table:
+        """The rows of one part, in its order.
 
         Args:
+            part: One of `parts`.
             columns: Those wanted.
 
         Raises:
-            DamagedFolder: If a part cannot be read.
+            DamagedFolder: If it cannot be read.
         """
-        return (read_part(self.trials / part.name, columns) for part in self.parts())
+        return read_part(self.trials / part.name, columns)
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
         """All rows that are there, by trial, method where there are several, and joint.

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from ident.arrays import Array
+from scenarios.store.study_folder import StudyFolder
 
 NUMBERS = ("true", "std", "rel_error", "z")
 COLUMNS = ("joint", *NUMBERS, "identifiable", "passed", "failure", "tolerance")
@@ -69,48 +70,60 @@ class StudyRows:
     failures: Mapping[str, int]
 
 
-def study_rows(tables: Iterable[pa.Table]) -> StudyRows:
+def rows_in(folder: StudyFolder) -> StudyRows:
+    """Gather the rows of a study's folder.
+
+    Raises:
+        DamagedFolder: If a part cannot be read.
+    """
+    parts = folder.parts()
+    return study_rows((folder.rows(part, COLUMNS) for part in parts), trials=sum(len(part.trials) for part in parts))
+
+
+def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
     """Gather the rows of a study.
 
     Args:
         tables: A row a trial and joint, in any order and any cut, with `COLUMNS`.
+        trials: That they have, at most.
     """
     gathered: dict[int, _Gathered] = {}
     for table in tables:
-        for joint in pc.unique(table["joint"]).to_pylist():
-            gathered.setdefault(joint, _Gathered()).add(table.filter(pc.equal(table["joint"], joint)))
-    joints = sorted(gathered)
-    failures = gathered[joints[0]].failures if joints else Counter[str]()
-    return StudyRows(
-        joints=tuple(gathered.pop(joint).joint_rows(joint) for joint in joints),
-        failures=dict(failures.most_common()),
-    )
+        joint, failure = table["joint"].to_numpy(), table["failure"]
+        identifiable, passed = (pc.fill_null(table[name], False).to_numpy() for name in ("identifiable", "passed"))
+        tolerance, numbers = table["tolerance"], [table[name].to_numpy() for name in NUMBERS]
+        for number in np.unique(joint).tolist():
+            rows = np.flatnonzero(joint == number)
+            if number not in gathered:
+                gathered[number] = _Gathered(tolerance[rows[0]].as_py(), np.empty((len(NUMBERS), trials)))
+            known, found = gathered[number], rows[identifiable[rows]]
+            known.trials += len(rows)
+            known.passed += int(np.count_nonzero(passed[rows]))
+            known.failures.update(failure.take(rows).drop_null().to_pylist())
+            known.numbers[:, known.gains : known.gains + len(found)] = [column[found] for column in numbers]
+            known.gains += len(found)
+    joints = tuple(gathered[number].joint_rows(number) for number in sorted(gathered))
+    return StudyRows(joints=joints, failures=dict(gathered[joints[0].joint].failures.most_common()) if joints else {})
 
 
 @dataclass(slots=True, eq=False)
 class _Gathered:
-    """What has been seen of a joint so far."""
+    """What has been seen of a joint so far.
 
+    Its numbers, shape (4, trials), have room for all from the start: memory that is never written to costs nothing, and
+    what grows is there twice whenever it moves.
+    """
+
+    tolerance: float
+    numbers: Array
     trials: int = 0
+    gains: int = 0
     passed: int = 0
-    tolerance: float = np.nan
     failures: Counter[str] = field(default_factory=Counter[str])
-    numbers: dict[str, list[Array]] = field(default_factory=lambda: {name: list[Array]() for name in NUMBERS})
-
-    def add(self, rows: pa.Table) -> None:
-        """Take rows of this joint."""
-        if not self.trials:
-            self.tolerance = rows["tolerance"][0].as_py()
-        self.trials += len(rows)
-        self.passed += pc.sum(rows["passed"]).as_py() or 0
-        self.failures.update(rows["failure"].drop_null().to_pylist())
-        found = rows.filter(rows["identifiable"])
-        for name, pieces in self.numbers.items():
-            pieces.append(found[name].to_numpy())
 
     def joint_rows(self, joint: int) -> JointRows:
-        """The joint; the pieces are gone afterwards, because both together are twice the memory."""
-        true, std, rel_error, z = (np.concatenate(self.numbers.pop(name)) for name in NUMBERS)
+        """All of it."""
+        true, std, rel_error, z = self.numbers[:, : self.gains]
         return JointRows(
             joint=joint,
             trials=self.trials,

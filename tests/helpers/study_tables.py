@@ -10,4 +10,5 @@ from scenarios.trials import CONTRACT
 def gathered(rows: pd.DataFrame) -> StudyRows:
     """As a study's parts hold them; columns that are left out are null."""
     schema = pa.schema([CONTRACT.field(name) for name in COLUMNS])
-    return study_rows([pa.Table.from_pandas(rows.reindex(columns=list(COLUMNS)), schema, preserve_index=False)])
+    table = pa.Table.from_pandas(rows.reindex(columns=list(COLUMNS)), schema, preserve_index=False)
+    return study_rows([table], trials=len(table))

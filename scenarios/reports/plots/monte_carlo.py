@@ -84,7 +84,8 @@ def _figure(found: Mapping[int, JointRows], subject: Subject, draw: Callable[[Ax
 
 def _histogram(axis: Axes, rows: JointRows, edges: Array) -> None:
     error, claimed = 100.0 * rows.rel_error, _claimed(rows)
-    axis.hist(error, bins=edges.tolist(), density=True, color="0.8", label="errors")
+    counts, _ = np.histogram(error, bins=edges)
+    axis.hist(edges[:-1], bins=edges.tolist(), weights=counts, density=True, color="0.8", label="errors")
     x = np.linspace(edges[0], edges[-1], 400)
     some = claimed[:: max(1, len(claimed) // 500)]
     axis.plot(x, stats.norm.pdf(x[:, None], scale=some).mean(axis=1), color="C0", label="claimed")
@@ -102,10 +103,10 @@ def _histogram(axis: Axes, rows: JointRows, edges: Array) -> None:
 
 def _qq(axis: Axes, rows: JointRows) -> None:
     z = np.sort(rows.z[~np.isnan(rows.z)])
-    expected = stats.norm.ppf((np.arange(1, len(z) + 1) - 0.5) / len(z))
     keep = np.unique(np.linspace(0, len(z) - 1, min(len(z), MOST_POINTS)).astype(int))
+    expected = stats.norm.ppf((keep + 0.5) / len(z))
     axis.plot(expected, expected, color="0.5", linewidth=1.0)
-    axis.plot(expected[keep], z[keep], ".", markersize=3, color="C0")
+    axis.plot(expected, z[keep], ".", markersize=3, color="C0")
     axis.set_xlabel("normal quantile")
     axis.set_ylabel("z = error / claimed sigma")
 

@@ -54,7 +54,8 @@ class JointRows:
     @property
     def claimed(self) -> Array:
         """Claimed relative standard deviations, shape (K,)."""
-        return self.std / np.abs(self.true)
+        magnitude = np.abs(self.true)
+        return np.divide(self.std, magnitude, out=magnitude)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

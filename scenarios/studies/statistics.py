@@ -85,7 +85,7 @@ def _one_joint(rule: JointRule, rows: JointRows) -> JointStatistics:
         bias=float(np.mean(error)) if some else None,
         bias_std=None if spread is None else spread / float(np.sqrt(rows.gains)),
         spread=spread,
-        p95=float(np.percentile(np.abs(error), 95.0)) if some else None,
+        p95=float(np.percentile(np.abs(error), 95.0, overwrite_input=True)) if some else None,
         claimed=float(np.sqrt(np.mean(rows.claimed**2))) if some else None,
         cover_1=float(np.mean(np.abs(z) < 1.0)) if some else None,
         cover_2=float(np.mean(np.abs(z) < 2.0)) if some else None,

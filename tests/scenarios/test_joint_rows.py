@@ -110,7 +110,7 @@ def test_a_study_in_several_parts_is_summed_up_as_one_table_of_everything(tmp_pa
 
 
 def test_a_joint_that_begins_late_and_a_cut_between_joints_are_no_other_study():
-    rows = lopsided().sort_values(["joint", "trial"])
+    rows = lopsided().sort_values(["joint", "trial"], ascending=False)
     cuts = (0, 5, 37, 61, len(rows))
     tables = [as_part(rows[a:b]).select(COLUMNS) for a, b in pairwise(cuts)]
     assert_as_expected(study_rows(tables, trials=37), rows)

@@ -1,22 +1,26 @@
 """The rows of a study, joint by joint: what its statistics and pictures need of a million trials, and no more.
 
-Rows are taken a part at a time and dropped, so that a study costs four numbers a trial and joint with a gain, not a
+Rows are taken a part at a time and dropped, so that a study costs three numbers a trial and joint with a gain, not a
 table of everything.
 """
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
 from ident.arrays import Array
-from scenarios.store.study_folder import StudyFolder
 
-NUMBERS = ("true", "std", "rel_error", "z")
-COLUMNS = ("joint", *NUMBERS, "identifiable", "passed", "failure", "tolerance")
+if TYPE_CHECKING:
+    from scenarios.store.study_folder import StudyFolder  # brings pandas, which nothing here needs
+
+SHOWN = 5000
+"""Injected gains that are kept of a joint at least, if there are as many: pictures show no more points."""
+COLUMNS = ("joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure", "tolerance")
 """Columns of a study that its statistics and pictures need."""
 
 
@@ -30,10 +34,11 @@ class JointRows:
         failed: Trials without any estimate.
         passed: Trials that passed.
         tolerance: Of the relative error, in the first trial.
-        true: Injected gains of the trials that gave one [N m / drive unit], shape (K,); so are the others.
-        std: Claimed standard deviations [N m / drive unit].
-        rel_error: Relative errors.
+        rel_error: Relative errors of the trials that gave a gain, shape (K,); so are the others.
+        claimed: Claimed relative standard deviations.
         z: Errors over claimed deviations; NaN where there is none.
+        step: Of how many of these trials the injected gain of one is kept.
+        true: Injected gains of every `step`-th of them, from the first [N m / drive unit], shape (ceil(K / step),).
     """
 
     joint: int
@@ -41,21 +46,16 @@ class JointRows:
     failed: int
     passed: int
     tolerance: float
-    true: Array
-    std: Array
     rel_error: Array
+    claimed: Array
     z: Array
+    step: int
+    true: Array
 
     @property
     def gains(self) -> int:
         """Trials that gave a gain."""
         return len(self.rel_error)
-
-    @property
-    def claimed(self) -> Array:
-        """Claimed relative standard deviations, shape (K,)."""
-        magnitude = np.abs(self.true)
-        return np.divide(self.std, magnitude, out=magnitude)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -71,7 +71,7 @@ class StudyRows:
     failures: Mapping[str, int]
 
 
-def rows_in(folder: StudyFolder) -> StudyRows:
+def rows_in(folder: "StudyFolder") -> StudyRows:
     """Gather the rows of a study's folder.
 
     Raises:
@@ -89,20 +89,21 @@ def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
         trials: That they have, at most.
     """
     gathered: dict[int, _Gathered] = {}
+    step = max(1, trials // SHOWN)
     for table in tables:
         joint, failure = table["joint"].to_numpy(), table["failure"]
         identifiable, passed = (pc.fill_null(table[name], False).to_numpy() for name in ("identifiable", "passed"))
-        tolerance, numbers = table["tolerance"], [table[name].to_numpy() for name in NUMBERS]
+        true, std, error, z = (table[name].to_numpy() for name in ("true", "std", "rel_error", "z"))
+        numbers = np.stack([error, std / np.abs(true), z])
         for number in np.unique(joint).tolist():
             rows = np.flatnonzero(joint == number)
             if number not in gathered:
-                gathered[number] = _Gathered(tolerance[rows[0]].as_py(), np.empty((len(NUMBERS), trials)))
+                gathered[number] = _Gathered(table["tolerance"][rows[0]].as_py(), np.empty((3, trials)), step)
             known, found = gathered[number], rows[identifiable[rows]]
             known.trials += len(rows)
             known.passed += int(np.count_nonzero(passed[rows]))
             known.failures.update(failure.take(rows).drop_null().to_pylist())
-            known.numbers[:, known.gains : known.gains + len(found)] = [column[found] for column in numbers]
-            known.gains += len(found)
+            known.add(numbers[:, found], true[found])
     joints = tuple(gathered[number].joint_rows(number) for number in sorted(gathered))
     return StudyRows(joints=joints, failures=dict(gathered[joints[0].joint].failures.most_common()) if joints else {})
 
@@ -111,28 +112,37 @@ def study_rows(tables: Iterable[pa.Table], *, trials: int) -> StudyRows:
 class _Gathered:
     """What has been seen of a joint so far.
 
-    Its numbers, shape (4, trials), have room for all from the start: memory that is never written to costs nothing, and
+    Its numbers, shape (3, trials), have room for all from the start: memory that is never written to costs nothing, and
     what grows is there twice whenever it moves.
     """
 
     tolerance: float
     numbers: Array
+    step: int
     trials: int = 0
     gains: int = 0
     passed: int = 0
+    true: list[Array] = field(default_factory=list[Array])
     failures: Counter[str] = field(default_factory=Counter[str])
+
+    def add(self, numbers: Array, true: Array) -> None:
+        """Take trials with a gain: their numbers, shape (3, k), and injected gains, shape (k,)."""
+        self.true.append(true[-self.gains % self.step :: self.step].copy())  # not all of them behind a view
+        self.numbers[:, self.gains : self.gains + len(true)] = numbers
+        self.gains += len(true)
 
     def joint_rows(self, joint: int) -> JointRows:
         """All of it."""
-        true, std, rel_error, z = self.numbers[:, : self.gains]
+        rel_error, claimed, z = self.numbers[:, : self.gains]
         return JointRows(
             joint=joint,
             trials=self.trials,
             failed=self.failures.total(),
             passed=self.passed,
             tolerance=self.tolerance,
-            true=true,
-            std=std,
             rel_error=rel_error,
+            claimed=claimed,
             z=z,
+            step=self.step,
+            true=np.concatenate(self.true),
         )

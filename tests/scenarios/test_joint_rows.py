@@ -15,6 +15,7 @@ from scenarios.studies.statistics import joint_statistics
 from scenarios.trials import CONTRACT
 
 WANTED = 0.7
+KEPT = ["true", "claimed", "rel_error"]
 JOINTS = (5, 2, 3)
 """Out of order, as rows may be; joint 3 is refused always, joint 2 now and then."""
 
@@ -98,11 +99,12 @@ def test_a_study_in_several_parts_is_summed_up_as_one_table_of_everything(tmp_pa
     assert_as_expected(found, rows)
     five = rows[(rows["joint"] == 5) & rows["identifiable"]]
     (of_five,) = [joint for joint in found.joints if joint.joint == 5]
-    for name in ("true", "std", "rel_error", "z"):
-        np.testing.assert_array_equal(np.sort(getattr(of_five, name)), np.sort(five[name]))
+    for name, values in {**five, "claimed": (five["std"] / five["true"]).abs()}.items():
+        if name in ("true", "rel_error", "z", "claimed"):
+            np.testing.assert_array_equal(np.sort(getattr(of_five, name)), np.sort(values))
     # A row's numbers stay together, and trials in the order of the parts.
-    gains = {tuple(row) for row in five[["true", "std", "rel_error"]].to_numpy()}
-    assert {tuple(row) for row in np.column_stack([of_five.true, of_five.std, of_five.rel_error])} == gains
+    gains = {tuple(row) for row in five.assign(claimed=five["std"] / five["true"].abs())[KEPT].to_numpy()}
+    assert {tuple(row) for row in np.column_stack([getattr(of_five, name) for name in KEPT])} == gains
     trial = dict(zip(five["rel_error"], five["trial"], strict=True))
     part = np.searchsorted([0, 4, 20, 30, 31], [trial[error] for error in of_five.rel_error], side="right")
     assert (np.diff(part) >= 0).all()
@@ -134,3 +136,17 @@ def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
         path.write_bytes(content[:4] + bytes(400) + content[404:])
         with pytest.raises(DamagedFolder, match=r"00000000-00000001\.parquet: is damaged, move it away: "):
             rows_in(folder)
+
+
+def test_every_third_injected_gain_is_kept_where_a_picture_shows_a_third(monkeypatch):
+    monkeypatch.setattr("scenarios.studies.joint_rows.SHOWN", 11)  # of 37 trials
+    rows = lopsided()
+    cuts = (0, 19, 40, 44, len(rows))
+    (five,) = [
+        joint
+        for joint in study_rows([as_part(rows[a:b]) for a, b in pairwise(cuts)], trials=37).joints
+        if joint.joint == 5
+    ]
+    true = dict(zip(rows["rel_error"], rows["true"], strict=True))
+    assert (five.step, five.gains, len(five.true)) == (3, 34, 12)
+    assert five.true.tolist() == [true[error] for error in five.rel_error[::3]]

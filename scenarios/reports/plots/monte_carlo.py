@@ -112,9 +112,8 @@ def _qq(axis: Axes, rows: JointRows) -> None:
 
 
 def _against_true(axis: Axes, rows: JointRows, reach: float) -> None:
-    some = slice(None, None, max(1, rows.gains // MOST_POINTS))
     axis.axhline(0.0, color="0.5", linewidth=1.0)
-    true, error = rows.true[some] / np.median(rows.true), 100.0 * rows.rel_error[some]
+    true, error = rows.true / np.median(rows.true), 100.0 * rows.rel_error[:: rows.step]
     axis.plot(true, error, ".", markersize=3, color="C0")
     tolerance = 100.0 * rows.tolerance
     if tolerance <= reach:

@@ -75,13 +75,13 @@ def test_a_full_block_becomes_one_part_with_the_same_rows_and_its_neighbours_sta
     assert not list(tmp_path.glob(".*.parquet"))
 
 
-@pytest.mark.parametrize("lack", ["a trial", "a lost trial", "a trial of a part that reaches beyond"])
+@pytest.mark.parametrize("lack", ["the last", "the last, which was lost", "one, and a part reaches beyond"])
 def test_a_block_that_is_not_finished_stays_as_it_is(tmp_path, lack):
     last = 2 * BLOCK - 1
     with opened(tmp_path) as folder:
-        for numbers in cut(range(BLOCK, last)):
+        for numbers in cut(range(BLOCK + ("beyond" in lack), last)):
             write(folder, numbers)
-        if lack != "a trial":
+        if lack != "the last":
             write(folder, range(last, last + 1 + ("beyond" in lack)), LOST if "lost" in lack else WHOLE)
         before = names(tmp_path)
         folder.merge(block_of(BLOCK))

@@ -6,6 +6,7 @@ from dataclasses import replace
 import scenarios.commands.arguments as arguments
 from scenarios.commands import gains_files
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
 
 
@@ -35,7 +36,8 @@ def main(options: argparse.Namespace) -> Status:
     if options.save is not None:
         held = claim(options.save, run_files(prepared), command="rx90 run --save", force=options.force)
     out = gains_files.claimed(options, "rx90 run")
-    result = run(prepared, options.seed)
+    with under_way(options, "preparing") as stages:
+        result = run(prepared, options.seed, stages=stages)
     report = run_report(result)
     if out is not None:
         gains_files.write(gains_file(result.estimate, origin(result)), out)

@@ -6,6 +6,7 @@ import sys
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.lifetime import tell
+from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
 from scenarios.errors import NoFilm
 from sim.errors import ADVICE, NoPicture
@@ -31,13 +32,11 @@ def main(options: argparse.Namespace) -> Status:
     if options.render is not None and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo asks for a screen unless it is told, when it is imported
     _check_opengl()
-    from rich.console import Console
-    from rich.progress import Progress
-
     from scenarios.build import bench
     from scenarios.files.loading import load_scenario
     from scenarios.reports.film import WRITERS, captioned, frames
     from scenarios.store.claim import claim
+    from scenarios.workers.stages import counted
     from sim.viewer import pictures, scene, watch
 
     path = options.render
@@ -58,10 +57,9 @@ def main(options: argparse.Namespace) -> Status:
         captioned(picture, f"{prepared.scenario.name}, from left: {names}; {t:.1f} s")
         for t, picture in zip(times, drawn, strict=True)
     )
-    console = Console(stderr=True)
-    with held.writing(), Progress(console=console, disable=not console.is_terminal) as progress:
-        told = progress.track(labelled, len(times), description="pictures")
-        WRITERS[path.suffix.lower()](path, iter(told), options.fps)
+    with held.writing(), under_way(options, "drawing") as stages:
+        stages.begin("drawing", len(times))
+        WRITERS[path.suffix.lower()](path, counted(labelled, stages), options.fps)
     tell(f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {options.width} x {options.height}\n")
     return Status.PASSED
 

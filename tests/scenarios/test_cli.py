@@ -1,4 +1,5 @@
 import argparse
+import contextlib
 import os
 import re
 import signal
@@ -15,7 +16,7 @@ from ident.errors import RobotModelError
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from scenarios.cli import main
-from scenarios.commands import COMMANDS, command
+from scenarios.commands import COMMANDS, GROUPS, command
 from scenarios.commands.options import attribute_docs
 from scenarios.commands.status import MEANINGS, Status
 from scenarios.files.motions import read_motion
@@ -28,7 +29,7 @@ HUGE = "1" + 23 * "0"
 WRONG = [
     (
         ["fly"],
-        "no command 'fly'; there are list, new-robot, run, monte-carlo, ",
+        "no command 'fly'; there are list, run, view, paper, new-robot, ",
     ),
     (["rnu"], "no command 'rnu'; did you mean 'run'?"),
     (["montecarlo"], "did you mean 'monte-carlo'?"),
@@ -50,7 +51,12 @@ WRONG = [
     (["run", "nominal", "--json", "--format", "text"], "not allowed with argument"),
     (["run", "nominal", "--format", "html"], "invalid choice: 'html'"),
     (["run", "nominal", "--save", ""], "expected the name of a folder"),
-    (["run", "nominal", "--sav", "x"], "unrecognized arguments: --sav"),
+    (["run", "nominal", "--sav", "x"], "rx90 run: unrecognized arguments: --sav; did you mean '--save'?; see rx90 run"),
+    (["identify", "--metod=nls"], "unrecognized arguments: --metod=nls; did you mean '--method'?"),
+    (["run", "nominal", "-quiet"], "unrecognized arguments: -quiet; did you mean '--quiet'?"),
+    (["--versoin"], "unrecognized arguments: --versoin; did you mean '--version'?"),
+    (["schema", "reslt"], "invalid choice: 'reslt'; did you mean 'result'?"),
+    (["completion", "fsh"], "invalid choice: 'fsh'; did you mean 'fish'?; there are bash, zsh, fish;"),
     ([*STUDY], "required: -n"),
     ([*STUDY, "-n", "0"], "expected 1 or more"),
     ([*STUDY, "-n", "10**23"], "'10**23' is no whole number"),
@@ -69,7 +75,8 @@ WRONG = [
     ([*EXCITE, "--evaluations", "0"], "expected a whole number from 1 to 10000000"),
     (["excite", "nominal"], "required: --out"),
     (["identify"], "required: --model"),
-    ([*IDENTIFY, "--method", "best"], "invalid choice: 'best'"),
+    ([*IDENTIFY, "--method", "best"], "invalid choice: 'best'; there are iv, ls-2011, "),
+    ([*IDENTIFY, "--method", "ls-2012"], "invalid choice: 'ls-2012'; did you mean 'ls-2011'?"),
     ([*IDENTIFY, "--cutoff-hz", "inf"], "expected a finite number"),
     ([*IDENTIFY, "--cutoff-hz", "-1"], "expected a number that is not negative"),
     ([*IDENTIFY, "--cutoff-hz", "1e999"], "expected a finite number"),
@@ -126,16 +133,19 @@ def test_what_cannot_be_is_found_before_anything_is_simulated(words, message, ca
 
 
 @pytest.mark.parametrize("words", [[], ["--help"]])
-def test_help_names_commands_in_order_of_use_and_every_status(words, capsys):
-    if words:
-        with pytest.raises(SystemExit) as caught:
-            main(words)
-        assert caught.value.code == 0
-    else:
+def test_without_a_command_one_is_told_what_one_can_do_in_order_of_use(words, capsys):
+    with contextlib.suppress(SystemExit):
         assert main(words) == 0
     text = capsys.readouterr().out
-    places = [re.search(rf"^ +{name}\b", text, re.MULTILINE).start() for name in COMMANDS]
+    expected = [entry for title, group in GROUPS.items() for entry in (f"{title}:", *(f"  {name} " for name in group))]
+    places = [re.search(f"^{entry}", text, re.MULTILINE).start() for entry in expected]
     assert places == sorted(places)
+
+
+def test_help_tells_every_status(capsys):
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["--help"])
+    text = capsys.readouterr().out
     for status, meaning in MEANINGS.items():
         assert f"{status:d}" in text
         assert meaning in " ".join(text.split())

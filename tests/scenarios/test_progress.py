@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from scenarios.workers import progress
-from scenarios.workers.progress import LINE_EVERY, reporter
+from scenarios.workers.progress import FIRST_LINE, LINE_EVERY, reporter
 
 
 class Clock:
@@ -51,12 +51,15 @@ def test_a_line_tells_what_is_done_how_fast_and_how_long_it_will_take(clock):
 def test_nothing_is_told_before_it_is_time(clock):
     console = piped()
     with reporter("a study", 7, 3, console) as report:
-        clock.now += LINE_EVERY - 0.01
-        report.tick()
-        assert told(console) == []
-        clock.now += 0.01
-        report.tick()
-    assert told(console) == ["a study: 3 of 7 trials, 0.0 a second, 0 failed"]
+        for wait in (FIRST_LINE, LINE_EVERY):
+            before = len(told(console))
+            clock.now += wait - 0.01
+            report.tick()
+            assert len(told(console)) == before
+            clock.now += 0.01
+            report.tick()
+            assert len(told(console)) == before + 1
+    assert told(console) == 2 * ["a study: 3 of 7 trials, 0.0 a second, 0 failed"]
 
 
 @pytest.mark.parametrize(

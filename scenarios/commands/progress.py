@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from scenarios.workers.stages import Stages
 
 
+NO_CURSOR = ("dumb", "unknown")
+"""What TERM says of terminals without colours, whose cursor goes one way."""
+
+
 def console(options: argparse.Namespace) -> "Console":
     """Where progress is shown: bars on a terminal that can move its cursor, lines elsewhere, nothing with `--quiet`.
 
@@ -20,7 +24,7 @@ def console(options: argparse.Namespace) -> "Console":
     """
     from rich.console import Console
 
-    moves = sys.stderr.isatty() and os.environ.get("TERM", "") not in ("dumb", "unknown")
+    moves = sys.stderr.isatty() and os.environ.get("TERM") not in NO_CURSOR
     return Console(stderr=True, quiet=options.quiet, force_terminal=moves)
 
 

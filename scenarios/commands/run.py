@@ -15,7 +15,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     parser.add_argument(
-        "--save", type=arguments.folder, metavar="DIR", help="write recordings, payloads, truth and result there"
+        "--save",
+        "--out",
+        type=arguments.folder,
+        metavar="DIR",
+        help="write recordings, payloads, truth and result there",
     )
     gains_files.add_gains_out(parser)
     add_form_arguments(parser)

@@ -5,7 +5,8 @@ import os
 import sys
 
 import scenarios.commands.arguments as arguments
-from scenarios.commands.lifetime import tell
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.parser import printable
 from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
 from scenarios.errors import NoFilm
@@ -19,12 +20,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
-    add("--render", type=arguments.file, metavar="FILE", help="draw without a screen: PNG, GIF or MP4 by its ending")
+    add(
+        "--render",
+        "--out",
+        type=arguments.file,
+        metavar="FILE",
+        help="draw without a screen: PNG, GIF or MP4 by its ending",
+    )
     add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
     add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
     add("--height", type=WIDTH, default=360, metavar="N", help="pixels (default 360)")
     add("--fps", type=FPS, default=8.0, metavar="X", help="pictures a second of a GIF or MP4 (default 8)")
     arguments.add_force_argument(parser)
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
@@ -34,6 +42,7 @@ def main(options: argparse.Namespace) -> Status:
     _check_opengl()
     from scenarios.build import bench
     from scenarios.files.loading import load_scenario
+    from scenarios.reports.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
     from scenarios.store.claim import claim
     from scenarios.workers.stages import counted
@@ -60,7 +69,9 @@ def main(options: argparse.Namespace) -> Status:
     with held.writing(), under_way(options, "drawing") as stages:
         stages.begin("drawing", len(times))
         WRITERS[path.suffix.lower()](path, counted(labelled, stages), options.fps)
-    tell(f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {options.width} x {options.height}\n")
+    said = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {options.width} x {options.height}"
+    document = {"out": str(path), "pictures": len(times), "width": options.width, "height": options.height}
+    show(Report(printable(said), (), document), options)
     return Status.PASSED
 
 

@@ -82,7 +82,7 @@ lock: .venv/ready
 	  --group dev --output-file requirements.lock pyproject.toml
 
 .venv/ready: requirements.lock pyproject.toml
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; try make PYTHON=python3.11")'
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; try make PYTHON=python3.11")'
 	@echo 'Building .venv, once; with a fast network:'
 	@echo '  1 of 3  an empty environment, some 5 s'
 	@$(PYTHON) -m venv .venv

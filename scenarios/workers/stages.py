@@ -17,7 +17,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from scenarios.workers.progress import FIRST_LINE, LINE_EVERY, duration
 
 T = TypeVar("T")
-BAR = 20
+BAR = 15
 """Characters of a bar, so that it fits narrow terminals."""
 
 

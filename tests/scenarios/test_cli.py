@@ -1,11 +1,13 @@
 import argparse
 import contextlib
+import json
 import os
 import re
 import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import version
 
 import pytest
 from signals import as_in_the_foreground
@@ -13,13 +15,19 @@ from signals import as_in_the_foreground
 import scenarios.commands.list
 import scenarios.robot_models
 from ident.errors import RobotModelError
+from ident.estimators import ESTIMATORS
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from scenarios.cli import main
 from scenarios.commands import COMMANDS, GROUPS, command
 from scenarios.commands.options import attribute_docs
+from scenarios.commands.output import coloured
 from scenarios.commands.status import MEANINGS, Status
 from scenarios.files.motions import read_motion
+from scenarios.files.schema_line import ENDING, FOLDER
+from scenarios.files.tables import builtin_names, scenario_table
+from scenarios.robots import ROBOTS
+from scenarios.versions import versions
 
 IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]
 STUDY = ["monte-carlo", "nominal", "--out", "there"]
@@ -169,19 +177,120 @@ def test_options_are_described_by_the_class_they_belong_to():
         assert set(attribute_docs(kind)) == set(kind.__dataclass_fields__)
 
 
-def test_the_version_is_told(capsys):
-    with pytest.raises(SystemExit) as caught:
+def test_the_versions_that_results_depend_on_are_told(capsys):
+    with pytest.raises(SystemExit, match=r"^0$"):
         main(["--version"])
-    assert caught.value.code == 0
-    assert capsys.readouterr().out.startswith("rx90 ")
+    told = capsys.readouterr().out.splitlines()
+    assert told[0] == f"rx90 {version('rx90-drive-gain-testbench')}"
+    assert {f"mujoco {version('mujoco')}", f"pin {version('pin')}", f"code {versions()['code']}"} <= set(told)
 
 
-def test_only_the_command_asked_for_is_imported():
-    code = "import sys\nfrom scenarios.cli import main\nmain(['list'])\nprint(*sys.modules)"
+HEAVY = {"mujoco", "pinocchio", "pandas", "matplotlib", "pyarrow", "scipy.signal", "scipy.stats"}
+
+
+def loaded_by(*commands: list[str]) -> set[str]:
+    """Modules of a process of its own that carries out commands, which may exit."""
+    code = (
+        "import contextlib, sys\n"
+        "from scenarios.cli import main\n"
+        f"for words in {commands}:\n"
+        "    with contextlib.suppress(SystemExit):\n"
+        "        main(words)\n"
+        "print(*sys.modules)"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded = set(done.stdout.splitlines()[-1].split())
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def test_what_one_asks_first_imports_nothing_that_is_heavy():
+    loaded = loaded_by([], ["--help"], ["--version"], ["list"], ["list", "--help"], ["rnu"], ["schema", "result"])
     assert "scenarios.commands.list" in loaded
-    assert not loaded & {"numpy", "mujoco", "pinocchio", "pandas", "matplotlib", "scenarios.commands.run"}
+    assert not loaded & (HEAVY | {"numpy", "scipy", "pydantic", "rich", "scenarios.commands.run"})
+
+
+def test_a_scenario_is_missed_and_help_is_told_before_anything_heavy_is_imported():
+    # `trajectory` and `compare` take what may be no scenario, and find out later.
+    named = ("run", "view", "payload", "predict")
+    words = [[name, "--help"] for name in COMMANDS] + [[name, "nominl"] for name in named]
+    assert not loaded_by(*words) & HEAVY
+
+
+def test_what_is_listed_is_told_in_every_form(capsys):
+    assert main(["list", "--json"]) == 0
+    listed = {each["name"]: each["description"] for each in json.loads(capsys.readouterr().out)["scenarios"]}
+    assert list(listed) == builtin_names()
+    assert listed["nominal"] == scenario_table("nominal")[0]["description"]
+    for words in (["list"], ["list", "--format", "markdown"]):
+        assert main(words) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert all(any(name in line and said in line for line in lines) for name, said in listed.items())
+
+
+def test_a_schema_is_printed_as_it_is_shipped_and_all_are_named(capsys):
+    assert main(["schema", "check"]) == 0
+    assert capsys.readouterr().out == (FOLDER / f"check{ENDING}").read_text()
+    assert main(["schema", "--json"]) == 0
+    named = json.loads(capsys.readouterr().out)
+    assert {name: each["file"] for name, each in named.items()} == {
+        path.name.removesuffix(ENDING): str(path) for path in FOLDER.iterdir()
+    }
+    assert "rx90 check --json" in named["check"]["about"]
+
+
+COMPLETED = [
+    ("mon", {"monte-carlo"}),
+    ("run nom", {"nominal"}),
+    ("run nominal --se", {"--seed"}),
+    ("identify --method l", {"ls-2011"}),
+    ("compare nominal --method seq", {"sequential-2011"}),
+    ("check ur1", {"ur10e"}),
+    ("schema prob", {"problem"}),
+    ("run nominal --save sub", {"subfolder"}),
+    ("torque l", {"log.csv"}),
+]
+
+
+def test_bash_completes_commands_options_and_names(tmp_path, capsys):
+    (tmp_path / "subfolder").mkdir()
+    (tmp_path / "log.csv").touch()
+    assert main(["completion", "bash"]) == 0
+    (tmp_path / "rx90.bash").write_text(capsys.readouterr().out)
+    asked = (
+        "source ./rx90.bash; complete -p rx90 | grep -q _shtab_rx90 || exit 3; while read -r line; do "
+        'COMP_WORDS=($line); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); COMPREPLY=(); _shtab_rx90; echo "${COMPREPLY[@]}"; done'
+    )
+    lines = "".join(f"rx90 {begun}\n" for begun, _ in COMPLETED)
+    done = subprocess.run(["bash", "-c", asked], cwd=tmp_path, input=lines, capture_output=True, text=True, check=True)
+    assert [set(line.split()) for line in done.stdout.splitlines()] == [names for _, names in COMPLETED]
+
+
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+def test_other_shells_have_every_scenario_robot_and_method_to_complete(shell, capsys):
+    assert main(["completion", shell]) == 0
+    text = capsys.readouterr().out
+    for kind, names in (("scenarios", builtin_names()), ("robots", ROBOTS), ("methods", ESTIMATORS)):
+        assert re.search(rf"_rx90_{kind}\b.*\n?.*{' '.join(names)}", text)
+    assert all(f"{name}" in text for name in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("environment", "terminal", "shown"),
+    [
+        ({"TERM": "xterm"}, True, True),
+        ({"TERM": "xterm"}, False, False),
+        ({"TERM": "dumb"}, True, False),
+        ({"TERM": "xterm", "NO_COLOR": "1"}, True, False),
+        ({"TERM": "xterm", "NO_COLOR": ""}, True, True),
+        ({"FORCE_COLOR": "1"}, False, True),
+        ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False, False),
+    ],
+)
+def test_colours_are_for_terminals_that_have_them_unless_one_says_otherwise(environment, terminal, shown, monkeypatch):
+    for name in ("TERM", "NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert coloured(terminal=terminal) is shown
 
 
 def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys, tmp_path):

@@ -81,7 +81,8 @@ def _command(arguments: list[str]) -> Status:
     name = next((word for word in arguments if not word.startswith("-")), None)
     parser = parser_of([] if name is None else [name])
     if name is not None and name not in COMMANDS:
-        parser.error(f"no command {quoted(name)}{nearest(name, COMMANDS)}; there are {', '.join(COMMANDS)}")
+        advice = nearest(name, COMMANDS) or f"; there are {', '.join(COMMANDS)}"
+        parser.error(f"no command {quoted(name)}{advice}")
     options = parser.parse_args(arguments)
     if name is None:
         parser.error("which command?")

@@ -257,7 +257,8 @@ def test_bash_completes_commands_options_and_names(tmp_path, capsys):
     (tmp_path / "rx90.bash").write_text(capsys.readouterr().out)
     asked = (
         "source ./rx90.bash; complete -p rx90 | grep -q _shtab_rx90 || exit 3; while read -r line; do "
-        'COMP_WORDS=($line); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); COMPREPLY=(); _shtab_rx90; echo "${COMPREPLY[@]}"; done'
+        "COMP_WORDS=($line); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); COMPREPLY=(); _shtab_rx90; "
+        'echo "${COMPREPLY[@]}"; done'
     )
     lines = "".join(f"rx90 {begun}\n" for begun, _ in COMPLETED)
     done = subprocess.run(["bash", "-c", asked], cwd=tmp_path, input=lines, capture_output=True, text=True, check=True)

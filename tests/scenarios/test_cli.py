@@ -9,7 +9,9 @@ import sys
 import time
 from importlib.metadata import version
 
+import numpy as np
 import pytest
+from printed import fits, printed
 from signals import as_in_the_foreground
 
 import scenarios.commands.list
@@ -217,7 +219,7 @@ def test_a_scenario_is_missed_and_help_is_told_before_anything_heavy_is_imported
 
 def test_what_is_listed_is_told_in_every_form(capsys):
     assert main(["list", "--json"]) == 0
-    listed = {each["name"]: each["description"] for each in json.loads(capsys.readouterr().out)["scenarios"]}
+    listed = {each["name"]: each["description"] for each in printed(capsys, "list")["scenarios"]}
     assert list(listed) == builtin_names()
     assert listed["nominal"] == scenario_table("nominal")[0]["description"]
     for words in (["list"], ["list", "--format", "markdown"]):
@@ -419,12 +421,16 @@ def test_a_signal_that_is_ignored_stays_so(tmp_path):
 
 def test_a_motion_that_is_searched_beats_its_start_and_is_written_once(tmp_path, capsys):
     words = ["excite", "nominal", "--out", str(tmp_path / "m.toml"), "--harmonics", "4", "--duration", "8"]
-    assert main([*words, "--evaluations", "40", "--seed", "3"]) == 0
+    assert main([*words, "--evaluations", "40", "--seed", "3", "--json"]) == 0
     output = capsys.readouterr()
+    document = json.loads(output.out)
+    fits(document, "excite")
     costs = output.err.splitlines()[-1].replace(",", "").split()
     start, found = (float(costs[costs.index(word) + 1]) for word in ("start", "found"))
     assert found <= start
-    assert "predicted standard deviation of the gains [%]: " in output.out
+    np.testing.assert_allclose([document["cost_of_start"], document["cost"]], [start, found], atol=1e-4)  # as printed
+    predicted = ", ".join(f"{100.0 * share:.2g}" for share in document["predicted_rel_std"][:5])
+    assert f"joints 1 to 6: {predicted}" in (tmp_path / "m.toml").read_text()
     text = (tmp_path / "m.toml").read_text()
     assert "# Found by: rx90 excite nominal --seed 3 --harmonics 4 --duration 8 --evaluations 40 --out FILE" in text
     assert read_motion("m.toml", tmp_path).sine.shape == (6, 4)

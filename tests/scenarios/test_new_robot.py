@@ -6,6 +6,7 @@ import tomllib
 import numpy as np
 import pytest
 from collections_of_arms import GRIPPER, HOME, menagerie, ros, written
+from printed import fits, printed
 from random_arms import write_random_arm
 
 from scenarios.cli import main
@@ -18,7 +19,9 @@ def made(path, folder, capsys, *words):
     status = main(["new-robot", str(path), "--out", str(folder), "--evaluations", "60", *words, "--json"])
     output = capsys.readouterr()
     assert status == Status.PASSED, output.err
-    return json.loads(output.out)
+    found = json.loads(output.out)
+    fits(found, "new-robot")
+    return found
 
 
 @pytest.fixture
@@ -112,7 +115,7 @@ def test_of_arms_that_nobody_designed_19_in_20_gains_are_within_2_percent_and_no
     predicted = json.loads(capsys.readouterr().out)["predicted_rel_std"]
     out = str(tmp_path / "study")
     main(["monte-carlo", str(tmp_path / "mine/scenario.toml"), "-n", "20", "--out", out, "--json"])
-    told = json.loads(capsys.readouterr().out)
+    told = printed(capsys, "monte-carlo")
     for std, found in zip(predicted, told["joints"], strict=True):
         if std < 0.005:  # 20 seeds: p95 is some 2.1 deviations
             assert found["p95"] < 0.02

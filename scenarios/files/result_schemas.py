@@ -41,7 +41,7 @@ class Converted(_Open):
     """What `rx90 convert --json` prints."""
 
     out: str
-    layout: str
+    layout: str | None = Field(description="of logs that are recognised or named, null where their columns are said")
     signal: str | None = Field(description="what v was said to be")
     v: str | None = Field(description="what v of the recording is")
     samples: int

@@ -16,7 +16,7 @@ def torque_report(found: JointTorque, file: GainsFile, out: Path) -> Report:
         file: The gains that they were found with.
         out: The file.
     """
-    joints = [joint + 1 for joint in found.joints]
+    joints = [int(joint) + 1 for joint in found.joints]
     missing = [
         {"joint": entry.joint, "reason": one_line(entry.reason or "its gain is refused")}
         for entry in file.gains

@@ -26,8 +26,8 @@ differ by more than a tenth and by more than 0.05 %, of a noise also by more tha
 trials, they stand **bold**.
 """
 SHARE, SMALL, ERRORS = 0.1, 5e-4, 3.0
-LEAST = 8
-"""Trials a source; an rms of fewer says nothing."""
+LEAST = 6
+"""Trials a source: that many tell an rms to some 30 % (its deviation is 1 / sqrt(2 n) of it)."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from scenarios.cli import main
 from scenarios.commands import COMMANDS, command
-from scenarios.commands.options import attribute_docs
+from scenarios.files.attribute_docs import attribute_docs
 from scenarios.commands.status import MEANINGS, Status
 from scenarios.files.motions import read_motion
 

@@ -1,0 +1,24 @@
+"""The notebook as a page: what marimo makes of it, and the picture that it draws."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+HEAD = """# A case from Python
+
+From a scenario to a gain and back, cell by cell. This page is the notebook `examples/case.py`: `marimo edit examples/case.py`
+opens it, and a test runs it.
+
+"""
+DRAWN = "![Currents of both motions, joint by joint](../case.png)"
+
+
+def notebook_page(notebook: Path) -> str:
+    """The notebook's words and cells, its picture behind the cell that shows it."""
+    command = [sys.executable, "-m", "marimo", "--quiet", "export", "md", str(notebook)]
+    text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    text = re.sub(r"\A---\n.*?\n---\n", "", text, flags=re.DOTALL)
+    text = re.sub(r'^```python \{\.marimo hide_code="true"\}\n.*?^```\n', "", text, flags=re.MULTILINE | re.DOTALL)
+    text = text.replace("```python {.marimo}", "```python")
+    return HEAD + text.replace("\nfigure\n```\n", f"\nfigure\n```\n\n{DRAWN}\n").strip() + "\n"

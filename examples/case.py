@@ -81,8 +81,8 @@ def _(mo):
     mo.md("""
     ## Identify
 
-    From here on only what a real cell has: two recordings, the arm's kinematics, the weighed payload. A joint comes back
-    as an `IdentifiedGain` with its interval, or as a `RefusedGain` with the reason.
+    From here on only what a real cell has: two recordings, the arm's kinematics, the weighed payload. A joint comes
+    back as an `IdentifiedGain` with its interval, or as a `RefusedGain` with the reason.
     """)
     return
 
@@ -105,7 +105,8 @@ def _(mo):
     mo.md("""
     ## Judge
 
-    The simulator knows what it injected. Errors should be a few tenths of a percent, and two deviations should hold them.
+    The simulator knows what it injected. Errors should be a few tenths of a percent, and two deviations should hold
+    them.
     """)
     return
 
@@ -127,8 +128,8 @@ def _(mo):
     mo.md("""
     ## Spoil it
 
-    The payload is believed 3 % heavier than it is. Nothing in the logs can tell: every gain comes out 3 % too large, and its
-    interval does not know. That is why `rx90 verify` weighs another mass that identification has not seen.
+    The payload is believed 3 % heavier than it is. Nothing in the logs can tell: every gain comes out 3 % too large,
+    and its interval does not know. That is why `rx90 verify` weighs another mass that identification has not seen.
     """)
     return
 

@@ -7,7 +7,7 @@ from ident.identification import identify_motions
 from ident.structure import structure_of
 from scenarios.store.problem_folder import GivenProblem
 
-METHODS = ("ls-2011", "nls", "iv")
+METHODS = ("ls-2011", "iv", "ols")
 
 
 def gains(problem: GivenProblem) -> list[dict[str, object]]:

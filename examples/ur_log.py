@@ -1,7 +1,7 @@
 """Logs as an RTDE client of a UR10e would have written them, from a simulated one, with all that goes with them.
 
-Written into the working folder: bare.csv, heavy.csv and other.csv, one motion each; heavy.toml and other.toml, the weights
-of two of them; arm.urdf, the arm's kinematics; sheet.toml, the gains that its efforts come from.
+Written into the working folder: bare.csv, heavy.csv and other.csv, one motion each; heavy.toml and other.toml, the
+weights of two of them; arm.urdf, the arm's kinematics; sheet.toml, the gains that its efforts come from.
 """
 
 from pathlib import Path

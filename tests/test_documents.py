@@ -11,7 +11,8 @@ from recipes import RECIPES
 
 DOCS = ROOT / "docs"
 DOCUMENTS = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
-GENERATED = re.compile(r"(?:reference/(?:commands|scenario|robot|payload|result|ident|sim|scenarios)|tutorial/python)\.md")
+MADE = "commands|scenario|robot|payload|result|ident|sim|scenarios"
+GENERATED = re.compile(rf"(?:reference/(?:{MADE})|tutorial/python)\.md")
 """Pages that building the site makes; `make docs` checks links to them."""
 WRITTEN = {place for recipe in RECIPES.values() for place in recipe.new}
 """Files that a reader of a recipe writes."""

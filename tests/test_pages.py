@@ -1,24 +1,78 @@
 """Every command and block of tutorial, how-to and README, page by page, in the order in which a reader meets them."""
 
 import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
 
+import numpy as np
 import pytest
-from pages import DOCS, blocks, follow
+import yaml
+from pages import DOCS, blocks, check_shown, follow
+from places import ROOT
 
-LEARNT = [*sorted(DOCS.glob("tutorial/*.md")), *sorted(DOCS.glob("how-to/*.md"))]
-QUICK = ("rx90",)
+from ident.arm import load_arm
+from scenarios.files.gains import read_gains
+from scenarios.robots import robot
+
+LEARNT = sorted([*DOCS.glob("tutorial/*.md"), *DOCS.glob("how-to/*.md")])
+QUICK = ("rx90", "logs")
 """Pages that every run of the tests follows; the others take minutes together."""
+UR = ("ur-log", "use-gains")
+"""Pages whose end a test of their own looks at."""
 MARKED = [(page, block) for page in LEARNT for block in blocks(page) if block.reason]
 
 
 @pytest.mark.parametrize(
     "page",
-    [pytest.param(page, marks=() if page.stem in QUICK else pytest.mark.slow, id=page.stem) for page in LEARNT],
+    [
+        pytest.param(page, marks=() if page.stem in QUICK else pytest.mark.slow, id=page.stem)
+        for page in LEARNT
+        if page.stem not in UR and blocks(page)
+    ],
 )
 def test_a_page_can_be_followed_to_its_end(page, tmp_path):
     follow(page, tmp_path)
 
 
+@pytest.mark.slow
+def test_the_pages_on_ur_logs_lead_to_the_simulated_gains_and_a_patched_model(tmp_path, monkeypatch):
+    follow(DOCS / "how-to" / "use-gains.md", tmp_path)  # it goes on from the other
+    monkeypatch.chdir(tmp_path)
+    found, true = read_gains(Path("gains.toml")).gains, robot("ur10e").drives
+    sheet = [entry.estimate for entry in read_gains(Path("sheet.toml")).gains]
+    joints = ET.parse("patched.urdf").getroot()
+    efforts = [float(each.get("effort")) for each in joints.findall("joint/limit")]
+    for j, entry in enumerate(found):
+        # Five deviations: one choice of seeds in a million misses by chance.
+        assert abs(entry.estimate - true.gain[j]) < 5.0 * entry.std, entry
+        np.testing.assert_allclose(efforts[j], 240.0 * entry.estimate / sheet[j], rtol=1e-5)  # six digits
+    friction = [float(each.get("friction")) for each in joints.findall("joint/dynamics")]
+    # Coulomb friction of a short motion with noise: what the gain says to some percent, the fit to as much.
+    np.testing.assert_allclose(friction, true.coulomb_friction, rtol=0.1)
+    assert len(load_arm("patched.urdf").joint_names) == 6
+
+
 @pytest.mark.parametrize(("page", "block"), MARKED, ids=lambda x: getattr(x, "stem", None) or str(x.line))
 def test_a_block_that_is_not_run_says_why_in_a_few_words(page, block):
     assert re.fullmatch(r"\w+ [\w ,'./-]{8,80}", block.reason)
+
+
+def test_the_workflow_of_the_gate_runs_what_its_page_runs():
+    gate = ROOT / "examples" / "ci-gate"
+    steps = yaml.safe_load((gate / ".github/workflows/gains.yml").read_text())["jobs"]["gate"]["steps"]
+    run = [step["run"] for step in steps if "run" in step][1:]  # the first installs
+    page = [
+        line for block in blocks(DOCS / "how-to" / "ci.md") if block.kind == "sh" for line in block.text.splitlines()
+    ]
+    assert [line.removeprefix("python -m ") for line in page] == run
+    for command in run:
+        for word in command.split():
+            assert "." not in word or (gate / word).exists(), word
+
+
+def test_output_that_is_shown_is_compared_word_by_word_but_for_times():
+    said = "Joint 1: 0.9398\nsimulated in 3.03 s\nNote: one\nPASSED: all\n"
+    check_shown("Joint  1: 0.9398\nsimulated in 0.7 s\n...\nPASSED: all\n", said, "here")
+    for other in ("Joint 1: 0.9399\n", "PASSED: all\n...\nNote: one\n", "Joint 1:\n0.9398 simulated at 1 s"):
+        with pytest.raises(AssertionError, match="here: shown is"):
+            check_shown(other, said, "here")

@@ -1,4 +1,4 @@
-"""The site is built from the pages and the code: what is generated is whole, and the build has nothing to complain of."""
+"""The site is built from pages and code: what is generated is whole, and the build has nothing to complain of."""
 
 import os
 import re
@@ -52,7 +52,8 @@ def test_every_key_of_every_file_says_what_it_is(name):
 
 def test_keys_are_told_with_unit_bounds_default_and_what_nominal_has():
     pages = made("key_pages")["key_pages"]()
-    row = "| `encoder_noise` | Standard deviation of a reading before quantisation | number ≥ 0, ≤ 1 | rad | `0.0` | `2e-06` |"
+    what = "Standard deviation of a reading before quantisation"
+    row = f"| `encoder_noise` | {what} | number ≥ 0, ≤ 1 | rad | `0.0` | `2e-06` |"
     assert row in pages["reference/scenario.md"]
     for name, schema in schemas().items():
         page = next(text for text in pages.values() if f"## {made('key_pages')['TITLES'][name]}\n" in text)

@@ -14,24 +14,20 @@ WORDS = {"number": "number", "integer": "whole number", "string": "text", "boole
 BOUNDS = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
 NONE = ("", [], {}, None)
 PAGES = {
-    "scenario": (
-        "Scenario files",
-        "TOML. `extends = \"nominal\"` overlays another scenario, built in or beside the file; a key that is left out is\n"
-        "what that one has, and the last column says what `nominal` has. Unknown keys are refused with the nearest known one.",
-        ("scenario",),
-    ),
-    "robot": (
-        "Robot files",
-        "`robot.toml` beside a model file, URDF or MJCF. Every number says where it comes from. On a joint that slides read\n"
-        "N, m and kg for N m, rad and kg m^2.",
-        ("robot",),
-    ),
-    "payload": ("Payload and motion files", "TOML. A payload is described in the frame of the last link.", ("payload", "motion")),
-    "result": (
-        "Results",
-        "What commands print with `--json`, one object on standard output, and the files of gains, problems and answers.",
-        ("result", "check", "gains", "problem", "answer"),
-    ),
+    "scenario": ("Scenario files", ("scenario",)),
+    "robot": ("Robot files", ("robot",)),
+    "payload": ("Payload and motion files", ("payload", "motion")),
+    "result": ("Results", ("result", "check", "gains", "problem", "answer")),
+}
+LEADS = {
+    "scenario": """TOML. `extends = "nominal"` overlays another scenario, built in or beside the file; a key left
+out is what that one has, and the last column says what `nominal` has. Unknown keys are refused with the nearest known
+one.""",
+    "robot": """`robot.toml` beside a model file, URDF or MJCF. Every number says where it comes from. On a joint that
+slides read N, m and kg for N m, rad and kg m^2.""",
+    "payload": "TOML. A payload is described in the frame of the last link.",
+    "result": """What commands print with `--json`, one object on standard output, and the files of gains, problems and
+answers.""",
 }
 TITLES = {
     "scenario": "The scenario",
@@ -51,9 +47,9 @@ def key_pages() -> dict[str, str]:
     known = schemas()
     nominal = load_scenario("nominal").table.model_dump(mode="json")
     pages: dict[str, str] = {}
-    for name, (title, lead, files) in PAGES.items():
+    for name, (title, files) in PAGES.items():
         sections = [_sections(file, known[file], nominal if file == "scenario" else None) for file in files]
-        pages[f"reference/{name}.md"] = f"# {title}\n\n{lead}\n\n" + "\n".join(sections)
+        pages[f"reference/{name}.md"] = f"# {title}\n\n{LEADS[name]}\n\n" + "\n".join(sections)
     return pages
 
 
@@ -116,7 +112,7 @@ def _kind(name: str, value: Schema) -> str:
     kind = value.get("type")
     if kind == "array":
         if "prefixItems" in value:
-            return f"{len(value['prefixItems'])} × {_kind(name, value['prefixItems'][0])}"
+            return f"{len(value['prefixItems'])} of {_kind(name, value['prefixItems'][0])}"
         return f"list: {_kind(name, value.get('items', {}))}"
     if kind == "object":
         inner = value.get("additionalProperties")

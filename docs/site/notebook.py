@@ -7,8 +7,7 @@ from pathlib import Path
 
 HEAD = """# A case from Python
 
-From a scenario to a gain and back, cell by cell. This page is the notebook `examples/case.py`: `marimo edit examples/case.py`
-opens it, and a test runs it.
+From a scenario to a gain and back, cell by cell. This page is the notebook `examples/case.py`; a test runs it.
 
 """
 DRAWN = "![Currents of both motions, joint by joint](../case.png)"

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     Options = TypeVar("Options", bound=DataclassInstance)
 
+
 def add_options(parser: argparse.ArgumentParser, kind: "type[Options]") -> None:
     """Add an option `--some-name` for every field `some_name` of an options dataclass.
 

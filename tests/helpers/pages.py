@@ -1,8 +1,9 @@
 """Pages of the site as programs: their blocks, in order, in a folder.
 
-A block with a `title` is a file. One of `sh` or `console` is commands, one of `python` without a title is run with what the
-blocks before it have left. A block that cannot run says why in the line before it, `<!-- not run: reason -->`, and a
-page that goes on in the folder of another one names it, `<!-- after: page.md -->`. Blocks of `text` are nobody's commands.
+A block with a `title` is a file. One of `sh` or `console` is commands, one of `python` without a title is run with what
+the blocks before it have left. A block that cannot run says why in the line before it, `<!-- not run: reason -->`, and
+a page that goes on in the folder of another one names it, `<!-- after: page.md -->`. Blocks of `text` are nobody's
+commands.
 """
 
 import contextlib
@@ -23,7 +24,7 @@ from scenarios.cli import main
 
 DOCS = ROOT / "docs"
 MODELS = "rx90_mjcf"
-FENCE = re.compile(r"^( *)(```+)(\w+)([^\n]*)\n(.*?)^\1\2$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^( *)(```+)(?:\{ \.)?(\w+)([^\n]*)\n(.*?)^\1\2$", re.MULTILINE | re.DOTALL)
 INCLUDED = re.compile(r'^--8<-- "([^"]+)"$', re.MULTILINE)
 MARK = re.compile(r"<!-- not run: ([^\n]+) -->\s*\Z")
 AFTER = re.compile(r"^<!-- after: (\S+) -->$", re.MULTILINE)
@@ -113,25 +114,28 @@ def carried_out(line: str, where: str) -> str:
     """
     stated = STATUS.search(line)
     command, _, to = STATUS.sub("", line).split("  #")[0].partition(" > ")
-    words, out, status = [each for word in shlex.split(command) for each in sorted(glob(word)) or [word]], io.StringIO(), 0
-    with contextlib.redirect_stdout(out):
-        if words[0] == "python":
-            print(_script(words[1:], where), end="")
-        else:
-            assert words[0] == "rx90", f"{where}: {line}: which command is this?"
-            status = int(main(words[1:]))
-    assert status == (int(stated[1]) if stated else 0), f"{where}: {line}: status {status}\n{out.getvalue()}"
+    words = [each for word in shlex.split(command) for each in sorted(glob(word)) or [word]]
+    assert words[0] in ("rx90", "python"), f"{where}: {line}: which command is this?"
+    status, said = (_command if words[0] == "rx90" else _script)(words[1:])
+    assert status == (int(stated[1]) if stated else 0), f"{where}: {line}: status {status}\n{said}"
     if to:
-        Path(to.strip()).write_text(out.getvalue(), encoding="utf-8")
-    return out.getvalue()
+        Path(to.strip()).write_text(said, encoding="utf-8")
+    return said
 
 
-def _script(words: list[str], where: str) -> str:
-    """What a script printed, in a process of its own as it would have."""
+def _command(words: list[str]) -> tuple[int, str]:
+    """Status of `rx90` and what it printed, in this process: importing everything anew takes seconds."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        status = main(words)
+    return int(status), out.getvalue()
+
+
+def _script(words: list[str]) -> tuple[int, str]:
+    """Status of a script and what it printed, in a process of its own as a reader's."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False, env=environment)
-    assert done.returncode == 0, f"{where}: {done.stderr}"
-    return done.stdout
+    return done.returncode, done.stdout + (done.stderr if done.returncode else "")
 
 
 def check_shown(shown: str, said: str, where: str) -> None:
@@ -139,8 +143,8 @@ def check_shown(shown: str, said: str, where: str) -> None:
     left = _words(said)
     for part in re.split(r"^\.\.\.$", shown, flags=re.MULTILINE):
         words = _words(part)
-        assert words in left, f"{where}: shown is\n{part}\nsaid is\n{said}"
-        left = left.partition(words)[2]
+        assert not words or words in left, f"{where}: shown is\n{part}\nsaid is\n{said}"
+        left = left.partition(words)[2] if words else left
 
 
 def _words(text: str) -> str:

@@ -16,8 +16,8 @@ from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from scenarios.cli import main
 from scenarios.commands import COMMANDS, command
-from scenarios.files.attribute_docs import attribute_docs
 from scenarios.commands.status import MEANINGS, Status
+from scenarios.files.attribute_docs import attribute_docs
 from scenarios.files.motions import read_motion
 
 IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]

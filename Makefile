@@ -50,7 +50,7 @@ COMPARED ?= $(wildcard out/methods/*)
 methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
 	$(BIN)/python docs/methods.py $(COMPARED)
 
-PROTOCOLS := pair pair-warm return return-warm two-weights two-weights-warm
+PROTOCOLS := $(basename $(notdir $(wildcard docs/protocols/*.toml)))
 
 protocols: .venv/ready  # half an hour; goes on from what out/protocols holds
 	for each in $(PROTOCOLS); do $(BIN)/rx90 monte-carlo docs/protocols/$$each.toml -n 40 --out out/protocols/$$each || [ $$? = 1 ] || exit 1; done

@@ -151,9 +151,9 @@ def split() -> None:
     run_trials(SCENARIO, trials(0, 2), SCHEMA, threads=1)
     Engine.advance = timed("physics", Engine.advance)
     sim.record.closed_loop = timed("loop", sim.record.closed_loop)
-    sim.record._logged = timed("sensors", sim.record._logged)
+    sim.record.logged = timed("sensors", sim.record.logged)
     sim.record._prepared = timed("models", sim.record._prepared)
-    scenarios.run.identify = timed("identification", scenarios.run.identify)
+    scenarios.run.identify_motions = timed("identification", scenarios.run.identify_motions)
     with TemporaryDirectory() as folder:
         started = time.perf_counter()
         rows = run_trials(SCENARIO, trials(0), SCHEMA, threads=1)

@@ -65,6 +65,4 @@ class FullRate:
             x: Signal at full rate, shape (N,).
             joint: The joint, from 0.
         """
-        kernel, factor = self.decimator.kernel, self.decimator.factor
-        kept = np.where(self.moving[:, joint], x, 0.0)
-        return np.lib.stride_tricks.sliding_window_view(kept, len(kernel))[::factor] @ kernel
+        return self.decimator.applied(np.where(self.moving[:, joint], x, 0.0))

@@ -110,6 +110,19 @@ def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
     Raises:
         OptionError: At a word of another form, a key given twice, and as `options_from_table`.
     """
+    return options_from_table(kind, table_from_words(kind, words))
+
+
+def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
+    """Keys and values of words `KEY=VALUE`, for `options_from_table`, which checks them.
+
+    Args:
+        kind: The options' class; values are read as its fields have them.
+        words: As a command line gives them.
+
+    Raises:
+        OptionError: At a word of another form or a key given twice.
+    """
     hints, table = option_types(kind), dict[str, object]()
     for word in words:
         name, equals, text = word.partition("=")
@@ -119,7 +132,7 @@ def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
         if name in table:
             raise OptionError(f"option {name} is given twice")
         table[name] = _read(text.strip(), hints.get(name, str))
-    return options_from_table(kind, table)
+    return table
 
 
 def option_types(kind: type) -> dict[str, object]:

@@ -106,6 +106,20 @@ class Decimator:
         """Earlier rows that still feel the first sample of a row."""
         return (len(self.kernel) - 1) // self.factor
 
+    def applied(self, x: Array) -> Array:
+        """The rows of a signal of shape (samples,), shape (rows,).
+
+        A row is a sum over pieces of `factor` samples; each piece is weighted for all rows that feel it at once.
+        """
+        rows, pieces = self.rows(len(x)), -(-len(self.kernel) // self.factor)
+        weights = np.zeros(pieces * self.factor)
+        weights[: len(self.kernel)] = self.kernel
+        padded = np.zeros((rows + pieces - 1) * self.factor)
+        used = min(len(x), len(padded))
+        padded[:used] = x[:used]
+        parts = padded.reshape(-1, self.factor) @ weights.reshape(pieces, self.factor).T
+        return np.sum([parts[k : k + rows, k] for k in range(pieces)], axis=0)
+
     def band(self, samples: int) -> Array:
         """Weights of consecutive samples in all rows that feel one of them, if a row begins with the first sample.
 

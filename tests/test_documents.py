@@ -1,6 +1,7 @@
 """What documents name is there: files, tests, names of code."""
 
 import re
+import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -47,7 +48,7 @@ def test_every_test_that_a_document_names_is_one(path):
 def test_every_name_with_an_underscore_is_in_the_code(path):
     text = path.read_text(encoding="utf-8")
     written = "\n".join(code for recipe in RECIPES.values() for code in recipe.new.values())
-    known = CODE + written if path.name == "extending.md" else CODE
+    known = CODE + written if path.parent.name == "extending" else CODE
     for name in re.findall(r"`\[?([a-z]{2,}(?:_[a-z0-9]{3,})+)(?: = [^`]*)?\]?`", without_blocks(text)):
         if not name.startswith("test_") and f"`{name}`" not in SYMBOLS:
             assert re.search(rf"\b{name}\b", known), name
@@ -87,3 +88,29 @@ def test_every_document_is_in_the_navigation_of_the_site():
     held = {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md")}
     shown = places(yaml.safe_load(text)["nav"])
     assert held == {place for place in shown if not GENERATED.fullmatch(place)}
+
+
+def test_the_rates_on_the_page_of_studies_are_those_of_the_page_on_coverage():
+    page = (
+        (ROOT / "docs" / "coverage.md").read_text(encoding="utf-8").split("## nominal, 300 trials")[1].split("\n## ")[0]
+    )
+    expected = []
+    for line in page.splitlines():
+        row = [cell.strip() for cell in line.strip("|").split("|")]
+        if row[0].isdigit() and row[1] != "0":
+            joint, bias, spread, below, one, two = (row[k].split()[0] for k in (0, 4, 5, 6, 8, 9))
+            expected.append(f"| {joint} | {bias} | {spread} | {below} | {one} | {two} |")
+    assert len(expected) == 5
+    studies = (DOCS / "how-to" / "studies.md").read_text(encoding="utf-8")
+    assert "\n".join(expected) in studies
+    assert "rx90 monte-carlo nominal -n 300" in studies
+
+
+def test_protocols_differ_in_what_is_mounted_and_draw_the_same():
+    one, two = (
+        tomllib.loads((ROOT / "docs" / "protocols" / f"{name}.toml").read_text(encoding="utf-8"))
+        for name in ("return", "two-weights")
+    )
+    assert one["random"] == two["random"]
+    assert one["experiment"]["pause"] == two["experiment"]["pause"]
+    assert len(one["random"]) == 3

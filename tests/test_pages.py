@@ -1,20 +1,29 @@
 """Every command and block of tutorial, how-to and README, page by page, in the order in which a reader meets them."""
 
 import re
+import shlex
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from pages import DOCS, blocks, check_shown, follow
+from pages import DOCS, SHELLS, Block, blocks, check_shown, commands, follow
 from places import ROOT
 
 from ident.arm import load_arm
+from scenarios.commands import COMMANDS, command
+from scenarios.commands.parser import OneLineParser
 from scenarios.files.gains import read_gains
 from scenarios.robots import robot
 
-LEARNT = sorted([*DOCS.glob("tutorial/*.md"), *DOCS.glob("how-to/*.md")])
+LEARNT = [
+    ROOT / "README.md",
+    *sorted(DOCS.glob("tutorial/*.md")),
+    *sorted(DOCS.glob("how-to/*.md")),
+    DOCS / "how-to-choose.md",
+    DOCS / "scaling.md",
+]
 QUICK = ("rx90", "logs")
 """Pages that every run of the tests follows; the others take minutes together."""
 UR = ("ur-log", "use-gains")
@@ -57,6 +66,25 @@ def test_a_block_that_is_not_run_says_why_in_a_few_words(page, block):
     assert re.fullmatch(r"\w+ [\w ,'./-]{8,80}", block.reason)
 
 
+def words_of(block: Block) -> list[list[str]]:
+    """The words of each command `rx90` of a block."""
+    lines = [line.split("  #")[0].partition(" > ")[0] for line, _ in commands(block)] if block.kind in SHELLS else []
+    return [shlex.split(line) for line in lines if line.startswith("rx90 ")]
+
+
+@pytest.mark.parametrize(("page", "block"), MARKED, ids=lambda x: getattr(x, "stem", None) or str(x.line))
+def test_a_command_that_is_not_run_can_be_parsed(page, block):
+    for words in words_of(block):
+        parser = OneLineParser(prog="rx90")
+        command(words[1]).add_arguments(parser)
+        parser.parse_args(words[2:])
+
+
+def test_every_command_is_shown_on_some_page():
+    shown = {words[1] for page in LEARNT for block in blocks(page) for words in words_of(block)}
+    assert shown == set(COMMANDS)
+
+
 def test_the_workflow_of_the_gate_runs_what_its_page_runs():
     gate = ROOT / "examples" / "ci-gate"
     steps = yaml.safe_load((gate / ".github/workflows/gains.yml").read_text())["jobs"]["gate"]["steps"]
@@ -65,8 +93,8 @@ def test_the_workflow_of_the_gate_runs_what_its_page_runs():
         line for block in blocks(DOCS / "how-to" / "ci.md") if block.kind == "sh" for line in block.text.splitlines()
     ]
     assert [line.removeprefix("python -m ") for line in page] == run
-    for command in run:
-        for word in command.split():
+    for line in run:
+        for word in line.split():
             assert "." not in word or (gate / word).exists(), word
 
 

@@ -12,10 +12,10 @@ from scipy import optimize
 
 from ident.checks.comparison import Logs
 from ident.checks.reach import unreachable
+from ident.evidence import NOTHING
 from ident.explanation import explanations
 from ident.instants import Instants
 from ident.readings import Reading, as_it_is
-from ident.wiring import NOTHING
 
 RATIOS = np.geomspace(2.0, 500.0, 280)
 """Plausible ratios, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""

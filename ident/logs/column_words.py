@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from ident.errors import LogDescriptionError
-from ident.logs.description import Channels, LogDescription
+from ident.logs.description import NOTHING, Channels, LogDescription
 from ident.logs.units import CURRENT, POSITION, SHARE, TIME, TORQUE
 from ident.naming import shown
 
@@ -51,8 +51,7 @@ def described(words: Sequence[str]) -> LogDescription:
         if kind in found:
             raise LogDescriptionError(f"--columns: {kind}= is there twice")
         found[kind] = _channels(kind, said)
-    nothing = Channels()
-    return LogDescription(t=found.get("t", nothing), q=found.get("q", nothing), v=found.get("v", nothing))
+    return LogDescription(t=found.get("t", NOTHING), q=found.get("q", NOTHING), v=found.get("v", NOTHING))
 
 
 def _channels(kind: str, said: str) -> Channels:

@@ -65,7 +65,7 @@ def main(options: argparse.Namespace) -> Status:
             write_figures(report, held.folder)
             write_markdown(report, held.folder / TEXT)
     show(report, options)
-    return Status.PASSED if found.shows(found.after)[found.problem.joints].all() else Status.MISSED
+    return Status.PASSED if found.shows(found.after.deviations)[found.problem.joints].all() else Status.MISSED
 
 
 def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[PayloadDesign, FourierTrajectory]":
@@ -75,7 +75,7 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
         KeyboardInterrupt: If the search is stopped.
     """
     from scenarios.design.excitation import Design
-    from scenarios.design.payload_search import problem_with
+    from scenarios.design.payload_search import along, problem_with
     from scenarios.design.search import Series
 
     problem = problem_with(found.problem, found.best, found.flange)
@@ -85,4 +85,4 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
     if outcome.interrupt is not None or outcome.found is None:
         raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
     motion = design.fitted(series.motion(outcome.found.x))
-    return replace(found, again=design.deviations(design.rows(motion))), motion
+    return replace(found, again=along(found.best, design, motion)), motion

@@ -30,7 +30,9 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.store.torque_file import write_torque
 
     file = read_gains(options.gains)
-    (recording,) = read_recordings([options.log], log_description(options, None))
+    names = tuple(entry.name for entry in file.gains if entry.name is not None)
+    said = log_description(options, names if len(names) == len(file.gains) else None)
+    (recording,) = read_recordings([options.log], said)
     found = joint_torque(recording, file.known)
     with held.writing():
         write_torque(found, file, options.out)

@@ -29,7 +29,8 @@ INCLUDED = re.compile(r'^--8<-- "([^"]+)"$', re.MULTILINE)
 MARK = re.compile(r"<!-- not run: ([^\n]+) -->\s*\Z")
 AFTER = re.compile(r"^<!-- after: (\S+) -->$", re.MULTILINE)
 STATUS = re.compile(r"\s+# exit status (\d+)$")
-PROSE = ("text", "mermaid")
+PROSE = ("text",)
+SHELLS = ("sh", "console")
 SECONDS = re.compile(r"\d+(?:\.\d+)? s\b")
 """Measured times, which differ from run to run."""
 
@@ -89,10 +90,10 @@ def follow(page: Path, folder: Path) -> None:
             elif block.kind == "python":
                 exec(compile(block.text, where, "exec"), names)
             else:
-                assert block.kind in ("sh", "console"), f"{where}: a block of {block.kind} is a file or says why not"
+                assert block.kind in SHELLS, f"{where}: a block of {block.kind} is a file or says why not"
                 for command, shown in commands(block):
                     said = carried_out(command, where)
-                    if block.kind == "console":
+                    if shown:
                         check_shown(shown, said, where)
 
 

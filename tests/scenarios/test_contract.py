@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,8 @@ from scenarios.methods.method import Method
 from scenarios.methods.process import Limits
 from scenarios.store.problem_folder import GivenProblem, read_problem
 
+posed = cache(exact_motions)
+"""The motions of a problem, moved once for all methods that are asked."""
 Change = Callable[[int, list[Claim]], list[Claim]]
 EXACT, NOISY, ABSENT = 1, 2, 3
 """Seeds of the problems."""
@@ -63,6 +66,7 @@ def run(monkeypatch, known, change: Change) -> dict[str, str | None]:
         return Call(outcome=tuple(change(seed, claims)), seconds=0.1)
 
     monkeypatch.setattr(contract, "call", called)
+    monkeypatch.setattr(contract, "exact_motions", posed)
     return {check.promise: check.broken for check in checks(Method("m", ()), Limits())}
 
 

@@ -9,6 +9,7 @@ import pytest
 from hatchling.build import build_wheel
 from places import ROOT
 from plants import short_motion
+from quick import quick_scenario
 
 import rx90_mjcf
 from scenarios.cli import main
@@ -72,7 +73,7 @@ def test_a_wrong_file_does_not_fit(name, text):
 
 
 def test_the_result_of_a_run_fits_its_schema(tmp_path, capsys):
-    main(["run", "nominal", "--seed", "3", "--save", str(tmp_path / "run"), "--json"])
+    main(["run", str(quick_scenario(tmp_path)), "--seed", "3", "--save", str(tmp_path / "run"), "--json"])
     result = json.loads(capsys.readouterr().out)
     checked(result, "result")
     del result["gains"][2]["std"]

@@ -154,6 +154,35 @@ def test_torques_are_written_with_units_and_intervals(cell, capsys):
     assert "did not write this file" in capsys.readouterr().err
 
 
+def test_torques_of_joints_in_another_order_than_the_gains_are_refused(cell, capsys):
+    words = ["torque", str(cell / "run" / "light.parquet"), "--gains", str(cell / "gains.toml")]
+    turned = "joint2,joint1,joint3,joint4,joint5,joint6"
+    assert main([*words, "--out", str(cell / "turned.parquet"), "--joints", turned]) == 2
+    assert "joints are said to be joint2, joint1" in capsys.readouterr().err
+    assert not (cell / "turned.parquet").exists()
+    # Gains written by hand need no names, and then nothing is known of the order.
+    text = (cell / "gains.toml").read_text()
+    (cell / "nameless.toml").write_text("".join(x for x in text.splitlines(True) if not x.startswith('name = "joint')))
+    words[3] = str(cell / "nameless.toml")
+    assert main([*words, "--out", str(cell / "turned.parquet"), "--joints", turned]) == 0
+
+
+def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(cell, capsys):
+    first, text = str(cell / "gains.toml"), (cell / "gains.toml").read_text()
+    place = text.index("joint = 3")
+    slides = text[:place] + text[place:].replace("N m / drive unit", "N / drive unit", 1)
+    (cell / "slides.toml").write_text(slides)
+    assert main(["compare-gains", first, str(cell / "slides.toml")]) == 2
+    assert "joint 3: its gain is in N m / drive unit in A and in N / drive unit in B" in capsys.readouterr().err
+    assert main(["compare-gains", str(cell / "slides.toml"), str(cell / "slides.toml")]) == 0
+    assert "N (m)/unit" in capsys.readouterr().out
+    (cell / "slides.toml").write_text(text.replace("N m / drive unit", "N / drive unit"))
+    assert main(["compare-gains", str(cell / "slides.toml"), str(cell / "slides.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "N/unit" in said
+    assert "N m/unit" not in said
+
+
 def test_gains_that_moved_are_named(cell, capsys):
     off(cell, 3, 1.2, "moved.json")
     first, second = str(cell / "gains.toml"), str(cell / "moved.json")

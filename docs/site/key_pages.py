@@ -84,14 +84,14 @@ def _table(name: str, heading: str, table: Schema, schema: Schema, example: Sche
     said = " ".join(_linked(table.get("description", "")).split())
     text = f"{heading}\n\n{said}\n\n"
     shown = example is not None
-    text += f"| key | what | value | unit | default |{' in `nominal` |' if shown else ''}\n"
+    text += f"| key | what | value | unit | default |{' `nominal` |' if shown else ''}\n"
     text += f"|---|---|---|---|---|{'---|' if shown else ''}\n"
     for key, value in table.get("properties", {}).items():
         what = value.get("description", "")
         unit = UNIT.search(what)
         what = UNIT.sub("", what, count=1).lstrip(", ")
         default = "needed" if key in table.get("required", []) else _value(value.get("default"))
-        cells = [f"`{key}`", what[:1].upper() + what[1:], _kind(name, value), unit[1] if unit else "", default]
+        cells = [f"`{key}`", what[:1].upper() + what[1:], _kind(name, value), unit[1].replace("^2", "²") if unit else "", default]
         if example is not None:
             cells.append(_value(example.get(key)) if key != "description" else "")
         text += "| " + " | ".join(map(_cell, cells)) + " |\n"

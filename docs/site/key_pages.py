@@ -90,8 +90,9 @@ def _table(name: str, heading: str, table: Schema, schema: Schema, example: Sche
         what = value.get("description", "")
         unit = UNIT.search(what)
         what = UNIT.sub("", what, count=1).lstrip(", ")
+        of = unit[1].replace("^2", "²") if unit else ""
         default = "needed" if key in table.get("required", []) else _value(value.get("default"))
-        cells = [f"`{key}`", what[:1].upper() + what[1:], _kind(name, value), unit[1].replace("^2", "²") if unit else "", default]
+        cells = [f"`{key}`", what[:1].upper() + what[1:], _kind(name, value), of, default]
         if example is not None:
             cells.append(_value(example.get(key)) if key != "description" else "")
         text += "| " + " | ".join(map(_cell, cells)) + " |\n"

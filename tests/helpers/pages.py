@@ -82,7 +82,7 @@ def follow(page: Path, folder: Path) -> None:
         for block in blocks(page):
             if block.reason:
                 continue
-            where = f"{page.relative_to(ROOT)}:{block.line}"
+            where = f"{page.name}:{block.line}"
             if block.file:
                 path = folder / block.file
                 path.parent.mkdir(parents=True, exist_ok=True)

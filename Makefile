@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench checks docs pictures excitation methods coverage predicted protocols robots verify schemas lock clean
+.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation methods coverage predicted protocols robots verify schemas lock clean
 
 demo: .venv/ready
 	$(BIN)/rx90 run nominal
@@ -30,6 +30,9 @@ bench: .venv/ready
 	$(BIN)/python bench/effects.py
 	$(BIN)/python bench/doors.py
 	$(BIN)/python bench/studies.py
+
+scale: .venv/ready  # what a million trials need from the process that writes them, into docs/scaling.md; ten minutes
+	$(BIN)/python -m bench.scale --write
 
 checks: .venv/ready  # what `rx90 check` finds; REAL_RECORDINGS names a folder of real ones; some twenty minutes
 	$(BIN)/python docs/checks.py

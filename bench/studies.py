@@ -25,7 +25,8 @@ import sim.record
 from scenarios.build import bench
 from scenarios.files.loading import load_scenario
 from scenarios.run import motion_streams
-from scenarios.store.study_folder import WHOLE, Part, study_folder
+from scenarios.store.parts import WHOLE, Part
+from scenarios.store.study_folder import study_folder
 from scenarios.studies.study import CHUNK
 from scenarios.trials import Trial, run_trials, trial_schema
 from scenarios.versions import versions

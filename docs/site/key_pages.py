@@ -42,12 +42,19 @@ TITLES = {
 }
 
 
+def heading(name: str) -> str:
+    """What a schema is of; those that are not named here are of what a command prints."""
+    return TITLES.get(name, f"{name} --json")
+
+
 def key_pages() -> dict[str, str]:
     """The pages by their places."""
     known = schemas()
     nominal = load_scenario("nominal").table.model_dump(mode="json")
     pages: dict[str, str] = {}
+    others = tuple(name for name in known if name not in TITLES)
     for name, (title, files) in PAGES.items():
+        files += others if name == "result" else ()
         sections = [_sections(file, known[file], nominal if file == "scenario" else None) for file in files]
         pages[f"reference/{name}.md"] = f"# {title}\n\n{LEADS[name]}\n\n" + "\n".join(sections)
     return pages
@@ -55,7 +62,7 @@ def key_pages() -> dict[str, str]:
 
 def _sections(name: str, schema: Schema, example: Schema | None) -> str:
     """The file's own keys, then those of every table in it, once each."""
-    text = _table(name, f"## {TITLES[name]}", schema, schema, example)
+    text = _table(name, f"## {heading(name)}", schema, schema, example)
     found, left = {schema["title"]: ""}, [(*each, example) for each in _inner(schema, "")]
     while left:
         title, path, above = left.pop(0)

@@ -74,6 +74,23 @@ def test_every_module_that_a_package_exports_from_is_on_its_page():
 
 
 @pytest.mark.slow
+def test_the_page_of_the_notebook_has_its_words_its_cells_and_its_picture():
+    notebook = ROOT / "examples" / "case.py"
+    page = made("notebook")["notebook_page"](notebook)
+    assert re.findall(r"^#+ (.*)$", page, re.MULTILINE) == [
+        "A case from Python",
+        "Record",
+        "Identify",
+        "Judge",
+        "Spoil it",
+    ]
+    cells = re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    hidden = notebook.read_text().count("hide_code=True")
+    assert len(cells) == notebook.read_text().count("@app.cell") - hidden
+    assert page.index("figure.supxlabel") < page.index("![Currents") < page.index("## Identify")
+
+
+@pytest.mark.slow
 def test_the_site_is_built_without_a_warning(tmp_path):
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)],

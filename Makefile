@@ -9,7 +9,9 @@ export OMP_NUM_THREADS := 1
 .PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation methods coverage predicted protocols robots verify schemas lock clean
 
 demo: .venv/ready
+	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
 	$(BIN)/rx90 run nominal
+	@echo 'Next: .venv/bin/rx90 shows what else one can do.'
 
 test: .venv/ready
 	$(BIN)/pytest --numprocesses logical --dist worksteal
@@ -87,11 +89,18 @@ lock: .venv/ready
 	  --group dev --output-file requirements.lock pyproject.toml
 
 .venv/ready: requirements.lock pyproject.toml
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; try make PYTHON=python3.11")'
-	$(PYTHON) -m venv .venv
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; try make PYTHON=python3.11")'
+	@echo 'Building .venv, once; with a fast network:'
+	@echo '  1 of 3  an empty environment, some 5 s'
+	@$(PYTHON) -m venv .venv
+	@echo "  2 of 3  $$(grep -c '==' requirements.lock) packages of requirements.lock, some 70 s"
+	@began=$$(date +%s); \
+	(while sleep 10 >/dev/null 2>&1; do echo "          for $$(($$(date +%s) - began)) s"; done) & alive=$$!; \
+	trap "kill $$alive" EXIT INT TERM; \
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
-	touch .venv/ready
+	@echo '  3 of 3  this project, some 3 s'
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch .venv/ready
 
 clean:
 	rm -rf .venv out dist site

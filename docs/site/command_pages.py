@@ -9,9 +9,9 @@ from scenarios.commands.status import MEANINGS
 
 HEAD = """# Commands
 
-`rx90 COMMAND --help` says the same. Results are told as text that fits the terminal, `--format markdown` or `--json`,
-one object; progress and complaints go to standard error. Files are never written over unless the same command wrote
-them and nobody has changed them since, or `--force` says so.
+`rx90 COMMAND --help` says the same. Results are told as text that fits the terminal, in colours unless NO_COLOR is set,
+`--format markdown` or `--json`, one object; progress, which `--quiet` leaves out, and complaints go to standard error.
+Files are never written over unless the same command wrote them and nobody has changed them since, or `--force` says so.
 
 """
 STATUSES = """## Exit statuses

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from ident.all_joints.columns import SharedParameters
 from ident.arrays import Array, Indices
@@ -55,20 +55,20 @@ def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: A
     t = np.arange(len(behind.q)) * behind.period
     at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
     states = behind.q[at], behind.dq[at], behind.ddq[at]
-    rigid = CubicSpline(t[at], inverse_dynamics(structure.arm, chi, *states))
+    rigid = scipy.interpolate.CubicSpline(t[at], inverse_dynamics(structure.arm, chi, *states))
     if not compliance:
         return Torques(rigid(t), np.zeros((0, structure.arm.n, structure.arm.n)))
     link = chi.copy()
     link[_rotors(structure)] = 0.0
     stiff = inverse_dynamics(structure.arm, link, *states)
-    transmitted = CubicSpline(t[at], stiff)
+    transmitted = scipy.interpolate.CubicSpline(t[at], stiff)
     change = np.stack([transmitted(t[at], order) for order in range(3)])  # (3, samples, n)
     softened = np.empty((len(at), structure.arm.n, structure.arm.n))
     for k in range(structure.arm.n):
         only = np.arange(structure.arm.n) == k
         moved = [x - SOFTENING * each * only for x, each in zip(states, change, strict=True)]
         softened[:, :, k] = (inverse_dynamics(structure.arm, link, *moved) - stiff) / SOFTENING
-    return Torques(rigid(t), CubicSpline(t[at], softened)(t))
+    return Torques(rigid(t), scipy.interpolate.CubicSpline(t[at], softened)(t))
 
 
 def _rotors(structure: Structure) -> Indices:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from ident.checks.comparison import Logs
 from ident.checks.reach import unreachable
@@ -52,7 +52,7 @@ def motor_side(logs: Logs) -> tuple[Reading, ...]:
     if values.min() >= UNREACHED:
         return ()
     best = float(ratios[int(values.argmin())])
-    near = optimize.minimize_scalar(
+    near = scipy.optimize.minimize_scalar(
         lambda change: left(best * (1.0 + change), logs.seen),
         bounds=(-AROUND, AROUND),
         method="bounded",

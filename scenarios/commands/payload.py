@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import console
 from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
 from scenarios.commands.status import Status
 from scenarios.store.claim import claim
@@ -43,8 +44,6 @@ def main(options: argparse.Namespace) -> Status:
         held = claim(options.out, names, command="rx90 payload", force=options.force)
     if options.excite:
         PROCESSES.prepare()
-    from rich.console import Console
-
     from scenarios.build import bench
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.files.loading import load_scenario
@@ -54,7 +53,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.workers.search_progress import search_progress
 
     prepared, motion = bench(load_scenario(options.scenario)), None
-    with search_progress("weights", STEPS, Console(stderr=True)) as say:
+    with search_progress("weights", STEPS, console(options)) as say:
         found = design_payload(prepared, density=options.density, seed=options.seed, tell=say)
     if options.excite:
         found, motion = _excited(found, options)

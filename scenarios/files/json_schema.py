@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scenarios.files.attribute_docs import attribute_docs
 from scenarios.files.gains import GainsFile
 from scenarios.files.motions import LARGEST, LONGEST
+from scenarios.files.result_schemas import RESULTS
 from scenarios.files.schema import InertiaTable, Known, Positive, ScenarioTable, Triple
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.methods.answer import AnswerFile
@@ -267,7 +268,7 @@ def schemas() -> dict[str, dict[str, Any]]:
         "problem": ProblemFile,
         "robot": RobotTable,
     }
-    found = {"scenario": scenario} | {name: _described(file) for name, file in files.items()}
+    found = {"scenario": scenario} | {name: _described(file) for name, file in (files | RESULTS).items()}
     return {name: {"$schema": DIALECT, **schema} for name, schema in found.items()}
 
 

@@ -90,7 +90,7 @@ def test_options_of_another_class_are_refused(method, noisy, heavy):
 
 
 def test_an_unknown_name_is_an_error_that_lists_what_exists(method):
-    with pytest.raises(OptionError, match=f"unknown method 'x{method}'; known: .*{method}"):
+    with pytest.raises(OptionError, match=f"unknown method 'x{method}'; did you mean '{method}'.; known: .*{method}"):
         estimator("x" + method)
 
 

@@ -39,7 +39,7 @@ def test_words_give_the_same_options_as_a_table():
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ({"block": 7}, "unknown option 'block'; known: blocks, width, robust, kernel, seed"),
+        ({"block": 7}, r"unknown option 'block'; did you mean 'blocks'\?; known: blocks, width, robust, kernel, seed"),
         ({"blocks": 7.5}, r"blocks = 7\.5: expected a whole number"),
         ({"blocks": True}, "blocks = True: expected a whole number"),
         ({"width": "wide"}, "width = 'wide': expected a number"),

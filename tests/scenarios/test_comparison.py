@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from places import ROOT
+from printed import printed
 from quick import RANDOM, quick_scenario
 from rich.console import Console
 from scipy import linalg, signal, stats
@@ -366,7 +367,7 @@ def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, ca
         str(tmp_path / "o"),
     ]
     assert main([*words, "--seed", "5", "--json", "--jobs", "1"]) == 0
-    said = json.loads(capsys.readouterr().out)
+    said = printed(capsys, "compare")
     assert json.loads((tmp_path / "o" / "report.json").read_text()) == said
     text = (tmp_path / "o" / "report.md").read_text()
     assert said["scenarios"][0]["name"] == "quick"

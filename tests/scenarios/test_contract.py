@@ -1,6 +1,5 @@
 """`rx90 compare --check`: each promise is broken by a method that breaks it alone, and told in a sentence."""
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -9,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from method_stubs import constant
+from printed import printed
 
 import scenarios.comparison.contract as contract
 from ident.options import GainOptions
@@ -183,7 +183,7 @@ def test_a_method_that_crashes_is_asked_no_further(monkeypatch):
 
 def test_the_command_tells_and_its_status_is_the_verdict(capsys):
     assert main(["compare", "--check", "ls-2011", "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
+    said = printed(capsys, "compare-check")
     assert said["passed"]
     assert all(check["kept"] for check in said["checks"])
     assert main(["compare", "--check", f"method_stubs:{constant.__name__}"]) == 1

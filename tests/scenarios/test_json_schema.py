@@ -15,11 +15,12 @@ import rx90_mjcf
 from scenarios.cli import main
 from scenarios.files.json_schema import schemas
 from scenarios.files.motions import MOTIONS, write_motion
+from scenarios.files.result_schemas import RESULTS
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import CATALOG
 from scenarios.robots import ROBOTS
 
-NAMES = ("scenario", "payload", "motion", "result", "answer", "problem", "robot", "gains", "check")
+NAMES = ("scenario", "payload", "motion", "result", "answer", "problem", "robot", "gains", "check", *RESULTS)
 SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from collections_of_arms import GRIPPER, HOME, menagerie, ros, written
+from printed import fits, printed
 from random_arms import write_random_arm
 from robot_folders import arm_xml
 
@@ -23,7 +24,9 @@ def made(path, folder, capsys, *words):
     status = main(["new-robot", str(path), "--out", str(folder), "--evaluations", "60", *words, "--json"])
     output = capsys.readouterr()
     assert status == Status.PASSED, output.err
-    return json.loads(output.out)
+    found = json.loads(output.out)
+    fits(found, "new-robot")
+    return found
 
 
 @pytest.fixture
@@ -150,7 +153,7 @@ def test_of_arms_that_nobody_designed_19_in_20_gains_are_within_2_percent_and_no
     predicted = json.loads(capsys.readouterr().out)["predicted_rel_std"]
     out = str(tmp_path / "study")
     main(["monte-carlo", str(tmp_path / "mine/scenario.toml"), "-n", "20", "--out", out, "--json"])
-    told = json.loads(capsys.readouterr().out)
+    told = printed(capsys, "monte-carlo")
     rows = pd.read_parquet(Path(out) / "trials")
     # Of 1500 honest gains over all arms, one is off by more than 4 deviations in one study out of ten; seeds are fixed.
     assert not ((rows["estimate"] - rows["true"]).abs() > 4.0 * rows["std"]).any()

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from printed import printed
 
 import scenarios.design.payload_search as module
 from ident.payload_files import read_payload
@@ -234,7 +235,7 @@ def test_the_command_writes_drawing_payload_and_scenario(designed, tmp_path, cap
 
     monkeypatch.setattr(design, "design_payload", lambda *_, **__: designed)
     assert main(["payload", "nominal", "--out", str(tmp_path / "new"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["scenario"] == "nominal"
+    assert printed(capsys, "payload-design")["scenario"] == "nominal"
     names = {"payload.toml", "scenario.toml", "payload.md", "payload-drawing.png", "payload-drawing.svg"}
     assert {path.name for path in (tmp_path / "new").iterdir()} == {*names, ".rx90.json"}
     unseen = replace(designed, shown_below=1e-5)

@@ -1,8 +1,8 @@
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from printed import printed
 from quick import quick_scenario
 from scipy import stats
 
@@ -302,7 +302,7 @@ def test_the_points_of_a_draw_are_at_its_mean_and_one_deviation_from_there(quick
 def test_the_command_tells_table_and_json(tmp_path, capsys):
     path = quick_scenario(tmp_path)
     assert main(["predict", str(path), "--method", "nls", "--option", "friction=viscous-coulomb", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = printed(capsys, "predict")
     assert told["method"] == "nls"
     assert [joint["joint"] for joint in told["joints"]] == [1, 2, 3, 5]
     costs = {cost["source"]: cost for cost in told["joints"][1]["costs"]}

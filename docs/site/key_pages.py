@@ -29,6 +29,8 @@ slides read N, m and kg for N m, rad and kg m^2.""",
     "result": """What commands print with `--json`, one object on standard output, and the files of gains, problems and
 answers.""",
 }
+READ = ("scenario", "robot", "payload", "motion", "gains", "problem", "answer")
+"""Files that somebody writes; the others are printed."""
 TITLES = {
     "scenario": "The scenario",
     "robot": "The robot",
@@ -98,7 +100,11 @@ def _table(name: str, heading: str, table: Schema, schema: Schema, example: Sche
         unit = UNIT.search(what)
         what = UNIT.sub("", what, count=1).lstrip(", ")
         of = unit[1].replace("^2", "²") if unit else ""
-        default = "needed" if key in table.get("required", []) else _value(value.get("default"))
+        default = (
+            ("needed" if name in READ else "always there")
+            if key in table.get("required", [])
+            else _value(value.get("default"))
+        )
         cells = [f"`{key}`", what[:1].upper() + what[1:], _kind(name, value), of, default]
         if example is not None:
             cells.append(_value(example.get(key)) if key != "description" else "")

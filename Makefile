@@ -6,7 +6,7 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench scale checks docs excitation methods coverage predicted protocols robots verify schemas lock clean
+.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation methods coverage predicted protocols robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -39,8 +39,12 @@ scale: .venv/ready  # what a million trials need from the process that writes th
 checks: .venv/ready  # what `rx90 check` finds; REAL_RECORDINGS names a folder of real ones; some twenty minutes
 	$(BIN)/python docs/checks.py
 
-docs: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
+docs: .venv/ready  # the site, into site/; open site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
+
+pictures: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py
+	$(BIN)/python docs/case.py
 	$(BIN)/python docs/accuracy.py
 
 excitation: .venv/ready  # random against searched motions, a table for every built-in robot: minutes each
@@ -99,4 +103,4 @@ lock: .venv/ready
 	@touch .venv/ready
 
 clean:
-	rm -rf .venv out dist
+	rm -rf .venv out dist site

@@ -32,7 +32,13 @@ class _Table(BaseModel):
 
 
 class FrictionTable(_Table):
-    """A number that may be 0, where it comes from, and who says so."""
+    """A number that may be 0, where it comes from, and who says so.
+
+    Attributes:
+        value: The number.
+        origin: Where it comes from.
+        source: Who says so.
+    """
 
     value: NonNegativeFloat
     origin: Origin
@@ -40,7 +46,13 @@ class FrictionTable(_Table):
 
 
 class LengthTable(_Table):
-    """The same of a number above 0."""
+    """The same of a number above 0.
+
+    Attributes:
+        value: The number.
+        origin: Where it comes from.
+        source: Who says so.
+    """
 
     value: PositiveFloat
     origin: Origin
@@ -48,7 +60,13 @@ class LengthTable(_Table):
 
 
 class JointsTable(_Table):
-    """Numbers, one a joint; an origin for all, or one a joint."""
+    """Numbers, one a joint; an origin for all, or one a joint.
+
+    Attributes:
+        value: The numbers, one a joint.
+        origin: Where they come from, one word for all or one a joint.
+        source: Who says so.
+    """
 
     value: list[float]
     origin: Origin | list[Origin]
@@ -74,7 +92,19 @@ class SpeedsTable(JointsTable):
 
 
 class DrivesTable(_Table):
-    """Nominal drives: `sim.drives.DriveTruth`, and how fast they turn."""
+    """Nominal drives: `sim.drives.DriveTruth`, and how fast they turn.
+
+    Attributes:
+        gain: Joint torque by current [N m / drive unit], force where a joint slides; negative if wired backwards.
+        rotor_inertia: Of the rotors, joint side [kg m^2].
+        viscous_friction: Friction by speed [N m s/rad].
+        coulomb_friction: Dry friction [N m].
+        coulomb_asymmetry: Constant part of friction [N m].
+        amplifier_offset: Current references that give no torque [drive units].
+        current_limit: Where the current reference saturates [drive units].
+        max_velocity: Rated speeds [rad/s].
+        max_acceleration: Rated accelerations [rad/s^2].
+    """
 
     gain: JointsTable
     rotor_inertia: JointsTable
@@ -88,7 +118,14 @@ class DrivesTable(_Table):
 
 
 class CouplingTable(_Table):
-    """`sim.robot.Coupling`; joints count from 1."""
+    """`sim.robot.Coupling`; joints count from 1.
+
+    Attributes:
+        motor: The joint whose motor turns with another joint as well.
+        turns_with: That other joint.
+        viscous_friction: Friction of the coupling by speed [N m s/rad].
+        coulomb_friction: Its dry friction [N m].
+    """
 
     motor: Joint
     turns_with: Joint
@@ -97,7 +134,15 @@ class CouplingTable(_Table):
 
 
 class SpringTable(_Table):
-    """`sim.robot.GravitySpring`; its free length is prestress over stiffness."""
+    """`sim.robot.GravitySpring`; its free length is prestress over stiffness.
+
+    Attributes:
+        joint: The joint that it helps; there is one behind it.
+        stiffness: Of the spring [N/m].
+        prestress: Stiffness times its length without force [N].
+        radius: Distance of its near end, on the link before, from the joint's axis [m].
+        distance: Distance of its far end, on the joint's own link, from the axis [m].
+    """
 
     joint: Joint
     stiffness: LengthTable
@@ -107,7 +152,19 @@ class SpringTable(_Table):
 
 
 class RobotTable(_Table):
-    """A robot file."""
+    """A robot file.
+
+    Attributes:
+        name: What the robot is called.
+        model: MJCF or URDF file beside this one.
+        flange: The arm's last body, where the model has more than the arm.
+        home: Pose to start from [rad].
+        drives: Nominal drives.
+        coupling: Motors that turn with two joints.
+        frames: Bodies by the name of the distance, drawn in the model, that leads to them.
+        gravity_spring: A spring that carries the weight of an axis.
+        rated_load: Mass that it may carry [kg].
+    """
 
     name: Source
     model: Source

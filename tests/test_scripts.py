@@ -1,4 +1,4 @@
-"""Scripts of docs and bench, which nobody but `make` runs: what they take from the packages is there."""
+"""Scripts of docs, bench and examples, which few tests run: what they take from the packages is there."""
 
 import ast
 import importlib
@@ -10,7 +10,7 @@ import pytest
 from places import ROOT
 
 PACKAGES = ("ident", "sim", "scenarios", "rx90_mjcf")
-SCRIPTS = sorted(path for folder in ("docs", "bench") for path in (ROOT / folder).rglob("*.py"))
+SCRIPTS = sorted(path for folder in ("docs", "bench", "examples") for path in (ROOT / folder).rglob("*.py"))
 
 
 def modules(tree: ast.AST) -> Iterator[str]:

@@ -1,31 +1,18 @@
 """Command line options from an options dataclass: names, defaults and help come from the class itself."""
 
 import argparse
-import re
 from collections.abc import Callable
 from dataclasses import Field, fields
-from inspect import cleandoc
 from typing import TYPE_CHECKING, TypeVar
 
 import scenarios.commands.arguments as arguments
 from ident.options import NAMES
+from scenarios.files.attribute_docs import attribute_docs
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
     Options = TypeVar("Options", bound=DataclassInstance)
-
-ATTRIBUTE = re.compile(r"^    (\w+(?:, \w+)*): (.*(?:\n {8}.*)*)", re.MULTILINE)
-"""An entry of a docstring's `Attributes:` section, with the lines that go on."""
-
-
-def attribute_docs(kind: type) -> dict[str, str]:
-    """What the docstring of a class says of each attribute, as one line without the full stop."""
-    section = cleandoc(kind.__doc__ or "").partition("Attributes:\n")[2]
-    found: dict[str, str] = {}
-    for names, text in ATTRIBUTE.findall(section):
-        found |= dict.fromkeys(names.split(", "), " ".join(text.split()).removesuffix("."))
-    return found
 
 
 def add_options(parser: argparse.ArgumentParser, kind: "type[Options]") -> None:

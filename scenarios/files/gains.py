@@ -31,7 +31,13 @@ class _Table(BaseModel):
 
 
 class GainEntry(_Table):
-    """One joint: `estimate` and `std`, or `identifiable = false` and the reason."""
+    """One joint: `estimate` and `std`, or `identifiable = false` and the reason.
+
+    Attributes:
+        joint: Its number, from 1.
+        unit: Of the gain; the second where the joint slides.
+        identifiable: Whether there is a gain.
+    """
 
     joint: int = Field(ge=1)
     name: str | None = Field(None, description="of the joint in the robot's model")
@@ -48,14 +54,23 @@ class GainEntry(_Table):
 
 
 class ModelEntry(_Table):
-    """The robot's model file."""
+    """The robot's model file.
+
+    Attributes:
+        name: Of the file.
+        sha256: Digest of its bytes.
+    """
 
     name: str
     sha256: Digest
 
 
 class RecordingEntry(_Table):
-    """A recording that gains were found from."""
+    """A recording that gains were found from.
+
+    Attributes:
+        name: Of the file.
+    """
 
     name: str
     sha256: Digest = Field(description="of its samples t, q, v as little-endian doubles, whatever the file")
@@ -63,7 +78,13 @@ class RecordingEntry(_Table):
 
 
 class OptionsEntry(_Table):
-    """Options of the identification."""
+    """Options of the identification.
+
+    Attributes:
+        method: The method's own.
+        observe: How recordings became a linear system.
+        gains: How estimates were judged.
+    """
 
     method: dict[str, JsonValue] = {}
     observe: dict[str, JsonValue] = {}
@@ -71,7 +92,17 @@ class OptionsEntry(_Table):
 
 
 class GainsFile(_Table):
-    """Drive gains of one robot."""
+    """Drive gains of one robot.
+
+    Attributes:
+        format: Of this file.
+        robot: Its name.
+        options: Options of the identification.
+        model: Robot's model.
+        recordings: What gains were found from.
+        payloads: As payload files have them.
+        versions: Of packages.
+    """
 
     format: Literal[1] = 1
     created: str | None = Field(None, description="when, ISO 8601")

@@ -5,10 +5,14 @@ command writes in full (`scenarios.files.schema_line`).
 """
 
 import json
-from typing import Annotated, Any, Literal
+from collections.abc import Generator
+from dataclasses import is_dataclass
+from inspect import cleandoc
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from scenarios.files.attribute_docs import attribute_docs
 from scenarios.files.gains import GainsFile
 from scenarios.files.motions import LARGEST, LONGEST
 from scenarios.files.result_schemas import RESULTS
@@ -28,7 +32,12 @@ class _Open(BaseModel):
 
 
 class PayloadFile(BaseModel):
-    """A payload as weighed and drawn, in the frame of the last link."""
+    """A payload as weighed and drawn, in the frame of the last link.
+
+    Attributes:
+        inertia: About the centre of mass [kg m^2]; may be left out where `known` is `mass`.
+        inertia_std: Standard deviations [kg m^2].
+    """
 
     model_config = ConfigDict(extra="forbid")
     mass: Positive = Field(description="[kg]")
@@ -51,7 +60,25 @@ class MotionFile(BaseModel):
 
 
 class ResultGain(_Open):
-    """One joint's gain; what needs a truth is null where there is none."""
+    """One joint's gain; what needs a truth is null where there is none.
+
+    Attributes:
+        joint: Its number, from 1.
+        true: Injected gain [N m / drive unit].
+        std: Standard deviation of the estimate, all shares together [N m / drive unit].
+        rel_error: Relative error of the estimate.
+        z: Error over `std`.
+        tolerance: Relative error that passes.
+        identifiable: Whether there is an estimate.
+        passed: Whether the joint is as its scenario wants it.
+        reason: Why the joint is refused.
+        name: Of the joint in the robot's model.
+        residual_std: Share of the residuals [N m / drive unit].
+        payload_std: Share of what is stated of the payload [N m / drive unit].
+        model_std: Share of what the model takes for granted [N m / drive unit].
+        total_std: The same as `std` [N m / drive unit].
+        predicted_rel_std: Relative standard deviation that the payload lets one expect.
+    """
 
     joint: int = Field(ge=1)
     true: float | None
@@ -63,10 +90,24 @@ class ResultGain(_Open):
     identifiable: bool
     passed: bool | None
     reason: str | None
+    name: str | None = None
+    residual_std: float | None = None
+    payload_std: float | None = None
+    model_std: float | None = None
+    total_std: float | None = None
+    predicted_rel_std: float | None = None
 
 
 class ResultFit(_Open):
-    """How well the data are explained."""
+    """How well the data are explained.
+
+    Attributes:
+        method: Name of the estimator.
+        rows: Of the linear systems of all joints.
+        error_norm: Norm of the residuals of all joints [drive units].
+        rel_error_norm: The same over the norm of the currents.
+        sigma: Standard deviation of the residuals of all joints [drive units].
+    """
 
     method: str
     rows: int
@@ -76,14 +117,24 @@ class ResultFit(_Open):
 
 
 class ResultTiming(_Open):
-    """Wall times [s]."""
+    """Wall times [s].
+
+    Attributes:
+        simulate_s: For all motions [s].
+        identify_s: For the estimate [s].
+    """
 
     simulate_s: float | None
     identify_s: float
 
 
 class ResultFinding(_Open):
-    """What a consistency test of the estimate found."""
+    """What a consistency test of the estimate found.
+
+    Attributes:
+        statistic: What was found.
+        failed: Whether it is above the threshold.
+    """
 
     check: str = Field(description="its name")
     joint: int = Field(ge=1, description="the joint that fails most, or would first")
@@ -95,7 +146,19 @@ class ResultFinding(_Open):
 
 
 class Result(_Open):
-    """What `rx90 run --json` and `rx90 identify --json` print."""
+    """What `rx90 run --json` and `rx90 identify --json` print.
+
+    Attributes:
+        scenario: Its name.
+        seed: Of every random number.
+        passed: The verdict.
+        gains: One a joint, in their order.
+        payload: The payload's parameters, where they are found too.
+        fit: How well the data are explained.
+        timing: Wall times.
+        notes: What the method chose and what one should know.
+        consistency: Tests of the estimate against itself.
+    """
 
     scenario: str | None
     seed: int | None
@@ -104,11 +167,21 @@ class Result(_Open):
     payload: list[dict[str, Any]]
     fit: ResultFit
     timing: ResultTiming
+    notes: list[str] = Field(default_factory=list[str])
     consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
 
 
 class CheckLine(_Open):
-    """A line of a check; `log` and `joint` are null where it is about all of them."""
+    """A line of a check; `log` and `joint` are null where it is about all of them.
+
+    Attributes:
+        log: Name of the log.
+        what: What was looked at.
+        joint: Its number, from 1.
+        verdict: On this line.
+        seen: What was found, in words.
+        advice: What to do.
+    """
 
     log: str | None
     what: str
@@ -119,7 +192,14 @@ class CheckLine(_Open):
 
 
 class CheckJoint(_Open):
-    """How a joint moved in a log."""
+    """How a joint moved in a log.
+
+    Attributes:
+        joint: Its number, from 1.
+        high: Largest position [rad or m].
+        speed_rms: Rms of the speed [rad/s or m/s].
+        acceleration_rms: Rms of the acceleration [rad/s^2 or m/s^2].
+    """
 
     joint: int = Field(ge=1)
     low: float = Field(description="[rad or m]")
@@ -133,7 +213,12 @@ class CheckJoint(_Open):
 
 
 class CheckLog(_Open):
-    """A log; without joints if it cannot be filtered."""
+    """A log; without joints if it cannot be filtered.
+
+    Attributes:
+        log: Its name.
+        joints: One entry a joint.
+    """
 
     log: str
     joints: list[CheckJoint]
@@ -149,7 +234,15 @@ class CheckReadings(_Open):
 
 
 class Check(_Open):
-    """What `rx90 check --json` prints."""
+    """What `rx90 check --json` prints.
+
+    Attributes:
+        robot: Its name.
+        verdict: The worst of all lines.
+        lines: What was looked at.
+        logs: How joints moved.
+        readings: Other readings of all logs together.
+    """
 
     robot: str
     verdict: Literal["good", "weak", "wrong"]
@@ -160,7 +253,7 @@ class Check(_Open):
 
 def schemas() -> dict[str, dict[str, Any]]:
     """The schemas by name."""
-    scenario = ScenarioTable.model_json_schema()
+    scenario = _described(ScenarioTable)
     scenario["properties"]["extends"] = {"type": "string", "description": "a scenario that this one overlays"}
     for table in (scenario, *scenario["$defs"].values()):
         if table.get("title") not in COMPLETE:
@@ -175,8 +268,32 @@ def schemas() -> dict[str, dict[str, Any]]:
         "problem": ProblemFile,
         "robot": RobotTable,
     }
-    found = {"scenario": scenario} | {name: file.model_json_schema() for name, file in (files | RESULTS).items()}
+    found = {"scenario": scenario} | {name: _described(file) for name, file in (files | RESULTS).items()}
     return {name: {"$schema": DIALECT, **schema} for name, schema in found.items()}
+
+
+def _described(file: type[BaseModel]) -> dict[str, Any]:
+    """The schema of a file, each key with what the docstring of its class, or of one it inherits from, says of it."""
+    schema = file.model_json_schema()
+    kinds = {kind.__name__: kind for kind in _classes(file)}
+    for title, table in [(schema["title"], schema), *schema.get("$defs", {}).items()]:
+        if title in kinds:
+            docs = {k: v for kind in reversed(kinds[title].__mro__) for k, v in attribute_docs(kind).items()}
+            table["description"] = cleandoc(kinds[title].__doc__ or "").partition("\n\nAttributes:\n")[0]
+            for key, value in table["properties"].items():
+                if key in docs:
+                    value.setdefault("description", docs[key])
+    return schema
+
+
+def _classes(kind: object) -> Generator[type]:
+    """A class, and all that its attributes are of, however nested."""
+    for part in get_args(kind):
+        yield from _classes(part)
+    if isinstance(kind, type) and (issubclass(kind, BaseModel) or is_dataclass(kind)):
+        yield kind
+        for hint in get_type_hints(kind).values():
+            yield from _classes(hint)
 
 
 COMPLETE = ("DrawTable", "SourceTable")

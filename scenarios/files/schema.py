@@ -49,7 +49,16 @@ class _Table(BaseModel):
 
 
 class InertiaTable(_Table):
-    """Inertia about the centre of mass, axes of the last link [kg m^2]."""
+    """Inertia about the centre of mass, axes of the last link [kg m^2].
+
+    Attributes:
+        ixx: Moment about x [kg m^2].
+        iyy: Moment about y [kg m^2].
+        izz: Moment about z [kg m^2].
+        ixy: Product of x and y [kg m^2].
+        ixz: Product of x and z [kg m^2].
+        iyz: Product of y and z [kg m^2].
+    """
 
     ixx: float
     iyy: float
@@ -60,7 +69,13 @@ class InertiaTable(_Table):
 
 
 class BodyTable(_Table):
-    """The payload that is really mounted, in the frame of the last link."""
+    """The payload that is really mounted, in the frame of the last link.
+
+    Attributes:
+        mass: Its mass [kg].
+        com: Its centre of mass [m].
+        inertia: About the centre of mass [kg m^2].
+    """
 
     mass: Positive
     com: Triple
@@ -70,8 +85,17 @@ class BodyTable(_Table):
 class PlantTable(_Table):
     """The truth. Arrays have one entry a joint; one that is left out is the nominal drive's.
 
-    A payload is a name of `rx90_mjcf.PAYLOADS` or a table. `payload` is the one that the experiment's protocol calls
-    `loaded`; `payloads` has others by the names that the protocol calls them.
+    Attributes:
+        payload: What the protocol calls `loaded`: a name of `rx90_mjcf.PAYLOADS` or a table.
+        payloads: Others, by the names that the protocol calls them.
+        gain: Drive gains [N m / drive unit], or N where a joint slides.
+        amplifier_offset: Current references that give no torque [drive units].
+        rotor_inertia: Of the rotors, joint side [kg m^2].
+        viscous_friction: Friction by speed [N m s/rad].
+        coulomb_friction: Dry friction [N m].
+        coulomb_asymmetry: Constant part of friction [N m].
+        current_limit: Where the current reference saturates [drive units].
+        errors: What the robot has and the identification model has not.
     """
 
     payload: str | BodyTable | None = None
@@ -90,9 +114,16 @@ class ExperimentTable(_Table):
     """What is done with the plant: the motion, once for each entry of `protocol`, which says what is mounted.
 
     `bare` is the flange alone, `loaded` the plant's `payload`, any other name one of its `payloads`. Every motion has
-    noise of its own, and friction may drift from each to the next. Drives that warm up stay warm: `warm_up` is the
-    time [s] for which the robot repeats its motion with a bare flange before the first one, `pause` the rest [s] before
-    every other one, brakes on.
+    noise of its own, and friction may drift from each to the next. Drives that warm up stay warm.
+
+    Attributes:
+        motion: A built-in motion's name, or a motion file beside the scenario.
+        protocol: What is mounted in each motion.
+        warm_up: For how long the robot repeats its motion with a bare flange before the first one [s].
+        pause: Rest before every other motion, brakes on [s].
+        step: Of the physics [s].
+        controller: The digital controller.
+        sensors: Encoders, current sensors and clocks.
     """
 
     motion: str
@@ -107,11 +138,14 @@ class ExperimentTable(_Table):
 class BeliefTable(_Table):
     """What the controller and the identification believe.
 
-    A payload is a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files; `payload` and `payloads` are
-    named as the plant's. `known` overrides what they say themselves, for all or by name, as `{ light = "mass" }`;
-    `exact` takes their stated deviations as zero, as befits a scenario that draws no error of a payload.
-    `couplings` tells identification of pairs of joints, from 1, whose second motor turns with the sum of both, as
-    `[[5, 6]]`; it is told of none unless it is said here, whatever the robot has.
+    Attributes:
+        controller_gain: A-priori gains that the controller divides torque by [N m / drive unit].
+        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both, as `[[5, 6]]`;
+            identification is told of none unless it is said here, whatever the robot has.
+        payload: As weighed and drawn: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
+        payloads: The same of others, by the names that the protocol calls them.
+        known: Overrides what payloads say themselves, for all or by name, as `{ light = "mass" }`.
+        exact: Take the stated deviations of payloads as zero, as befits a scenario that draws no error of a payload.
     """
 
     controller_gain: Vector
@@ -123,7 +157,14 @@ class BeliefTable(_Table):
 
 
 class IdentificationTable(_Table):
-    """How gains are identified; `options` are the method's own."""
+    """How gains are identified; `options` are the method's own.
+
+    Attributes:
+        method: Name of the estimator.
+        options: The method's own.
+        observe: How recordings become a linear system.
+        gains: How estimates are judged.
+    """
 
     method: str = DEFAULT
     options: dict[str, bool | float | str] = {}
@@ -137,9 +178,12 @@ class IdentificationTable(_Table):
 
 
 class ToleranceTable(_Table):
-    """What counts as passed: relative error of each gain, which joints the data should give, and how often.
+    """What counts as passed.
 
-    `pass_rate` is the share of runs in which each joint must pass when a study repeats the scenario.
+    Attributes:
+        gain: Relative error of each gain that passes.
+        identifiable: Which joints' gains the data should give.
+        pass_rate: Share of the runs in which each joint must pass when a study repeats the scenario.
     """
 
     gain: tuple[Positive, ...]
@@ -150,9 +194,13 @@ class ToleranceTable(_Table):
 class DrawTable(_Table):
     """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
-    `target` names the numbers by their place in the scenario (`plant.gain`, `plant.payload.mass`). Every number of an
-    array is drawn by itself unless `shared`. A parameter may be an array too, one value a number of the target, or of
-    all targets in their order.
+    Attributes:
+        target: The numbers, by their place in the scenario (`plant.gain`, `plant.payload.mass`); one place or several.
+        distribution: Name of a distribution of `scipy.stats` that has a quantile function of its own.
+        parameters: Of the distribution; an array has one value a number of the target, or of all targets in order.
+        apply: What is done with the numbers drawn.
+        shared: One number for all of the target, instead of one each.
+        choice: A set that one value is drawn from, instead of a distribution.
     """
 
     target: Target
@@ -169,10 +217,12 @@ class DrawTable(_Table):
 
 
 class SourceTable(DrawTable):
-    """An error source of the scenario's error budget.
+    """An error source of the scenario's error budget, drawn like any `DrawTable` or a noise.
 
-    Either drawn like any `DrawTable`, or a noise: `stream` names whose random numbers are its own, `size` its size
-    where the scenario's own value is not meant. `off` is the value without it, the scenario's own if left out.
+    Attributes:
+        stream: Noise whose random numbers are its own.
+        size: Size of the noise, where the scenario's own value is not meant.
+        off: The value without it, the scenario's own if left out.
     """
 
     stream: Stream | None = None
@@ -183,7 +233,16 @@ class SourceTable(DrawTable):
 class ScenarioTable(_Table):
     """A scenario file after `extends` is resolved.
 
-    `robot` is a built-in robot's name or the place of a robot file, relative to the scenario's folder.
+    Attributes:
+        description: One line for `rx90 list`.
+        robot: A built-in robot's name, or the place of a robot file relative to the scenario's folder.
+        plant: What is true.
+        experiment: What is done.
+        belief: What controller and identification believe.
+        identification: How gains are identified.
+        tolerance: What counts as passed.
+        random: What every trial of a study draws, by names of your choice.
+        sources: Error sources of the error budget, by names of your choice.
     """
 
     description: str

@@ -12,7 +12,13 @@ from scenarios.judge import Claim
 
 
 class AnswerGain(BaseModel):
-    """One joint's gain: `estimate`, and `std` if the method states one; of a joint that is refused, neither."""
+    """One joint's gain: `estimate`, and `std` if the method states one; of a joint that is refused, neither.
+
+    Attributes:
+        joint: Its number, from 1.
+        identifiable: Whether there is a gain.
+        reason: Why not.
+    """
 
     model_config = ConfigDict(extra="allow")
     joint: int = Field(ge=1)
@@ -23,7 +29,11 @@ class AnswerGain(BaseModel):
 
 
 class AnswerFile(BaseModel):
-    """What a method prints: one gain a joint, in their order; other keys are free."""
+    """What a method prints: one gain a joint, in their order; other keys are free.
+
+    Attributes:
+        gains: One a joint, in their order.
+    """
 
     model_config = ConfigDict(extra="allow")
     gains: list[AnswerGain]

@@ -47,14 +47,24 @@ class _Table(BaseModel):
 
 
 class RobotTable(_Table):
-    """The arm: a model file, and pairs of joints, from 1, whose second motor turns with the sum of both."""
+    """The arm.
+
+    Attributes:
+        model: File beside this one.
+        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both.
+    """
 
     model: Name
     couplings: tuple[tuple[Number, Number], ...] = ()
 
 
 class MotionTable(_Table):
-    """One motion, and what was mounted; motions of one payload file are one mounting."""
+    """One motion, and what was mounted; motions of one payload file are one mounting.
+
+    Attributes:
+        recording: File beside this one.
+        payload: Payload file beside this one; left out for a bare flange.
+    """
 
     recording: Name
     payload: Name | None = None
@@ -64,6 +74,13 @@ class ProblemFile(_Table):
     """A problem: motions of one arm from which its drive gains are to be found, in order of time within a mounting.
 
     `observe` and `gains` are the options of `rx90 identify` of those names; other methods may ignore them.
+
+    Attributes:
+        format: Of this file.
+        robot: The arm.
+        motions: In order of time within a mounting.
+        observe: Options of `rx90 identify`: how recordings become a linear system.
+        gains: Options of `rx90 identify`: how estimates are judged.
     """
 
     format: Literal[1]

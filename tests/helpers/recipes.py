@@ -1,4 +1,4 @@
-"""`docs/extending.md` as a program: what each recipe writes, changes and runs."""
+"""The recipes of `docs/extending` as programs: what each writes, changes and runs."""
 
 import json
 import os
@@ -15,7 +15,7 @@ from places import ROOT
 from scenarios.__main__ import ONE_THREAD
 
 PACKAGES = ("ident", "sim", "scenarios", "rx90_mjcf")
-TEXT = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+INDEX = ROOT / "docs" / "extending.md"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 PLACE = re.compile(r"`([\w./]+\.\w+)`[^`]*\Z")
 """The last name in the text before a block."""
@@ -31,7 +31,7 @@ class Recipe:
         changes: Differences it makes, by path.
         own: Files of the user's, by path.
         commands: What it runs.
-        cost: Files that the table at the top says it touches; 0 for a folder.
+        cost: Files that the table of the index says it touches; 0 for a folder.
     """
 
     title: str
@@ -42,8 +42,10 @@ class Recipe:
     cost: int
 
 
-def _recipe(title: str, text: str) -> Recipe:
-    found = Recipe(title, {}, {}, {}, [], _costs()[title.partition(" ")[2]])
+def _recipe(page: Path, cost: int) -> Recipe:
+    heading, _, text = page.read_text(encoding="utf-8").partition("\n")
+    title = heading.removeprefix("# ")
+    found = Recipe(title, {}, {}, {}, [], cost)
     before = 0
     for block in BLOCK.finditer(text):
         kind, content = block.groups()
@@ -60,15 +62,11 @@ def _recipe(title: str, text: str) -> Recipe:
     return found
 
 
-def _costs() -> dict[str, int]:
-    """Files that the table says, by kind."""
-    rows = re.findall(r"^\| \[([\w ]+)\]\(#[\w-]+\) \| (\w+| ?a folder) \|", TEXT, re.MULTILINE)
-    return {name: int(cost) if cost.isdigit() else 0 for name, cost in rows}
-
-
 def _recipes() -> dict[str, Recipe]:
-    sections = re.split(r"^## (.*)\n", TEXT, flags=re.MULTILINE)[1:]
-    return {title.partition(" ")[2]: _recipe(title, text) for title, text in zip(*[iter(sections)] * 2, strict=True)}
+    """By kind, as the table of the index names page and number of files."""
+    text = INDEX.read_text(encoding="utf-8")
+    rows = re.findall(r"^\| \[([\w ]+)\]\((extending/[\w-]+\.md)\) \| (\w+| ?a folder) \|", text, re.MULTILINE)
+    return {name: _recipe(INDEX.parent / page, int(cost) if cost.isdigit() else 0) for name, page, cost in rows}
 
 
 RECIPES = _recipes()

@@ -22,9 +22,9 @@ from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from scenarios.cli import main
 from scenarios.commands import COMMANDS, GROUPS, command
-from scenarios.commands.options import attribute_docs
 from scenarios.commands.output import coloured
 from scenarios.commands.status import MEANINGS, Status
+from scenarios.files.attribute_docs import attribute_docs
 from scenarios.files.motions import read_motion
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import builtin_names, scenario_table

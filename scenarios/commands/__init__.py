@@ -27,6 +27,7 @@ COMMANDS = {
     "torque": "joint torques of a recording with intervals, from its currents and the gains",
     "patch": "a copy of a URDF or MJCF with what was identified: efforts, damping, friction, armature",
     "compare-gains": "two sets of gains: what moved beyond its interval",
+    "report": "one self-contained page of a result, to hand on: run, study, budget, check, comparison, paper",
     "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
 }
 """Names with a one-line summary, in the order one would use them; `monte-carlo` is the module `monte_carlo` here."""

@@ -1,0 +1,171 @@
+"""A plot as Vega reads it: what is drawn apart from its numbers, which the page fills in.
+
+Colours are names of the page's style sheet, so that light, dark and paper each have their own.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone
+
+Spec = dict[str, object]
+ROW = 17
+"""Least height of a category [pixel]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """How a tone looks: colour by name, dash as SVG has it, shape of a point, width of a line [pixel]."""
+
+    colour: str
+    dash: tuple[int, ...]
+    shape: str
+    width: float
+
+
+STYLES = {
+    Tone.FIRST: Style("var(--first)", (), "circle", 1.8),
+    Tone.SECOND: Style("var(--second)", (5, 2), "square", 1.4),
+    Tone.THIRD: Style("var(--third)", (1, 2), "triangle-up", 1.6),
+    Tone.FOURTH: Style("var(--fourth)", (7, 2, 1, 2), "diamond", 1.4),
+    Tone.QUIET: Style("var(--quiet)", (), "circle", 1.0),
+}
+CONFIG: Spec = {
+    "font": "inherit",
+    "background": "transparent",
+    "view": {"stroke": "var(--grid)"},
+    "axis": {
+        "labelColor": "var(--ink)",
+        "titleColor": "var(--ink)",
+        "gridColor": "var(--grid)",
+        "domainColor": "var(--grid)",
+        "tickColor": "var(--grid)",
+        "labelFontSize": 11,
+        "titleFontSize": 11,
+        "titleFontWeight": "normal",
+        "labelLimit": 150,
+    },
+    "aria": False,
+}
+
+
+def drawn_plots(plots: Sequence[Plot]) -> list[Spec]:
+    """What the page's script needs of each plot: the specification, the numbers, words for a table of them."""
+    import vl_convert
+
+    return [
+        {
+            "vega": vl_convert.vegalite_to_vega(specification(plot)),
+            "data": {f"s{k}": _rows(each) for k, each in enumerate(plot.series)}
+            | {"bands": {"x": [start for start, _ in plot.bands], "high": [stop for _, stop in plot.bands]}},
+            "zoom": plot.zoom,
+            "x": plot.x.words,
+            "y": plot.y.words,
+            "labels": [each.label for each in plot.series],
+        }
+        for plot in plots
+    ]
+
+
+def legend(plot: Plot) -> list[tuple[str, str, Style]]:
+    """What stands beside a plot: label, mark and style of each series with a label."""
+    return [(each.label, each.mark.value, STYLES[each.tone]) for each in plot.series if each.label]
+
+
+def specification(plot: Plot) -> Spec:
+    """A plot in Vega-Lite, its numbers left out: data named s0, s1 .. and bands."""
+    layers: list[Spec] = [_bands(plot)] if plot.bands else []
+    layers += [_reference(each) for each in plot.references]
+    layers += [_series(k, each, plot) for k, each in enumerate(plot.series)]
+    if plot.zoom:
+        interval = {"type": "interval", "encodings": ["x"], "zoom": "wheel![event.ctrlKey]"}
+        layers[-1] |= {"params": [{"name": "zoom", "select": interval, "bind": "scales"}]}
+    return {
+        "$schema": "https://vega.github.io/schema/vega-lite/v6.json",
+        "width": "container",
+        "height": max(plot.height, ROW * len(plot.y.categories) * max(1, _beside(plot))),
+        "autosize": {"type": "fit-x", "contains": "padding"},
+        "config": CONFIG,
+        "datasets": {name: [] for name in (*(f"s{k}" for k in range(len(plot.series))), "bands")},
+        "layer": layers,
+    }
+
+
+def _rows(series: Series) -> Spec:
+    ends: Spec = {"low": list(series.low), "high": list(series.high)} if series.low else {}
+    return {"x": list(series.x), "y": list(series.y), **ends}
+
+
+def _axis(axis: Axis, field: str) -> Spec:
+    title = axis.words or None
+    if axis.categories:
+        scale = {"domain": list(axis.categories), "paddingInner": 0.25}
+        return {
+            "field": field,
+            "type": "nominal",
+            "sort": None,
+            "scale": scale,
+            "title": title,
+            "axis": {"labelAngle": 0},
+        }
+    kind: Spec = {"type": "log"} if axis.log else {"zero": axis.zero}
+    ticks: Spec = {"labelOverlap": True, "tickCount": 5}
+    return {"field": field, "type": "quantitative", "scale": {**kind, "nice": False}, "title": title, "axis": ticks}
+
+
+def _series(k: int, series: Series, plot: Plot) -> Spec:
+    x, y = _axis(plot.x, "x"), _axis(plot.y, "y")
+    encoding: Spec = {"x": x, "y": y, **_offset(series, plot)}
+    data, style = {"name": f"s{k}"}, STYLES[series.tone]
+    match series.mark:
+        case Mark.LINE:
+            drawn: Spec = {"type": "line", "strokeWidth": style.width, "strokeDash": list(style.dash), "clip": True}
+            return {"data": data, "mark": {**drawn, "color": style.colour}, "encoding": encoding}
+        case Mark.POINTS:
+            filled = {"type": "point", "shape": style.shape, "size": 14, "filled": True, "clip": True, "opacity": 0.75}
+            return {"data": data, "mark": {**filled, "color": style.colour}, "encoding": encoding}
+        case Mark.BARS:
+            bar = {"type": "bar", "color": style.colour, "stroke": "var(--ink)", "strokeWidth": 0.5}
+            return {"data": data, "mark": {**bar, "strokeDash": list(style.dash)}, "encoding": encoding}
+        case Mark.INTERVALS:
+            return {"data": data, "encoding": encoding, "layer": _interval(style, upright=not plot.y.categories)}
+
+
+def _interval(style: Style, *, upright: bool) -> list[Spec]:
+    """A rule from low to high and a point on it."""
+    along = "y" if upright else "x"
+    ends = {along: {"field": "low", "type": "quantitative"}, f"{along}2": {"field": "high"}}
+    rule = {"type": "rule", "color": style.colour, "strokeWidth": 2.0, "strokeDash": list(style.dash)}
+    point = {"type": "point", "shape": style.shape, "size": 40, "filled": True, "opacity": 1.0}
+    return [{"mark": rule, "encoding": ends}, {"mark": {**point, "color": style.colour}}]
+
+
+def _beside(plot: Plot) -> int:
+    """Series that share a category and would cover each other."""
+    return len([each for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)])
+
+
+def _offset(series: Series, plot: Plot) -> Spec:
+    """A place of its own within a category."""
+    among = [each.label for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)]
+    if len(among) < 2 or series.label not in among:
+        return {}
+    channel = "yOffset" if plot.y.categories else "xOffset"
+    return {channel: {"datum": series.label, "type": "nominal", "scale": {"domain": among}}}
+
+
+def _bands(plot: Plot) -> Spec:
+    shaded = {"type": "rect", "color": "var(--band)", "opacity": 1.0, "clip": True}
+    ends: Mapping[str, object] = {"x": {**_axis(plot.x, "x")}, "x2": {"field": "high"}}
+    return {"data": {"name": "bands"}, "mark": shaded, "encoding": ends}
+
+
+def _reference(reference: Reference) -> Spec:
+    along = "x" if reference.upright else "y"
+    rule: Spec = {"type": "rule", "color": "var(--ink)", "strokeDash": [3, 3], "strokeWidth": 1.0, "clip": True}
+    words: Spec = {"type": "text", "text": reference.label, "color": "var(--ink)", "fontSize": 10, "clip": False}
+    place: Spec = (
+        {"align": "left", "dx": 3, "y": 8} if reference.upright else {"align": "right", "dy": -5, "x": "width"}
+    )
+    where: Spec = {along: {"datum": reference.at, "type": "quantitative"}}
+    return {"data": {"values": [{}]}, "encoding": where, "layer": [{"mark": rule}, {"mark": {**words, **place}}]}

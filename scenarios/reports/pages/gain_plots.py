@@ -21,7 +21,7 @@ def error_plot(gains: Sequence[GainVerdict]) -> Plot:
     return Plot(
         title="Error of each gain, with its interval",
         caption="Point: identified less injected gain. Bar: two standard deviations either way, all shares together. "
-        "An honest bar holds zero in 19 of 20 cases. Refused joints have a tolerance alone.",
+        "An honest bar holds zero in 19 of 20 cases. Broad stripe: the tolerance.",
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="error", unit="%", zero=True),
         series=(

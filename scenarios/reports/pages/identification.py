@@ -11,8 +11,8 @@ from scenarios.reports.motion import coverage_plot, motion_table
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.gain_plots import error_plot, share_plot, unit_of, value_plot, what_would_show
 from scenarios.reports.pages.joint_rows import begins, joint_rows
-from scenarios.reports.pages.residual_plots import against, outliers, spectrum_plot
-from scenarios.reports.pages.torque_plots import torque_plot
+from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
+from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.run import conclusion, judged_table
 from scenarios.store.record import RESULT, identify_words
 
@@ -34,13 +34,15 @@ def page(folder: Path) -> Report:
     parts += _consistency(again)
     parts += [
         Heading("Torques, measured and reconstructed"),
+        Paragraph(TOLD),
         *(torque_plot(each, names, start) for each in rows),
         Heading("What is left: spectrum"),
-        *(spectrum_plot(each, estimate.solution.rows.row_period) for each in rows),
+        Paragraph(SPECTRUM),
+        *(spectrum_plot(each, estimate.solution.rows) for each in rows),
     ]
     for what in ("position", "speed"):
         seen = [against(each, what) for each in rows if len(each.q)]
-        parts += [Heading(f"What is left, against {what}"), *seen] if seen else []
+        parts += [Heading(f"What is left, against {what}"), Paragraph(AGAINST), *seen] if seen else []
     parts += [Heading("Outliers"), *outliers(rows, names, start)]
     parts += _motion(again, names)
     given = provenance.payloads(again.record, again.given)

@@ -6,23 +6,39 @@ import numpy as np
 from scipy import signal, stats
 
 from ident.arrays import Array
+from ident.consistency.whiteness import neighbours
+from ident.rows import Rows
 from scenarios.reports.content import Column, Paragraph, Part, Table, cells
 from scenarios.reports.pages.joint_rows import JointRows
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
 
 POINTS, BINS, BANDS = 150, 10, 24
 """Points of a cloud, bins of its means, frequencies of a spectrum."""
+SPECTRUM = (
+    "1 all along is what rows give that have nothing to do with each other (white): of such, 19 in 20 points lie between "
+    "the dashed lines. What is larger on the left lasts; the filter takes away the right end. Below each, how each row "
+    "correlates with the next."
+)
+AGAINST = (
+    "Points: rows. Bars: means of a tenth of all rows each, two standard errors either way as of unrelated rows. A curve "
+    "in them is something that the model lacks."
+)
 FAR = 4.0
 """Deviations from which on a row is an outlier."""
 LISTED = 12
 
 
-def spectrum_plot(rows: JointRows, row_period: float) -> Plot:
-    """Spectrum of a residual over that of unrelated rows of the same size (Lomb and Scargle)."""
+def spectrum_plot(rows: JointRows, all_rows: Rows) -> Plot:
+    """Spectrum of a residual over that of unrelated rows of the same size (Lomb and Scargle).
+
+    Args:
+        rows: Of the joint.
+        all_rows: Of the estimate.
+    """
     found: list[Array] = []
     lengths = [float(np.ptp(rows.t[rows.motion == k])) for k in np.unique(rows.motion)]
     step = 1.0 / max(lengths)
-    frequency = np.arange(step, 0.5 / row_period, step)
+    frequency = np.arange(step, 0.5 / all_rows.row_period, step)
     for k in np.unique(rows.motion):
         at = rows.motion == k
         power = signal.lombscargle(rows.t[at], rows.residual[at], 2.0 * np.pi * frequency)
@@ -34,8 +50,7 @@ def spectrum_plot(rows: JointRows, row_period: float) -> Plot:
     low, high = (float(stats.chi2.ppf(q, freedom) / freedom) for q in (0.025, 0.975))
     return Plot(
         title=f"Joint {rows.joint + 1}",
-        caption="1 all along: rows that have nothing to do with each other. Of such, 19 in 20 points lie between the "
-        "dashed lines.",
+        caption=f"From row to row by {neighbours(all_rows, rows.joint):+.2f}.",
         x=Axis(title="frequency", unit="Hz"),
         y=Axis(title="over white", log=True),
         series=(
@@ -69,8 +84,7 @@ def against(rows: JointRows, what: str) -> Plot:
     turning = "rad" if what == "position" else "rad/s"
     return Plot(
         title=f"Joint {rows.joint + 1}",
-        caption=f"One row in {step}; bars: means of a tenth of all rows each, two standard errors either way as of "
-        "unrelated rows.",
+        caption=f"{'Every row' if step == 1 else f'One row in {step}'} of {len(x)}.",
         x=Axis(title=what, unit=turning if rows.unit != "N" else turning.replace("rad", "m")),
         y=Axis(title="residual", unit="% of rms"),
         series=(

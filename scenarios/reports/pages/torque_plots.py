@@ -9,6 +9,10 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, on
 
 MOST = 1600
 """Rows of a line; more than that are as wide as a screen."""
+TOLD = (
+    "Gain times current, filtered and thinned out as it is for the fit, against what the fitted model makes of the motion; "
+    "motions one after the other. Drag to move along, Ctrl and the wheel or the buttons to look closer."
+)
 
 
 def torque_plot(rows: JointRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
@@ -33,9 +37,8 @@ def torque_plot(rows: JointRows, motions: Sequence[str], begins: Sequence[float]
     every = "every row" if step == 1 else f"one row in {step}"
     return Plot(
         title=f"Joint {rows.joint + 1}",
-        caption=f"{what}, filtered, against what the model makes of the motion; {100.0 * share:.2g} % of its rms is left. "
-        f"Drawn is {every} of {len(rows.t)}.",
-        x=Axis(title="time, one motion after the other", unit="s"),
+        caption=f"{what}; {100.0 * share:.2g} % of its rms is left. Drawn is {every} of {len(rows.t)}.",
+        x=Axis(title="time", unit="s"),
         y=Axis(title="torque" if rows.unit == "N m" else "force" if rows.unit == "N" else "current", unit=rows.unit),
         series=tuple(series),
         bands=tuple((round(a, 3), round(b, 3)) for a, b in rows.still),

@@ -73,9 +73,8 @@ def blocks(parts: tuple[Part, ...]) -> list[Block]:
 
 
 def heading(column: Column) -> str:
-    """A column's title with its unit, on one line."""
-    title = " ".join(column.title.split())
-    return f"{title} [{column.unit}]" if column.unit else title
+    """A column's title on one line."""
+    return " ".join(column.title.split())
 
 
 def _kind(part: Part) -> str:

@@ -12,6 +12,7 @@ async function draw(k) {
   views[k] = view;
   place.style.minHeight = "0";
   figure.dataset.drawn = "yes";
+  if (!document.documentElement.dataset.first) document.documentElement.dataset.first = performance.now() - started;
 }
 
 const near = new IntersectionObserver((seen) => seen.forEach((each) => {
@@ -60,13 +61,13 @@ document.querySelectorAll(".plot").forEach((figure) => {
   figure.querySelector("details").addEventListener("toggle", () => { if (!numbers.firstChild) numbers.append(table(k)); });
 });
 
-function fit() {
+const SMALLER = 1.45; // on paper a plot is drawn wider than its place and shrunk, so that its letters fit those around it
+function fit(paper) {
   views.forEach((view, k) => {
     const width = document.getElementById("plot" + k).querySelector(".canvas").clientWidth;
-    if (view?.width && width) view.signal("width", width).run();
+    if (view?.width && width) view.signal("width", width * (paper ? SMALLER : 1)).run();
   });
 }
-const paper = window.matchMedia("print");
-paper.addEventListener("change", fit);
-window.addEventListener("beforeprint", fit);
-window.addEventListener("afterprint", fit);
+window.matchMedia("print").addEventListener("change", (each) => fit(each.matches));
+window.addEventListener("beforeprint", () => fit(true));
+window.addEventListener("afterprint", () => fit(false));

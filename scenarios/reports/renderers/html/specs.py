@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone
 
 Spec = dict[str, object]
-ROW = 17
-"""Least height of a category [pixel]."""
+ROW, STRIPE = 17, 22
+"""Least height of a category, and breadth of a stripe behind intervals [pixel]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +21,11 @@ class Style:
     dash: tuple[int, ...]
     shape: str
     width: float
+
+    @property
+    def quiet(self) -> bool:
+        """Whether it stays behind the others."""
+        return self == STYLES[Tone.QUIET]
 
 
 STYLES = {
@@ -83,7 +88,7 @@ def specification(plot: Plot) -> Spec:
     return {
         "$schema": "https://vega.github.io/schema/vega-lite/v6.json",
         "width": "container",
-        "height": max(plot.height, ROW * len(plot.y.categories) * max(1, _beside(plot))),
+        "height": max(plot.height, ROW * len(plot.y.categories) * max(1, len(_beside(plot)))),
         "autosize": {"type": "fit-x", "contains": "padding"},
         "config": CONFIG,
         "datasets": {name: [] for name in (*(f"s{k}" for k in range(len(plot.series))), "bands")},
@@ -110,7 +115,8 @@ def _axis(axis: Axis, field: str) -> Spec:
         }
     kind: Spec = {"type": "log"} if axis.log else {"zero": axis.zero}
     ticks: Spec = {"labelOverlap": True, "tickCount": 5}
-    return {"field": field, "type": "quantitative", "scale": {**kind, "nice": False}, "title": title, "axis": ticks}
+    scale = {**kind, "nice": field == "y" and not axis.log}
+    return {"field": field, "type": "quantitative", "scale": scale, "title": title, "axis": ticks}
 
 
 def _series(k: int, series: Series, plot: Plot) -> Spec:
@@ -132,22 +138,28 @@ def _series(k: int, series: Series, plot: Plot) -> Spec:
 
 
 def _interval(style: Style, *, upright: bool) -> list[Spec]:
-    """A rule from low to high and a point on it."""
+    """A rule from low to high and a point on it; what is quiet is a broad stripe behind the others."""
     along = "y" if upright else "x"
     ends = {along: {"field": "low", "type": "quantitative"}, f"{along}2": {"field": "high"}}
+    if style.quiet:
+        stripe = {"type": "rule", "color": "var(--band)", "strokeWidth": STRIPE, "strokeCap": "butt"}
+        return [{"mark": stripe, "encoding": ends}]
     rule = {"type": "rule", "color": style.colour, "strokeWidth": 2.0, "strokeDash": list(style.dash)}
     point = {"type": "point", "shape": style.shape, "size": 40, "filled": True, "opacity": 1.0}
     return [{"mark": rule, "encoding": ends}, {"mark": {**point, "color": style.colour}}]
 
 
-def _beside(plot: Plot) -> int:
-    """Series that share a category and would cover each other."""
-    return len([each for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)])
+def _beside(plot: Plot) -> list[str]:
+    """Labels of series that share categories and would cover each other."""
+    if not plot.x.categories and not plot.y.categories:
+        return []
+    among = [each for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)]
+    return [each.label for each in among if each.tone is not Tone.QUIET]
 
 
 def _offset(series: Series, plot: Plot) -> Spec:
     """A place of its own within a category."""
-    among = [each.label for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)]
+    among = _beside(plot)
     if len(among) < 2 or series.label not in among:
         return {}
     channel = "yOffset" if plot.y.categories else "xOffset"

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import shlex
 import shutil
 import sys
 import textwrap
@@ -84,6 +85,7 @@ def _command(arguments: list[str]) -> Status:
     options = parser.parse_args(arguments)
     if name is None:
         parser.error("which command?")
+    options.command_line = shlex.join([parser.prog, *arguments])  # for the records of what was done
     return command(name).main(options)
 
 

@@ -14,6 +14,7 @@ from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, 
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
+from scenarios.commands.saving import add_save_argument, claimed_folder, save
 from scenarios.commands.robot_model import add_model_arguments, named_structure
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument
@@ -29,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
     add_gains_argument(parser, needed=False, said="with bare recordings alone: gains that are known, or believed")
+    add_save_argument(parser)
     gains_files.add_gains_out(parser)
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
@@ -45,6 +47,7 @@ def main(options: argparse.Namespace) -> Status:
     files = mounted_files(options.given)
     alone = bare.wanted(options, loaded=any(each.payload is not None for each in files))
     held = gains_files.claimed(options, "rx90 identify")
+    saving = claimed_folder(options, sum(len(each.recordings) for each in files), "rx90 identify --save")
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         structure = named_structure(options)
         said = log_description(options, structure.arm.joint_names)
@@ -53,7 +56,7 @@ def main(options: argparse.Namespace) -> Status:
             bare.tell(options, structure, motions)
             return Status.PASSED
         own = options_from_words(ESTIMATORS[options.method].options, options.option)
-        observing = chosen(ObserveOptions, options)
+        observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
         started = time.perf_counter()
         found = identify_motions(
             motions,
@@ -61,7 +64,7 @@ def main(options: argparse.Namespace) -> Status:
             method=options.method,
             options=own,
             observing=observing,
-            gains=chosen(GainOptions, options),
+            gains=limits,
         )
         identify_s = time.perf_counter() - started
     if held is not None:
@@ -72,7 +75,26 @@ def main(options: argparse.Namespace) -> Status:
     if form(options) == "json":
         for note in found.notes:
             complain(note)
-    show(estimate_report(found, structure.arm, identify_s), options)
+    report = estimate_report(found, structure.arm, identify_s)
+    if saving is not None:
+        from scenarios.store.log_folder import Done
+
+        done = Done(
+            kind="identification",
+            title=f"Drive gains of {structure.arm.name} by {options.method}",
+            command=options.command_line,
+            model=options.model,
+            flange=options.flange,
+            couplings=options.coupling,
+            motions=motions,
+            observing=observing,
+            gains=limits,
+            document=report.document,
+            method=options.method,
+            options=own,
+        )
+        save(done, saving)
+    show(report, options)
     return Status.PASSED
 
 

@@ -1,7 +1,6 @@
 """`rx90 run`."""
 
 import argparse
-import shlex
 from dataclasses import replace
 
 import scenarios.commands.arguments as arguments
@@ -42,14 +41,9 @@ def main(options: argparse.Namespace) -> Status:
         gains_files.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
         with held.writing():
-            save_run(result, held.folder, command=_command(options))
+            save_run(result, held.folder, command=options.command_line)
         saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
         again = Line(identify_command(result.bench, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))
     show(report, options)
     return Status.PASSED if result.verdict.passed else Status.MISSED
-
-
-def _command(options: argparse.Namespace) -> str:
-    """The command that does it again."""
-    return shlex.join(["rx90", "run", options.scenario, "--seed", str(options.seed), "--save", str(options.save)])

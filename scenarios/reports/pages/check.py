@@ -53,7 +53,8 @@ def page(folder: Path) -> Report:
         raise DamagedResult(f"{folder / RECORD}: the files of this folder cannot be checked: {error}") from error
     saved = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     told = check_report(found, given.arm)
-    parts = [told.parts[-1], *_differences(saved, found, given.arm), *told.parts[:-1], *_plots(found, given.arm)]
+    said = sorted(told.parts[:-1], key=lambda part: not isinstance(part, Paragraph))  # what to do, then the lines
+    parts = [told.parts[-1], *_differences(saved, found, given.arm), *said, *_plots(found, given.arm)]
     return Report(record.title, (*parts, *_origin(folder, record, given.arm)), saved)
 
 

@@ -31,7 +31,7 @@ class Style:
 STYLES = {
     Tone.FIRST: Style("var(--first)", (), "circle", 1.8),
     Tone.SECOND: Style("var(--second)", (5, 2), "square", 1.4),
-    Tone.THIRD: Style("var(--third)", (1, 2), "triangle-up", 1.6),
+    Tone.THIRD: Style("var(--third)", (3, 1), "triangle-up", 1.6),
     Tone.FOURTH: Style("var(--fourth)", (7, 2, 1, 2), "diamond", 1.4),
     Tone.QUIET: Style("var(--quiet)", (), "circle", 1.0),
 }
@@ -132,21 +132,32 @@ def _series(k: int, series: Series, plot: Plot) -> Spec:
             return {"data": data, "mark": {**filled, "color": style.colour}, "encoding": encoding}
         case Mark.BARS:
             bar = {"type": "bar", "color": style.colour, "stroke": "var(--ink)", "strokeWidth": 0.5}
-            return {"data": data, "mark": {**bar, "strokeDash": list(style.dash)}, "encoding": encoding}
+            drawn_bar: Spec = {"mark": bar}
+            ends = [_ends(upright=not plot.y.categories)] if series.low else []
+            return {"data": data, "encoding": encoding, "layer": [drawn_bar, *ends]}
         case Mark.INTERVALS:
             return {"data": data, "encoding": encoding, "layer": _interval(style, upright=not plot.y.categories)}
 
 
 def _interval(style: Style, *, upright: bool) -> list[Spec]:
     """A rule from low to high and a point on it; what is quiet is a broad stripe behind the others."""
-    along = "y" if upright else "x"
-    ends = {along: {"field": "low", "type": "quantitative"}, f"{along}2": {"field": "high"}}
+    ends = _from_to(upright=upright)
     if style.quiet:
         stripe = {"type": "rule", "color": "var(--band)", "strokeWidth": STRIPE, "strokeCap": "butt"}
         return [{"mark": stripe, "encoding": ends}]
     rule = {"type": "rule", "color": style.colour, "strokeWidth": 2.0, "strokeDash": list(style.dash)}
     point = {"type": "point", "shape": style.shape, "size": 40, "filled": True, "opacity": 1.0}
     return [{"mark": rule, "encoding": ends}, {"mark": {**point, "color": style.colour}}]
+
+
+def _ends(*, upright: bool) -> Spec:
+    """A thin rule on a bar, from low to high."""
+    return {"mark": {"type": "rule", "color": "var(--ink)", "strokeWidth": 1.0}, "encoding": _from_to(upright=upright)}
+
+
+def _from_to(*, upright: bool) -> Spec:
+    along = "y" if upright else "x"
+    return {along: {"field": "low", "type": "quantitative"}, f"{along}2": {"field": "high"}}
 
 
 def _beside(plot: Plot) -> list[str]:

@@ -1,0 +1,183 @@
+"""The page of a Monte Carlo study: verdict, errors and intervals joint by joint, refusals, the worst trials."""
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from ident.arrays import Array
+from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table, cells
+from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
+from scenarios.reports.pages import provenance
+from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, values
+from scenarios.reports.plots.monte_carlo import panels
+from scenarios.store.stored_study import StoredStudy, read_study
+from scenarios.studies.coverage import coverage
+from scenarios.studies.pass_rule import FALSE_ALARM
+from scenarios.studies.statistics import JointStatistics, joint_statistics
+
+BINS, WORST = 40, 5
+NORMAL = float(2.0 * stats.norm.cdf(2.0) - 1.0)
+"""Trials of which an honest interval of two deviations holds the truth."""
+
+
+def page(folder: Path) -> Report:
+    """Everything that the folder tells.
+
+    Raises:
+        ForeignResult: If it holds no study, or one of another version.
+        UnfinishedResult: If trials are missing.
+        StudyError: If a part is damaged.
+    """
+    study = read_study(folder)
+    wanted = study.scenario.table.tolerance.pass_rate
+    statistics = joint_statistics(study.rows, wanted=wanted, false_alarm=FALSE_ALARM)
+    told = monte_carlo_report(
+        StudyResult(
+            scenario=study.scenario, seed=study.seed, asked=study.trials, statistics=statistics, rows=study.rows
+        )
+    )
+    said = [part for part in told.parts if not isinstance(part, Figure)]
+    verdict = [part for part in said if isinstance(part, Paragraph) and part.strong]
+    parts: list[Part] = [*verdict, *(part for part in said if part not in verdict)]
+    parts += [
+        coverage_plot(study.rows, statistics),
+        pass_plot(statistics),
+        Heading("How far off"),
+        *(error_plot(joint, rows) for joint, rows in panels(study.rows).items()),
+        *_refused(statistics),
+        *_worst(study),
+    ]
+    about = {"Trials": str(study.trials), "First seed": str(study.seed)}
+    about["Versions"] = provenance.versions_in_words(study.versions)
+    parts += provenance.repeated({"As it was made": study.command}, about, {})
+    return Report(told.title, tuple(parts), told.document)
+
+
+def coverage_plot(rows: pd.DataFrame, statistics: Sequence[JointStatistics]) -> Plot:
+    """How often two claimed deviations held the truth, with binomial intervals."""
+    names = tuple(str(joint.joint) for joint in statistics)
+    found = {
+        str(joint): held
+        for joint, group in rows[rows["identifiable"]].groupby("joint", sort=True)
+        if (held := coverage(np.abs(group["z"].dropna().to_numpy()) < 2.0)) is not None
+    }
+    return Plot(
+        title="How often two claimed deviations hold the truth",
+        caption=f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, what honest ones give.",
+        x=Axis(title="joint", categories=names),
+        y=Axis(title="held", unit="% of gains"),
+        series=(
+            Series(
+                label="within 2 sigma",
+                mark=Mark.INTERVALS,
+                x=tuple(found),
+                y=values([100.0 * each.share for each in found.values()]),
+                low=values([100.0 * each.low for each in found.values()]),
+                high=values([100.0 * each.high for each in found.values()]),
+            ),
+        ),
+        references=(Reference("", 100.0 * NORMAL),),
+    )
+
+
+def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
+    """Pass rates with their intervals."""
+    names = tuple(str(joint.joint) for joint in statistics)
+    wanted = 100.0 * statistics[0].wanted
+    return Plot(
+        title="How often each joint passed",
+        caption=f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {wanted:g} %, the pass rate that is asked for.",
+        x=Axis(title="joint", categories=names),
+        y=Axis(title="passed", unit="% of trials"),
+        series=(
+            Series(
+                label="passed",
+                mark=Mark.INTERVALS,
+                tone=Tone.THIRD,
+                x=names,
+                y=values([100.0 * joint.pass_rate for joint in statistics]),
+                low=values([100.0 * joint.pass_low for joint in statistics]),
+                high=values([100.0 * joint.pass_high for joint in statistics]),
+            ),
+        ),
+        references=(Reference("", wanted),),
+    )
+
+
+def error_plot(joint: int, rows: pd.DataFrame) -> Plot:
+    """Errors of a joint against the density that its claimed deviations promise, and the tolerance."""
+    error, claimed = (100.0 * each for each in (rows["rel_error"].to_numpy(), _claimed(rows)))
+    reach = 1.1 * max(float(np.abs(error).max()), 3.0 * float(np.median(claimed)))
+    bins = int(np.clip(np.sqrt(len(error)) * 1.5, 8, BINS))
+    density, edges = np.histogram(error, bins=bins, range=(-reach, reach), density=True)
+    x = np.linspace(-reach, reach, 81)
+    some = claimed[:: max(1, len(claimed) // 500)]
+    promised = stats.norm.pdf(x[:, None], scale=some).mean(axis=1)
+    tolerance = 100.0 * float(rows["tolerance"].iloc[0])
+    limits = (-tolerance, tolerance) if tolerance <= reach else ()
+    beyond = "" if limits else f" The tolerance, {tolerance:.3g} %, is beyond."
+    return Plot(
+        title=f"Joint {joint}",
+        caption=f"{len(error)} errors.{beyond}",
+        x=Axis(title="error", unit="%"),
+        y=Axis(title="density", unit="1/%", zero=True),
+        series=(
+            Series(
+                label="errors",
+                mark=Mark.LINE,
+                x=values(np.repeat(edges, 2)),
+                y=values(np.r_[0.0, np.repeat(density, 2), 0.0]),
+            ),
+            Series(label="as claimed", mark=Mark.LINE, tone=Tone.SECOND, x=values(x), y=values(promised)),
+        ),
+        references=tuple(Reference("", limit, upright=True) for limit in limits),
+        height=130,
+    )
+
+
+def _claimed(rows: pd.DataFrame) -> Array:
+    return (rows["std"] / rows["true"].abs()).to_numpy()
+
+
+def _refused(statistics: Sequence[JointStatistics]) -> list[Part]:
+    rows = tuple(
+        cells(str(joint.joint), str(joint.trials - joint.failed - joint.refused), str(joint.refused), str(joint.failed))
+        for joint in statistics
+    )
+    columns = (
+        Column(title="Joint"),
+        Column(title="Gains"),
+        Column(title="Refused"),
+        Column(title="Trials without any estimate"),
+    )
+    return [Heading("Refused and failed"), Table(columns=columns, rows=rows)]
+
+
+def _worst(study: StoredStudy) -> list[Part]:
+    """The trials that are farthest off in deviations that they claim, and how to see the first of them."""
+    found = study.rows[study.rows["identifiable"]].dropna(subset=["z"])
+    if found.empty:
+        return []
+    worst = found.loc[found["z"].abs().sort_values(ascending=False, kind="stable").index[:WORST]]
+    rows = tuple(
+        cells(
+            str(int(each["seed"])),
+            str(int(each["joint"])),
+            f"{100.0 * float(each['rel_error']):+.3f}",
+            f"{float(each['z']):+.2f}",
+        )
+        for _, each in worst.iterrows()
+    )
+    columns = (Column(title="Seed"), Column(title="Joint"), Column(title="Error", unit="%"), Column(title="z"))
+    seed = int(worst["seed"].iloc[0])
+    command = shlex.join(["rx90", "run", study.named, "--seed", str(seed), "--save", f"seed-{seed}"])
+    many = len(found)
+    said = (
+        f"Errors in claimed deviations; the largest of {many} normal ones would be about "
+        f"{float(stats.norm.isf(0.5 / many)):.1f}. To see the worst:"
+    )
+    return [Heading("The worst trials"), Table(columns=columns, rows=rows), Paragraph(said), Line(command)]

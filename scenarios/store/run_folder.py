@@ -31,7 +31,7 @@ def payload_file(mounting: str) -> str:
     return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
 
 
-def save_run(run: Run, folder: Path, *, command: str = "") -> None:
+def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None) -> None:
     """Write recordings, believed payloads, the arm, truth and result, and the record of all that.
 
     `identify_command` gives the same estimate on them, to the last digit.
@@ -40,6 +40,7 @@ def save_run(run: Run, folder: Path, *, command: str = "") -> None:
         run: To be written.
         folder: Where.
         command: That made it.
+        named: What the scenario was called by.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -59,10 +60,11 @@ def save_run(run: Run, folder: Path, *, command: str = "") -> None:
     (folder / RESULT).write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
     robot = run.bench.experiments[0].plant.robot
     model = write_model(robot.model, robot.flange, folder)
-    write_record(_record(run, folder, model, command), folder)
+    record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named})
+    write_record(record, folder)
 
 
-def _record(run: Run, folder: Path, model: str, command: str) -> RecordFile:
+def _record(run: Run, folder: Path, model: str) -> RecordFile:
     prepared, scenario = run.bench, run.bench.scenario
     chosen, order = scenario.table.identification, grouped(prepared.protocol)
     names = [f"{prepared.experiments[k].name}.parquet" for k in order]
@@ -72,7 +74,7 @@ def _record(run: Run, folder: Path, model: str, command: str) -> RecordFile:
         format=1,
         kind="run",
         title=f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}",
-        command=command,
+        command="",
         created=now(),
         sources=tuple(names),
         robot=RobotTable(model=model, couplings=scenario.table.belief.couplings),

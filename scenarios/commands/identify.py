@@ -14,8 +14,8 @@ from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, 
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
-from scenarios.commands.saving import add_save_argument, claimed_folder, save
 from scenarios.commands.robot_model import add_model_arguments, named_structure
+from scenarios.commands.saving import add_save_argument, claimed_folder, save
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument
 

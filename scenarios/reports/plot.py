@@ -1,4 +1,4 @@
-"""Plots as values: series of numbers with labels, units and a manner of drawing; a page draws them, a terminal does not."""
+"""Plots as values: series of numbers with labels, units and a manner of drawing, for pages; text leaves them out."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

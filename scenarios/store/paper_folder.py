@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
 
 import scenarios.paper.published as published
 from ident.arrays import Array
-from ident.payload_parameters import PayloadEstimate
 from ident.naming import one_line
+from ident.payload_parameters import PayloadEstimate
 from scenarios.errors import ForeignResult
 from scenarios.paper.experiment import PaperRun
 from scenarios.store.documents import to_json

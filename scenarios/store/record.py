@@ -1,7 +1,7 @@
 """What a folder of a run, an identification or a check says of itself: all that it takes to do it again, and digests.
 
-`record.json` is a problem file (`scenarios.store.problem_folder`) and more. It is written last, so that a folder without
-one is none, or is half written.
+`record.json` is a problem file (`scenarios.store.problem_folder`) and more. It is written last: a folder without one is
+none, or is half written.
 """
 
 import hashlib
@@ -32,8 +32,8 @@ Kind = Literal["run", "identification", "check"]
 class RecordFile(ProblemFile):
     """A problem, what was made of it, and the digests of the folder's files.
 
-    `sources` are the names that the recordings had, `scenario` of a run what it was called by. Of a check, `payload` is the one that was asked about, and `about`
-    what the gains are about [N m / drive unit].
+    `sources` are the names that the recordings had, `scenario` of a run what it was called by. Of a check, `payload`
+    is the one that was asked about, and `about` what the gains are about [N m / drive unit].
     """
 
     kind: Kind
@@ -43,10 +43,10 @@ class RecordFile(ProblemFile):
     sources: tuple[str, ...]
     scenario: str | None = None
     method: str | None = None
-    options: dict[str, JsonValue] = {}
+    options: dict[str, JsonValue] = Field(default_factory=dict)
     payload: Name | None = None
     about: tuple[float, ...] | None = None
-    versions: dict[str, str] = {}
+    versions: dict[str, str] = Field(default_factory=dict)
     files: dict[str, str] = Field(min_length=1)
 
 

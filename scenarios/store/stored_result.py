@@ -125,7 +125,17 @@ class StoredResult(_Table):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """As the tests gave them."""
-        return tuple(Finding(**{**each.model_dump(), "joint": each.joint - 1}) for each in self.consistency)
+        return tuple(
+            Finding(
+                check=each.check,
+                joint=each.joint - 1,
+                statistic=each.statistic,
+                threshold=each.threshold,
+                measure=each.measure,
+                sentence=each.sentence,
+            )
+            for each in self.consistency
+        )
 
     @property
     def parameters(self) -> tuple[FoundParameter, ...]:

@@ -10,8 +10,8 @@ from threadpoolctl import threadpool_limits
 from ident.arm import Arm
 from ident.checks.check import Checked, LogRead, check
 from ident.errors import IdentificationError
-from ident.structure import structure_of
 from ident.payload_files import read_payload
+from ident.structure import structure_of
 from scenarios.errors import DamagedResult
 from scenarios.reports.check import check_report
 from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report

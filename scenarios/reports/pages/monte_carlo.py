@@ -159,10 +159,10 @@ def _refused(statistics: Sequence[JointStatistics]) -> list[Part]:
 
 def _worst(study: StoredStudy) -> list[Part]:
     """The trials that are farthest off in deviations that they claim, and how to see the first of them."""
-    found = study.rows[study.rows["identifiable"]].dropna(subset=["z"])
+    found = study.rows[study.rows["identifiable"] & study.rows["z"].notna()]
     if found.empty:
         return []
-    worst = found.loc[found["z"].abs().sort_values(ascending=False, kind="stable").index[:WORST]]
+    worst = found.iloc[np.argsort(-np.abs(found["z"].to_numpy()), kind="stable")[:WORST]]
     rows = tuple(
         cells(
             str(int(each["seed"])),

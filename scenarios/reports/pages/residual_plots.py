@@ -15,13 +15,13 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, on
 POINTS, BINS, BANDS = 150, 10, 24
 """Points of a cloud, bins of its means, frequencies of a spectrum."""
 SPECTRUM = (
-    "1 all along is what rows give that have nothing to do with each other (white): of such, 19 in 20 points lie between "
-    "the dashed lines. What is larger on the left lasts; the filter takes away the right end. Below each, how each row "
-    "correlates with the next."
+    "1 all along is what rows give that have nothing to do with each other (white): of such, 19 in 20 points lie "
+    "between the dashed lines. What is larger on the left lasts; the filter takes away the right end. Below each, how "
+    "each row correlates with the next."
 )
 AGAINST = (
-    "Points: rows. Bars: means of a tenth of all rows each, two standard errors either way as of unrelated rows. A curve "
-    "in them is something that the model lacks."
+    "Points: rows. Bars: means of a tenth of all rows each, two standard errors either way as of unrelated rows. A "
+    "curve in them is something that the model lacks."
 )
 FAR = 4.0
 """Deviations from which on a row is an outlier."""

@@ -28,8 +28,8 @@ def with_picture(report: Report, folder: Path) -> Report:
 def still(named: str) -> Picture | None:
     """The arms of a scenario half-way through their motion, None if they cannot be drawn.
 
-    `rx90 view` draws them in a process of its own: which OpenGL there is shows when MuJoCo is imported, and some end the
-    process that asks for them.
+    `rx90 view` draws them in a process of its own: which OpenGL there is shows when MuJoCo is imported, and some end
+    the process that asks for them.
 
     Args:
         named: The scenario, as it was called.

@@ -10,8 +10,8 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, on
 MOST = 1600
 """Rows of a line; more than that are as wide as a screen."""
 TOLD = (
-    "Gain times current, filtered and thinned out as it is for the fit, against what the fitted model makes of the motion; "
-    "motions one after the other. Drag to move along, Ctrl and the wheel or the buttons to look closer."
+    "Gain times current, filtered and thinned out as it is for the fit, against what the fitted model makes of the "
+    "motion; motions one after the other. Drag to move along, Ctrl and the wheel or the buttons to look closer."
 )
 
 

@@ -10,6 +10,7 @@ async function draw(k) {
   for (const source of plot.vega.data) if (plot.data[source.name]) source.values = rows(plot.data[source.name]);
   const { view } = await vegaEmbed(place, plot.vega, { mode: "vega", renderer: "svg", actions: false, hover: false });
   views[k] = view;
+  if (plot.zoom) plot.all = view.scale("x").domain().map(Number);
   place.style.minHeight = "0";
   figure.dataset.drawn = "yes";
   if (!document.documentElement.dataset.first) document.documentElement.dataset.first = performance.now() - started;
@@ -33,7 +34,7 @@ requestAnimationFrame(() => setTimeout(drawAll, 0));
 function zoom(k, how) {
   const view = views[k];
   if (!view?.scale) return;
-  if (how === "all") { view.signal("zoom_x", null).run(); return; }
+  if (how === "all") { view.signal("zoom_x", plots[k].all).run(); return; }
   const [a, b] = view.scale("x").domain().map(Number), span = b - a;
   const [left, right] = { in: [0.25, -0.25], out: [-0.5, 0.5], left: [-0.25, -0.25], right: [0.25, 0.25] }[how];
   view.signal("zoom_x", [a + left * span, b + right * span]).run();

@@ -25,20 +25,28 @@ DRAWN = "document.documentElement.dataset.drawn === 'all'"
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
-    """A folder of each kind."""
-    root = tmp_path_factory.mktemp("pages")
-    for name in ("run", "study", "budget"):
+    """The folder of a kind, made when it is first asked for: tests may be spread over processes."""
+    root, made = tmp_path_factory.mktemp("pages"), dict[str, Path]()
+    makers = {
+        "run": lambda: page_folders.run(made_folder("run here")),
+        "identification": lambda: page_folders.identification(root / "again", folder("run")),
+        "check": lambda: page_folders.check(root / "check", folder("run")),
+        "monte-carlo": lambda: page_folders.study(made_folder("study here")),
+        "sensitivity": lambda: page_folders.budget(made_folder("budget here")),
+        "comparison": lambda: page_folders.comparison(root / "comparison"),
+    }
+
+    def made_folder(name: str) -> Path:
         (root / name).mkdir()
-    saved = page_folders.run(root / "run")
-    made = [
-        saved,
-        page_folders.check(root / "check", saved),
-        page_folders.study(root / "study"),
-        page_folders.budget(root / "budget"),
-        page_folders.comparison(root / "comparison"),
-    ]
-    assert [kind_of(folder) for folder in made] == list(QUICK)
-    return dict(zip(QUICK, made, strict=True))
+        return root / name
+
+    def folder(kind: str) -> Path:
+        if kind not in made:
+            made[kind] = makers[kind]()
+            assert kind_of(made[kind]) == kind
+        return made[kind]
+
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -58,10 +66,8 @@ def seen(folders, chromium):
 
     def open_page(kind: str) -> tuple:
         if kind not in opened:
-            if kind not in folders:
-                folders[kind] = page_folders.identification(folders["run"].parent / "again", folders["run"])
-            path = folders[kind] / "report.html"
-            path.write_text(renderer("html")(page_of(folders[kind]), Page()))
+            path = folders(kind) / "report.html"
+            path.write_text(renderer("html")(page_of(folders(kind)), Page()))
             view, said, asked = chromium.new_page(viewport={"width": 1280, "height": 900}), [], []
             view.on("console", lambda message: said.append(message.text))
             view.on("pageerror", lambda error: said.append(str(error)))
@@ -118,7 +124,7 @@ def test_no_name_is_taken_for_html(kind, seen):
 
 def test_the_numbers_of_a_run_are_those_of_its_json(folders, seen):
     view = seen("run")[0]
-    saved = json.loads((folders["run"] / "result.json").read_text())
+    saved = json.loads((folders("run") / "result.json").read_text())
     rows = view.locator("table").first.locator("tbody tr").all()
     assert len(rows) == 6
     for row, gain in zip(rows, saved["gains"], strict=True):

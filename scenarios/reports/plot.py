@@ -1,12 +1,13 @@
 """Plots as values: series of numbers with labels, units and a manner of drawing, for pages; text leaves them out."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ident.arrays import Array
+if TYPE_CHECKING:  # a command that draws nothing needs no NumPy
+    from ident.arrays import Array
 
 Value = float | str | None
 """A number or the name of a category; None is a gap."""
@@ -118,11 +119,9 @@ class Plot:
     height: int = 180
 
 
-def values(numbers: Sequence[float] | Array) -> tuple[float | None, ...]:
+def values(numbers: "Sequence[float] | Array") -> tuple[float | None, ...]:
     """Numbers as a plot keeps them: `DIGITS` significant digits, None where there is no number."""
-    return tuple(
-        float(f"{x:.{DIGITS}g}") if np.isfinite(x) else None for x in np.asarray(numbers, dtype=float).tolist()
-    )
+    return tuple(float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in map(float, numbers))
 
 
 def one_in(count: int, most: int) -> int:

@@ -110,7 +110,7 @@ def test_no_text_of_a_report_is_html():
     assert not any(name.startswith("on") for _, attributes in elements.found for name in attributes)
     for where in ("h1", "h2", "code", "figcaption", "td", "th"):
         assert elements.count(where) > 0 or where == "td"
-    # Title twice, paragraph, heading, line, table (title, column, unit, cell), two captions, plot (title, caption, label).
+    # Title twice, paragraph, heading, line, table (title, column, unit, cell), captions, plot (title, caption, label).
     assert elements.text.count(EVIL) >= 13
     assert "49" not in elements.text
 

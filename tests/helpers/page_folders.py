@@ -70,9 +70,9 @@ def identification(folder: Path, saved: Path) -> Path:
     return folder
 
 
-def check(folder: Path, saved: Path) -> Path:
-    """A recording checked, and asked whether it would show a payload."""
-    words = [_logs(saved)[0], "--payload", str(saved / "payload.toml")]
+def check(folder: Path, saved: Path, *more: str) -> Path:
+    """A recording checked, and asked whether it would show a payload; `more` words may name further ones."""
+    words = [_logs(saved)[0], *more, "--payload", str(saved / "payload.toml")]
     main(["check", "rx90", *words, "--save", str(folder)])
     return folder
 

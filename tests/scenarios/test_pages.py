@@ -2,14 +2,19 @@
 
 import json
 import math
+import shlex
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import numpy as np
 import page_folders
+import pandas as pd
 import pytest
 from scipy import stats
 
+from ident.checks.motion import JointMotion
 from ident.estimate import IdentifiedGain, RefusedGain
 from scenarios.again import differences, identified_again
 from scenarios.cli import main
@@ -27,18 +32,23 @@ from scenarios.reports.content import (
     Table,
     cells,
 )
+from scenarios.reports.motion import coverage_plot as motion_plot
 from scenarios.reports.pages import kind_of, page_of
 from scenarios.reports.pages.gain_plots import error_plot, share_plot, what_would_show
 from scenarios.reports.pages.joint_rows import JointRows, begins, joint_rows
-from scenarios.reports.pages.monte_carlo import NORMAL
+from scenarios.reports.pages.monte_carlo import NORMAL, coverage_plot
+from scenarios.reports.pages.monte_carlo import error_plot as study_error_plot
 from scenarios.reports.pages.paper import same
-from scenarios.reports.pages.residual_plots import FAR, against, outliers
+from scenarios.reports.pages.residual_plots import FAR, against, outliers, spectrum_plot
+from scenarios.reports.pages.sensitivity import cost_plot, ranking
+from scenarios.reports.pages.sensitivity import share_plot as source_shares
 from scenarios.reports.pages.still import with_picture
 from scenarios.reports.pages.torque_plots import MOST, torque_plot
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
 from scenarios.reports.renderers import Page, renderer
 from scenarios.reports.renderers.html.scripts import script_code, script_json
 from scenarios.reports.renderers.html.specs import STYLES, specification
+from scenarios.studies.budget import Interval, JointBudget, SourceCost
 
 EVIL = "</script><script>alert(1)</script><!--\"'&<img src=x onerror=alert(2)>{{ 7 * 7 }}"
 DRAWN = Plot(
@@ -180,11 +190,15 @@ def test_series_that_share_a_joint_stand_beside_each_other_and_stripes_behind_th
     behind, _ = specification(alone)["layer"]
     assert "xOffset" not in behind["encoding"]
     assert [each["mark"]["type"] for each in behind["layer"]] == ["rule"]
+    quiet = replace(stripe, mark=Mark.BARS, low=(), high=())
+    beside = specification(replace(alone, series=(quiet, DRAWN.series[1])))["layer"]
+    assert [each["encoding"]["xOffset"]["datum"] for each in beside] == ["limit", "bars"]
 
 
 def test_every_tone_differs_from_others_without_its_colour():
-    looks = {(style.dash, style.shape, style.width) for style in STYLES.values()}
-    assert len(looks) == len(STYLES) == len(Tone)
+    assert len({(style.dash, style.shape, style.width) for style in STYLES.values()}) == len(STYLES) == len(Tone)
+    fills = sorted(style.fill for style in STYLES.values())
+    assert min(np.diff(fills)) >= 0.15
 
 
 def identified(value: float, std: float, payload: float = 0.0, model: float = 0.0) -> IdentifiedGain:
@@ -357,9 +371,10 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
     for k, observed in enumerate(seen):
         # Rows of a motion are as far from each other on the page as in the log, and lie inside it.
         t = rows.t[rows.motion == k]
-        np.testing.assert_allclose(np.diff(t), np.diff(observed.joints[1].t), rtol=1e-9)  # of some 50 ms: rounding
+        behind, log = observed.full_rate, again.motions[k].recording
+        first = log.t[0] + (behind.edge + 0.5 * (behind.group - 1)) * log.period  # time of the first filtered sample
+        np.testing.assert_allclose(t - start[k], observed.joints[1].t - first, rtol=0, atol=1e-9)  # rounding
         assert start[k] < t[0] < t[-1] < start[k + 1]
-        behind = observed.full_rate
         still = [(a, b) for a, b in rows.still if start[k] <= a < start[k + 1]]
         shaded = sum(b - a for a, b in still) / behind.period
         assert round(shaded) == int((~behind.moving[:, 1]).sum())
@@ -417,8 +432,6 @@ def test_verdict_gains_and_refusals_come_first(saved):
 
 
 def test_the_commands_on_the_page_give_the_same_gains(saved, capsys):
-    import shlex
-
     command = [part.text for part in page_of(saved).parts if isinstance(part, Line)][1]
     capsys.readouterr()
     assert main([*shlex.split(command)[1:], "--json"]) == 0
@@ -454,7 +467,7 @@ def test_bare_recordings_alone_are_not_saved(saved, tmp_path, capsys):
 
 
 def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved, tmp_path, capsys):
-    folder = page_folders.check(tmp_path / "checked", saved)
+    folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"))
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())
     assert report.parts[0].text.startswith(f"{told['verdict'].upper()}: ")
@@ -462,12 +475,17 @@ def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved,
     table = next(part for part in report.parts if isinstance(part, Table))
     assert [row[3].text for row in table.rows] == [line["seen"] for line in told["lines"]]
     currents = [part for part in report.parts if isinstance(part, Plot) and part.zoom]
-    assert len(currents) == 6
+    assert len(currents) == 12
     recording = identified_again(saved).motions[0].recording
     # The lowest and the highest sample of all are drawn, however few of the others are.
     assert max(currents[2].series[0].y) == pytest.approx(recording.v[:, 2].max(), rel=6e-5)
     assert min(currents[2].series[0].y) == pytest.approx(recording.v[:, 2].min(), rel=6e-5)
     assert len(currents[2].series[0].y) < 0.2 * len(recording.t)
+    words = shlex.split([part.text for part in report.parts if isinstance(part, Line)][1])
+    assert words[:3] == ["rx90", "check", str(folder / "robot.xml")]
+    assert words[words.index("--loaded") + 1 :][:3] == [
+        str(folder / "motion-2.parquet"), "--payload", str(folder / "payload.toml")
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -566,3 +584,105 @@ def test_where_nothing_can_be_drawn_the_page_has_no_picture(copied, monkeypatch,
 def test_a_cell_keeps_its_mood():
     table = Table(columns=(Column(title="a"), Column(title="b", words=True)), rows=((Cell("1"), Cell("x", Mood.BAD)),))
     assert '<td class="bad words">x</td>' in renderer("html")(Report("T", (table,), {}), Page())
+
+
+def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():
+    rng = np.random.default_rng(5)
+    n, period = 600, 0.05
+    t, motion = np.r_[period * np.arange(n), 40.0 + period * np.arange(n)], np.repeat([0, 1], n)
+    white = rows_of(rng.normal(scale=0.7, size=2 * n), t=t, motion=motion)
+    of_all = SimpleNamespace(
+        joint=np.full(2 * n, 2),
+        motion=motion,
+        position=np.tile(np.arange(n), 2),
+        residual=white.residual,
+        row_period=period,
+    )
+    plot = spectrum_plot(white, of_all)
+    (line,) = plot.series
+    assert 0.0 < line.x[0] < 1.0
+    assert 9.0 < line.x[-1] < 10.0  # half the rate of the rows
+    low, high = (each.at for each in plot.references)
+    # 29 seconds twice: 289 frequencies, 12 to a point, two numbers of either motion to each.
+    assert (low, high) == pytest.approx(tuple(stats.chi2.ppf([0.025, 0.975], 48) / 48), rel=1e-12)
+    inside = sum(low < y < high for y in line.y)
+    assert inside >= 20  # of 24: fewer in one of 200 choices of a seed
+    np.testing.assert_allclose(np.mean(line.y), 1.0, rtol=0.1)  # 576 squares of either sort: 4 % is one deviation
+    wave = rows_of(np.sin(2.0 * np.pi * 3.1 * t), t=t, motion=motion)
+    tall = spectrum_plot(wave, of_all).series[0]
+    assert abs(tall.x[int(np.argmax(tall.y))] - 3.1) < 0.5
+
+
+def trial_rows(**more) -> pd.DataFrame:
+    n = 400
+    rng = np.random.default_rng(9)
+    z = rng.normal(size=n)
+    std = np.full(n, 0.03)
+    given = {"true": np.full(n, -2.5), "std": std, "z": z, "rel_error": z * std / -2.5, "tolerance": np.full(n, 0.02)}
+    return pd.DataFrame({**given, "joint": 4, "identifiable": True, **more})
+
+
+def test_errors_of_a_study_are_a_density_beside_the_one_that_is_claimed():
+    plot = study_error_plot(4, trial_rows())
+    errors, claimed = plot.series
+    x, y = np.array(errors.x), np.array(errors.y)
+    np.testing.assert_allclose(np.sum(np.diff(x) * 0.5 * (y[1:] + y[:-1])), 1.0, rtol=1e-3)  # five digits
+    # 0.03 of 2.5 are 1.2 %.
+    np.testing.assert_allclose(max(claimed.y), stats.norm.pdf(0.0, scale=1.2), rtol=1e-4)  # five digits
+    assert [each.at for each in plot.references] == [-2.0, 2.0]
+    assert plot.caption == "400 errors."
+    far = study_error_plot(4, trial_rows(tolerance=0.5))
+    assert far.references == ()
+    assert far.caption == "400 errors. The tolerance, 50 %, is beyond."
+
+
+def test_coverage_is_that_of_two_deviations():
+    rows = trial_rows()
+    rows.loc[:9, "identifiable"] = False
+    statistics = (SimpleNamespace(joint=4), SimpleNamespace(joint=6))
+    plot = coverage_plot(rows, statistics)
+    (series,) = plot.series
+    assert plot.x.categories == ("4", "6")
+    assert series.x == ("4",)
+    held = int((np.abs(rows["z"][10:]) < 2.0).sum())
+    assert series.y[0] == pytest.approx(100 * held / 390, rel=6e-5)  # five digits
+    interval = stats.binomtest(held, 390).proportion_ci(0.95)
+    assert (series.low[0], series.high[0]) == pytest.approx((100 * interval.low, 100 * interval.high), rel=6e-5)
+
+
+def cost(source: str, share: float, rms: float) -> SourceCost:
+    size = Interval(value=rms, low=0.9 * rms, high=1.2 * rms)
+    return SourceCost(joint=3, source=source, trials=4, bias=0.0, rms=size, share=share, first=None, total=None)
+
+
+def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told():
+    shares = {"a": 0.1, "b": 0.5, "c": 0.05, "d": 0.2, "e": 0.12, "f": 0.03}
+    costs = tuple(cost(source, share, 0.01 * share) for source, share in shares.items())
+    budget = JointBudget(joint=3, costs=costs, floor=0.0, together=0.02, samples=4, lost=0)
+    order = ranking([budget, budget])
+    assert order == ["b", "d", "e", "a", "c", "f"]
+    found = {series.label: series.y for series in source_shares([budget], order).series}
+    assert found == {"b": (50.0,), "d": (20.0,), "e": (12.0,), "a": (10.0,), "all others": (8.0,)}
+    plot = cost_plot(budget, order[:3], 0.7)
+    (bars,) = plot.series
+    assert (bars.y, bars.x) == (("b", "d", "e"), (0.5, 0.2, 0.12))
+    assert bars.high == (0.6, 0.24, 0.144)
+    assert [each.at for each in plot.references] == [0.7]
+    assert cost_plot(budget, order, 1.1).references == ()
+
+
+def test_a_joint_is_shown_in_shares_of_its_range(arm):
+    motion = JointMotion(
+        low=float(arm.lower[1] + 0.25 * (arm.upper[1] - arm.lower[1])),
+        high=float(arm.lower[1] + 0.75 * (arm.upper[1] - arm.lower[1])),
+        covered=0.5,
+        speed=1.0,
+        speed_rms=0.5,
+        acceleration_rms=2.0,
+        slow=0.1,
+        current_rms=3.0,
+    )
+    plot = motion_plot({"first": [motion] * arm.n, "second": [motion] * arm.n}, arm)
+    assert [series.label for series in plot.series] == ["first", "second"]
+    assert (plot.series[1].low[1], plot.series[1].high[1]) == pytest.approx((25.0, 75.0), rel=6e-5)  # five digits
+    assert len({series.tone for series in plot.series}) == 2

@@ -65,10 +65,8 @@ def joint_rows(evidence: Evidence, joint: int, begins: Sequence[float]) -> Joint
     motion, t, still = rows.motion[own], np.empty(own.stop - own.start), list[tuple[float, float]]()
     for k in np.unique(motion).tolist():
         seen = evidence.problem.motions[k].observation
-        of = seen.joints[joint]
         at = motion == k
-        first = of.t[0] - of.position[0] * of.row_period
-        t[at] = begins[k] + first - _start(seen, joint) + rows.position[own][at] * of.row_period
+        t[at] = begins[k] + _first_row(seen) + rows.position[own][at] * rows.row_period
         still += [(begins[k] + a, begins[k] + b) for a, b in _still(seen, joint)]
     states = evidence.states(joint)
     q, dq = (np.empty(0), np.empty(0)) if states is None else states
@@ -92,19 +90,16 @@ def begins(evidence: Evidence) -> tuple[float, ...]:
     found = [0.0]
     for motion in evidence.problem.motions:
         seen = motion.observation
-        behind = seen.full_rate
-        end = seen.joints[0].t[-1] - _start(seen, 0) if behind is None else len(behind.q) * behind.period
-        found.append(found[-1] + float(end))
+        behind, first = seen.full_rate, seen.joints[0]
+        rows = float(first.position[-1] + 1) * first.row_period
+        found.append(found[-1] + (rows if behind is None else len(behind.q) * behind.period))
     return tuple(found)
 
 
-def _start(seen: Observation, joint: int) -> float:
-    """Time of the first filtered sample of a motion, in that of its rows [s]."""
-    of, behind = seen.joints[joint], seen.full_rate
-    if behind is None:
-        return float(of.t[0])
-    middle = 0.5 * (len(behind.decimator.kernel) - 1) * behind.period
-    return float(of.t[0] - of.position[0] * of.row_period) - middle
+def _first_row(seen: Observation) -> float:
+    """Middle of the filter of a motion's first row, since its first filtered sample [s]."""
+    behind = seen.full_rate
+    return 0.0 if behind is None else 0.5 * (len(behind.decimator.kernel) - 1) * behind.period
 
 
 def _still(seen: Observation, joint: int) -> list[tuple[float, float]]:

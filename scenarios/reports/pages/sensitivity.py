@@ -78,8 +78,8 @@ def cost_plot(budget: JointBudget, order: Sequence[str], tolerance: float) -> Pl
     costs = {cost.source: cost.rms for cost in budget.costs}
     there = [source for source in order if source in costs]
     largest = max(100.0 * cost.value for cost in costs.values())
-    limit = (Reference("tolerance", tolerance, upright=True),) if tolerance <= 2.0 * largest else ()
-    beyond = "" if limit else f" The tolerance, {tolerance:.3g} %, is beyond."
+    limit = (Reference("", tolerance, upright=True),) if tolerance <= 2.0 * largest else ()
+    beyond = " Dashed: the tolerance." if limit else f" The tolerance, {tolerance:.3g} %, is beyond."
     return Plot(
         title=f"Joint {budget.joint}",
         caption=f"The {len(there)} largest of {len(costs)} sources, ranked over all joints; 95 % bootstrap "

@@ -15,12 +15,21 @@ ROW, STRIPE = 17, 22
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """How a tone looks: colour by name, dash as SVG has it, shape of a point, width of a line [pixel]."""
+    """How a tone looks.
+
+    Attributes:
+        colour: Its name in the style sheet.
+        dash: Of a line, as SVG has it.
+        shape: Of a point.
+        width: Of a line [pixel].
+        fill: Opacity of a bar.
+    """
 
     colour: str
     dash: tuple[int, ...]
     shape: str
     width: float
+    fill: float
 
     @property
     def quiet(self) -> bool:
@@ -29,14 +38,14 @@ class Style:
 
 
 STYLES = {
-    Tone.FIRST: Style("var(--first)", (), "circle", 1.8),
-    Tone.SECOND: Style("var(--second)", (5, 2), "square", 1.4),
-    Tone.THIRD: Style("var(--third)", (3, 1), "triangle-up", 1.6),
-    Tone.FOURTH: Style("var(--fourth)", (7, 2, 1, 2), "diamond", 1.4),
-    Tone.QUIET: Style("var(--quiet)", (), "circle", 1.0),
+    Tone.FIRST: Style("var(--first)", (), "circle", 1.8, 1.0),
+    Tone.SECOND: Style("var(--second)", (5, 2), "square", 1.4, 0.65),
+    Tone.THIRD: Style("var(--third)", (3, 1), "triangle-up", 1.6, 0.35),
+    Tone.FOURTH: Style("var(--fourth)", (7, 2, 1, 2), "diamond", 1.4, 0.15),
+    Tone.QUIET: Style("var(--quiet)", (), "circle", 1.0, 0.0),
 }
 CONFIG: Spec = {
-    "font": "inherit",
+    "font": "system-ui, 'DejaVu Sans', sans-serif",  # as the page has it; Vega measures it
     "background": "transparent",
     "view": {"stroke": "var(--grid)"},
     "axis": {
@@ -131,7 +140,13 @@ def _series(k: int, series: Series, plot: Plot) -> Spec:
             filled = {"type": "point", "shape": style.shape, "size": 14, "filled": True, "clip": True, "opacity": 0.75}
             return {"data": data, "mark": {**filled, "color": style.colour}, "encoding": encoding}
         case Mark.BARS:
-            bar = {"type": "bar", "color": style.colour, "stroke": "var(--ink)", "strokeWidth": 0.5}
+            bar = {
+                "type": "bar",
+                "color": style.colour,
+                "fillOpacity": style.fill,
+                "stroke": "var(--ink)",
+                "strokeWidth": 0.5,
+            }
             drawn_bar: Spec = {"mark": bar}
             ends = [_ends(upright=not plot.y.categories)] if series.low else []
             return {"data": data, "encoding": encoding, "layer": [drawn_bar, *ends]}
@@ -165,7 +180,7 @@ def _beside(plot: Plot) -> list[str]:
     if not plot.x.categories and not plot.y.categories:
         return []
     among = [each for each in plot.series if each.mark in (Mark.BARS, Mark.INTERVALS)]
-    return [each.label for each in among if each.tone is not Tone.QUIET]
+    return [each.label for each in among if each.mark is Mark.BARS or each.tone is not Tone.QUIET]
 
 
 def _offset(series: Series, plot: Plot) -> Spec:

@@ -7,7 +7,7 @@ import numpy as np
 from ident.arm import Arm
 from ident.checks.motion import JointMotion
 from scenarios.reports.content import Cell, Column, Table, cells, number, percent
-from scenarios.reports.plot import TONES, Axis, Mark, Plot, Series, values
+from scenarios.reports.plot import TONES, Axis, Plot, Series, intervals
 
 COLUMNS = (
     Column(title="Joint"),
@@ -50,17 +50,8 @@ def coverage_plot(recorded: Mapping[str, Sequence[JointMotion]], arm: Arm) -> Pl
     for k, (name, motions) in enumerate(recorded.items()):
         ends = np.array([[each.low, each.high] for each in motions])
         placed = (ends - low[:, None]) / size[:, None]  # (n, 2)
-        series.append(
-            Series(
-                label=name,
-                mark=Mark.INTERVALS,
-                tone=TONES[k % len(TONES)],
-                x=names,
-                y=values(placed.mean(axis=1)),
-                low=values(placed[:, 0]),
-                high=values(placed[:, 1]),
-            )
-        )
+        seen = [(0.5 * (a + b), a, b) for a, b in placed.tolist()]
+        series.append(intervals(name, names, seen, TONES[k % len(TONES)]))
     of = "the range that the model states" if stated else "no range: the model states none"
     return Plot(
         title="Where each joint went",

@@ -124,6 +124,24 @@ def values(numbers: "Sequence[float] | Array") -> tuple[float | None, ...]:
     return tuple(float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in map(float, numbers))
 
 
+def intervals(label: str, x: Sequence[str], ends: Sequence[tuple[float, float, float]], tone: Tone) -> Series:
+    """Intervals of categories.
+
+    Args:
+        label: Of the series.
+        x: The categories.
+        ends: Of each: the value, its lower and its upper end.
+        tone: What sets them apart.
+    """
+    value, low, high = (values([each[k] for each in ends]) for k in range(3))
+    return Series(label=label, mark=Mark.INTERVALS, tone=tone, x=tuple(x), y=value, low=low, high=high)
+
+
+def about(value: float, half: float) -> tuple[float, float, float]:
+    """A value with the ends of an interval that reaches as far either way."""
+    return value, value - half, value + half
+
+
 def one_in(count: int, most: int) -> int:
     """One in how many points is drawn so that no more than `most` are."""
     return max(1, -(-count // most))

@@ -18,8 +18,11 @@ MISSING = [name for name in ("playwright", "axe_playwright_python") if importlib
 pytestmark = pytest.mark.skipif(
     CHROMIUM is None or bool(MISSING), reason=f"needs {', '.join(MISSING) or 'a Chromium in the path'}"
 )
-QUICK = ("run", "check", "monte-carlo", "sensitivity", "comparison")
-KINDS = (*QUICK, pytest.param("identification", marks=pytest.mark.slow))  # drawn as a run is
+KINDS = [
+    "run",
+    "comparison",
+    *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("identification", "check", "monte-carlo", "sensitivity")),
+]
 DRAWN = "document.documentElement.dataset.drawn === 'all'"
 
 

@@ -11,8 +11,8 @@ from scenarios.errors import ForeignResult
 from scenarios.reports.comparison import Compared, comparison_report
 from scenarios.reports.content import Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
-from scenarios.reports.pages.monte_carlo import NORMAL
-from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, values
+from scenarios.reports.pages.monte_carlo import NORMAL, in_percent
+from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
 
 DOCUMENT = "report.json"
 
@@ -76,15 +76,7 @@ def plots(compared: Compared) -> list[Part]:
         )
         covered = [(str(joint.joint), joint.cover_2) for joint in method.joints if joint.cover_2 is not None]
         held.append(
-            Series(
-                label=method.method,
-                mark=Mark.INTERVALS,
-                tone=tone,
-                x=tuple(name for name, _ in covered),
-                y=values([100.0 * each.share for _, each in covered]),
-                low=values([100.0 * each.low for _, each in covered]),
-                high=values([100.0 * each.high for _, each in covered]),
-            )
+            intervals(method.method, [name for name, _ in covered], [in_percent(each) for _, each in covered], tone)
         )
     joint = Axis(title="joint", categories=names)
     return [

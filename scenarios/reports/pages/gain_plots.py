@@ -6,7 +6,7 @@ from ident.arrays import Array
 from ident.estimate import IdentifiedGain, JointResult
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Paragraph
-from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, values
+from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, about, intervals, values
 
 JOINT = "joint"
 
@@ -15,9 +15,7 @@ def error_plot(gains: Sequence[GainVerdict]) -> Plot:
     """Errors with their intervals beside the tolerance; a joint without a gain has its tolerance alone."""
     names = tuple(str(gain.joint) for gain in gains)
     found = [(gain, gain.rel_error, gain.std or 0.0) for gain in gains if gain.rel_error is not None]
-    error = [100.0 * off for _, off, _ in found]
-    size = [200.0 * std / abs(gain.true) for gain, _, std in found]
-    tolerance = [100.0 * gain.tolerance for gain in gains]
+    errors = [about(100.0 * off, 200.0 * std / abs(gain.true)) for gain, off, std in found]
     return Plot(
         title="Error of each gain, with its interval",
         caption="Point: identified less injected gain. Bar: two standard deviations either way, all shares together. "
@@ -25,24 +23,8 @@ def error_plot(gains: Sequence[GainVerdict]) -> Plot:
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="error", unit="%", zero=True),
         series=(
-            Series(
-                label="tolerance",
-                mark=Mark.INTERVALS,
-                tone=Tone.QUIET,
-                x=names,
-                y=(0.0,) * len(names),
-                low=values([-each for each in tolerance]),
-                high=values(tolerance),
-            ),
-            Series(
-                label="error, 2 sigma",
-                mark=Mark.INTERVALS,
-                tone=Tone.FIRST,
-                x=tuple(str(gain.joint) for gain, _, _ in found),
-                y=values(error),
-                low=values([e - s for e, s in zip(error, size, strict=True)]),
-                high=values([e + s for e, s in zip(error, size, strict=True)]),
-            ),
+            intervals("tolerance", names, [about(0.0, 100.0 * gain.tolerance) for gain in gains], Tone.QUIET),
+            intervals("error, 2 sigma", [str(gain.joint) for gain, _, _ in found], errors, Tone.FIRST),
         ),
     )
 
@@ -57,13 +39,11 @@ def value_plot(joints: Sequence[JointResult], unit: str) -> Plot:
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="gain", unit=unit),
         series=(
-            Series(
-                label="gain, 2 sigma",
-                mark=Mark.INTERVALS,
-                x=tuple(name for name, _ in found),
-                y=values([gain.value for _, gain in found]),
-                low=values([gain.value - 2.0 * gain.total_std for _, gain in found]),
-                high=values([gain.value + 2.0 * gain.total_std for _, gain in found]),
+            intervals(
+                "gain, 2 sigma",
+                [name for name, _ in found],
+                [about(gain.value, 2.0 * gain.total_std) for _, gain in found],
+                Tone.FIRST,
             ),
         ),
     )

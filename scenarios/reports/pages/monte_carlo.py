@@ -12,10 +12,10 @@ from ident.arrays import Array
 from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table, cells
 from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
 from scenarios.reports.pages import provenance
-from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, values
+from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, values
 from scenarios.reports.plots.monte_carlo import panels
 from scenarios.store.stored_study import StoredStudy, read_study
-from scenarios.studies.coverage import coverage
+from scenarios.studies.coverage import Coverage, coverage
 from scenarios.studies.pass_rule import FALSE_ALARM
 from scenarios.studies.statistics import JointStatistics, joint_statistics
 
@@ -70,18 +70,14 @@ def coverage_plot(rows: pd.DataFrame, statistics: Sequence[JointStatistics]) -> 
         caption=f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, what honest ones give.",
         x=Axis(title="joint", categories=names),
         y=Axis(title="held", unit="% of gains"),
-        series=(
-            Series(
-                label="within 2 sigma",
-                mark=Mark.INTERVALS,
-                x=tuple(found),
-                y=values([100.0 * each.share for each in found.values()]),
-                low=values([100.0 * each.low for each in found.values()]),
-                high=values([100.0 * each.high for each in found.values()]),
-            ),
-        ),
+        series=(intervals("within 2 sigma", tuple(found), [in_percent(each) for each in found.values()], Tone.FIRST),),
         references=(Reference("", 100.0 * NORMAL),),
     )
+
+
+def in_percent(found: Coverage) -> tuple[float, float, float]:
+    """A coverage with the ends of its interval [%]."""
+    return 100.0 * found.share, 100.0 * found.low, 100.0 * found.high
 
 
 def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
@@ -94,14 +90,11 @@ def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
         x=Axis(title="joint", categories=names),
         y=Axis(title="passed", unit="% of trials"),
         series=(
-            Series(
-                label="passed",
-                mark=Mark.INTERVALS,
-                tone=Tone.THIRD,
-                x=names,
-                y=values([100.0 * joint.pass_rate for joint in statistics]),
-                low=values([100.0 * joint.pass_low for joint in statistics]),
-                high=values([100.0 * joint.pass_high for joint in statistics]),
+            intervals(
+                "passed",
+                names,
+                [(100.0 * each.pass_rate, 100.0 * each.pass_low, 100.0 * each.pass_high) for each in statistics],
+                Tone.THIRD,
             ),
         ),
         references=(Reference("", wanted),),

@@ -13,7 +13,7 @@ from scenarios.reports.pages import provenance
 from scenarios.reports.pages.joint_rows import JointRows
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.paper import paper_report
-from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, values
+from scenarios.reports.plot import Axis, Plot, Reference, Tone, about, intervals
 from scenarios.store.paper_folder import read_paper
 
 
@@ -62,23 +62,10 @@ def gain_plot(run: PaperRun) -> Plot:
         x=Axis(title="joint", categories=names),
         y=Axis(title="gain", unit="N m/unit"),
         series=(
-            Series(
-                label="ours",
-                mark=Mark.INTERVALS,
-                x=tuple(name for name, _ in ours),
-                y=values([gain.value for _, gain in ours]),
-                low=values([gain.value - 2.0 * gain.std for _, gain in ours]),
-                high=values([gain.value + 2.0 * gain.std for _, gain in ours]),
+            intervals(
+                "ours", [name for name, _ in ours], [about(gain.value, 2.0 * gain.std) for _, gain in ours], Tone.FIRST
             ),
-            Series(
-                label="the paper's",
-                mark=Mark.INTERVALS,
-                tone=Tone.SECOND,
-                x=names,
-                y=values([value for value, _ in theirs]),
-                low=values([value - width for value, width in theirs]),
-                high=values([value + width for value, width in theirs]),
-            ),
+            intervals("the paper's", names, [about(*each) for each in theirs], Tone.SECOND),
         ),
     )
 
@@ -88,23 +75,14 @@ def mass_plot(run: PaperRun) -> Plot:
     names = tuple(f"case {k}" for k in range(1, len(run.cases) + 1))
     ours = [(case["M"].value, 2.0 * case["M"].std) for case in run.cases]
     theirs = [(case.M, case.M_2sigma) for case in published.CASES]
-    found = {"ours": (ours, Tone.FIRST), "the paper's": (theirs, Tone.SECOND)}
     return Plot(
         title="The payload's mass with the gains of each case",
         caption="Case 1: gains of 1. Case 2: identified gains. Case 3: these with 20 % error. Dashed: as weighed.",
         x=Axis(title="", categories=names),
         y=Axis(title="mass", unit="kg"),
-        series=tuple(
-            Series(
-                label=label,
-                mark=Mark.INTERVALS,
-                tone=tone,
-                x=names,
-                y=values([value for value, _ in pairs]),
-                low=values([value - width for value, width in pairs]),
-                high=values([value + width for value, width in pairs]),
-            )
-            for label, (pairs, tone) in found.items()
+        series=(
+            intervals("ours", names, [about(*each) for each in ours], Tone.FIRST),
+            intervals("the paper's", names, [about(*each) for each in theirs], Tone.SECOND),
         ),
         references=(Reference("", float(run.payloads[0][-1])),),
     )

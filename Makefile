@@ -6,10 +6,12 @@ BIN := .venv/bin
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 
-.PHONY: demo test test-slow mutants lint bench checks docs excitation methods coverage predicted protocols robots verify schemas lock clean
+.PHONY: demo test test-slow mutants lint bench scale checks docs excitation methods coverage predicted protocols robots verify schemas lock clean
 
 demo: .venv/ready
+	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
 	$(BIN)/rx90 run nominal
+	@echo 'Next: .venv/bin/rx90 shows what else one can do.'
 
 test: .venv/ready
 	$(BIN)/pytest --numprocesses logical --dist worksteal
@@ -31,6 +33,9 @@ bench: .venv/ready
 	$(BIN)/python bench/doors.py
 	$(BIN)/python bench/studies.py
 
+scale: .venv/ready  # what a million trials need from the process that writes them, into docs/scaling.md; ten minutes
+	$(BIN)/python -m bench.scale --write
+
 checks: .venv/ready  # what `rx90 check` finds; REAL_RECORDINGS names a folder of real ones; some twenty minutes
 	$(BIN)/python docs/checks.py
 
@@ -46,7 +51,7 @@ COMPARED ?= $(wildcard out/methods/*)
 methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
 	$(BIN)/python docs/methods.py $(COMPARED)
 
-PROTOCOLS := pair pair-warm return return-warm two-weights two-weights-warm
+PROTOCOLS := $(basename $(notdir $(wildcard docs/protocols/*.toml)))
 
 protocols: .venv/ready  # half an hour; goes on from what out/protocols holds
 	for each in $(PROTOCOLS); do $(BIN)/rx90 monte-carlo docs/protocols/$$each.toml -n 40 --out out/protocols/$$each || [ $$? = 1 ] || exit 1; done
@@ -80,11 +85,18 @@ lock: .venv/ready
 	  --group dev --output-file requirements.lock pyproject.toml
 
 .venv/ready: requirements.lock pyproject.toml
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; try make PYTHON=python3.11")'
-	$(PYTHON) -m venv .venv
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed; try make PYTHON=python3.11")'
+	@echo 'Building .venv, once; with a fast network:'
+	@echo '  1 of 3  an empty environment, some 5 s'
+	@$(PYTHON) -m venv .venv
+	@echo "  2 of 3  $$(grep -c '==' requirements.lock) packages of requirements.lock, some 70 s"
+	@began=$$(date +%s); \
+	(while sleep 10 >/dev/null 2>&1; do echo "          for $$(($$(date +%s) - began)) s"; done) & alive=$$!; \
+	trap "kill $$alive" EXIT INT TERM; \
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
-	touch .venv/ready
+	@echo '  3 of 3  this project, some 3 s'
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch .venv/ready
 
 clean:
 	rm -rf .venv out dist

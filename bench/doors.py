@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from ident.logs import format_of
-from ident.logs.columns import Request
+from ident.logs.columns import Chosen, Request
 from ident.logs.conversion import converted
 from ident.logs.description import LogDescription
 from ident.logs.joint_state_messages import message_layout
@@ -97,9 +97,9 @@ def read(path: Path) -> None:
     said = LogDescription(signal="current" if path.is_dir() else None, joints=JOINTS)
     found: list[Resolved] = []
 
-    def chosen(path: Path, names: list[str]) -> tuple[str, ...]:
+    def chosen(path: Path, names: Sequence[str]) -> Chosen:
         found.append(resolved(path, names, said))
-        return found[0].columns
+        return found[0].chosen
 
     started = time.perf_counter(), time.process_time()
     columns = format_of(path).read(path, Request(chosen=chosen, known=len, joints=JOINTS))

@@ -25,7 +25,8 @@ import sim.record
 from scenarios.build import bench
 from scenarios.files.loading import load_scenario
 from scenarios.run import motion_streams
-from scenarios.store.study_folder import WHOLE, Part, study_folder
+from scenarios.store.parts import WHOLE, Part
+from scenarios.store.study_folder import study_folder
 from scenarios.studies.study import CHUNK
 from scenarios.trials import Trial, run_trials, trial_schema
 from scenarios.versions import versions
@@ -151,9 +152,9 @@ def split() -> None:
     run_trials(SCENARIO, trials(0, 2), SCHEMA, threads=1)
     Engine.advance = timed("physics", Engine.advance)
     sim.record.closed_loop = timed("loop", sim.record.closed_loop)
-    sim.record._logged = timed("sensors", sim.record._logged)
+    sim.record.logged = timed("sensors", sim.record.logged)
     sim.record._prepared = timed("models", sim.record._prepared)
-    scenarios.run.identify = timed("identification", scenarios.run.identify)
+    scenarios.run.identify_motions = timed("identification", scenarios.run.identify_motions)
     with TemporaryDirectory() as folder:
         started = time.perf_counter()
         rows = run_trials(SCENARIO, trials(0), SCHEMA, threads=1)

@@ -9,272 +9,41 @@ and `--seconds` ends it early with what there is.
 import argparse
 import json
 import os
-import re
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
+from check_faults import Fault, base_structures, model_faults, of_log, reading
 from scipy import stats
+from simulations import outcomes_of
 from threadpoolctl import threadpool_limits
 
 from ident.arm import load_arm
-from ident.arrays import Array
 from ident.checks.check import Checked, check
-from ident.checks.comparison import single_readings
+from ident.checks.comparison import same_as_it_is
 from ident.checks.remark import Grade
-from ident.checks.sameness import fingerprint, same
-from ident.explanation import unknowns_of
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
-from ident.readings import as_it_is
 from ident.recording import Recording
 from ident.recording_files import read_recording
 from ident.structure import Structure, structure_of
-from scenarios.build import bench
-from scenarios.files.loading import load_scenario
 from scenarios.reports.content import Column, Heading, Paragraph, Part, Report, Table, cells
 from scenarios.reports.files import write_markdown
-from scenarios.run import Simulated, drawn, motion_streams, simulate_batch
+from scenarios.run import Simulated
 
 SIMULATED = ("nominal", "panda")
 FAULTY_SEED, CLEAN_SEED = 500, 1000
 OBSERVING, GAINS = ObserveOptions(), GainOptions()
-RATIOS = (79.4, -158.8)
-"""Of gears, for positions on the motor's side."""
-NEAR = 0.02
-"""Relative error of a ratio that counts as named."""
 READINGS, LOG = "what the model can explain", "the log itself"
-BATCH = 10
+CLEAN = 50
+"""Clean pairs of each arm, unless another number is said."""
 REAL = ("ur10e", "ur10e_december", "tx40")
-
-Samples = tuple[Array, Array, Array]
-Change = Callable[[Array, Array, Array], Samples]
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A mistake of a log.
-
-    Attributes:
-        kind: To be counted under.
-        words: What was done to the log.
-        change: What makes of t, q, v the log with the mistake.
-        named: Whether a check names it.
-        undone: Words of the reading that undoes it, None where it is no reading.
-    """
-
-    kind: str
-    words: str
-    change: Change
-    named: Callable[[Checked], bool]
-    undone: str | None = None
-
-
-def reading(words: str) -> Callable[[Checked], bool]:
-    return lambda found: words in found.named
-
-
-def seen(pattern: str) -> Callable[[Checked], bool]:
-    return lambda found: any(
-        re.search(pattern, f"{line.topic}: {line.seen}") for line in found.all_remarks if line.grade is not Grade.GOOD
-    )
-
-
-def ratio(j: int, value: float) -> Callable[[Checked], bool]:
-    def named(found: Checked) -> bool:
-        told = (re.match(rf"q{j + 1} divided by ([-\d.]+)", words) for words in found.named)
-        return any(abs(float(each[1].rstrip(".,")) / value - 1.0) < NEAR for each in told if each)
-
-    return named
-
-
-def column(x: Array, j: int, values: Array) -> Array:
-    x = x.copy()
-    x[:, j] = values
-    return x
-
-
-def swapped(x: Array, i: int, j: int) -> Array:
-    x = x.copy()
-    x[:, [i, j]] = x[:, [j, i]]
-    return x
-
-
-def of_joint(j: int) -> Iterator[Fault]:
-    """Faults of one joint, from 0, that change what the model can explain."""
-    q_, v_ = f"q{j + 1}", f"v{j + 1}"
-    for sign, turn in ((-1, 0), (1, 90), (1, 180), (1, 270), (-1, 90), (-1, 180), (-1, 270)):
-        words = q_ + (" negated" if sign < 0 else "") + (f" plus {turn} degrees" if turn else "")
-        back = turn if sign < 0 else 360 - turn
-        undone = q_ + (" negated" if sign < 0 else "") + (f" plus {back} degrees" if turn else "")
-        yield Fault(
-            "sign of a position" if not turn else "zero by a quarter turn, negated or not",
-            words,
-            lambda t, q, v, sign=sign, turn=turn: (t, column(q, j, sign * q[:, j] + np.deg2rad(turn)), v),
-            reading(undone),
-            undone,
-        )
-    degrees = f"{q_} in degrees"
-    yield Fault(
-        "one joint in degrees",
-        degrees,
-        lambda t, q, v: (t, column(q, j, np.rad2deg(q[:, j])), v),
-        reading(degrees),
-        degrees,
-    )
-    for value in RATIOS:
-        yield Fault(
-            "one joint on the motor's side",
-            f"{q_} times {value:g}",
-            lambda t, q, v, value=value: (t, column(q, j, value * q[:, j]), v),
-            ratio(j, value),
-        )
-    yield Fault(
-        "speed in place of a current",
-        v_,
-        lambda t, q, v: (t, q, column(v, j, np.gradient(q[:, j], t))),
-        seen(rf"{v_} is the speed"),
-    )
-
-
-def of_pair(i: int, j: int) -> Iterator[Fault]:
-    """Faults of two joints, from 0."""
-    a, b = i + 1, j + 1
-    yield Fault(
-        "positions exchanged",
-        f"q{a} and q{b}",
-        lambda t, q, v: (t, swapped(q, i, j), v),
-        reading(f"columns q{a} and q{b} exchanged"),
-        f"columns q{a} and q{b} exchanged",
-    )
-    yield Fault(
-        "currents exchanged",
-        f"v{a} and v{b}",
-        lambda t, q, v: (t, q, swapped(v, i, j)),
-        reading(f"columns v{a} and v{b} exchanged"),
-        f"columns v{a} and v{b} exchanged",
-    )
-    yield Fault(
-        "joints exchanged",
-        f"{a} and {b}",
-        lambda t, q, v: (t, swapped(q, i, j), swapped(v, i, j)),
-        reading(f"joints {a} and {b} exchanged"),
-        f"joints {a} and {b} exchanged",
-    )
-    yield Fault(
-        "a column twice",
-        f"q{a} in place of q{b}",
-        lambda t, q, v: (t, column(q, j, q[:, i]), v),
-        seen(rf"q{a} and q{b} hold the same|q{b} and q{a} hold the same"),
-    )
-
-
-def of_all() -> Iterator[Fault]:
-    """Faults of all joints."""
-    yield Fault(
-        "all in another order",
-        "reversed",
-        lambda t, q, v: (t, q[:, ::-1], v[:, ::-1]),
-        reading("joints in reverse order"),
-    )
-    yield Fault(
-        "all in another order",
-        "shifted by one",
-        lambda t, q, v: (t, np.roll(q, 1, 1), np.roll(v, 1, 1)),
-        lambda found: any(words.startswith("joints shifted") for words in found.named),
-    )
-    for unit, factor in (("in degrees", 180.0 / np.pi), ("in revolutions", 0.5 / np.pi)):
-        yield Fault(
-            "all in another unit",
-            unit,
-            lambda t, q, v, factor=factor: (t, factor * q, v),
-            reading(f"all positions {unit}"),
-        )
-
-
-def of_log(n: int) -> Iterator[Fault]:
-    """Faults that no reading undoes."""
-    for j in range(n):
-        yield Fault(
-            "sign of a current",
-            f"v{j + 1} negated",
-            lambda t, q, v, j=j: (t, q, column(v, j, -v[:, j])),
-            seen(rf"friction of joint {j + 1} drives"),
-        )
-        yield Fault(
-            "clipping",
-            f"v{j + 1} at 0.8 of its largest",
-            lambda t, q, v, j=j: (t, q, column(v, j, _clipped(v[:, j]))),
-            seen(rf"v{j + 1} stays at"),
-        )
-        yield Fault(
-            "wrapped angle",
-            f"q{j + 1}",
-            lambda t, q, v, j=j: (t, column(q, j, (q[:, j] - q[:, j].mean()) % (2 * np.pi)), v),
-            seen(r"values: .*wrapped"),
-        )
-    for late in (0.01, 0.02, 0.03):
-        yield Fault(
-            "currents late", f"{1e3 * late:g} ms", lambda t, q, v, late=late: _late(t, q, v, late), seen("delay")
-        )
-    yield Fault("lost samples", "1 %", lambda t, q, v: _kept(t, q, v, even=False), seen("missing samples"))
-    yield Fault("lost samples", "1 %, time even", lambda t, q, v: _kept(t, q, v, even=True), seen("lost samples"))
-    yield Fault("lost samples", "a hole of 2.5 %", _hole, seen("missing samples"))
-    yield Fault("repeated samples", "1 %", _repeated, seen("repeated samples"))
-    yield Fault(
-        "time in milliseconds", "", lambda t, q, v: (1e3 * t, q, v), seen("values: .*milliseconds|too slow for")
-    )
-    yield Fault(
-        "a spike",
-        "in q2",
-        lambda t, q, v: (t, column(q, 1, q[:, 1] + 1.0 * (np.arange(len(t)) == 700)), v),
-        seen("values: q2"),
-    )
-
-
-def _clipped(v: Array) -> Array:
-    limit = 0.8 * float(np.abs(v).max())
-    return np.clip(v, -limit, limit)
-
-
-def _late(t: Array, q: Array, v: Array, late: float) -> Samples:
-    rows = round(late * (len(t) - 1) / (t[-1] - t[0]))
-    return t[rows:], q[rows:], v[:-rows]
-
-
-def _kept(t: Array, q: Array, v: Array, *, even: bool) -> Samples:
-    kept = np.random.default_rng(7).random(len(t)) > 0.01
-    return t[: kept.sum()] if even else t[kept], q[kept], v[kept]
-
-
-def _hole(t: Array, q: Array, v: Array) -> Samples:
-    left, right = round(0.45 * len(t)), round(0.475 * len(t))
-    t, q, v = (np.concatenate((x[:left], x[right:])) for x in (t, q, v))
-    return t, q, v
-
-
-def _repeated(t: Array, q: Array, v: Array) -> Samples:
-    again = np.random.default_rng(8).random(len(t)) < 0.01
-    rows = np.maximum(np.arange(len(t)) - again, 0)
-    return t, q[rows], v[rows]
-
-
-def model_faults(n: int) -> list[Fault]:
-    pairs = [(i, j) for i in range(n) for j in range(i + 1, n)]
-    found = [fault for j in range(n) for fault in of_joint(j)]
-    found += [fault for i, j in pairs for fault in of_pair(i, j)]
-    return [*found, *of_all()]
-
-
-def base_structures(structure: Structure) -> Iterator[tuple[str, Structure, str]]:
-    """The arm with a base that the model has otherwise: which way, the model, the reading that undoes it."""
-    for way in ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0)):
-        arm = replace(structure.arm, gravity=np.linalg.norm(structure.arm.gravity) * np.array(way))
-        yield f"model's gravity along {way}", structure_of(arm), "gravity along (0, 0, -1) of the base"
+PAIRS = (*SIMULATED, "ur10e", "ur10e_december")
+"""Of which a bare and a loaded motion are checked together."""
 
 
 @dataclass(frozen=True)
@@ -322,14 +91,6 @@ class Kept:
         return [Clean(**row) for row in self.rows.values() if "kind" not in row]
 
 
-def explained_alike(structure: Structure, motions: int) -> set[str]:
-    """Words of the readings that explain the same as the log as it is."""
-    own, arm = unknowns_of(structure), structure.arm
-    given = fingerprint(structure, own, as_it_is(arm), motions=motions)
-    upright = (each for each in single_readings(arm) if each.gravity is arm.gravity)
-    return {each.words for each in upright if same(given, fingerprint(structure, own, each, motions=motions))}
-
-
 def changed(fault: Fault, logs: Sequence[Recording]) -> list[Recording]:
     return [Recording(*fault.change(log.t, log.q, log.v), log.name) for log in logs]
 
@@ -353,7 +114,7 @@ def judged(
 
 def try_faults(kept: Kept, of: str, logs: Sequence[Recording], structure: Structure, sample: int) -> None:
     """Try a sample of the faults that change what the model can explain, and all of the log itself."""
-    alike = explained_alike(structure, len(logs))
+    alike = {each.words for each in same_as_it_is(structure, motions=len(logs))}
     faults = [fault for fault in model_faults(structure.arm.n) if fault.undone not in alike]
     chosen = np.sort(np.random.default_rng(2011).permutation(len(faults))[:sample]).tolist()
     tried = [(READINGS, faults[k]) for k in chosen] + [(LOG, fault) for fault in of_log(structure.arm.n)]
@@ -370,14 +131,9 @@ def _tried(of: str, about: str, fault: Fault, faulty: Callable[[], list[Recordin
 
 
 def simulated(name: str, seeds: Sequence[int]) -> Iterator[tuple[Structure, list[Recording]]]:
-    prepared = bench(load_scenario(name))
-    for start in range(0, len(seeds), BATCH):
-        part = seeds[start : start + BATCH]
-        ready = [drawn(prepared, seed) for seed in part]
-        streams = [motion_streams(seed, {}, len(prepared.experiments)) for seed in part]
-        for _, outcome in simulate_batch(ready, streams, threads=1):
-            if isinstance(outcome, Simulated):
-                yield prepared.structure, list(outcome.recordings)
+    for _, prepared, outcome in outcomes_of(name, seeds):
+        if isinstance(outcome, Simulated):
+            yield prepared.structure, list(outcome.recordings)
 
 
 def real_sets(folder: Path) -> Iterator[tuple[str, Structure, list[Recording]]]:
@@ -482,23 +238,46 @@ def document(outcomes: Sequence[Outcome], clean: Sequence[Clean]) -> Report:
             own = [each for each in outcomes if each.about == about and each.of in arms]
             if own:
                 parts += [Heading(f"Faults of {about}: {title}"), outcome_table(own)]
+    head = [Paragraph(ABOUT), Paragraph(summary(outcomes))]
+    tail = [clean_table(clean), *(Paragraph(each) for each in cut_short(clean))]
+    return Report("What a check finds", (*head, *parts, Heading("Clean recordings"), *tail), {})
+
+
+def summary(outcomes: Sequence[Outcome]) -> str:
+    """How many simulated faults were named, and how long a check of a pair of logs took."""
     both = [each for each in outcomes if each.about == READINGS and each.of in SIMULATED]
+    if not both:
+        return "No fault that changes what the model can explain has been tried yet."
     named = sum(each.named for each in both)
-    seconds = [each.seconds for each in outcomes if each.seconds is not None]
-    summary = (
+    text = (
         f"Of {len(both)} simulated faults that change what the model can explain {named} were named "
-        f"({100 * named / len(both):.1f} %, {interval(named, len(both))} %). A check of a pair took "
-        f"{np.median(seconds):.2g} s (median), at most {max(seconds):.2g} s, on a machine that did other work."
+        f"({100 * named / len(both):.1f} %, {interval(named, len(both))} %)."
     )
-    head = [Paragraph(ABOUT), Paragraph(summary)]
-    return Report("What a check finds", (*head, *parts, Heading("Clean recordings"), clean_table(clean)), {})
+    pairs = [each for each in outcomes if each.of in PAIRS and each.kind != "base"]
+    seconds = [each.seconds for each in pairs if each.seconds is not None]
+    if not seconds:
+        return text
+    return (
+        f"{text} A check of a pair took {np.median(seconds):.2g} s (median of {len(seconds)}), at most "
+        f"{max(seconds):.2g} s, on a machine that did other work."
+    )
+
+
+def cut_short(clean: Sequence[Clean]) -> list[str]:
+    """Of which simulated recordings fewer than usual were checked."""
+    counts = {f"{name}, {which}": 0 for name in SIMULATED for which in ("bare", "bare and loaded")}
+    counts |= {name: sum(each.of == name for each in clean) for name in counts}
+    short = [f"{name} {count}" for name, count in counts.items() if count < CLEAN]
+    if not short:
+        return []
+    return [f"The run was ended before {CLEAN} of each simulated kind were checked: {'; '.join(short)}."]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--sample", type=int, default=90)
     parser.add_argument("--real-sample", type=int, default=8)
-    parser.add_argument("--clean", type=int, default=50)
+    parser.add_argument("--clean", type=int, default=CLEAN)
     parser.add_argument("--out", type=Path, default=Path("out/checks/outcomes.jsonl"))
     parser.add_argument("--seconds", type=float, default=float("inf"))
     options = parser.parse_args()

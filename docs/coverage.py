@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import combinations
@@ -27,14 +28,14 @@ from scenarios.reports.content import (
     percent,
 )
 from scenarios.reports.files import write_figures, write_markdown
-from scenarios.reports.monte_carlo import failures
 from scenarios.reports.plots.calibration import curves
 from scenarios.store.study_folder import STUDY, StudyFolder
 from scenarios.studies.calibration import GRID, Calibration, calibration
 from scenarios.studies.coverage import Coverage, JointClaims, Target, joint_claims
+from scenarios.studies.joint_rows import COLUMNS, rows_in
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.pass_rule import FALSE_ALARM
-from scenarios.studies.statistics import COLUMNS, joint_statistics
+from scenarios.studies.statistics import joint_statistics
 from scenarios.trials import run_trials
 from scenarios.versions import versions
 
@@ -72,6 +73,7 @@ class Covered:
     record: dict
     rows: pd.DataFrame
     joints: tuple[JointClaims, ...]
+    failures: Mapping[str, int]
     ended: datetime
 
     @property
@@ -93,11 +95,17 @@ def covered(folder: Path) -> Covered:
     place = StudyFolder(folder, len(tolerance["gain"]))
     if record["study"] != "monte-carlo" or place.missing(record["trials"]):
         sys.exit(f"{folder}: no finished study of rx90 monte-carlo; go on with: {record['command']}")
-    rows = place.table(list(COLUMNS))
-    statistics = joint_statistics(rows, wanted=tolerance["pass_rate"], false_alarm=FALSE_ALARM)
+    gathered = rows_in(place)
+    statistics = joint_statistics(gathered.joints, wanted=tolerance["pass_rate"], false_alarm=FALSE_ALARM)
     ended = max(path.stat().st_mtime for path in place.trials.iterdir())
-    joints = tuple(joint_claims(rows, joint) for joint in statistics)
-    return Covered(record=record, rows=rows, joints=joints, ended=datetime.fromtimestamp(ended, UTC))
+    joints = tuple(joint_claims(*each) for each in zip(gathered.joints, statistics, strict=True))
+    return Covered(
+        record=record,
+        rows=place.table(["trial", *COLUMNS]),
+        joints=joints,
+        failures=gathered.failures,
+        ended=datetime.fromtimestamp(ended, UTC),
+    )
 
 
 # What is wanted and what is
@@ -190,7 +198,7 @@ def joint_table(study: Covered) -> Table:
 
 def study_parts(study: Covered) -> list[Part]:
     said = misses(study) or ["Every joint with a gain is inside both targets."]
-    kinds = failures(study.rows)
+    kinds = study.failures
     said += [f"{count} of {study.trials} trials failed: {kind}." for kind, count in kinds.items()]
     return [
         Heading(f"{study.name}, {study.trials} trials"),

@@ -13,18 +13,21 @@ from scenarios.files.loading import load_scenario
 from scenarios.files.schema import Scenario, SourceTable
 from scenarios.files.settings import Value
 from scenarios.prediction.predictor import Predictor, predictor_of
-from scenarios.studies.sensitivity import ALONE
+from scenarios.studies.sensitivity import ALONE, NONE
 from sim.errors import SimulationError
 
 HEAD = """# Predicted and simulated error budgets
 
 Written by `make predicted` from the folders that `rx90 sensitivity` left. Nothing here is typed by hand.
 
-Root mean square of the relative error of the gain from each source alone [%]: predicted for the numbers that the trials
-drew / simulated. Where the two differ by more than a tenth and by more than 0.05 %, of a noise also by more than three
-standard errors of so few trials, they stand **bold**.
+Root mean square of what each source alone adds to the relative error of the gain [%]: predicted for the numbers that
+the trials drew / simulated, less the error of the trial with every source off, which is the method's own. Where the two
+differ by more than a tenth and by more than 0.05 %, of a noise also by more than three standard errors of so few
+trials, they stand **bold**.
 """
 SHARE, SMALL, ERRORS = 0.1, 5e-4, 3.0
+LEAST = 8
+"""Trials a source; an rms of fewer says nothing."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +47,23 @@ class Entry:
         return f"**{text}**" if self.off else text
 
 
-def entries(predictor: Predictor, name: str, source: SourceTable, rows: pd.DataFrame) -> list[Entry]:
-    """One a joint: of what is drawn the errors predicted for each trial's own numbers, of noise its deviation."""
+def entries(predictor: Predictor, name: str, source: SourceTable, rows: pd.DataFrame, own: np.ndarray) -> list[Entry]:
+    """One a joint: of what is drawn the errors predicted for each trial's own numbers, of noise its deviation.
+
+    Args:
+        predictor: Of the scenario.
+        name: Of the source.
+        source: Its table.
+        rows: Of the trials with this source alone.
+        own: Relative error of each joint's gain with every source off.
+    """
     joints = predictor.joints + 1
     trials = [
         trial for _, trial in rows.groupby("trial") if trial["rel_error"].notna()[trial["joint"].isin(joints)].all()
     ]
-    real = np.array([trial.set_index("joint").loc[joints, "rel_error"] for trial in trials])
+    if len(trials) < LEAST:
+        sys.exit(f"{name}: {len(trials)} trials with a gain on every joint; expected {LEAST} or more; raise --repeats")
+    real = np.array([trial.set_index("joint").loc[joints, "rel_error"] for trial in trials]) - own
     simulated = np.sqrt(np.mean(real**2, axis=0))
     allowed = np.maximum(SHARE * simulated, SMALL)
     if source.stream is None:
@@ -77,17 +90,22 @@ def section(scenario: Scenario, folder: Path) -> str:
     predictor = predictor_of(scenario)
     rows = pd.read_parquet(folder / "trials")
     alone = rows[rows["design"] == ALONE]
+    own = alone[alone["source"] == NONE].set_index("joint")["rel_error"].reindex(predictor.joints + 1).to_numpy()
+    if np.isnan(own).any():
+        sys.exit(f"{folder}: no gain of every joint with every source off: what a source adds cannot be told")
+    alone = alone[alone["source"].isin(list(scenario.table.sources))]
     found: dict[str, list[Entry]] = {}
     silent: list[str] = []
     for name, source in scenario.table.sources.items():
         try:
-            found[name] = entries(predictor, name, source, alone[alone["source"] == name])
+            found[name] = entries(predictor, name, source, alone[alone["source"] == name], own)
         except (ScenarioError, SimulationError) as error:
             silent.append(f"Not predicted: {name}: {error}.")
     remarks = predictor.linear.estimate.remarks
     lines = [f"## {scenario.name}, {predictor.linear.estimate.method}", ""]
     lines += [f"{'; '.join(remarks)}.", ""] if remarks else []
     lines += [f"{alone.groupby('source')['trial'].nunique().min()} trials a source or more.", ""]
+    lines += [f"With every source off the gains are off by {', '.join(f'{100 * x:+.2f}' for x in own)} %.", ""]
     lines += [f"| source | {' | '.join(f'joint {j + 1}' for j in predictor.joints)} |"]
     lines += ["|---" * (len(predictor.joints) + 1) + "|"]
     ranked = sorted(found.items(), key=lambda item: -max(entry.simulated for entry in item[1]))

@@ -14,7 +14,7 @@ from sim.effects.temperature import warmed
 from sim.sequence import after_warm_up
 
 HOME = Path(__file__).parent
-ORDER = ("pair", "pair-warm", "return", "return-warm", "two-weights", "two-weights-warm")
+NAMES = tuple(sorted(path.stem for path in (HOME / "protocols").glob("*.toml")))
 JOINTS = range(5)
 """Those whose gains the payloads show."""
 SLOPE = "plant.errors.gain_by_temperature"
@@ -28,7 +28,7 @@ temperature, the pauses of five minutes for every change of the payload and how 
 TAIL = """
 A gain is that of its temperature: magnets weaken as they warm up. **Against the cold drive** counts as an error what
 the drives were warmer; **at its own temperature** holds the gain against what it truly was in the middle of the loaded
-motions, {how}. Whoever uses gains on a robot at work, warm as it then is, wants the second.
+motions, from the currents of one run. Whoever uses gains on a robot at work, warm as it then is, wants the second.
 """
 RATIO = """The ratio is that of the rms over all five joints, below 1 where the step helps. The same seeds draw the same
 robots on either side, and the interval draws seeds again in pairs: one that holds 1 says that they do not tell.
@@ -140,7 +140,7 @@ def overall(errors: np.ndarray) -> float:
 
 
 def main(folder: Path) -> None:
-    found = {name: read(name, folder) for name in ORDER if (folder / name / "trials").is_dir()}
+    found = {name: read(name, folder) for name in NAMES if (folder / name / "trials").is_dir()}
     if not found:
         sys.exit(f"{folder}: no studies; run make protocols")
     protocols = list(found.values())
@@ -152,7 +152,7 @@ def main(folder: Path) -> None:
         table(protocols, cold=False),
         "## The same against the cold drive\n",
         table(protocols, cold=True),
-        TAIL.format(how="from the currents of one run"),
+        TAIL,
         "Mean temperature rise then, joints 1 to 5 [K]: "
         + "; ".join(f"{titled(p)} {', '.join(f'{x:.1f}' for x in p.rise[list(JOINTS)])}" for p in protocols)
         + ".\n",

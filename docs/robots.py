@@ -7,10 +7,14 @@ that are named.
 import json
 import subprocess
 import sys
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
+
+from scenarios.files.loading import load_scenario
 
 HOME = Path(__file__).parent
 sys.path.insert(0, str(HOME.parent / "tests" / "helpers"))
@@ -27,10 +31,10 @@ Written by `make robots`; nothing is typed by hand. Each scenario is run with {S
 nobody designed are those of `tests/helpers/random_arms.py`: five to eight joints, tilted axes, some sliding, no shapes.
 They, and the files of others, are read by `rx90 new-robot` and run as it writes them, with the motion that it finds.
 
-**Wanted**: joints whose gain the payload shows by prediction. **p95**: 95th percentile of the relative error of the
-gain of the worst wanted joint. **Wrong**: gains told with an error of more than {SURE:g} of their own standard
-deviations. **Refused**: wanted gains that were refused, of all seeds. Arms of others are model files that Python
-packages ship (example-robot-data, robosuite), by the names that they give.
+**Wanted**: joints whose gain the scenario wants, of a new robot those that its payload shows by prediction. **p95**:
+95th percentile of the relative error of the gain of the worst wanted joint. **Wrong**: gains told with an error of more
+than {SURE:g} of their own standard deviations. **Refused**: wanted gains that were not given, of all seeds. Arms of
+others are model files that Python packages ship (example-robot-data, robosuite), by the names that they give.
 
 | Robot | Joints | Wanted | p95 | Wrong | Refused |
 |---|---|---|---|---|---|
@@ -71,15 +75,22 @@ def row(name: str, scenario: str, folder: Path) -> Row:
     if reason or not parts:
         return Row(name, reason=reason or "nothing was written")
     rows = pd.concat(pd.read_parquet(part) for part in parts)
-    wanted = rows[rows.identifiable.astype(bool)]
+    wants = np.flatnonzero(load_scenario(scenario).table.tolerance.identifiable) + 1
+    return row_of(name, rows, wants)
+
+
+def row_of(name: str, rows: pd.DataFrame, wants: np.ndarray) -> Row:
+    """Of the rows of a study; `wants` are the joints, from 1, whose gains the scenario wants."""
+    asked = rows[rows.joint.isin(wants)]
+    given = asked[asked.identifiable.astype(bool)]
     error = (rows.estimate - rows.true).abs()
     return Row(
         name=name,
         joints=int(rows.joint.max()),
-        wanted=int(wanted.joint.nunique()),
-        p95=float(wanted.rel_error.abs().groupby(wanted.joint).quantile(0.95).max()),
+        wanted=len(wants),
+        p95=float(given.rel_error.abs().groupby(given.joint).quantile(0.95).max()),
         wrong=int((error > SURE * rows["std"]).sum()),
-        refused=int(wanted.estimate.isna().sum()),
+        refused=len(asked) - len(given),
     )
 
 
@@ -105,9 +116,7 @@ def main(others: list[Path]) -> None:
 
 
 def _name(folder: Path) -> str:
-    return next(
-        line.split('"')[1] for line in (folder / "robot.toml").read_text().splitlines() if line.startswith("name")
-    )
+    return tomllib.loads((folder / "robot.toml").read_text(encoding="utf-8"))["name"]
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from simulations import TOGETHER, outcomes_of
 from threadpoolctl import threadpool_limits
 
 from ident.errors import IdentificationError
@@ -19,13 +20,12 @@ from ident.problem import Motion, Problem
 from ident.weighing.together import payload_of
 from ident.weighing.verification import AGREES, DIFFERS, Verification, verified
 from ident.wiring import known_wiring
-from scenarios.build import Bench, bench
-from scenarios.files.loading import load_scenario
-from scenarios.run import Simulated, drawn, motion_streams, simulate_batch
+from scenarios.build import Bench
+from scenarios.run import Simulated
 
 HERE = Path(__file__).parent
 SCENARIOS = {"nominal": str(HERE / "verify" / "nominal.toml"), "field": "field-two-weights"}
-TRIALS, TOGETHER = 30, 10
+TRIALS = 30
 FOUND, WEIGHED = "heavy", "light"
 LARGEST = 0.1
 """Largest error that is injected into one joint's gain."""
@@ -99,17 +99,15 @@ def rows_of(one: Trial, scenario: str, seed: int) -> list[dict]:
 
 
 def simulated(name: str, seeds: range) -> list[dict]:
-    prepared = [drawn(bench(load_scenario(SCENARIOS[name])), seed) for seed in seeds]
-    streams = [motion_streams(seed, {}, len(each.experiments)) for seed, each in zip(seeds, prepared, strict=True)]
     rows = []
-    for k, outcome in simulate_batch(prepared, streams, threads=1):
+    for seed, prepared, outcome in outcomes_of(SCENARIOS[name], seeds):
         if not isinstance(outcome, Simulated):
-            print(f"{name} {seeds[k]}: {outcome}")
+            print(f"{name} {seed}: {outcome}")
             continue
         try:
-            rows += rows_of(trial(prepared[k], outcome.recordings), name, seeds[k])
+            rows += rows_of(trial(prepared, outcome.recordings), name, seed)
         except IdentificationError as error:
-            print(f"{name} {seeds[k]}: {error}")
+            print(f"{name} {seed}: {error}")
     return rows
 
 
@@ -131,9 +129,9 @@ PAGE = """# Does the verdict of `rx90 verify` predict the error of the gains?
 
 Written by `docs/verify.py` from {trials} simulated robots; nothing here is typed by hand. On each, gains come from bare
 motions and 7.025 kg, and 4.275 kg, which identification has not seen, are weighed with them: once as they were found,
-once with one gain off by up to {largest:g} %, joint and error drawn. `nominal` has noise alone; `field` has every model
-error of `field-two-weights`: friction that grows with the load and drifts, elastic joints, a tilted base, payloads as
-weighed.
+once with one gain off by up to {largest:g} %, joint and error drawn. `nominal` has noise alone; `field` is
+`field-two-weights`, a robot with load friction, drift, friction by direction, elastic joints, a tilted base and wrong
+kinematics at once, and payloads as weighed.
 
 ![True error of each gain against the mass that its joint weighs](verify.png)
 

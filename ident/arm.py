@@ -7,9 +7,9 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel installs beside site-packages)
 
 from ident.arrays import Array, readonly
 from ident.errors import RobotModelError
@@ -17,6 +17,9 @@ from ident.model_files import minimal_model
 from ident.model_files.chain import NAME_IT
 from ident.naming import one_line
 from ident.quiet import captured_stderr
+
+if TYPE_CHECKING:
+    import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel installs beside site-packages)
 
 MOST_JOINTS = 24
 """Joints of an arm; the work grows with their fourth power and takes seconds here."""
@@ -91,7 +94,7 @@ def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, f
     return replace(arm, couplings=couplings)
 
 
-def load_pinocchio(path: str | Path, *, flange: str | None = None) -> pin.Model:
+def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model":
     """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
 
     Raises:
@@ -110,18 +113,26 @@ def load_pinocchio(path: str | Path, *, flange: str | None = None) -> pin.Model:
     raise RobotModelError(f"robot model {one_line(path)}: Pinocchio cannot read it: {one_line(said)}") from reason
 
 
-def _mjcf_from_text(text: str) -> pin.Model:
+def _mjcf_from_text(text: str) -> "pin.Model":
+    import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
+
     with tempfile.TemporaryDirectory() as folder:  # it reads files only
         path = Path(folder) / "arm.xml"
         path.write_text(text, encoding="utf-8")
         return pin.buildModelFromMJCF(str(path))
 
 
-READERS: dict[str, Callable[[str], pin.Model]] = {"mjcf": _mjcf_from_text, "urdf": pin.buildModelFromXML}
+def _urdf_from_text(text: str) -> "pin.Model":
+    import pinocchio as pin  # pyright: ignore[reportMissingImports]
+
+    return pin.buildModelFromXML(text)
+
+
+READERS: dict[str, Callable[[str], "pin.Model"]] = {"mjcf": _mjcf_from_text, "urdf": _urdf_from_text}
 """Pinocchio's readers by format."""
 
 
-def arm_from_pinocchio(model: pin.Model) -> Arm:
+def arm_from_pinocchio(model: "pin.Model") -> Arm:
     """Take the kinematics of a Pinocchio model.
 
     Raises:
@@ -157,7 +168,7 @@ def arm_from_pinocchio(model: pin.Model) -> Arm:
     )
 
 
-def _axis(joint: pin.JointModel, name: str) -> tuple[Array, bool]:
+def _axis(joint: "pin.JointModel", name: str) -> tuple[Array, bool]:
     """Unit axis in the joint's frame and whether the joint is revolute."""
     kind = joint.shortname()
     if joint.nv == 1 and kind.startswith(("JointModelR", "JointModelP")):

@@ -19,11 +19,12 @@ from ident.all_joints.start import friction_z
 from ident.arrays import Array, Mask
 from ident.errors import NotIdentifiable
 from ident.estimators.nls import AllJointsOptions, chosen_model
+from ident.held_gains import gain_covariance, held, own_beliefs
 from ident.known_gains import KnownGains
 from ident.parameters import UNITS
 from ident.problem import Problem
+from ident.rows import Rows
 from ident.uncertainty import UNCERTAINTIES
-from ident.weighing.together import gain_sensitivity, own_beliefs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -105,7 +106,7 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
     return BareArm(
         ratios=ratios,
         inertial=_inertial(problem, selected, scale, unit=f"/ g{best + 1}", gains=None),
-        friction=_friction(problem, selected),
+        friction=_friction(problem, selected, None),
         selected=selected,
     )
 
@@ -122,12 +123,11 @@ def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) ->
         GainsError: If the gains are not of this arm.
     """
     gains.check_arm(problem.structure.arm)
-    held = [GivenGain(int(j), float(g)) for j, g in zip(gains.joints, gains.value, strict=True)]
-    selected = _fitted(problem, options, held)
+    selected = _fitted(problem, options, held(gains))
     return BareArm(
         ratios=None,
         inertial=_inertial(problem, selected, 1.0, unit="", gains=gains),
-        friction=_friction(problem, selected),
+        friction=_friction(problem, selected, gains),
         selected=selected,
     )
 
@@ -171,30 +171,41 @@ def _beside(C: Array) -> Array:
 def _inertial(
     problem: Problem, selected: Selected, scale: float, *, unit: str, gains: KnownGains | None
 ) -> tuple[Parameter, ...]:
-    final, options = selected.final, problem.options
-    base = problem.structure.base
-    arm = [k for k, name in enumerate(base.names) if name.rstrip("0123456789") not in ("Fv", "Fc", "off")]
-    count = len(arm)
-    shares = [UNCERTAINTIES[options.uncertainty](final.fit.rows, final.fit.theta_influence[:count], options.serial_s)]
-    model = final.fit.theta_belief if gains is None else own_beliefs(final, gains)
-    rivals = [_rival(each)[:count] for each in selected.rivals]
-    model = np.column_stack([model[:count], *rivals])
-    shares.append(model @ model.T)
-    if gains is not None:
-        by_gain = gain_sensitivity(final, gains)[:count]
-        shares.append(by_gain @ gains.log_covariance @ by_gain.T)
-    std = np.sqrt(np.maximum(sum((np.diag(share) for share in shares), np.zeros(count)), 0.0))
-    shown = [bool(row.any()) for row in final.fit.theta_influence[:count]]
+    names, arm, fit = problem.structure.base.names, shared_parameters(problem).arm.tolist(), selected.final.fit
+    influence, belief = fit.theta_influence[: len(arm)], fit.theta_belief[: len(arm)]
+    rivals = [_rival(each)[: len(arm)] for each in selected.rivals]
+    std = _std(problem, fit.rows, influence, np.column_stack([belief[:, :0], *rivals]), belief, gains)
     return tuple(
         Parameter(
-            name=base.names[place],
-            unit=f"{UNITS[base.names[place].rstrip('0123456789')]}{' ' if unit else ''}{unit}",
-            value=float(final.fit.found.theta[k] * scale),
+            name=names[place],
+            unit=f"{UNITS[names[place].rstrip('0123456789')]}{' ' if unit else ''}{unit}",
+            value=float(fit.found.theta[k] * scale),
             std=float(std[k] * abs(scale)),
         )
         for k, place in enumerate(arm)
-        if shown[k]
+        if influence[k].any()
     )
+
+
+def _std(
+    problem: Problem, rows: Rows, influence: Array, rivals: Array, belief: Array, gains: KnownGains | None
+) -> Array:
+    """Standard deviations of parameters, shape (p,): of residuals, of rivals and beliefs, of gains that are held.
+
+    Args:
+        problem: With its options.
+        rows: Of the fit.
+        influence: Of the rows on the parameters, shape (p, r).
+        rivals: Change of the parameters to each rival, shape (p, rivals).
+        belief: Their change per deviation of every belief, shape (p, beliefs).
+        gains: Those that are held, None if one is given by its scale alone.
+    """
+    options = problem.options
+    model = np.hstack((belief if gains is None else own_beliefs(belief, gains), rivals))
+    C = UNCERTAINTIES[options.uncertainty](rows, influence, options.serial_s) + model @ model.T
+    if gains is not None:
+        C = C + gain_covariance(belief, gains)
+    return np.sqrt(np.maximum(np.diag(C), 0.0))
 
 
 def _rival(each: Rival) -> Array:
@@ -207,26 +218,39 @@ def _rival(each: Rival) -> Array:
 FRICTION_UNITS = {"Fv": "s/rad", "cbrt": "(s/rad)^(1/3)", "by-direction": "s/rad"}
 
 
-def _friction(problem: Problem, selected: Selected) -> tuple[tuple[Parameter, ...], ...]:
+def _friction(problem: Problem, selected: Selected, gains: KnownGains | None) -> tuple[tuple[Parameter, ...], ...]:
     """Each joint's own columns; those of several motions are numbered from 1."""
-    final, options = selected.final, problem.options
+    final = selected.final
     found: list[tuple[Parameter, ...]] = []
-    for own, phi, influence, belief in zip(
-        final.own, final.fit.phi, final.fit.phi_influence, final.fit.phi_belief, strict=True
+    for joint, (own, phi, influence, belief) in enumerate(
+        zip(final.own, final.fit.phi, final.fit.phi_influence, final.fit.phi_belief, strict=True)
     ):
-        C = UNCERTAINTIES[options.uncertainty](final.fit.rows, influence, options.serial_s) + belief @ belief.T
+        rivals = np.column_stack([belief[:, :0], *(_rival_friction(each, joint) for each in selected.rivals)])
+        std = _std(problem, final.fit.rows, influence, rivals, belief, gains)
         found.append(
             tuple(
                 Parameter(
                     name=name if motion < 0 or len(problem.motions) == 1 else f"{name} in motion {motion + 1}",
                     unit=_friction_unit(name),
                     value=float(phi[k]),
-                    std=float(np.sqrt(C[k, k])),
+                    std=float(std[k]),
                 )
                 for k, (name, motion) in enumerate(zip(own.names, own.motion, strict=True))
             )
         )
     return tuple(found)
+
+
+def _rival_friction(each: Rival, joint: int) -> Array:
+    """What a rival changes of a joint's own columns, by their names.
+
+    Zero for what only one of the two has: the two forms of load friction are no two values of one number.
+    """
+    one, other = (
+        dict(zip(zip(fit.own[joint].names, fit.own[joint].motion, strict=True), fit.fit.phi[joint], strict=True))
+        for fit in (each.final, each.other)
+    )
+    return np.array([each.share * (other.get(key, value) - value) for key, value in one.items()])
 
 
 def _friction_unit(name: str) -> str:

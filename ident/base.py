@@ -94,8 +94,9 @@ def independent_columns(W: Array, tiers: Sequence[Indices], rank_tol: float = RA
     Q = np.zeros((len(W), 0))
     for tier in filter(len, tiers):
         new = unit[:, tier] - Q @ (Q.T @ unit[:, tier])
-        basis, R, pivots = linalg.qr(new, mode="economic", pivoting=True)
+        R, pivots = linalg.qr(new, mode="r", pivoting=True, check_finite=False)
         rank = int(np.sum(np.abs(np.diag(R)) > rank_tol))
         chosen = np.concatenate((chosen, np.asarray(tier)[pivots[:rank]]))
-        Q = linalg.qr(np.hstack((Q, basis[:, :rank])), mode="economic")[0]
+        if tier is not tiers[-1]:
+            Q = linalg.qr(unit[:, chosen], mode="economic", check_finite=False)[0]
     return chosen

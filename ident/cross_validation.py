@@ -5,11 +5,12 @@ its rows times the residual they have when they are not fitted to (`ident.uncert
 What the model lacks in every stretch alike stays unseen: of that only another weight can tell.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.arrays import Array, Indices
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.rows import Rows
 from ident.uncertainty.jackknife import left_out
@@ -55,14 +56,18 @@ def cross_validated(estimate: GainEstimate, stretches: int = STRETCHES) -> tuple
     }
     return tuple(
         replace(each, gain_change=changes[:, given[each.joint]]) if each.joint in given else each
-        for each in predicted(rows, stretches)
+        for each in _predicted(rows, parts)
     )
 
 
 def predicted(rows: Rows, stretches: int = STRETCHES) -> tuple[JointPrediction, ...]:
     """As `cross_validated`, of a fit that gives no gains."""
+    return _predicted(rows, left_out(rows, stretches))
+
+
+def _predicted(rows: Rows, parts: Sequence[tuple[Indices, Array]]) -> tuple[JointPrediction, ...]:
     error = np.zeros(len(rows.V))
-    for block, fresh in left_out(rows, stretches):
+    for block, fresh in parts:
         error[block] = fresh
     return tuple(
         JointPrediction(

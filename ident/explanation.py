@@ -19,10 +19,12 @@ from ident.instants import Instants
 from ident.parameters import STANDARD
 from ident.readings import Reading
 from ident.regressor import regressor
-from ident.structure import Structure
+from ident.structure import Structure, structure_of
 
 DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
 """What a joint may have anew in a later motion, among its own columns."""
+ASLANT = np.array([3.6, -4.8, 8.0])
+"""Gravity [m/s^2] along no axis: what no torque shows under it, none shows under any."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,6 +55,16 @@ class Explanation:
     left: Array
     freedom: Indices
 
+    @property
+    def column_left(self) -> Array:
+        """What is left of each column of currents instead of each joint's, shape (n,)."""
+        return self.left[np.argsort(self.reading.v_order)]
+
+    @property
+    def column_freedom(self) -> Indices:
+        """Instants more than unknowns of each column of currents instead of each joint, shape (n,)."""
+        return self.freedom[np.argsort(self.reading.v_order)]
+
 
 def unknowns_of(structure: Structure) -> Unknowns:
     """Base columns of each joint alone, and those of the payload that it can tell apart."""
@@ -63,6 +75,13 @@ def unknowns_of(structure: Structure) -> Unknowns:
             structure.payload_columns[independent_columns(probes, [ten])] for probes in structure.payload_probes
         ),
     )
+
+
+def unknowns_under_any(structure: Structure) -> Unknowns:
+    """As `unknowns_of`, under whatever gravity a reading has; weightless arms have none to turn."""
+    if not structure.arm.gravity.any():
+        return unknowns_of(structure)
+    return unknowns_of(structure_of(replace(structure.arm, gravity=ASLANT)))
 
 
 def explanations(

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from ident.arrays import Array, Mask
 from ident.signals import Decimator, group_means
@@ -50,7 +50,7 @@ class FullRate:
         Returns:
             Shape (samples,).
         """
-        felt = signal.upfirdn(self.decimator.kernel, row_weights, up=self.decimator.factor)
+        felt = scipy.signal.upfirdn(self.decimator.kernel, row_weights, up=self.decimator.factor)
         here = np.zeros(len(self.q))
         here[: len(felt)] = felt
         weights = np.zeros(samples)
@@ -65,6 +65,4 @@ class FullRate:
             x: Signal at full rate, shape (N,).
             joint: The joint, from 0.
         """
-        kernel, factor = self.decimator.kernel, self.decimator.factor
-        kept = np.where(self.moving[:, joint], x, 0.0)
-        return np.lib.stride_tricks.sliding_window_view(kept, len(kernel))[::factor] @ kernel
+        return self.decimator.applied(np.where(self.moving[:, joint], x, 0.0))

@@ -7,7 +7,8 @@ scale or supply voltage makes it, is told apart: s = (1^T C^-1 x) / (1^T C^-1 1)
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, stats
+import scipy
+from scipy import linalg
 
 from ident.arrays import Array, Indices, Mask
 from ident.errors import GainsError
@@ -121,12 +122,12 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
     scale = float(ones @ y) / weight
     apart = np.eye(len(x)) - np.outer(np.ones(len(x)), ones @ white) / weight  # x - s
     left = np.sqrt(np.maximum(np.diag(apart @ C @ apart.T), 0.0))
-    limit = float(stats.norm.isf(0.5 * LEVEL / len(x)))
+    limit = float(scipy.stats.norm.isf(0.5 * LEVEL / len(x)))
     return GainComparison(
         joints=joints.astype(np.intp),
         each=_changes(x, std, limit, turned),
         together=_test(float(y @ y), len(x)),
-        scale=Moved(log=scale, std=weight**-0.5, limit=float(stats.norm.isf(0.5 * LEVEL))),
+        scale=Moved(log=scale, std=weight**-0.5, limit=float(scipy.stats.norm.isf(0.5 * LEVEL))),
         apart=_changes(apart @ x, left, limit, turned),
         pattern=_test(float(y @ y) - scale**2 * weight, len(x) - 1) if len(x) > 1 else None,
         missing=tuple(
@@ -156,4 +157,4 @@ def _whitening(C: Array, std: Array) -> Array:
 
 
 def _test(chi2: float, freedom: int) -> Together:
-    return Together(chi2=max(chi2, 0.0), freedom=freedom, p=float(stats.chi2.sf(max(chi2, 0.0), freedom)))
+    return Together(chi2=max(chi2, 0.0), freedom=freedom, p=float(scipy.stats.chi2.sf(max(chi2, 0.0), freedom)))

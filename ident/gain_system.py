@@ -69,6 +69,7 @@ class GainSystem:
 def joint_rows(problem: Problem, joint: int) -> JointRows:
     """The rows of a joint, from 0, of all motions."""
     structure = problem.structure
+    names = structure.base.names
     parts = [motion.observation.joints[joint] for motion in problem.motions]
     arm = np.isin(parts[0].columns, structure.joint_independent[joint])
     lengths = [len(part.V) for part in parts]
@@ -85,7 +86,7 @@ def joint_rows(problem: Problem, joint: int) -> JointRows:
     )
     return JointRows(
         joint=joint,
-        names=tuple(structure.base.names[column] for column in parts[0].columns[arm]),
+        names=tuple(names[column] for column in parts[0].columns[arm]),
         W=np.vstack([part.W[:, arm] for part in parts]),
         W_L=W_L,
         V=np.concatenate([part.V for part in parts]),

@@ -1,13 +1,14 @@
 """Options of an identification: frozen dataclasses that check themselves, made from a table or from words."""
 
 import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from ident.errors import OptionError
+from ident.naming import nearest
 from ident.uncertainty import UNCERTAINTIES
 
 Options = TypeVar("Options")
@@ -45,7 +46,12 @@ class GainOptions:
         check_range("serial_s", self.serial_s, least=0.0, upto=1e3, unit="s")
         check_range("rank_tol", self.rank_tol, above=0.0, below=1.0)
         if self.uncertainty not in UNCERTAINTIES:
-            raise OptionError(f"uncertainty = {self.uncertainty!r}: expected one of {', '.join(UNCERTAINTIES)}")
+            raise unknown_name("uncertainty", self.uncertainty, UNCERTAINTIES)
+
+
+def unknown_name(option: str, value: str, known: Iterable[str]) -> OptionError:
+    """What is wrong with an option whose value is none of its names."""
+    return OptionError(f"{option} = {value!r}: expected one of {', '.join(known)}{nearest(value, known)}")
 
 
 def check_range(
@@ -98,7 +104,7 @@ def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Opti
     hints = option_types(kind)
     for name, value in table.items():
         if name not in hints:
-            raise OptionError(f"unknown option {name!r}; known: {', '.join(hints) or 'none'}")
+            raise OptionError(f"unknown option {name!r}{nearest(name, hints)}; known: {', '.join(hints) or 'none'}")
         if not _fits(value, hints[name]):
             raise OptionError(f"{name} = {value!r}: expected {_described(hints[name])}")
     return kind(**{name: _converted(value, hints[name]) for name, value in table.items()})
@@ -110,6 +116,19 @@ def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
     Raises:
         OptionError: At a word of another form, a key given twice, and as `options_from_table`.
     """
+    return options_from_table(kind, table_from_words(kind, words))
+
+
+def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
+    """Keys and values of words `KEY=VALUE`, for `options_from_table`, which checks them.
+
+    Args:
+        kind: The options' class; values are read as its fields have them.
+        words: As a command line gives them.
+
+    Raises:
+        OptionError: At a word of another form or a key given twice.
+    """
     hints, table = option_types(kind), dict[str, object]()
     for word in words:
         name, equals, text = word.partition("=")
@@ -119,7 +138,7 @@ def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
         if name in table:
             raise OptionError(f"option {name} is given twice")
         table[name] = _read(text.strip(), hints.get(name, str))
-    return options_from_table(kind, table)
+    return table
 
 
 def option_types(kind: type) -> dict[str, object]:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+import scipy
 
 from ident.arrays import Array, readonly
 from ident.errors import RecordingError
@@ -75,8 +75,8 @@ def resampled(recording: Recording) -> Recording:
             f"{np.median(intervals):.3g} s as a rule; use one side of the hole"
         )
     t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
-    q = make_interp_spline(recording.t, recording.q, k=3)(t)
-    v = make_interp_spline(recording.t, recording.v, k=1)(t)
+    q = scipy.interpolate.make_interp_spline(recording.t, recording.q, k=3)(t)
+    v = scipy.interpolate.make_interp_spline(recording.t, recording.v, k=1)(t)
     return Recording(t, q, v, recording.name)
 
 

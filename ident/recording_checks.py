@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from ident.arrays import Array, Mask
 from ident.errors import RecordingError
@@ -116,7 +116,7 @@ def _check_currents(recording: Recording, j: int) -> None:
 
 
 def _check_many(recording: Recording, channel: str, x: Array, far: float) -> None:
-    near: Array = ndimage.median_filter(x, size=2 * NEAR + 1, mode="nearest")
+    near: Array = scipy.ndimage.median_filter(x, size=2 * NEAR + 1, mode="nearest")
     away = np.abs(x - near)
     low, high = np.quantile(x, MIDDLE)
     spikes = (away > UNUSUAL * np.median(away)) & (away > min(far, 0.5 * float(high - low)))

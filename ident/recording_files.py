@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from ident.logs import format_of, ur_rtde
-from ident.logs.columns import OURS, Request
+from ident.logs.columns import OURS, Chosen, Request
 from ident.logs.conversion import converted
 from ident.logs.description import LogDescription
 from ident.logs.notes import notes_of
 from ident.logs.resolution import Resolved, resolved
-from ident.logs.units import ISO
 from ident.recording import Recording
 from ident.recording_checks import check_log
 
@@ -73,15 +72,14 @@ def read_unchecked(path: str | Path, description: LogDescription) -> Log:
     path = Path(path)
     found: list[Resolved] = []
 
-    def chosen(path: Path, names: Sequence[str]) -> tuple[str, ...]:
+    def chosen(path: Path, names: Sequence[str]) -> Chosen:
         found[:] = [resolved(path, names, description)]
-        return found[0].columns
+        return found[0].chosen
 
     meant = re.compile("|".join((OURS.pattern, ur_rtde.COLUMNS, *map(re.escape, _said(description)))))
     request = Request(
         chosen=chosen,
         known=lambda names: sum(bool(meant.fullmatch(name) or OURS.fullmatch(name.lower())) for name in names),
-        dates=frozenset((*description.t.columns, "t") if description.t.unit == (ISO,) else ()),
         text=description.text,
         topic=description.topic,
         joints=description.joints,

@@ -7,7 +7,7 @@ few knots keeps a small share, and of the noise of velocity and acceleration a s
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BSpline, make_lsq_spline
+import scipy
 
 from ident.arrays import Array
 from ident.full_rate import FullRate
@@ -71,7 +71,7 @@ def reference(behind: FullRate) -> Reference:
 class _Fit:
     """A spline through all joints' positions, its coefficients a joint, and the mean squares it leaves, shape (n,)."""
 
-    spline: BSpline
+    spline: "scipy.interpolate.BSpline"
     size: int
     squares: Array
 
@@ -80,7 +80,7 @@ class _Fit:
         """Fit a spline of equal pieces by least squares."""
         inner = np.linspace(t[0], t[-1], pieces + 1)
         knots = np.concatenate(([t[0]] * DEGREE, inner, [t[-1]] * DEGREE))
-        spline = make_lsq_spline(t, q, knots, k=DEGREE)
+        spline = scipy.interpolate.make_lsq_spline(t, q, knots, k=DEGREE)
         squares = np.mean((q - spline(t)) ** 2, axis=0)
         return cls(spline, pieces + DEGREE, np.maximum(squares, np.finfo(np.float64).tiny))
 

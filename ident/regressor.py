@@ -12,16 +12,24 @@ The brackets are linear in J = (XX .. ZZ), MS = (MX, MY, MZ) and M; `_link_colum
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.link_motion import (
+    Term,
+    Vector,
+    add_accelerated,
+    add_cross,
+    add_joint_motion,
+    joint_rotation,
+    lever,
+    motion_matrix,
+    rotation_terms,
+)
 from ident.parameters import INERTIAL, STANDARD, labels
 
-ROUNDING = 1e-15
-"""Size below which an entry of a rotation matrix is a rounding error of the model file's quaternion."""
 BLOCK = 2048
 """Samples handled at once: enough to hide the cost of a NumPy call, few enough for the processor's cache."""
 
@@ -78,7 +86,7 @@ def regressor_blocks(
     buffer = np.zeros((n, len(labels(n, arm.couplings)), size))
     weight = np.ones_like(q) if weight is None else weight
     rows = np.arange(n)
-    turns = [_rotation_terms(arm, j) for j in range(n)]
+    turns = [rotation_terms(arm, j) for j in range(n)]
     for start in range(0, len(q), size):
         block = slice(start, min(start + size, len(q)))
         columns = buffer[..., : block.stop - start]
@@ -96,10 +104,6 @@ def regressor_blocks(
             columns[pair, Fvm] = share[pair] * dq_block[other]
             columns[pair, Fcm] = share[pair] * np.sign(dq_block[first] + dq_block[second])
         yield block, columns
-
-
-_Term: TypeAlias = tuple[int, int, float, float, float]
-"""Row and column of an entry of a rotation, then its constant, cosine and sine part."""
 
 
 @dataclass(slots=True)
@@ -121,7 +125,7 @@ class _LinkState:
 
 
 def _link_states(
-    arm: Arm, turns: list[list[_Term]], q: Array, dq: Array, ddq: Array, weight: Array
+    arm: Arm, turns: list[list[Term]], q: Array, dq: Array, ddq: Array, weight: Array
 ) -> Iterator[_LinkState]:
     """Outward recursion of Newton-Euler over links; arguments are (n, samples)."""
     n, samples = q.shape
@@ -130,99 +134,22 @@ def _link_states(
     L = np.zeros((3, 3, samples))
     for j in range(n):
         known = slice(0, 3 + 2 * j)
-        lever = _along(arm.translation[j], 1.0)
-        if not arm.revolute[j]:
-            lever = [x + y for x, y in zip(lever, _along(arm.rotation[j] @ arm.axis[j], q[j]), strict=True)]
-        _add_lever(vectors[known], L, lever)
-        E = _rotation(turns[j], q[j] if arm.revolute[j] else np.zeros(samples))
+        _add_lever(vectors[known], L, lever(arm, j, q[j]))
+        E = joint_rotation(arm, j, turns[j], q[j])
         np.einsum("kbs,abs->kas", vectors[known], E, out=spare[known])
         vectors, spare = spare, vectors
         vectors[3 + 2 * j : 5 + 2 * j] = 0.0
         vectors[3 + 2 * j if arm.revolute[j] else 4 + 2 * j] = arm.axis[j][:, None] * weight[j]
-        _add_joint_motion(vectors, arm, j, dq[j], ddq[j])
+        add_joint_motion(vectors, arm, j, dq[j], ddq[j])
         w, dw, a = vectors[:3]
-        L = _motion_matrix(w, dw)
+        L = motion_matrix(w, dw)
         yield _LinkState(w, dw, a, L, vectors[3 : 5 + 2 * j].reshape(j + 1, 6, samples))
 
 
-def _along(direction: Array, amount: Array | float) -> list[Array | float]:
-    """Components of `amount` along a constant direction; 0.0 where the direction has none, to be skipped."""
-    return [float(x) * amount if x else 0.0 for x in direction]
-
-
-def _add_cross(out: Array, x: Array, y: list[Array | float]) -> None:
-    """Add x cross y to `out`, shape (..., 3, samples), skipping the components of y that are 0.0."""
-    for k in range(3):
-        if not isinstance(y[k], float) or y[k]:
-            out[..., (k + 1) % 3, :] += x[..., (k + 2) % 3, :] * y[k]
-            out[..., (k + 2) % 3, :] -= x[..., (k + 1) % 3, :] * y[k]
-
-
-def _add_lever(vectors: Array, L: Array, lever: list[Array | float]) -> None:
+def _add_lever(vectors: Array, L: Array, arrow: Vector) -> None:
     """Move a and every p from the origin of frame j - 1 to that of frame j."""
-    for k in range(3):
-        if not isinstance(lever[k], float) or lever[k]:
-            vectors[2] += L[:, k] * lever[k]
-    _add_cross(vectors[4::2], vectors[3::2], lever)
-
-
-def _add_joint_motion(vectors: Array, arm: Arm, j: int, dq: Array, ddq: Array) -> None:
-    """Add the motion of joint j to w, dw and a."""
-    w, dw, a = vectors[:3]
-    if arm.revolute[j]:
-        _add_cross(dw, w, _along(arm.axis[j], dq))
-        turned, accelerated = w, dw
-    else:
-        _add_cross(a, w, _along(arm.axis[j], 2.0 * dq))
-        turned, accelerated = None, a
-    for k in np.flatnonzero(arm.axis[j]):
-        accelerated[k] += arm.axis[j, k] * ddq
-        if turned is not None:
-            turned[k] += arm.axis[j, k] * dq
-
-
-def _rotation_terms(arm: Arm, j: int) -> list[_Term]:
-    """Entries of the rotation from frame j - 1 to frame j as constant + cosine cos(q) + sine sin(q) (Rodrigues).
-
-    Frames along each other's axes, the usual case, leave most entries and terms empty; what is below rounding is
-    taken as empty too.
-    """
-    x, y, z = arm.axis[j]
-    back, along = arm.rotation[j].T, np.outer(arm.axis[j], arm.axis[j])
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    terms = np.stack((along @ back, (np.eye(3) - along) @ back, -skew @ back))  # (3 terms, 3, 3)
-    terms[np.abs(terms) < ROUNDING] = 0.0
-    constant, cosine, sine = terms.tolist()
-    entries = ((r, c, constant[r][c], cosine[r][c], sine[r][c]) for r in range(3) for c in range(3))
-    return [entry for entry in entries if any(entry[2:])]
-
-
-def _rotation(terms: list[_Term], angle: Array) -> Array:
-    """The rotation of `_rotation_terms` at `angle`, shape (3, 3, samples)."""
-    c, s = np.cos(angle), np.sin(angle)
-    E = np.zeros((3, 3, len(angle)))
-    for row, column, constant, cosine, sine in terms:
-        if constant:
-            E[row, column] += constant
-        if cosine:
-            E[row, column] += cosine * c
-        if sine:
-            E[row, column] += sine * s
-    return E
-
-
-def _motion_matrix(w: Array, dw: Array) -> Array:
-    """Matrix of x -> dw x x + w x (w x x), shape (3, 3, samples)."""
-    L = np.empty((3, *w.shape))
-    square = w * w
-    for k in range(3):
-        b, c = (k + 1) % 3, (k + 2) % 3
-        product = w[b] * w[c]
-        np.add(square[b], square[c], out=L[k, k])
-        np.negative(L[k, k], out=L[k, k])
-        np.add(product, dw[k], out=L[c, b])
-        np.subtract(product, dw[k], out=L[b, c])
-    return L
+    add_accelerated(vectors[2], L, arrow)
+    add_cross(vectors[4::2], vectors[3::2], arrow)
 
 
 def _link_columns(state: _LinkState, out: Array) -> None:

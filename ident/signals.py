@@ -7,7 +7,7 @@ and to every column of the regressor, so whatever it does to a signal it does to
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from ident.arrays import Array
 
@@ -32,9 +32,9 @@ def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Arr
     Returns:
         q, dq, ddq [rad, rad/s, rad/s^2], shape (N, n). The outer `edge_samples` are to be discarded.
     """
-    sos = signal.butter(FILTER_ORDER, cutoff_hz, fs=1.0 / period, output="sos")
+    sos = scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=1.0 / period, output="sos")
     padding = min(len(q) - 1, 2 * edge_samples(period, cutoff_hz))
-    smooth = signal.sosfiltfilt(sos, np.ascontiguousarray(q.T), padlen=padding)  # (n, N), for the cache
+    smooth = scipy.signal.sosfiltfilt(sos, np.ascontiguousarray(q.T), padlen=padding)  # (n, N), for the cache
     dq, ddq = np.zeros_like(smooth), np.zeros_like(smooth)
     m2, m1, c, p1, p2 = (smooth[:, k : smooth.shape[1] - 4 + k] for k in range(5))
     dq[:, 2:-2] = (8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * period)
@@ -106,6 +106,20 @@ class Decimator:
         """Earlier rows that still feel the first sample of a row."""
         return (len(self.kernel) - 1) // self.factor
 
+    def applied(self, x: Array) -> Array:
+        """The rows of a signal of shape (samples,), shape (rows,).
+
+        A row is a sum over pieces of `factor` samples; each piece is weighted for all rows that feel it at once.
+        """
+        rows, pieces = self.rows(len(x)), -(-len(self.kernel) // self.factor)
+        weights = np.zeros(pieces * self.factor)
+        weights[: len(self.kernel)] = self.kernel
+        padded = np.zeros((rows + pieces - 1) * self.factor)
+        used = min(len(x), len(padded))
+        padded[:used] = x[:used]
+        parts = padded.reshape(-1, self.factor) @ weights.reshape(pieces, self.factor).T
+        return np.sum([parts[k : k + rows, k] for k in range(pieces)], axis=0)
+
     def band(self, samples: int) -> Array:
         """Weights of consecutive samples in all rows that feel one of them, if a row begins with the first sample.
 
@@ -127,5 +141,5 @@ def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
         factor: Samples per row.
     """
     half = int(np.ceil(0.5 * KERNEL_CUTOFFS / (cutoff_hz * period)))
-    kernel = signal.firwin(2 * half + 1, cutoff_hz, fs=1.0 / period)
+    kernel = scipy.signal.firwin(2 * half + 1, cutoff_hz, fs=1.0 / period)
     return Decimator(kernel / kernel.sum(), factor)

@@ -6,41 +6,26 @@ those that look better on more.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
 
 from ident.arm import Arm
-from ident.arrays import Array
 from ident.errors import Contradiction
-from ident.explanation import Explanation, Unknowns, explanations, unknowns_of
+from ident.evidence import among_best, convincing, evidence_of, gain_over
+from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
 from ident.instants import instants
 from ident.observation import ObserveOptions
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
-from ident.structure import Structure, structure_of
+from ident.structure import Structure
 
 FEW, MANY = 120, 400
 """Instants of each motion that all readings, and those that look better, are compared on."""
 LOOKS_BETTER = 0.02
 """Sum of logarithms by which a reading must be better on few instants to be looked at again."""
-BETTER = 0.05
-"""The same on many instants, to be believed whatever their number (`docs/derivations.md`)."""
-EVIDENCE, LENGTH_EVIDENCE = 45.0, 25.0
-"""Logarithm of the likelihood ratio, of white residuals, that it takes besides, and for another length.
-
-A short log is explained by anything, and what a friction model lacks is not white: a right reading reached 36, none by
-other lengths 1.
-"""
-TIE = 0.01
-"""Sum of logarithms within which readings are equally good: they describe one arm, or none can tell."""
-NOTHING = 1e-3
-"""Share of a current below which nothing is left to explain; filters leave as much of exact data."""
 NAMED = 3
 """Equally good readings that a message names."""
-ASLANT = np.array([3.6, -4.8, 8.0])
-"""Gravity [m/s^2] along no axis: what no torque shows under it, none shows under any."""
 
 WiringCheck: TypeAlias = Callable[[Structure, Recording, Recording, ObserveOptions], None]
 """Structure, unloaded and loaded motion, filters; raises if the log is of another arm."""
@@ -63,24 +48,16 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
         Contradiction: Naming the readings that explain the currents best, and the joint that shows it most.
     """
     families = list(readings(structure.arm))
-    unknowns = _unknowns(structure)
+    unknowns = unknowns_of(structure), unknowns_under_any(structure)
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, FEW, families)
-    better = [each.reading for each in others if _gain(given, each).sum() > LOOKS_BETTER]
+    better = [each.reading for each in others if gain_over(given.left, each.left).sum() > LOOKS_BETTER]
     if not better:
         return
     families = [(given.reading,), *(tuple(each for each in family if each in better) for family in families)]
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
-    convincing = [each for each in others if _convincing(given, each)]
-    if convincing:
-        raise Contradiction(_message(given, convincing))
-
-
-def _unknowns(structure: Structure) -> tuple[Unknowns, Unknowns]:
-    """What is solved for under the model's own gravity, and under any."""
-    own = unknowns_of(structure)
-    if not structure.arm.gravity.any():
-        return own, own
-    return own, unknowns_of(structure_of(replace(structure.arm, gravity=ASLANT)))
+    sure = [each for each in others if _surely_better(given, each)]
+    if sure:
+        raise Contradiction(_message(given, sure))
 
 
 def _explained(
@@ -101,29 +78,18 @@ def _explained(
     ]
 
 
-def _gain(given: Explanation, other: Explanation) -> Array:
-    """Logarithm of what the log as it is leaves of each joint's current over what another reading leaves, shape (n,).
-
-    Zero where too few instants tell.
-    """
-    known = np.isfinite(given.left) & np.isfinite(other.left)
-    before, after = (np.where(known, np.maximum(each.left, NOTHING), 1.0) for each in (given, other))
-    return np.log(before / after)
+def _surely_better(given: Explanation, other: Explanation) -> bool:
+    gain = gain_over(given.left, other.left)
+    return convincing(gain, evidence_of(gain, given.freedom, other.freedom), other.reading)
 
 
-def _convincing(given: Explanation, other: Explanation) -> bool:
-    gain = _gain(given, other)
-    least = EVIDENCE if (other.reading.stretch == 1.0).all() else LENGTH_EVIDENCE
-    return bool(gain.sum() > BETTER and gain @ np.minimum(given.freedom, other.freedom) > least)
-
-
-def _message(given: Explanation, convincing: Sequence[Explanation]) -> str:
+def _message(given: Explanation, sure: Sequence[Explanation]) -> str:
     """One line that names the best readings, and the joint that shows it most."""
-    gains = [float(_gain(given, each).sum()) for each in convincing]
-    best = [each for each, gain in zip(convincing, gains, strict=True) if gain > max(gains) - TIE]
+    gains = [gain_over(given.left, each.left) for each in sure]
+    best = [each for each, tied in zip(sure, among_best(gains), strict=True) if tied]
     words = " or ".join(each.reading.words for each in best[:NAMED])
     more = f" or {len(best) - NAMED} more" if len(best) > NAMED else ""
-    joint = int(np.argmax(_gain(given, best[0])))
+    joint = int(np.argmax(gain_over(given.left, best[0].left)))
     before, after = 100.0 * given.left[joint], 100.0 * best[0].left[joint]
     shown = f"unexplained of joint {joint + 1}'s current then: {after:.2g} instead of {before:.2g} %"
     if words == WEIGHTLESS:

@@ -4,11 +4,14 @@ from collections.abc import Iterable
 from operator import index
 from typing import TYPE_CHECKING
 
+import pyarrow as pa
+
 from scenarios.build import bench
 from scenarios.errors import TooFewSeeds
 from scenarios.files.draws import check_draws, places_of
 from scenarios.files.loading import load_scenario
 from scenarios.seeds import SEEDS
+from scenarios.studies.joint_rows import study_rows
 from scenarios.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
 from scenarios.trials import Trial, run_trials, trial_schema
 
@@ -42,8 +45,6 @@ def assert_scenario(
         AssertionError: Naming the joints that miss, how often, and the worst trial.
         ScenarioError: If the scenario is wrong, there is no seed, or too few to fail at all.
     """
-    import pandas as pd  # half a second that `rx90 run` does without
-
     loaded, seeds = load_scenario(scenario), _checked(seeds)
     if not 0.0 < false_alarm < 1.0:
         raise TooFewSeeds(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
@@ -55,11 +56,11 @@ def assert_scenario(
     schema = trial_schema(loaded, places_of(loaded.table.random), ())
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
-    rows = pd.concat([run_trials(loaded, batch, schema, threads=threads).to_pandas() for batch in batches])
-    rules = pass_rule(rows, wanted=wanted, false_alarm=false_alarm)
+    tables = [run_trials(loaded, batch, schema, threads=threads) for batch in batches]
+    rules = pass_rule(study_rows(tables, trials=len(trials)).joints, wanted=wanted, false_alarm=false_alarm)
     missed = [rule for rule in rules if not rule.held]
     if missed:
-        raise AssertionError(_complaint(loaded.name, missed, rows))
+        raise AssertionError(_complaint(loaded.name, missed, pa.concat_tables(tables).to_pandas()))
     return rules
 
 

@@ -1,18 +1,16 @@
 """The command line `rx90`: finds the command that is asked for, imports it alone, and turns its end into a status."""
 
-import argparse
 import os
 import shlex
-import shutil
 import sys
-import textwrap
 import traceback
 from collections.abc import Sequence
-from importlib.metadata import PackageNotFoundError, version
 
 from ident.errors import IdentificationError
+from ident.naming import nearest
 from scenarios.commands import COMMANDS, command
 from scenarios.commands.arguments import quoted
+from scenarios.commands.command_line import parser_of
 from scenarios.commands.lifetime import (
     NoOutput,
     abandon_output,
@@ -21,12 +19,13 @@ from scenarios.commands.lifetime import (
     signals_as_interrupts,
     tell,
 )
-from scenarios.commands.parser import OneLineParser, complain
-from scenarios.commands.status import MEANINGS, Status
+from scenarios.commands.overview import overview
+from scenarios.commands.parser import complain
+from scenarios.commands.status import Status
 from scenarios.errors import ScenarioError
+from scenarios.files.tables import find_scenario
 from sim.errors import SimulationError
 
-DISTRIBUTION = "rx90-drive-gain-testbench"
 TRACEBACK = "RX90_TRACEBACK"
 """Environment variable that asks for the place of an error nobody foresaw."""
 
@@ -77,53 +76,18 @@ def _carried_out(arguments: list[str]) -> Status:
 
 def _command(arguments: list[str]) -> Status:
     """Parse and carry out; only the command asked for is imported."""
-    name = next((word for word in arguments if not word.startswith("-")), None)
-    parser = _parser(name)
     if not arguments:
-        parser.print_help()
+        tell(f"{overview()}\n")
         return Status.PASSED
+    name = next((word for word in arguments if not word.startswith("-")), None)
+    parser = parser_of([] if name is None else [name])
+    if name is not None and name not in COMMANDS:
+        advice = nearest(name, COMMANDS) or f"; there are {', '.join(COMMANDS)}"
+        parser.error(f"no command {quoted(name)}{advice}")
     options = parser.parse_args(arguments)
     if name is None:
         parser.error("which command?")
+    if "scenario" in options:
+        find_scenario(options.scenario)  # a mistyped name is told before seconds of imports
     options.command_line = shlex.join([parser.prog, *arguments])  # for the records of what was done
     return command(name).main(options)
-
-
-def _parser(wanted: str | None) -> OneLineParser:
-    """The parser of the command line, with the arguments of the wanted command."""
-    parser = OneLineParser(
-        prog="rx90",
-        description=textwrap.fill("Testbench and identification of robot drive gains.", _width()),
-        epilog=f"rx90 COMMAND --help shows options.\n\nexit statuses:\n{_statuses()}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--version", action="version", version=f"rx90 {_version()}")
-    if wanted is not None and wanted not in COMMANDS:
-        from scenarios.files.tables import nearest
-
-        parser.error(f"no command {quoted(wanted)}{nearest(wanted, COMMANDS)}; there are {', '.join(COMMANDS)}")
-    commands = parser.add_subparsers(metavar="COMMAND", title="commands")
-    for name, summary in COMMANDS.items():
-        below = commands.add_parser(name, help=summary, description=f"{summary[0].upper()}{summary[1:]}.")
-        if name == wanted:
-            command(name).add_arguments(below)
-    return parser
-
-
-def _statuses() -> str:
-    return "\n".join(
-        textwrap.fill(meaning, _width(), initial_indent=f"  {status:<4} ", subsequent_indent=" " * 7)
-        for status, meaning in MEANINGS.items()
-    )
-
-
-def _width() -> int:
-    """Characters to a line, as argparse wraps the rest."""
-    return shutil.get_terminal_size().columns - 2
-
-
-def _version() -> str:
-    try:
-        return version(DISTRIBUTION)
-    except PackageNotFoundError:
-        return "(not installed)"

@@ -37,11 +37,11 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
 
     Raises:
         UnknownName: If it is none of these.
-        RobotModelError: If the model file is no arm.
+        RobotModelError: If the model file is no arm, or the motor of a coupling stands before the other joint.
         RobotError: If the robot's file cannot be read.
     """
     if Path(word).suffix.lower() in MODEL_FILES:
         return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
     named = robot(word)
-    own = tuple((each.turns_with, each.motor) for each in named.couplings if each.turns_with < each.motor)
+    own = tuple((each.turns_with, each.motor) for each in named.couplings)
     return NamedRobot(structure(named, couplings or own), named.drives.gain, named.model, named.flange)

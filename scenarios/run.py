@@ -21,6 +21,8 @@ from scenarios.files.mountings import grouped
 from scenarios.files.schema import Scenario
 from scenarios.files.settings import with_settings
 from scenarios.judge import Verdict, judge
+from scenarios.workers.stages import SILENT, Stages
+from sim.closed_loop import Advanced, unheard
 from sim.errors import SimulationError
 from sim.record import each_record
 from sim.sensors import noise_streams
@@ -54,12 +56,13 @@ class Run:
     findings: tuple[Finding, ...] = ()
 
 
-def run(prepared: Bench, seed: int) -> Run:
+def run(prepared: Bench, seed: int, *, stages: Stages = SILENT) -> Run:
     """Draw what is random, record the motions, identify, judge.
 
     Args:
         prepared: The prepared scenario.
         seed: Seed of every random number; the same seed gives the same bytes.
+        stages: Told what is under way.
 
     Raises:
         ScenarioError: If a random setting cannot be drawn or does not fit.
@@ -68,7 +71,12 @@ def run(prepared: Bench, seed: int) -> Run:
     """
     ready = drawn(prepared, seed)
     streams = motion_streams(seed, {}, len(ready.experiments))
-    ((_, outcome),) = run_batch([(ready, seed)], [streams], threads=2, checks=CHECKS)
+    stages.begin("simulating", sum(each.trajectory.duration for each in ready.experiments))
+    ((_, simulated),) = simulate_batch([ready], [streams], threads=2, advanced=stages.advance)
+    if not isinstance(simulated, Simulated):
+        raise simulated
+    stages.begin("identifying")
+    outcome = _identified(ready, seed, simulated, CHECKS)
     if isinstance(outcome, Run):
         return outcome
     raise outcome
@@ -126,7 +134,11 @@ class Simulated:
 
 
 def simulate_batch(
-    benches: Sequence[Bench], streams: Sequence[Sequence[NoiseStreams]], *, threads: int
+    benches: Sequence[Bench],
+    streams: Sequence[Sequence[NoiseStreams]],
+    *,
+    threads: int,
+    advanced: Advanced = unheard,
 ) -> Iterator[tuple[int, Simulated | SimulationError]]:
     """Record the motions of prepared scenarios in one batch.
 
@@ -134,6 +146,7 @@ def simulate_batch(
         benches: Nothing random left in them.
         streams: Noise of the motions of each.
         threads: Threads to step with; recordings do not depend on it, nor on what else is in the batch.
+        advanced: Told how much is simulated.
 
     Yields:
         The number of a bench, with its recordings or the first reason why there are none; one at a time, so that they
@@ -144,7 +157,8 @@ def simulate_batch(
     places = [(i, m) for i, prepared in enumerate(benches) for m in range(len(prepared.experiments))]
     waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
     simulate_s = 0.0
-    for k, outcome in each_record(experiments, [stream for each in streams for stream in each], threads=threads):
+    all_streams = [stream for each in streams for stream in each]
+    for k, outcome in each_record(experiments, all_streams, threads=threads, advanced=advanced):
         simulate_s = simulate_s or (time.perf_counter() - started) / len(benches)
         i, motion = places[k]
         waiting[i][motion] = outcome

@@ -11,8 +11,8 @@ from scenarios.build import Bench, bench
 from scenarios.errors import NoSuchMotion, UnreadableFile
 from scenarios.files.loading import load_scenario
 from scenarios.files.motions import KEYS, read_motion
+from scenarios.motion_formats.limits import MotionLimits
 from scenarios.motion_formats.sampled import SampledMotion, sampled
-from scenarios.reports.trajectory import MotionLimits
 from scenarios.robot_models import read_arm
 from sim.trajectory import FourierTrajectory
 

@@ -48,7 +48,8 @@ def add_capsules(spec: mujoco.MjSpec, flange: Array | None) -> list[str]:
 
     Args:
         spec: The arm; bodies have names.
-        flange: Centre of the flange's face in the frame of the last link [m], None if the model does not say.
+        flange: Centre of the flange's face from the last joint in the axes of the last link [m], None if the model does
+            not say.
 
     Returns:
         Names of the bodies that have one, from base to flange.
@@ -59,7 +60,7 @@ def add_capsules(spec: mujoco.MjSpec, flange: Array | None) -> list[str]:
     bodies = [int(model.jnt_bodyid[j]) for j in range(model.njnt)]
     ends = [data.xanchor[j] for j in range(model.njnt)]
     if flange is not None:
-        ends.append(data.xpos[bodies[-1]] + data.xmat[bodies[-1]].reshape(3, 3) @ flange)
+        ends.append(ends[-1] + data.xmat[bodies[-1]].reshape(3, 3) @ flange)
     lengths = [float(np.linalg.norm(b - a)) for a, b in pairwise(ends)]
     thinnest = LEAST_RADIUS * sum(lengths)
     names: list[str] = []

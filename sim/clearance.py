@@ -25,8 +25,8 @@ class Solid:
     Attributes:
         cylinder: Whether it is a cylinder about its z, else a box.
         size: Radius and half length of a cylinder, half edges of a box [m].
-        center: In the frame of the last link [m], shape (3,).
-        rotation: Its axes as columns in that frame, shape (3, 3).
+        center: From the last joint in the axes of the last link [m], shape (3,).
+        rotation: Its axes as columns in those axes, shape (3, 3).
     """
 
     cylinder: bool

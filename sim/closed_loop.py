@@ -1,6 +1,6 @@
 """The control law at work: encoder readings in, currents out, for every period of a batch."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,12 @@ from sim.sensors.effect import NoiseStreams, Reader
 
 CHUNK = 500
 """Control periods whose references are gathered, and whose logs are stored, at once."""
+Advanced = Callable[[float], None]
+"""Is told how many seconds of motion have been simulated since the last time, of all simulations together [s]."""
+
+
+def unheard(seconds: float) -> None:
+    """What nobody listens to."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +41,8 @@ def closed_loop(
     limits: Array,
     sensors: Sequence[SensorOptions],
     streams: Sequence[NoiseStreams],
+    *,
+    advanced: Advanced = unheard,
 ) -> LoopLog:
     """Run B simulations to the end of their motions.
 
@@ -47,6 +55,7 @@ def closed_loop(
         limits: Current limits [drive units], shape (B, n).
         sensors: One a simulation.
         streams: Random numbers of the sensors, one a simulation.
+        advanced: Told after every chunk.
     """
     law, readers = control_law(controllers, limits), _readers(sensors, streams, limits.shape[1])
     samples, (B, n) = len(controllers[0].reference), engine.q.shape
@@ -72,6 +81,7 @@ def closed_loop(
         state = state._replace(q=state.q.copy())  # the next chunk overwrites the readings
         log.q[:, start : start + length] = readings[:length].transpose(1, 0, 2)
         log.v[:, start : start + length] = currents[:length].transpose(1, 0, 2)
+        advanced(B * length * controllers[0].period)
     return log
 
 

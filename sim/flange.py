@@ -1,4 +1,4 @@
-"""Where payloads are bolted on: the face of the flange, in the frame of the last link."""
+"""Where payloads are bolted on: the face of the flange, from the last joint in the axes of the last link."""
 
 from dataclasses import dataclass
 
@@ -21,8 +21,9 @@ class Flange:
     """A flange's face.
 
     Attributes:
-        origin: Its centre in the frame of the last link [m], shape (3,).
-        rotation: Its axes x, y and z, which points away from the arm, as columns in that frame, shape (3, 3).
+        origin: Its centre in the axes of the last link [m], shape (3,); as a payload's, from the last joint, wherever
+            in its body the model file puts that.
+        rotation: Its axes x, y and z, which points away from the arm, as columns in those axes, shape (3, 3).
         name: Of the site or body that says so; empty where none does and the last joint's axis stands for it.
     """
 
@@ -45,7 +46,7 @@ def flange_of(robot: Robot) -> Flange:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     last = int(model.jnt_bodyid[-1])
-    R, p = data.xmat[last].reshape(3, 3), data.xpos[last]
+    R, p = data.xmat[last].reshape(3, 3), data.xanchor[-1]
     for name in NAMES:
         for kind, places, turns, bodies in (
             (mujoco.mjtObj.mjOBJ_SITE, data.site_xpos, data.site_xmat, model.site_bodyid),
@@ -54,7 +55,7 @@ def flange_of(robot: Robot) -> Flange:
             k = mujoco.mj_name2id(model, kind, name)
             if k >= 0 and model.body_weldid[bodies[k]] == model.body_weldid[last]:
                 return Flange(origin=R.T @ (places[k] - p), rotation=R.T @ turns[k].reshape(3, 3), name=name)
-    return Flange(origin=model.jnt_pos[-1].copy(), rotation=_toward(model.jnt_axis[-1]), name="")
+    return Flange(origin=np.zeros(3), rotation=_toward(model.jnt_axis[-1]), name="")
 
 
 def _toward(axis: Array) -> Array:

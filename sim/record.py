@@ -10,7 +10,7 @@ import numpy as np
 
 from ident.arrays import Array
 from ident.recording import Recording
-from sim.closed_loop import closed_loop
+from sim.closed_loop import Advanced, closed_loop, unheard
 from sim.compile import lean_model, resting
 from sim.controller import Controller, tuned
 from sim.engine import Engine, Simulation
@@ -25,13 +25,16 @@ from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion,
 from sim.varying import varied
 
 
-def record(experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int) -> list[Recording]:
+def record(
+    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int, advanced: Advanced = unheard
+) -> list[Recording]:
     """Run experiments, in one batch those that can share one.
 
     Args:
         experiments: Motions; those of equal duration, rate and step on plants of one layout run together.
         streams: Noise of each experiment; a recording depends on its own alone, not on the batch it ran in.
         threads: Threads to step with; recordings do not depend on it.
+        advanced: Told how much is simulated, warm-ups left out.
 
     Returns:
         One recording an experiment.
@@ -39,7 +42,7 @@ def record(experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *
     Raises:
         SimulationError: The first run that could not be built, diverged, saturated or reached a limit.
     """
-    outcomes = try_record(experiments, streams, threads=threads)
+    outcomes = try_record(experiments, streams, threads=threads, advanced=advanced)
     recordings = [outcome for outcome in outcomes if isinstance(outcome, Recording)]
     for outcome in outcomes:
         if isinstance(outcome, SimulationError):
@@ -48,15 +51,15 @@ def record(experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *
 
 
 def try_record(
-    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int
+    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int, advanced: Advanced = unheard
 ) -> list[Recording | SimulationError]:
     """As `record`, but a run that fails is returned as its error and the others are kept."""
-    outcomes = dict(each_record(experiments, streams, threads=threads))
+    outcomes = dict(each_record(experiments, streams, threads=threads, advanced=advanced))
     return [outcomes[i] for i in range(len(experiments))]
 
 
 def each_record(
-    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int
+    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int, advanced: Advanced = unheard
 ) -> Iterator[tuple[int, Recording | SimulationError]]:
     """As `try_record`, one outcome at a time with the number of its experiment, for whoever does not keep them all.
 
@@ -75,7 +78,7 @@ def each_record(
             except SimulationError as error:
                 ended[i] = error
                 yield i, error
-        for i, run, log in _run_all(ready, threads):
+        for i, run, log in _run_all(ready, threads, advanced):
             outcome = log if isinstance(log, SimulationError) else _recording(run, log.q, log.v)
             if is_carried(experiments[i]):
                 ended[i] = log if isinstance(log, SimulationError) else log.warmth
@@ -100,7 +103,7 @@ def _warm(
                 ready.append((i, _prepared(motion, noise_streams(np.random.default_rng(0)), models, warmth)))
             except PlantError as error:
                 found[i] = error
-        for i, run, log in _run_all(ready, threads):
+        for i, run, log in _run_all(ready, threads, unheard):
             found[i] = log if isinstance(log, SimulationError) else after_warm_up(run.experiment, log.v, share)
     return found
 
@@ -151,7 +154,9 @@ def _prepared(
     )
 
 
-def _run_all(ready: Sequence[tuple[int, _Run]], threads: int) -> Iterator[tuple[int, _Run, _Done | SimulationError]]:
+def _run_all(
+    ready: Sequence[tuple[int, _Run]], threads: int, advanced: Advanced
+) -> Iterator[tuple[int, _Run, _Done | SimulationError]]:
     """Run what is prepared, in one batch what can share one."""
     groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
     for i, run in ready:
@@ -159,10 +164,10 @@ def _run_all(ready: Sequence[tuple[int, _Run]], threads: int) -> Iterator[tuple[
         groups[samples, period, run.substeps, layout(run.experiment.plant)].append((i, run))
     for members in groups.values():
         indices, runs = zip(*members, strict=True)
-        yield from zip(indices, runs, _run_batch(runs, threads), strict=True)
+        yield from zip(indices, runs, _run_batch(runs, threads, advanced), strict=True)
 
 
-def _run_batch(runs: Sequence[_Run], threads: int) -> Iterator[_Done | SimulationError]:
+def _run_batch(runs: Sequence[_Run], threads: int, advanced: Advanced) -> Iterator[_Done | SimulationError]:
     with quiet():
         engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
         log = closed_loop(
@@ -171,6 +176,7 @@ def _run_batch(runs: Sequence[_Run], threads: int) -> Iterator[_Done | Simulatio
             np.stack([run.experiment.plant.drives.current_limit for run in runs]),
             [run.experiment.sensors for run in runs],
             [run.noise for run in runs],
+            advanced=advanced,
         )
     unstable, warmth = engine.unstable(), engine.warmth()
     for i, run in enumerate(runs):

@@ -191,5 +191,7 @@ def _first_fault(error: ValidationError) -> str:
     if fault["type"] == "extra_forbidden":
         return f"unknown key {place}"
     if fault["type"] == "missing":
-        return f"{place} is missing"
+        others = [each["loc"] for each in error.errors() if each["type"] == "extra_forbidden"]
+        beside = [str(loc[-1]) for loc in others if loc[:-1] == fault["loc"][:-1]]  # it may be one of them, mistyped
+        return f"{place} is missing" + (f", and {', '.join(beside)} is unknown" if beside else "")
     return f"{place}: {fault['msg'][0].lower()}{fault['msg'][1:]}, got {fault['input']!r}"

@@ -1,6 +1,7 @@
 """What documents name is there: files, tests, names of code."""
 
 import re
+import tomllib
 
 import pytest
 from places import ROOT
@@ -61,3 +62,29 @@ def test_every_document_is_named_in_the_readme():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for path in DOCUMENTS[1:]:
         assert f"docs/{path.name}" in readme
+
+
+def test_the_rates_in_the_readme_are_those_of_the_page_on_coverage():
+    page = (
+        (ROOT / "docs" / "coverage.md").read_text(encoding="utf-8").split("## nominal, 300 trials")[1].split("\n## ")[0]
+    )
+    expected = []
+    for line in page.splitlines():
+        row = [cell.strip() for cell in line.strip("|").split("|")]
+        if row[0].isdigit() and row[1] != "0":
+            joint, bias, spread, below, one, two = (row[k].split()[0] for k in (0, 4, 5, 6, 8, 9))
+            expected.append(f"| {joint} | {bias} | {spread} | {below} | {one} | {two} |")
+    assert len(expected) == 5
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "\n".join(expected) in readme
+    assert "rx90 monte-carlo nominal -n 300" in readme
+
+
+def test_protocols_differ_in_what_is_mounted_and_draw_the_same():
+    one, two = (
+        tomllib.loads((ROOT / "docs" / "protocols" / f"{name}.toml").read_text(encoding="utf-8"))
+        for name in ("return", "two-weights")
+    )
+    assert one["random"] == two["random"]
+    assert one["experiment"]["pause"] == two["experiment"]["pause"]
+    assert len(one["random"]) == 3

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, stats
+import scipy
 
 from ident.all_joints.friction import Term
 from ident.all_joints.solution import Fitted, Setting, Terms, fit_with
@@ -117,7 +117,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
     form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
     best, second = loads[form].tried, loads[other].tried
-    doubt = max(LEAST_DOUBT, float(stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
+    doubt = max(LEAST_DOUBT, float(scipy.stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
     rivals = [Rival(share=float(np.sqrt(doubt * (1.0 - doubt))), other=second.fitted, final=best.fitted)]
     if yields:
         rivals.append(Rival(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
@@ -224,7 +224,7 @@ def _belief(free: Fitted, form: str) -> _Belief:
 
     weights = noise**-2.0
     start = max(0.0, float(weights @ seen / weights.sum()))
-    best = optimize.minimize(
+    best = scipy.optimize.minimize(
         unlikely, (start, np.log(0.01)), bounds=((0.0, 1.0), (np.log(LEAST_SPREAD), 0.0)), method="L-BFGS-B"
     )
     mean, spread = float(best.x[0]), float(np.exp(best.x[1]))

@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from ident.all_joints.columns import SharedParameters
-from ident.arm import Arm
 from ident.arrays import Array, Indices
+from ident.inverse_dynamics import inverse_dynamics
 from ident.problem import Motion, Problem
-from ident.regressor import regressor_blocks
 from ident.structure import Structure
 
 TORQUE_RATE = 8.0
@@ -56,20 +55,20 @@ def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: A
     t = np.arange(len(behind.q)) * behind.period
     at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
     states = behind.q[at], behind.dq[at], behind.ddq[at]
-    rigid = CubicSpline(t[at], _torque(structure.arm, chi, *states))
+    rigid = scipy.interpolate.CubicSpline(t[at], inverse_dynamics(structure.arm, chi, *states))
     if not compliance:
         return Torques(rigid(t), np.zeros((0, structure.arm.n, structure.arm.n)))
     link = chi.copy()
     link[_rotors(structure)] = 0.0
-    stiff = _torque(structure.arm, link, *states)
-    transmitted = CubicSpline(t[at], stiff)
+    stiff = inverse_dynamics(structure.arm, link, *states)
+    transmitted = scipy.interpolate.CubicSpline(t[at], stiff)
     change = np.stack([transmitted(t[at], order) for order in range(3)])  # (3, samples, n)
     softened = np.empty((len(at), structure.arm.n, structure.arm.n))
     for k in range(structure.arm.n):
         only = np.arange(structure.arm.n) == k
         moved = [x - SOFTENING * each * only for x, each in zip(states, change, strict=True)]
-        softened[:, :, k] = (_torque(structure.arm, link, *moved) - stiff) / SOFTENING
-    return Torques(rigid(t), CubicSpline(t[at], softened)(t))
+        softened[:, :, k] = (inverse_dynamics(structure.arm, link, *moved) - stiff) / SOFTENING
+    return Torques(rigid(t), scipy.interpolate.CubicSpline(t[at], softened)(t))
 
 
 def _rotors(structure: Structure) -> Indices:
@@ -77,11 +76,3 @@ def _rotors(structure: Structure) -> Indices:
     base = structure.base
     alone = np.count_nonzero(base.regrouping, axis=1) == 1
     return base.columns[alone & np.array([name.startswith("Ia") for name in base.names])]
-
-
-def _torque(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> Array:
-    """Torque of standard parameters, shape (N, n)."""
-    torque = np.empty_like(q)
-    for block, columns in regressor_blocks(arm, q, dq, ddq):
-        torque[block] = np.einsum("jps,p->sj", columns, chi)
-    return torque

@@ -6,8 +6,8 @@ import numpy as np
 
 from ident.checks.comparison import Alternative, Comparison
 from ident.checks.remark import Grade, Remark
+from ident.evidence import among_best, convincing
 from ident.readings import Reading
-from ident.wiring import BETTER, EVIDENCE, LENGTH_EVIDENCE, TIE
 
 SUSPECT = 20.0
 """Logarithm of the likelihood ratio from which a reading is worth a word; short or bare real logs reach 35."""
@@ -35,8 +35,7 @@ def named_readings(found: Comparison, backward: Sequence[int]) -> tuple[Alternat
     A joint that its friction drives is a second witness for a reading that negates its positions.
     """
     sure = [each for each in found.alternatives if _convincing(each, found) or _witnessed(each, backward)]
-    best = max((float(each.gain.sum()) for each in sure), default=0.0)
-    return tuple(each for each in sure if float(each.gain.sum()) > best - TIE)
+    return tuple(each for each, tied in zip(sure, among_best([each.gain for each in sure]), strict=True) if tied)
 
 
 def words_of(readings: Sequence[Reading], backward: Sequence[int] = ()) -> str:
@@ -47,10 +46,9 @@ def words_of(readings: Sequence[Reading], backward: Sequence[int] = ()) -> str:
 
 
 def _convincing(each: Alternative, found: Comparison) -> bool:
-    least = EVIDENCE if (each.readings[0].stretch == 1.0).all() else LENGTH_EVIDENCE
     if found.unreachable:  # the log as it is cannot be right
         return each.evidence > 0.0
-    return bool(each.gain.sum() > BETTER and each.evidence > least)
+    return convincing(each.gain, each.evidence, each.readings[0])
 
 
 def _witnessed(each: Alternative, backward: Sequence[int]) -> bool:

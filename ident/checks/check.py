@@ -19,7 +19,7 @@ from ident.checks.payload_decides import payload_remarks
 from ident.checks.remark import Grade, Remark, worst
 from ident.checks.samples import sample_remarks
 from ident.errors import RecordingError
-from ident.observation import ObserveOptions, observe
+from ident.observation import Observation, ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.problem import Motion, Problem
@@ -44,11 +44,13 @@ class LogRead:
 
     Attributes:
         recording: The log.
-        motions: How each joint moved, None where it cannot be filtered.
+        observed: Its linear system, None where it cannot be filtered.
+        motions: How each joint moved, None likewise.
         remarks: What was seen.
     """
 
     recording: Recording
+    observed: Observation | None
     motions: tuple[JointMotion, ...] | None
     remarks: tuple[Remark, ...]
 
@@ -117,21 +119,21 @@ def check(
         if each.n != n:
             raise RecordingError(f"{each.name}: {each.n} joints, but robot {structure.arm.name} has {n}")
     read = [_log_read(each, structure, observing) for each in recordings]
-    kept = [k for k, each in enumerate(read) if each.motions is not None]
-    usable = [recordings[k] for k in kept]
+    observed = {k: each.observed for k, each in enumerate(read) if each.observed is not None}
+    usable = [recordings[k] for k in observed]
     if not usable:
         return Checked(logs=tuple(read), comparison=None, backward=(), remarks=())
-    problems = [Problem(structure, (Motion(observe(each, structure, observing), None),), gains) for each in usable]
+    problems = [Problem(structure, (Motion(each, None),), gains) for each in observed.values()]
     backward = backward_joints(problems, about)
     logs = prepared(structure, usable, observing)
     comparison = compared(logs, motor_side(logs))
     remarks = [*arm_remarks(comparison, backward), *friction_remarks(backward)]
-    carrying = [loaded is not None and loaded[k] for k in kept]
+    carrying = [loaded is not None and loaded[k] for k in observed]
     if payload is not None:
         remarks += payload_remarks(logs, carrying, payload, comparison.same)
     if payload is not None and about is not None and not carrying[0]:
-        observed = problems[0].motions[0].observation
-        remarks += excitation_remarks(usable[0].name, predicted_rel_std(observed, payload, about, gains), gains)
+        first = problems[0].motions[0].observation
+        remarks += excitation_remarks(usable[0].name, predicted_rel_std(first, payload, about, gains), gains)
     return Checked(logs=tuple(read), comparison=comparison, backward=backward, remarks=tuple(remarks))
 
 
@@ -145,17 +147,17 @@ def _log_read(recording: Recording, structure: Structure, options: ObserveOption
     for each in LOG_CHECKS.values():
         remarks += each(recording, options)
     try:
-        observe(recording, structure, options)
+        observed = observe(recording, structure, options)
     except RecordingError as error:
         seen = _without_name(error, recording)
         remarks.append(Remark(topic="model", log=recording.name, seen=f"not compared: {seen}", grade=Grade.WRONG))
-        return LogRead(recording=recording, motions=None, remarks=tuple(remarks))
+        return LogRead(recording=recording, observed=None, motions=None, remarks=tuple(remarks))
     motions = joint_motions(recording, structure.arm, options)
     for each in MOTION_CHECKS.values():
         remarks += each(recording, options)
     remarks += motion_remarks(recording, motions)
-    remarks.append(delay_remark(recording, structure, options))
-    return LogRead(recording=recording, motions=motions, remarks=tuple(remarks))
+    remarks.append(delay_remark(recording, observed, options))
+    return LogRead(recording=recording, observed=observed, motions=motions, remarks=tuple(remarks))
 
 
 def _without_name(error: Exception, recording: Recording) -> str:

@@ -1,7 +1,7 @@
 """The log as it is beside every other reading of it: which one explains the currents best, on the same instants."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,13 +10,14 @@ from ident.arrays import Array
 from ident.checks.further_readings import further_readings
 from ident.checks.reach import unreachable
 from ident.checks.sameness import Fingerprint, fingerprint, same
-from ident.explanation import Explanation, Unknowns, explanations, unknowns_of
+from ident.evidence import evidence_of, gain_over
+from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
 from ident.instants import Instants, instants
 from ident.observation import ObserveOptions
-from ident.readings import Reading, readings
+from ident.readings import Reading, as_it_is, readings
 from ident.recording import Recording
-from ident.structure import Structure, structure_of
-from ident.wiring import ASLANT, MANY, NOTHING
+from ident.structure import Structure
+from ident.wiring import MANY
 
 ALIKE = 1e-4
 """Relative difference of what is left that rounding makes of the same spans, and more."""
@@ -94,11 +95,21 @@ def prepared(structure: Structure, recordings: Sequence[Recording], options: Obs
         recordings: One or more, each long enough for the filters.
         options: Filters.
     """
-    own = unknowns_of(structure)
-    heavy = bool(structure.arm.gravity.any())
-    aslant = unknowns_of(structure_of(replace(structure.arm, gravity=ASLANT))) if heavy else own
     seen = tuple(instants(each, MANY, options) for each in recordings)
-    return Logs(structure, own, aslant, tuple(recordings), seen)
+    return Logs(structure, unknowns_of(structure), unknowns_under_any(structure), tuple(recordings), seen)
+
+
+def same_as_it_is(structure: Structure, *, motions: int) -> tuple[Reading, ...]:
+    """Readings that explain the same as the log as it is, whatever the motion, itself among them.
+
+    Args:
+        structure: Of the arm, under whose gravity they are.
+        motions: Of the logs that are compared.
+    """
+    own, arm = unknowns_of(structure), structure.arm
+    upright = (each for each in single_readings(arm) if each.gravity is arm.gravity)
+    given = fingerprint(structure, own, as_it_is(arm), motions=motions)
+    return tuple(each for each in upright if same(given, fingerprint(structure, own, each, motions=motions)))
 
 
 def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
@@ -109,7 +120,7 @@ def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
         more: Further readings to compare with.
     """
     arm = logs.arm
-    families = [*readings(arm), *further_readings(arm), *((each,) for each in more)]
+    families = [*_families(arm), *((each,) for each in more)]
     given, *others = (found for family in families for found in logs.explained(family))
     reached = [each for each in others if not unreachable(arm, logs.recordings, each.reading)]
     same_as_given, groups = _grouped(logs, given, reached)
@@ -139,11 +150,9 @@ def _grouped(
         return prints[id(each)]
 
     for each in (given, *others):
-        own = _by_column(each)[0]
         for members in groups:
-            if np.allclose(own, _by_column(members[0])[0], rtol=ALIKE, atol=0.0) and same(
-                known(each), known(members[0])
-            ):
+            alike = np.allclose(each.column_left, members[0].column_left, rtol=ALIKE, atol=0.0)
+            if alike and same(known(each), known(members[0])):
                 members.append(each)
                 break
         else:
@@ -153,20 +162,16 @@ def _grouped(
 
 
 def _alternative(given: Explanation, group: Sequence[Explanation]) -> Alternative:
-    (left, freedom), (own, own_freedom) = _by_column(group[0]), _by_column(given)
-    known = np.isfinite(left) & np.isfinite(own)
-    before, after = (np.where(known, np.maximum(each, NOTHING), 1.0) for each in (own, left))
-    gain = np.log(before / after)
-    return Alternative(tuple(each.reading for each in group), gain, float(gain @ np.minimum(freedom, own_freedom)))
-
-
-def _by_column(found: Explanation) -> tuple[Array, Array]:
-    """What is left, and the freedom, of each column of currents instead of each joint."""
-    back = np.argsort(found.reading.v_order)
-    return found.left[back], found.freedom[back].astype(np.float64)
+    gain = gain_over(given.column_left, group[0].column_left)
+    evidence = evidence_of(gain, given.column_freedom, group[0].column_freedom)
+    return Alternative(tuple(each.reading for each in group), gain, evidence)
 
 
 def single_readings(arm: Arm) -> Iterator[Reading]:
     """Every reading with one mistake, the log as it is first."""
-    for family in (*readings(arm), *further_readings(arm)):
+    for family in _families(arm):
         yield from family
+
+
+def _families(arm: Arm) -> list[tuple[Reading, ...]]:
+    return [*readings(arm), *further_readings(arm)]

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import optimize
+import scipy
 
 from ident.checks.comparison import Logs
 from ident.checks.reach import unreachable
+from ident.evidence import NOTHING
 from ident.explanation import explanations
 from ident.instants import Instants
 from ident.readings import Reading, as_it_is
-from ident.wiring import NOTHING
 
 RATIOS = np.geomspace(2.0, 500.0, 280)
 """Plausible ratios, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""
@@ -52,7 +52,7 @@ def motor_side(logs: Logs) -> tuple[Reading, ...]:
     if values.min() >= UNREACHED:
         return ()
     best = float(ratios[int(values.argmin())])
-    near = optimize.minimize_scalar(
+    near = scipy.optimize.minimize_scalar(
         lambda change: left(best * (1.0 + change), logs.seen),
         bounds=(-AROUND, AROUND),
         method="bounded",

@@ -3,7 +3,7 @@
 Currents are shifted against positions in steps, and what any arm of these kinematics leaves of them is compared: the
 logarithm of the likelihood, `-sum_j f_j ln s_j` over the joints, has its peak at the delay, and its curvature there is
 one over the variance. A delay so long that friction steps leave the instants beside reversals, which the first order of
-`ident.delay` cannot bear, is found as well.
+`ident.delay` cannot bear, is found as well. What is looked for is a delay beyond the one that is stated.
 """
 
 from collections.abc import Sequence
@@ -13,13 +13,12 @@ import numpy as np
 
 from ident.arrays import Array
 from ident.checks.remark import Grade, Remark
-from ident.errors import RecordingError
+from ident.evidence import NOTHING
 from ident.explanation import shares_left
 from ident.full_rate import FullRate
-from ident.observation import Observation, ObserveOptions, observe, reduced
+from ident.observation import Observation, ObserveOptions
 from ident.recording import Recording, resampled
-from ident.structure import Structure
-from ident.wiring import NOTHING
+from ident.signals import delayed
 
 LONGEST, STEP = 0.06, 0.004
 """Longest delay that is looked for, either way, and steps to it [s]."""
@@ -33,12 +32,12 @@ SURE = 12.0
 
 @dataclass(frozen=True, slots=True)
 class Lateness:
-    """How late currents are logged.
+    """How late currents are logged, beyond the delay that is stated of them.
 
     Attributes:
         value: Delay [s]; negative where they are early.
         std: Its standard deviation [s], what friction bends included; None where the search ends at its limit.
-        evidence: Logarithm of the likelihood ratio to no delay.
+        evidence: Logarithm of the likelihood ratio to no such delay.
     """
 
     value: float
@@ -46,26 +45,23 @@ class Lateness:
     evidence: float
 
 
-def lateness(recording: Recording, structure: Structure, options: ObserveOptions) -> Lateness | None:
+def lateness(recording: Recording, observed: Observation, options: ObserveOptions) -> Lateness | None:
     """How late the currents of a log are, of all joints together; None where too few instants tell.
 
     Args:
         recording: One motion.
-        structure: Of the arm.
-        options: Filters.
-
-    Raises:
-        RecordingError: If it is too short or too slow for the filters.
+        observed: The linear system of it.
+        options: By which it was observed; a delay that they state is taken out first.
     """
-    observed, even = observe(recording, structure, options), resampled(recording)
-    behind = observed.full_rate
+    even, behind = resampled(recording), observed.full_rate
     assert behind is not None, "it is of a recording"
     step = max(1, round(STEP / even.period))
     most = min(round(LONGEST / even.period), behind.edge) // step
     if most < 1:
         return None
     shifts = step * np.arange(-most, most + 1)
-    shifted = [behind.sampled(np.roll(even.v, -rows, axis=0)) for rows in shifts.tolist()]  # the ends are left out
+    v = delayed(even.v, options.current_delay / even.period)
+    shifted = [behind.sampled(np.roll(v, -rows, axis=0)) for rows in shifts.tolist()]  # the ends are left out
     likelihood = _likelihood(observed, behind, shifted)
     if likelihood is None:
         return None
@@ -81,27 +77,21 @@ def lateness(recording: Recording, structure: Structure, options: ObserveOptions
 
 def _likelihood(observed: Observation, behind: FullRate, shifted: Sequence[Array]) -> Array | None:
     """Of the currents of all joints, each alone, under each shift; None where a joint has too few rows."""
-    structure = observed.structure
-    motion = (behind.q, behind.dq, behind.ddq)
-    signals, _ = reduced(structure, motion, np.hstack(shifted), behind.moving, behind.decimator)
     total = np.zeros(len(shifted))
     for joint, own in enumerate(observed.joints):
-        W = own.W[:, np.isin(own.columns, structure.joint_independent[joint])]
+        W = own.W[:, np.isin(own.columns, observed.structure.joint_independent[joint])]
         freedom = len(W) - W.shape[1]
         if freedom < 1:
             return None
-        V = signals[own.position][:, joint :: structure.arm.n]
+        V = np.column_stack([behind.decimated(v[:, joint], joint)[own.position] for v in shifted])
         left = shares_left(W, V) * np.linalg.norm(V, axis=0)  # rms of what is shifted in must not count
         total -= freedom * np.log(np.maximum(left, NOTHING * np.linalg.norm(V, axis=0)))
     return total
 
 
-def delay_remark(recording: Recording, structure: Structure, options: ObserveOptions) -> Remark:
-    """What the delay of a log is, with its deviation."""
-    try:
-        found = lateness(recording, structure, options)
-    except RecordingError:
-        found = None
+def delay_remark(recording: Recording, observed: Observation, options: ObserveOptions) -> Remark:
+    """What the delay of a log is beyond the one stated, with its deviation."""
+    found = lateness(recording, observed, options)
     if found is None:
         return Remark(topic="delay of v", log=recording.name, seen="too few rows show it", grade=Grade.WEAK)
     spread = "" if found.std is None else f", 2 sigma {2e3 * found.std:.2g}"

@@ -48,7 +48,7 @@ def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tu
     edge = edge_samples(even.period, options.cutoff_hz)
     inner = slice(edge, max(edge + 1, len(even.t) - edge))
     q, dq, ddq = (each[inner] for each in smooth_motion(even.q, even.period, options.cutoff_hz))
-    rms = _rms(dq)
+    rms, acceleration_rms, current_rms = _rms(dq), _rms(ddq), _rms(recording.v)
     slow = np.mean(np.abs(dq) <= options.reversal_speed * rms, axis=0)
     span = arm.upper - arm.lower
     return tuple(
@@ -58,9 +58,9 @@ def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tu
             covered=float(np.ptp(q[:, j]) / span[j]) if np.isfinite(span[j]) else None,
             speed=float(np.abs(dq[:, j]).max()),
             speed_rms=float(rms[j]),
-            acceleration_rms=float(_rms(ddq)[j]),
+            acceleration_rms=float(acceleration_rms[j]),
             slow=float(slow[j]),
-            current_rms=float(_rms(recording.v)[j]),
+            current_rms=float(current_rms[j]),
         )
         for j in range(arm.n)
     )

@@ -17,12 +17,14 @@ FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""
 NORMAL_MEDIAN = float(stats.norm.ppf(0.75))
 """Median size of a standard normal variable."""
+DIGITS = 1e-9
+"""Share of the largest step below which two values are one, written in two ways."""
 WHOLE = 0.02
 """Deviation from a whole number of quanta, as a share of one, that rounding of a file makes."""
 SHARE = 0.99
 """Share of the samples that are whole numbers of quanta."""
 NOISY_CURRENT = 0.3
-"""White noise over rms current that makes deviations larger than a longer motion can pay for."""
+"""White noise over the deviation of a current that makes deviations larger than a longer motion can pay for."""
 NOISY_ACCELERATION = 0.1
 """Noise of a filtered acceleration over its rms that biases least squares; `iv` bears it."""
 
@@ -41,15 +43,15 @@ def noise_std(x: Array) -> Array:
 
 def quantum(x: Array) -> float | None:
     """The step that all values of a column are whole multiples of, shape (N,); None where there is none to be seen."""
-    values = np.unique(x)
-    if len(values) < 3:
+    step = np.diff(np.unique(x))
+    step = step[step > DIGITS * step.max(initial=0.0)]
+    if len(step) < 2:
         return None
-    step = np.diff(values)
-    least = float(step[step > 1e-9 * step.max()].min())
+    least = float(step.min())
     several = step / np.rint(step / least)  # single steps are rounded by the file; their mean is not
     least = float(np.sum(np.rint(step / least) * several) / np.sum(np.rint(step / least)))
     off = np.abs(step / least - np.rint(step / least))
-    return least if float(np.mean(off < WHOLE)) > SHARE and 2 * len(values) < len(x) + 2 else None
+    return least if float(np.mean(off < WHOLE)) > SHARE and 2 * (len(step) + 1) < len(x) + 2 else None
 
 
 def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:
@@ -74,16 +76,16 @@ def noise_remarks(recording: Recording, options: ObserveOptions) -> list[Remark]
     coarse = [(step, j) for j, step in enumerate(steps) if step is not None]
     sigma, share = noise_std(recording.q), acceleration_noise(recording, options)
     j = int(share.argmax())
-    finest = f"steps of {max(coarse)[0]:.3g} (q{max(coarse)[1] + 1})" if coarse else "finer than noise"
-    loud = noise_std(recording.v) / np.sqrt(np.mean((recording.v - recording.v.mean(axis=0)) ** 2, axis=0))
+    coarsest = f"steps of {max(coarse)[0]:.3g} (q{max(coarse)[1] + 1})" if coarse else "finer than noise"
+    loud = noise_std(recording.v) / np.std(recording.v, axis=0)
     k = int(loud.argmax())
     return [
-        Remark(topic="encoder resolution", log=recording.name, seen=finest),
+        Remark(topic="encoder resolution", log=recording.name, seen=coarsest),
         Remark(
             topic="noise of q",
             log=recording.name,
             joint=j,
-            seen=f"{sigma[j]:.2g} rad on q{j + 1}, {100.0 * share[j]:.2g} % of its filtered acceleration",
+            seen=f"{sigma[j]:.2g} rad or m on q{j + 1}, {100.0 * share[j]:.2g} % of its filtered acceleration",
             grade=Grade.WEAK if share[j] > NOISY_ACCELERATION else Grade.GOOD,
             advice="lower --cutoff-hz, or use --method iv" if share[j] > NOISY_ACCELERATION else None,
         ),
@@ -91,7 +93,7 @@ def noise_remarks(recording: Recording, options: ObserveOptions) -> list[Remark]
             topic="noise of v",
             log=recording.name,
             joint=k,
-            seen=f"{100.0 * loud[k]:.2g} % of the rms current of joint {k + 1}",
+            seen=f"{100.0 * loud[k]:.2g} % of the deviation of the current of joint {k + 1}",
             grade=Grade.WEAK if loud[k] > NOISY_CURRENT else Grade.GOOD,
             advice="repeat the motion several times" if loud[k] > NOISY_CURRENT else None,
         ),

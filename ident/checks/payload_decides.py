@@ -5,7 +5,6 @@ but a payload that was drawn does not. Here the payload is taken as described, w
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
@@ -13,31 +12,20 @@ from scipy import linalg
 from ident.arrays import Array, Indices, readonly
 from ident.checks.comparison import Logs
 from ident.checks.remark import Grade, Remark
-from ident.explanation import DRIFTING, Unknowns, reading_columns, regressor_as_read, shares_left
+from ident.evidence import convincing, evidence_of, gain_over
+from ident.explanation import DRIFTING, Explanation, Unknowns, reading_columns, regressor_as_read, shares_left
 from ident.instants import Instants
 from ident.parameters import STANDARD
 from ident.payload import KnownPayload, Payload
 from ident.readings import Reading, as_it_is
 from ident.regressor import regressor
 from ident.structure import PROBE_SEED, Structure
-from ident.wiring import BETTER, EVIDENCE
 
 STATES = 60
 """Random states a joint that torques are compared on."""
 TOPIC = "payload as drawn"
 SAME = 1e-6
 """Share of a torque that rounding leaves."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Effect:
-    """What reading a log otherwise does to the gains.
-
-    Attributes:
-        moved: Joints, from 0, whose gain another torque of the payload would change.
-    """
-
-    moved: tuple[int, ...]
 
 
 def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same: Sequence[Reading]) -> list[Remark]:
@@ -52,19 +40,20 @@ def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same
     known = payload.known_part()
     if payload.known not in ("all", "com"):
         return []
-    moving = [(each, effect_on_gains(logs.structure, logs.unknowns, each, known)) for each in same]
-    moving = [(each, effect) for each, effect in moving if effect.moved]
+    moving = [(each, moved_gains(logs.structure, logs.unknowns, each, known)) for each in same]
+    moving = [(each, moved) for each, moved in moving if moved]
     if not moving:
         return []
     words = ", ".join(each.words for each, _ in moving)
-    joints = ", ".join(str(j + 1) for j in sorted({j for _, effect in moving for j in effect.moved}))
+    joints = ", ".join(str(j + 1) for j in sorted({j for _, moved in moving for j in moved}))
     matter = f"{words} would change the gains of joints {joints}"
     if not any(carrying) or all(carrying):
         return [Remark(topic=TOPIC, seen=f"{matter}; a bare and a loaded recording with this payload tell")]
-    given = shares_with_payload(logs, carrying, known, as_it_is(logs.arm))
+    given = explained_with_payload(logs, carrying, known, as_it_is(logs.arm))
     for each, _ in moving:
-        gain = np.log(given / shares_with_payload(logs, carrying, known, each))
-        if float(gain.sum()) > BETTER and float(gain.sum()) * sum(len(at.v) for at in logs.seen) > EVIDENCE:
+        other = explained_with_payload(logs, carrying, known, each)
+        gain = gain_over(given.column_left, other.column_left)
+        if convincing(gain, evidence_of(gain, given.column_freedom, other.column_freedom), each):
             return [
                 Remark(
                     topic=TOPIC,
@@ -78,8 +67,8 @@ def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same
     return [Remark(topic=TOPIC, seen=f"{matter}; the payload's torque is no better explained so")]
 
 
-def effect_on_gains(structure: Structure, unknowns: Unknowns, reading: Reading, known: KnownPayload) -> Effect:
-    """Which gains depend on whether the log is read as it is or otherwise, by the kinematics.
+def moved_gains(structure: Structure, unknowns: Unknowns, reading: Reading, known: KnownPayload) -> tuple[int, ...]:
+    """Joints, from 0, whose gain depends on whether the log is read as it is or otherwise, by the kinematics.
 
     Args:
         structure: Of the arm.
@@ -99,7 +88,7 @@ def effect_on_gains(structure: Structure, unknowns: Unknowns, reading: Reading, 
         scale = max(float(np.linalg.norm(mine)), float(np.linalg.norm(theirs)))
         if scale > SAME and float(np.linalg.norm(mine - theirs)) > SAME * scale:
             moved.append(joint)
-    return Effect(tuple(moved))
+    return tuple(moved)
 
 
 def _torque_left(own: Array, structure: Structure, unknowns: Unknowns, joint: int, known: KnownPayload) -> Array:
@@ -113,8 +102,8 @@ def _torque_left(own: Array, structure: Structure, unknowns: Unknowns, joint: in
     return readonly(loaded - Q @ (Q.T @ loaded))
 
 
-def shares_with_payload(logs: Logs, loaded: Sequence[bool], known: KnownPayload, reading: Reading) -> Array:
-    """Standard deviation that a reading leaves of each joint's current over its rms, payload as described, shape (n,).
+def explained_with_payload(logs: Logs, loaded: Sequence[bool], known: KnownPayload, reading: Reading) -> Explanation:
+    """What a reading explains of the currents, the payload as described.
 
     Args:
         logs: Bare and loaded.
@@ -126,14 +115,15 @@ def shares_with_payload(logs: Logs, loaded: Sequence[bool], known: KnownPayload,
     motion = np.repeat(np.arange(len(logs.seen)), [len(each.v) for each in logs.seen])
     moving, v = _stacked(logs.seen)
     carries = np.array(loaded, dtype=np.float64)[motion]
-    left = np.empty(logs.arm.n)
+    left, freedom = np.empty(logs.arm.n), np.empty(logs.arm.n, dtype=np.intp)
     for joint in range(logs.arm.n):
         kept = moving[:, reading.q_order[joint]] > 0.0
         own = columns[kept, joint]
         torque = own[:, logs.structure.payload_columns[known.mask]] @ known.chi[known.mask] * carries[kept]
         W = np.column_stack((own[:, logs.unknowns.arm[joint]], _again(own, joint, motion[kept]), torque))
         left[joint] = shares_left(W, v[kept][:, [reading.v_order[joint]]])[0]
-    return left
+        freedom[joint] = W.shape[0] - W.shape[1]
+    return Explanation(reading, left, freedom)
 
 
 def _again(own: Array, joint: int, motion: Indices) -> Array:

@@ -1,5 +1,6 @@
 """What a check of a log says: a line with a verdict."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -33,7 +34,7 @@ class Remark:
     advice: str | None = None
 
 
-def worst(remarks: "tuple[Remark, ...] | list[Remark]") -> Grade:
+def worst(remarks: Sequence[Remark]) -> Grade:
     """The worst grade, good where there is no remark."""
     order = tuple(Grade)
     return max((each.grade for each in remarks), key=order.index, default=Grade.GOOD)

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, stats
+import scipy
+from scipy import linalg
 
 from ident.arrays import Array, readonly
 from ident.consistency.difference import FALSE_ALARM, most_deviations
@@ -158,13 +159,13 @@ def _louder(fitted: Rows, joint: int, first: int, later: int, free: float) -> Dr
         squares.append(float(left @ left) / len(left))
         freedom.append(0.5 * free * len(left))  # neighbours hang together
     ratio = squares[1] / max(squares[0], 1e-300)
-    tail = min(stats.f.sf(ratio, freedom[1], freedom[0]), stats.f.cdf(ratio, freedom[1], freedom[0]))
+    tail = min(scipy.stats.f.sf(ratio, freedom[1], freedom[0]), scipy.stats.f.cdf(ratio, freedom[1], freedom[0]))
     return Drift(
         joint=joint,
         what=RESIDUAL,
         motion=later,
         share=float(np.sqrt(ratio)) - 1.0,
-        z=float(stats.norm.isf(max(float(tail), 1e-300))),
+        z=float(scipy.stats.norm.isf(max(float(tail), 1e-300))),
         harmless=False,
         told=max(ratio, 1.0 / max(ratio, 1e-300)) > LOUDER**2,
     )

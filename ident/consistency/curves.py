@@ -9,8 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.polynomial import legendre
-from scipy import linalg, stats
+from scipy import linalg
 
 from ident.arrays import Array, readonly
 from ident.consistency.difference import FALSE_ALARM
@@ -69,7 +70,7 @@ def _found(evidence: Evidence, name: str, columns: Callable[[Array, Array], Arra
     curves = {joint: curve for joint in evidence.identified if (curve := residual_curve(evidence, joint, columns))}
     if not curves:
         return None
-    chance = {joint: float(stats.chi2.sf(each.chi_square, each.freedom)) for joint, each in curves.items()}
+    chance = {joint: float(scipy.stats.chi2.sf(each.chi_square, each.freedom)) for joint, each in curves.items()}
     limit = FALSE_ALARM / len(curves)  # Bonferroni
     failed = {
         joint: each
@@ -81,7 +82,7 @@ def _found(evidence: Evidence, name: str, columns: Callable[[Array, Array], Arra
         check=name,
         joint=worst,
         statistic=curves[worst].chi_square,
-        threshold=float(stats.chi2.isf(limit, curves[worst].freedom)),
+        threshold=float(scipy.stats.chi2.isf(limit, curves[worst].freedom)),
         measure="squared deviations",
         sentence=_sentence(name, failed) if failed else None,
     )

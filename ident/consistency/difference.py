@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from ident.arrays import Array
 from ident.consistency.evidence import Evidence
@@ -44,7 +44,7 @@ def difference_std(evidence: Evidence, influence: Array, residual: Array) -> flo
 
 def most_deviations(tests: int) -> float:
     """Deviations that the largest of so many differences exceeds by accident with `FALSE_ALARM` (Bonferroni)."""
-    return float(stats.t.isf(FALSE_ALARM / (2.0 * tests), FREEDOM))
+    return float(scipy.stats.t.isf(FALSE_ALARM / (2.0 * tests), FREEDOM))
 
 
 def judged_difference(

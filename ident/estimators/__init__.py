@@ -7,6 +7,7 @@ from typing import TypeVar
 from ident.errors import OptionError
 from ident.estimate import GainEstimate
 from ident.estimators import iv, ls_2011, nls, ols, sequential_2011, tls_2014
+from ident.naming import nearest
 from ident.problem import Problem
 
 Options = TypeVar("Options")
@@ -65,5 +66,5 @@ def estimator(name: str) -> Estimator:
         OptionError: If there is none.
     """
     if name not in ESTIMATORS:
-        raise OptionError(f"unknown method {name!r}; known: {', '.join(ESTIMATORS)}")
+        raise OptionError(f"unknown method {name!r}{nearest(name, ESTIMATORS)}; known: {', '.join(ESTIMATORS)}")
     return ESTIMATORS[name]

@@ -15,7 +15,7 @@ from ident.all_joints.solution import GivenGain, Setting, setting, solution
 from ident.conclusion import concluded
 from ident.errors import OptionError
 from ident.estimate import GainEstimate
-from ident.options import NAMES, check_range
+from ident.options import NAMES, check_range, unknown_name
 from ident.problem import Problem
 
 NAME = "nls"
@@ -72,7 +72,7 @@ class AllJointsOptions:
         """
         for name, known in (("friction", FRICTIONS), ("payload_body", BODIES), ("loss", LOSSES)):
             if getattr(self, name) not in known:
-                raise OptionError(f"{name} = {getattr(self, name)!r}: expected one of {', '.join(known)}")
+                raise unknown_name(name, getattr(self, name), known)
         check_range("prior_std", self.prior_std, above=0.0, upto=100.0)
         if (self.gain_joint is None) != (self.gain_value is None):
             raise OptionError("gain_joint and gain_value belong together: the number of a joint and its gain")

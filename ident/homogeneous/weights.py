@@ -10,8 +10,7 @@ from ident.all_joints.friction import own_columns
 from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.start import start_of
 from ident.arrays import Array
-from ident.errors import OptionError
-from ident.options import NAMES
+from ident.options import NAMES, unknown_name
 from ident.problem import Problem
 
 
@@ -52,4 +51,4 @@ class HomogeneousOptions:
             OptionError: If there is none such.
         """
         if self.weights not in WEIGHTS:
-            raise OptionError(f"weights = {self.weights!r}: expected one of {', '.join(WEIGHTS)}")
+            raise unknown_name("weights", self.weights, WEIGHTS)

@@ -1,7 +1,7 @@
 """Logs in NumPy's files: archives of arrays (`.npz`), or one array (`.npy`) of rows or of named fields.
 
-An array of rows counts as a column for each number of a row: `name[0]`, `name[1]`, .. in an archive, but `q1`, .. and
-`v1`, .. of arrays `q` and `v`; 1, 2, .. of an array alone.
+An array of rows, or a field of them, counts as a column for each number of a row: `name[0]`, `name[1]`, .. in an
+archive, but `q1`, .. and `v1`, .. of arrays `q` and `v`; 1, 2, .. of an array alone.
 """
 
 from pathlib import Path
@@ -45,14 +45,14 @@ def read_arrays(path: Path, request: Request) -> Columns:
             f"({one_line(error)[:120] or type(error).__name__})"
         ) from error
     table = dict(columns)
-    wanted = request.chosen(path, [name for name, _ in columns])
-    _check_lengths(path, {name: len(table[name]) for name in wanted})
-    return {name: _numbers(path, name, table[name], dated=name in request.dates) for name in wanted}
+    chosen = request.chosen(path, [name for name, _ in columns])
+    _check_lengths(path, {name: len(table[name]) for name in chosen.names})
+    return {name: _numbers(path, name, table[name], dated=name in chosen.dated) for name in chosen.names}
 
 
 def _of_archive(name: str, array: np.ndarray) -> list[tuple[str, np.ndarray]]:
     if array.dtype.names:
-        return [(field, array[field]) for field in array.dtype.names]
+        return [each for field in array.dtype.names for each in _of_archive(field, array[field])]
     if array.ndim == 2 and array.shape[1] <= MOST_COLUMNS:
         return [(entry(name, k), array[:, k]) for k in range(array.shape[1])]
     return [(name, array)] if array.ndim == 1 else []

@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 
 from ident.errors import LogDescriptionError
-from ident.logs.description import Channels, LogDescription
+from ident.logs.description import NOTHING, Channels, LogDescription
 from ident.logs.units import CURRENT, POSITION, SHARE, TIME, TORQUE
-from ident.naming import shown
+from ident.naming import nearest, shown
 
 UNITS = {"t": TIME, "q": POSITION, "v": CURRENT | SHARE | TORQUE}
 MOST = 64
@@ -51,8 +51,7 @@ def described(words: Sequence[str]) -> LogDescription:
         if kind in found:
             raise LogDescriptionError(f"--columns: {kind}= is there twice")
         found[kind] = _channels(kind, said)
-    nothing = Channels()
-    return LogDescription(t=found.get("t", nothing), q=found.get("q", nothing), v=found.get("v", nothing))
+    return LogDescription(t=found.get("t", NOTHING), q=found.get("q", NOTHING), v=found.get("v", NOTHING))
 
 
 def _channels(kind: str, said: str) -> Channels:
@@ -62,9 +61,8 @@ def _channels(kind: str, said: str) -> Channels:
     if ending is not None and not ending[2].isdigit():
         said, unit = ending[1], (ending[2],)
         if unit[0] not in UNITS[kind]:
-            raise LogDescriptionError(
-                f"--columns: unit {shown(unit[0])} of {kind} is unknown; there are {', '.join(UNITS[kind])}"
-            )
+            known = f"{nearest(unit[0], UNITS[kind])}; there are {', '.join(UNITS[kind])}"
+            raise LogDescriptionError(f"--columns: unit {shown(unit[0])} of {kind} is unknown{known}")
     names = [name for word in said.split(",") for name in spread(word.strip(), "--columns")] if said else []
     if not all(names):
         raise LogDescriptionError(f"--columns: {kind}={shown(said)} lacks a name")

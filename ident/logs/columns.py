@@ -20,6 +20,19 @@ Columns: TypeAlias = Mapping[str, Array]
 OURS = re.compile(r"t|[qv][1-9][0-9]{0,3}")
 
 
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """Columns of a file that are to be read.
+
+    Attributes:
+        names: Their names.
+        dated: Those of them that hold dates, to be read as seconds since 1970.
+    """
+
+    names: tuple[str, ...]
+    dated: frozenset[str] = frozenset()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
     """What is asked of a file.
@@ -27,15 +40,13 @@ class Request:
     Attributes:
         chosen: Of the names of all its columns, those to read; raises `RecordingError` if one is not there.
         known: How many of some names are meant by the request, to find out how a text file is laid out.
-        dates: Names of columns that hold dates, to be read as seconds since 1970.
         text: How a text file is laid out, as far as it is said.
         topic: Of a bag, where it has several.
         joints: Names of the joints in their order, where they are known.
     """
 
-    chosen: Callable[[Path, Sequence[str]], Sequence[str]]
+    chosen: Callable[[Path, Sequence[str]], Chosen]
     known: Callable[[Sequence[str]], int]
-    dates: frozenset[str] = frozenset()
     text: TextLayout = field(default_factory=TextLayout)
     topic: str | None = None
     joints: tuple[str, ...] | None = None

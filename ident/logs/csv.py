@@ -72,8 +72,9 @@ def read_csv(path: Path, request: Request) -> Columns:
     """
     text = read_text(path, request.text.encoding)
     layout = _layout(path, text, request)
-    names = list(request.chosen(path, layout.header))
-    wanted = _Wanted(names, [layout.header.index(name) for name in names], [name in request.dates for name in names])
+    chosen = request.chosen(path, layout.header)
+    names = list(chosen.names)
+    wanted = _Wanted(names, [layout.header.index(name) for name in names], [name in chosen.dated for name in names])
     rows = without_comments(text[layout.start :])
     values = _parsed(rows, layout, wanted)
     if values is None and layout.separator == " " and not any(wanted.dated):

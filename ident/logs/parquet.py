@@ -41,17 +41,19 @@ def read_parquet(path: Path, request: Request) -> Columns:
         with pq.ParquetFile(path) as file:
             places = _places(file)
             found = dict(places)
-            wanted = {name: found[name] for name in request.chosen(path, [name for name, _ in places])}
+            chosen = request.chosen(path, [name for name, _ in places])
+            wanted = {name: found[name] for name in chosen.names}
             for name, (column, number) in wanted.items():
                 kind = file.schema_arrow.field(column).type
-                _check_type(path, name, kind if number is None else kind.value_type, dated=name in request.dates)
+                _check_type(path, name, kind if number is None else kind.value_type, dated=name in chosen.dated)
             columns = list(dict.fromkeys(column for column, _ in wanted.values()))
             _check_size(path, file.metadata.num_rows, sum(column in columns for _, (column, _) in places))
             table = file.read(columns=columns)
     except (OSError, pa.ArrowException) as error:
         reason = one_line(str(error).splitlines()[0]) if str(error) else type(error).__name__
         raise RecordingError(f"{one_line(path)}: not a readable Parquet file ({reason})") from error
-    rows = {column: _rows(path, column, table[column]) for column, number in wanted.values() if number is not None}
+    listed = dict.fromkeys(column for column, number in wanted.values() if number is not None)
+    rows = {column: _rows(path, column, table[column]) for column in listed}
     return {
         name: _numbers(path, name, table[column]) if number is None else rows[column][:, number]
         for name, (column, number) in wanted.items()
@@ -89,7 +91,9 @@ def _rows(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
     import pyarrow.compute as pc
 
     lengths = pc.list_value_length(column).to_numpy()  # NaN for a missing row
-    width = lengths[0] if len(lengths) else 0
+    if not len(lengths):
+        raise RecordingError(f"{one_line(path)}: column {one_line(name)} has no row")
+    width = lengths[0]
     odd = np.flatnonzero(~(lengths == width))
     if len(odd):
         raise RecordingError(

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from ident.errors import RecordingError
 from ident.logs import joint_states, own
-from ident.logs.columns import check_width, entry, listed
+from ident.logs.columns import Chosen, check_width, entry, listed
 from ident.logs.description import Channels, LogDescription, over
 from ident.logs.layouts import LAYOUTS
 from ident.logs.meaning import MEANINGS, TORQUE_FROM_CURRENT, kinds
-from ident.logs.units import POSITION, TICKS, TIME
+from ident.logs.units import ISO, POSITION, TICKS, TIME
 from ident.naming import nearest, one_line, shown
 
 MOST_JOINTS = 64
@@ -30,11 +30,11 @@ class Resolved:
     layout: str | None
 
     @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of all columns to be read, each once."""
+    def chosen(self) -> Chosen:
+        """The columns to be read, each once; time as dates where its unit says so."""
         said = self.description
         names = (*said.t.columns, *said.q.columns, *said.v.columns, *(name for name, _ in said.only))
-        return tuple(dict.fromkeys(names))
+        return Chosen(tuple(dict.fromkeys(names)), frozenset(said.t.columns if said.t.unit == (ISO,) else ()))
 
 
 def resolved(path: Path, names: Sequence[str], said: LogDescription) -> Resolved:

@@ -6,7 +6,8 @@ joint. Needs the package `rosbags`.
 
 import importlib.util
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -57,21 +58,18 @@ def read_ros(path: Path, request: Request) -> Columns:
     _check(path)
     from rosbags.rosbag2 import Reader
 
-    try:
-        with Reader(path) as reader:
-            connections = _connections(path, reader, request)
-            groups = _groups(path, _messages(reader, connections))
-    except RecordingError:
-        raise
-    except _broken() as error:
-        reason = one_line(str(error).splitlines()[0])[:150] if str(error) else type(error).__name__
-        raise RecordingError(f"{one_line(path)}: not a readable ROS 2 bag or MCAP file ({reason})") from error
+    with ExitStack() as opened:
+        with _readable(path):
+            reader = opened.enter_context(Reader(path))
+            there = reader.connections
+        connections = _connections(path, there, request)
+        groups = _groups(path, _each_readable(path, _messages(reader, connections)))
     if not groups:
         raise RecordingError(f"{one_line(path)}: topic {one_line(connections[0].topic)} has no message")
     names = list[str]()
     for states in groups.values():
         names += _names(states[0][1])
-    wanted = request.chosen(path, list(dict.fromkeys(names)))
+    wanted = request.chosen(path, list(dict.fromkeys(names))).names
     return _columns(path, list(groups.values()), wanted)
 
 
@@ -87,6 +85,26 @@ def _check(path: Path) -> None:
         raise RecordingError(f"{one_line(path)}: bags and MCAP files are read with rosbags; pip install rosbags")
 
 
+@contextmanager
+def _readable(path: Path) -> Generator[None]:
+    """Around calls of the library alone: our own mistakes are no damage of a file."""
+    try:
+        yield
+    except _broken() as error:
+        reason = one_line(str(error).splitlines()[0])[:150] if str(error) else type(error).__name__
+        raise RecordingError(f"{one_line(path)}: not a readable ROS 2 bag or MCAP file ({reason})") from error
+
+
+def _each_readable(path: Path, messages: Messages) -> Messages:
+    """The same messages, each one taken from the library by itself."""
+    while True:
+        with _readable(path):
+            found = next(messages, None)
+        if found is None:
+            return
+        yield found
+
+
 def _broken() -> tuple[type[Exception], ...]:
     """What the library raises at files that are none, or are damaged."""
     import apsw
@@ -99,12 +117,12 @@ def _broken() -> tuple[type[Exception], ...]:
     return (ReaderError, apsw.Error, YAMLError, zstd.ZstdError, *plain, *other)
 
 
-def _connections(path: Path, reader: "Reader", request: Request) -> "list[Connection]":
+def _connections(path: Path, there: "Sequence[Connection]", request: Request) -> "list[Connection]":
     """Those of the topic that is wanted."""
-    states = [each for each in reader.connections if each.msgtype == TYPE]
+    states = [each for each in there if each.msgtype == TYPE]
     topics = sorted({each.topic for each in states})
     if not topics:
-        kinds = sorted({f"{each.topic} ({each.msgtype})" for each in reader.connections})
+        kinds = sorted({f"{each.topic} ({each.msgtype})" for each in there})
         raise RecordingError(f"{one_line(path)}: no topic of {TYPE}; there are {listed(kinds) or 'none at all'}")
     topic = request.topic or topics[0]
     if request.topic is None and len(topics) > 1:

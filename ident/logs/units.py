@@ -10,8 +10,6 @@ TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, ISO: 1.0}
 """Seconds."""
 POSITION = {"rad": 1.0, "deg": math.pi / 180.0, "rev": 2.0 * math.pi, "m": 1.0, "mm": 1e-3, TICKS: 2.0 * math.pi}
 """Radians or metres; of ticks, a turn."""
-LENGTHS = ("m", "mm")
-"""Those of joints that slide."""
 CURRENT = {"A": 1.0, "mA": 1e-3}
 """Amperes."""
 SHARE = {"%": 1.0, "per mille": 0.1}

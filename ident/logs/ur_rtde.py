@@ -27,7 +27,7 @@ def target(path: Path, names: Sequence[str], said: LogDescription) -> LogDescrip
 
 
 def taken(columns: Sequence[str]) -> bool:
-    """Whether some columns are currents of this layout."""
+    """Whether all of some columns are currents of this layout."""
     return all(re.fullmatch("(?:actual|target)_current_[0-5]", name) for name in columns)
 
 

@@ -8,7 +8,7 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from ident.errors import RobotModelError
 from ident.model_files.numbers import SHORTEST, direction, vector
@@ -70,7 +70,7 @@ def orientation(body: Element, angles: Angles) -> dict[str, str]:
         if length < SHORTEST:
             raise RobotModelError(f"{body.title}: axisangle has no direction")
         angle = np.deg2rad(values[3]) if angles.unit == "degree" else values[3]
-        return _quaternion(Rotation.from_rotvec(values[:3] / length * angle))
+        return _quaternion(scipy.spatial.transform.Rotation.from_rotvec(values[:3] / length * angle))
     if key == "xyaxes" and np.linalg.norm(np.cross(values[:3], values[3:])) < SHORTEST:
         raise RobotModelError(f"{body.title}: the axes of xyaxes are parallel or zero")
     if key in ("quat", "zaxis"):
@@ -78,10 +78,12 @@ def orientation(body: Element, angles: Angles) -> dict[str, str]:
     return {key: body.attributes[key]}
 
 
-def _euler(values: np.ndarray, angles: Angles) -> Rotation:
+def _euler(values: np.ndarray, angles: Angles) -> "scipy.spatial.transform.Rotation":
     """SciPy writes fixed axes in lower case, MuJoCo in upper case."""
-    return Rotation.from_euler(angles.sequence.swapcase(), values, degrees=angles.unit == "degree")
+    return scipy.spatial.transform.Rotation.from_euler(
+        angles.sequence.swapcase(), values, degrees=angles.unit == "degree"
+    )
 
 
-def _quaternion(rotation: Rotation) -> dict[str, str]:
+def _quaternion(rotation: "scipy.spatial.transform.Rotation") -> dict[str, str]:
     return {"quat": " ".join(repr(float(x)) for x in rotation.as_quat(scalar_first=True))}

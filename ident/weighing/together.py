@@ -10,10 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.all_joints.selection import Selected
-from ident.all_joints.solution import GIVEN_STD, Fitted, GivenGain, Setting, setting
+from ident.all_joints.solution import Setting, setting
 from ident.arrays import Array, Indices
 from ident.errors import NotIdentifiable
 from ident.estimators.nls import AllJointsOptions, chosen_model
+from ident.held_gains import gain_covariance, held, own_beliefs
 from ident.known_gains import KnownGains
 from ident.parameters import INERTIAL
 from ident.problem import Problem
@@ -87,7 +88,7 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
         problem,
         per_motion=options.friction_per_motion,
         prior_std=options.prior_std,
-        given=[GivenGain(int(j), float(g)) for j, g in zip(gains.joints, gains.value, strict=True)],
+        given=held(gains),
     )
     selected = chosen_model(ready, options)
     final, first = selected.final, len(ready.shared.arm)
@@ -103,17 +104,17 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
             refused[name] = alone
     if not place:
         raise NotIdentifiable("nothing of the payload shows in these motions; move it more, or further")
-    by_gain = gain_sensitivity(final, gains)[at]
+    belief = final.fit.theta_belief[at]
     rivals = [
         each.share * (each.other.fit.found.theta[at] - each.final.fit.found.theta[at]) for each in selected.rivals
     ]
-    model = np.column_stack([own_beliefs(final, gains)[at], *rivals])
+    model = np.column_stack([own_beliefs(belief, gains), *rivals])
     rows, uncertainty = final.fit.rows, UNCERTAINTIES[problem.options.uncertainty]
     return FoundPayload(
         place=np.array(place, dtype=np.intp),
         value=final.fit.found.theta[at],
         residual=uncertainty(rows, final.fit.theta_influence[at], problem.options.serial_s),
-        gains=by_gain @ gains.log_covariance @ by_gain.T,
+        gains=gain_covariance(belief, gains),
         model=model @ model.T,
         refused=refused,
         ready=ready,
@@ -132,17 +133,3 @@ def separable(structure: Structure) -> Array:
         left = unit[:, p] - others @ np.linalg.lstsq(others, unit[:, p])[0]
         found[p] = np.linalg.norm(left) > NEW
     return found
-
-
-def gain_sensitivity(final: Fitted, gains: KnownGains) -> Array:
-    """Change of each shared parameter per change of the logarithm of each gain that is held, shape (p, k)."""
-    n = len(final.own)
-    return -final.fit.theta_belief[:, -n:][:, gains.joints] / GIVEN_STD  # log h = -log g
-
-
-def own_beliefs(final: Fitted, gains: KnownGains) -> Array:
-    """Change of each shared parameter per deviation of every belief but those in gains, shape (p, beliefs)."""
-    n, belief = len(final.own), final.fit.theta_belief
-    held = np.zeros(belief.shape[1], dtype=bool)
-    held[belief.shape[1] - n + gains.joints] = True
-    return belief[:, ~held]

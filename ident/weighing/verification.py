@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from ident.errors import PayloadError
 from ident.known_gains import KnownGains
@@ -86,7 +86,7 @@ def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verifi
     found.at("M")
     body = body_of(found)
     alone = masses_alone(found, payload, gains)
-    limit = float(stats.norm.isf(0.5 * LEVEL / (1 + sum(isinstance(each, Quantity) for each in alone))))
+    limit = float(scipy.stats.norm.isf(0.5 * LEVEL / (1 + sum(isinstance(each, Quantity) for each in alone))))
     return Verification(
         payload=payload,
         together=_weighed(None, body.of("mass"), payload, limit),

@@ -113,3 +113,8 @@ def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str
 def add_force_argument(parser: argparse.ArgumentParser) -> None:
     """Declare that files of others may be written over."""
     parser.add_argument("--force", action="store_true", help="write over files that this command did not write")
+
+
+def add_quiet_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare that nothing is said while work is under way; notes and complaints are."""
+    parser.add_argument("--quiet", action="store_true", help="no progress on standard error")

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 from ident.identification import Recorded
 from ident.structure import Structure
-from scenarios.commands.output import show
 from scenarios.errors import WrongFiles
+from scenarios.reports.content import Report
 
 
 def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
@@ -29,8 +29,8 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
     return bare
 
 
-def tell(options: argparse.Namespace, structure: Structure, motions: Sequence[Recorded]) -> None:
-    """Find ratios, base parameters and friction, and tell them.
+def found(options: argparse.Namespace, structure: Structure, motions: Sequence[Recorded]) -> Report:
+    """Ratios, base parameters and friction.
 
     Raises:
         IdentificationError: If the recordings cannot be those of this arm, or show no ratio.
@@ -58,10 +58,10 @@ def tell(options: argparse.Namespace, structure: Structure, motions: Sequence[Re
         Problem(structure, observed, chosen(GainOptions, options)),
         options_from_words(AllJointsOptions, options.option),
     )
-    found, off, in_si = gain_ratios(problem, own), (), None
+    ratios, off, in_si = gain_ratios(problem, own), (), None
     if options.gains is not None:
         known = read_gains(options.gains).known
         in_si = arm_in_SI(problem, own, known)
-        assert found.ratios is not None, "ratios were asked for"
-        off = off_ratios(found.ratios, known)
-    show(bare_report(found, predicted(found.selected.final.fit.rows), off, in_si, structure.arm), options)
+        assert ratios.ratios is not None, "ratios were asked for"
+        off = off_ratios(ratios.ratios, known)
+    return bare_report(ratios, predicted(ratios.selected.final.fit.rows), off, in_si, structure.arm)

@@ -7,6 +7,7 @@ from ident.observation import ObserveOptions
 from scenarios.commands.log_arguments import add_log_arguments, log_description, told
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_reading_arguments
 from scenarios.commands.saving import add_save_argument, claimed_folder, save
 from scenarios.commands.status import Status
@@ -54,7 +55,7 @@ def main(options: argparse.Namespace) -> Status:
         raise WrongFiles("--loaded: no payload is given; describe what was mounted, --payload P.toml")
     saving = claimed_folder(options, len(options.log) + len(options.loaded), "rx90 check --save")
     limits = GainOptions()
-    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
+    with under_way(options, "checking"), threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
         couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
         robot = named_robot(options.robot, couplings, flange=options.flange)
         said = log_description(options, robot.structure.arm.joint_names)

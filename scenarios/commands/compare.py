@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import console, under_way
 from scenarios.commands.status import Status
 from scenarios.commands.study import interruptible, summary_of
 from scenarios.errors import NothingToCompare
@@ -93,7 +94,8 @@ def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[M
     if options.out is None:
         raise NothingToCompare("expected --out DIR, for the answers")
     options.out.mkdir(parents=True, exist_ok=True)
-    rows = answered(folders, methods, limits, options.out / ANSWERS)
+    with under_way(options, "asking") as stages:
+        rows = answered(folders, methods, limits, options.out / ANSWERS, stages=stages)
     show(answers_report(rows, options.out / ANSWERS), options)
     return Status.PASSED
 
@@ -110,7 +112,8 @@ def _sealed(options: argparse.Namespace) -> Status:
     if options.seal.exists() and any(options.seal.iterdir()):
         raise NothingToCompare(f"{options.seal}: is not empty; seal into a new folder")
     seed = unknown_seed(options.trials) if options.seed is None else options.seed
-    count = seal(loaded, options.trials, seed, options.seal)
+    with under_way(options, "preparing") as stages:
+        count = seal(loaded, options.trials, seed, options.seal, stages=stages)
     said = (
         Paragraph(f"Publish {options.seal / PROBLEMS} and {options.seal / SEAL}."),
         Paragraph(f"Keep {options.seal / TRUTH} to yourself until the answers are in; then reveal it."),
@@ -152,14 +155,13 @@ def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
     from scenarios.methods import method_of
     from scenarios.reports.contract import contract_report
 
-    found = list(checks(method_of(options.check), limits))
+    with under_way(options, "asking"):
+        found = list(checks(method_of(options.check), limits))
     show(contract_report(options.check, found), options)
     return Status.PASSED if all(check.broken is None for check in found) else Status.MISSED
 
 
 def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Limits") -> Status:
-    from rich.console import Console
-
     from scenarios.files.loading import load_scenario
     from scenarios.store.claim import claim
     from scenarios.studies.comparison import comparison
@@ -178,7 +180,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
     options.out.mkdir(parents=True, exist_ok=True)
     with interruptible(command), open_workers(options) as workers:
         folders = [
-            carry_out(study, options.out / study.scenario.name, workers, command=command, console=Console(stderr=True))
+            carry_out(study, options.out / study.scenario.name, workers, command=command, console=console(options))
             for study in studies
         ]
 

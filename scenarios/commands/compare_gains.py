@@ -19,10 +19,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Read, compare, tell; 1 if something moved."""
     from ident.gain_comparison import compared
-    from scenarios.files.gains import read_gains
+    from scenarios.files.gains import check_units, read_gains
     from scenarios.reports.compare_gains import comparison_report
 
     A, B = read_gains(options.first), read_gains(options.second)
     found = compared(A.known, B.known)
+    check_units(A, B)
     show(comparison_report(found, A, B), options)
     return Status.MISSED if found.moved else Status.PASSED

@@ -1,11 +1,13 @@
 """`rx90 excite`."""
 
 import argparse
+import math
 import shlex
 from dataclasses import replace
 
 import scenarios.commands.arguments as arguments
-from scenarios.commands.lifetime import ending, tell
+from scenarios.commands.lifetime import ending
+from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.parser import complain, printable
 from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
 from scenarios.commands.status import Status
@@ -32,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
     add("--against", choices=AGAINST, default="noise", help=f"errors to make small: {what} (default noise)")
     arguments.add_force_argument(parser)
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
@@ -46,6 +49,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.design.problem import design_problem
     from scenarios.design.search import Series
     from scenarios.files.loading import load_scenario
+    from scenarios.reports.content import Report
     from scenarios.store.searched_motion import SearchedMotion, unfinished, write_searched
     from sim.errors import TrajectoryError
 
@@ -83,7 +87,15 @@ def main(options: argparse.Namespace) -> Status:
     if interrupt is not None:
         complain(f"stopped; the best so far is in {options.out}, the same command goes on from there")
         return ending(interrupt)
-    tell(f"{options.out}: predicted standard deviation of the gains [%]: {result.predicted}\n")
+    said = f"{options.out}: predicted standard deviation of the gains [%]: {result.predicted}"
+    document = {
+        "out": str(options.out),
+        "tried": result.tried,
+        "cost_of_start": first.cost,
+        "cost": found.cost,
+        "predicted_rel_std": [std if math.isfinite(std) else None for std in result.deviations.tolist()],
+    }
+    show(Report(said, (), document), options)
     return Status.PASSED
 
 

@@ -14,6 +14,7 @@ from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, 
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
+from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_model_arguments, named_structure
 from scenarios.commands.saving import add_save_argument, claimed_folder, save
 from scenarios.commands.status import Status
@@ -48,15 +49,19 @@ def main(options: argparse.Namespace) -> Status:
     alone = bare.wanted(options, loaded=any(each.payload is not None for each in files))
     held = gains_files.claimed(options, "rx90 identify")
     saving = claimed_folder(options, sum(len(each.recordings) for each in files), "rx90 identify --save")
-    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+    with under_way(options, "reading"), threadpool_limits(1):
         structure = named_structure(options)
         said = log_description(options, structure.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
-        if alone:
-            bare.tell(options, structure, motions)
-            return Status.PASSED
-        own = options_from_words(ESTIMATORS[options.method].options, options.option)
-        observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
+    if alone:
+        with under_way(options, "identifying"), threadpool_limits(1):
+            report = bare.found(options, structure, motions)
+        show(report, options)
+        return Status.PASSED
+    own = options_from_words(ESTIMATORS[options.method].options, options.option)
+    observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
+    # small matrices gain nothing from a threaded BLAS, and stall now and then
+    with under_way(options, "identifying"), threadpool_limits(1):
         started = time.perf_counter()
         found = identify_motions(
             motions,

@@ -4,20 +4,29 @@ import argparse
 import textwrap
 
 from scenarios.commands.lifetime import tell
-from scenarios.commands.output import page
+from scenarios.commands.output import add_form_arguments, form, page, show
 from scenarios.commands.status import Status
 from scenarios.files.tables import builtin_names, scenario_table
+from scenarios.reports.content import Column, Report, Table, cells
+
+COLUMNS = (Column(title="Scenario", words=True), Column(title="What it is", words=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """It has none."""
+    """Declare the arguments."""
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
     """Name every built-in scenario with its description, a line each where that fits."""
-    names, width = builtin_names(), page().width
-    indent = max(len(name) for name in names) + 2
-    for name in names:
-        line = f"{name:<{indent}}{scenario_table(name)[0].get('description', '')}"
+    described = {name: str(scenario_table(name)[0].get("description", "")) for name in builtin_names()}
+    if form(options) != "text":
+        table = Table(columns=COLUMNS, rows=tuple(cells(*each) for each in described.items()))
+        document = {"scenarios": [{"name": name, "description": said} for name, said in described.items()]}
+        show(Report("Built-in scenarios", (table,), document), options)
+        return Status.PASSED
+    width, indent = page().width, max(map(len, described)) + 2
+    for name, said in described.items():
+        line = f"{name:<{indent}}{said}"
         tell((textwrap.fill(line, width, subsequent_indent=" " * indent) if width else line) + "\n")
     return Status.PASSED

@@ -34,11 +34,12 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.files import write_figures  # plots: after the work
     from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
     from scenarios.store.study_summary import write_summary
+    from scenarios.studies.joint_rows import rows_in
     from scenarios.studies.pass_rule import FALSE_ALARM
-    from scenarios.studies.statistics import COLUMNS, joint_statistics
+    from scenarios.studies.statistics import joint_statistics
 
-    rows = folder.table([*COLUMNS, "tolerance"])
-    statistics = joint_statistics(rows, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
+    rows = rows_in(folder)
+    statistics = joint_statistics(rows.joints, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
     result = StudyResult(scenario=scenario, seed=options.seed, asked=options.trials, statistics=statistics, rows=rows)
     report = monte_carlo_report(result)
     with summary_of(options.out):

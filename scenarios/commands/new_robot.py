@@ -59,7 +59,9 @@ def _searched(options: argparse.Namespace, design: "Design", series: "Series", a
     Raises:
         KeyboardInterrupt: If it is stopped.
     """
-    chosen = argparse.Namespace(seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs)
+    chosen = argparse.Namespace(
+        seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs, quiet=options.quiet
+    )
     outcome = searched(design, series, chosen, None)
     if outcome.interrupt is not None or outcome.found is None:
         raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")

@@ -6,6 +6,7 @@ import shutil
 import sys
 
 from scenarios.commands.lifetime import tell
+from scenarios.commands.progress import NO_CURSOR
 from scenarios.reports.content import Report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 
@@ -34,7 +35,18 @@ def form(options: argparse.Namespace) -> str:
 
 
 def page() -> Page:
-    """As wide as the terminal; of any width, and plain, into a pipe or file."""
+    """As wide as the terminal; of any width into a pipe or file."""
     if not sys.stdout.isatty():
-        return Page()
-    return Page(width=shutil.get_terminal_size().columns, colour=not os.environ.get("NO_COLOR"))
+        return Page(colour=coloured(terminal=False))
+    return Page(width=shutil.get_terminal_size().columns, colour=coloured(terminal=True))
+
+
+def coloured(*, terminal: bool) -> bool:
+    """Whether colours are shown: on a terminal that has them, unless NO_COLOR is set; elsewhere if FORCE_COLOR is.
+
+    Args:
+        terminal: Whether somebody looks at it.
+    """
+    if os.environ.get("NO_COLOR"):
+        return False
+    return bool(os.environ.get("FORCE_COLOR")) or (terminal and os.environ.get("TERM") not in NO_CURSOR)

@@ -5,6 +5,7 @@ import argparse
 import scenarios.commands.arguments as arguments
 from scenarios.commands.arguments import add_force_argument
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
 
 TEXT = "paper.md"
@@ -33,7 +34,8 @@ def main(options: argparse.Namespace) -> Status:
     if options.out is not None:
         names = (TEXT, *FIGURES, *FILES)
         held = claim(options.out, names, command="rx90 paper --out", force=options.force)
-    result = run_paper(options.seed)
+    with under_way(options, "preparing") as stages:
+        result = run_paper(options.seed, stages=stages)
     report = paper_report(result)
     if held is not None:
         with held.writing():

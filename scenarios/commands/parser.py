@@ -7,6 +7,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NoReturn
 
+from ident.naming import nearest
+from scenarios.commands.arguments import quoted
 from scenarios.commands.lifetime import tell
 from scenarios.commands.status import Status
 
@@ -40,6 +42,37 @@ class OneLineParser(argparse.ArgumentParser):
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
         """Tell; argparse would take it for told if the disk is full."""
         tell(message)
+
+    def parse_known_args(  # pyright: ignore[reportIncompatibleMethodOverride] # as it is called by argparse itself
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse; what nobody takes is refused where it stands, before anything is missed that may be there mistyped."""
+        if self._subparsers is None:
+            self._refuse([word for word in args or () if self._is_no_option(word)])
+        parsed, left = super().parse_known_args(args, namespace or argparse.Namespace())
+        self._refuse(left)
+        return parsed, left
+
+    def _is_no_option(self, word: str) -> bool:
+        """Whether argparse would take a word for an option, and there is none of that name."""
+        name = word.partition("=")[0]
+        return name.startswith("--") and len(name) > 2 and " " not in word and name not in self._option_string_actions
+
+    def _refuse(self, words: Sequence[str]) -> None:
+        """Complain about words that nobody takes, with the option that may have been meant."""
+        if words:
+            options = [word.partition("=")[0] for word in words if word.startswith("-")]
+            advice = nearest(options[0], self._option_string_actions) if options else ""
+            self.error(f"unrecognized arguments: {' '.join(words)}{advice}")
+
+    def _check_value(self, action: argparse.Action, value: object) -> None:
+        """Refuse what is none of the choices; argparse would not say which one was meant."""
+        if action.choices is not None and value not in action.choices:
+            names = [str(choice) for choice in action.choices]
+            raise argparse.ArgumentError(
+                action,
+                f"invalid choice: {quoted(str(value))}{nearest(str(value), names)}; there are {', '.join(names)}",
+            )
 
     def error(self, message: str) -> NoReturn:
         """Complain and exit with status 2."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import console
 from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
 from scenarios.commands.status import Status
 from scenarios.store.claim import claim
@@ -43,8 +44,6 @@ def main(options: argparse.Namespace) -> Status:
         held = claim(options.out, names, command="rx90 payload", force=options.force)
     if options.excite:
         PROCESSES.prepare()
-    from rich.console import Console
-
     from scenarios.build import bench
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.files.loading import load_scenario
@@ -54,7 +53,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.workers.search_progress import search_progress
 
     prepared, motion = bench(load_scenario(options.scenario)), None
-    with search_progress("weights", STEPS, Console(stderr=True)) as say:
+    with search_progress("weights", STEPS, console(options)) as say:
         found = design_payload(prepared, density=options.density, seed=options.seed, tell=say)
     if options.excite:
         found, motion = _excited(found, options)
@@ -65,7 +64,7 @@ def main(options: argparse.Namespace) -> Status:
             write_figures(report, held.folder)
             write_markdown(report, held.folder / TEXT)
     show(report, options)
-    return Status.PASSED if found.shows(found.after)[found.problem.joints].all() else Status.MISSED
+    return Status.PASSED if found.shows(found.after.deviations)[found.problem.joints].all() else Status.MISSED
 
 
 def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[PayloadDesign, FourierTrajectory]":
@@ -75,7 +74,7 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
         KeyboardInterrupt: If the search is stopped.
     """
     from scenarios.design.excitation import Design
-    from scenarios.design.payload_search import problem_with
+    from scenarios.design.payload_search import along, problem_with
     from scenarios.design.search import Series
 
     problem = problem_with(found.problem, found.best, found.flange)
@@ -85,4 +84,4 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
     if outcome.interrupt is not None or outcome.found is None:
         raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
     motion = design.fitted(series.motion(outcome.found.x))
-    return replace(found, again=design.deviations(design.rows(motion))), motion
+    return replace(found, again=along(found.best, design, motion)), motion

@@ -5,6 +5,7 @@ import argparse
 import scenarios.commands.arguments as arguments
 from scenarios.commands.log_arguments import add_log_arguments
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_model_arguments
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument, add_overlay_arguments, weigh
@@ -29,6 +30,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.payload_of import payload_report
 
     file = read_gains(options.gains)
-    weighing = weigh(options, file, options.unloaded, options.logs)
+    with under_way(options, "weighing"):
+        weighing = weigh(options, file, options.unloaded, options.logs)
     show(payload_report(weighing.found, body_of(weighing.found)), options)
     return Status.PASSED

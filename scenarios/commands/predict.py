@@ -3,6 +3,7 @@
 import argparse
 
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
 
 
@@ -28,7 +29,10 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.predict import prediction_report
 
     scenario = with_method(load_scenario(options.scenario), options.method, options.option)
-    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+    with (
+        under_way(options, "predicting"),
+        threadpool_limits(1),
+    ):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         budget = predicted_budget(scenario)
     show(prediction_report(budget), options)
     return Status.PASSED

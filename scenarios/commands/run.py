@@ -6,6 +6,7 @@ from dataclasses import replace
 import scenarios.commands.arguments as arguments
 from scenarios.commands import gains_files
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
 
 
@@ -14,7 +15,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of every random number (default 0)")
     parser.add_argument(
-        "--save", type=arguments.folder, metavar="DIR", help="write recordings, payloads, truth and result there"
+        "--save",
+        "--out",
+        type=arguments.folder,
+        metavar="DIR",
+        help="write recordings, payloads, truth and result there",
     )
     gains_files.add_gains_out(parser)
     add_form_arguments(parser)
@@ -35,7 +40,8 @@ def main(options: argparse.Namespace) -> Status:
     if options.save is not None:
         held = claim(options.save, run_files(prepared), command="rx90 run --save", force=options.force)
     out = gains_files.claimed(options, "rx90 run")
-    result = run(prepared, options.seed)
+    with under_way(options, "preparing") as stages:
+        result = run(prepared, options.seed, stages=stages)
     report = run_report(result)
     if out is not None:
         gains_files.write(gains_file(result.estimate, origin(result)), out)

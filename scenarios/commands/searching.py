@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
+from scenarios.commands.progress import console
 from scenarios.errors import MotionTooFine
 from scenarios.workers.processes import PROCESSES
 
@@ -72,7 +73,6 @@ def searched(design: "Design", series: "Series", options: argparse.Namespace, be
         before: What a stopped search has left, to go on from.
     """
     import numpy as np
-    from rich.console import Console
 
     from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search
     from scenarios.design.start import starts
@@ -87,7 +87,8 @@ def searched(design: "Design", series: "Series", options: argparse.Namespace, be
             else:
                 first, step = known_point(series, before.motion, before.tried, judge), SMALL_STEP
             left = max(options.evaluations - first.tried, 1)
-            with search_progress("motions", options.evaluations, Console(stderr=True)) as say:
+            done = 0 if before is None else before.tried
+            with search_progress("motions", options.evaluations, console(options), done) as say:
                 for found in search(first, step, options.seed + first.tried, left, judge):
                     say(found.tried, lambda best=found: _worst(design, series, best))
     except KeyboardInterrupt as interrupt:

@@ -41,10 +41,10 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.files import write_figures, write_markdown  # plots: after the work
     from scenarios.reports.sensitivity import BudgetResult, sensitivity_report
     from scenarios.store.study_summary import write_budget
-    from scenarios.studies.budget import budgets
+    from scenarios.studies.budget import NEEDED, budgets
 
     joints = [joint for joint, wanted in enumerate(scenario.table.tolerance.identifiable, 1) if wanted]
-    found = budgets(folder.table(), list(scenario.table.sources), joints, options.seed)
+    found = budgets(folder.table(NEEDED), list(scenario.table.sources), joints, options.seed)
     if not all(budget.costs for budget in found):
         silent = ", ".join(str(budget.joint) for budget in found if not budget.costs)
         raise NoGains(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")

@@ -15,6 +15,7 @@ import scenarios.commands.arguments as arguments
 from scenarios.commands.lifetime import ending
 from scenarios.commands.output import add_form_arguments
 from scenarios.commands.parser import complain
+from scenarios.commands.progress import console
 from scenarios.errors import FolderNotWritable
 from scenarios.reports.content import Paragraph, Report
 from scenarios.workers.choice import add_worker_options, open_workers, worker_words
@@ -50,12 +51,10 @@ def carried_out(study: "Study", options: argparse.Namespace, command: str) -> "S
         options: Parsed.
         command: That repeats or resumes it.
     """
-    from rich.console import Console
-
     from scenarios.studies.study import carry_out
 
     with interruptible(command), open_workers(options) as workers:
-        return carry_out(study, options.out, workers, command=command, console=Console(stderr=True))
+        return carry_out(study, options.out, workers, command=command, console=console(options))
 
 
 def resuming_command(name: str, options: argparse.Namespace, own: Sequence[str]) -> str:

@@ -4,9 +4,8 @@ import argparse
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.arguments import add_force_argument
-from scenarios.commands.lifetime import tell
 from scenarios.commands.log_arguments import add_log_arguments, log_description, read_recordings
-from scenarios.commands.parser import printable
+from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument
 from scenarios.store.claim import claim
@@ -20,6 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     add_log_arguments(parser)
     add_force_argument(parser)
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
@@ -27,17 +27,15 @@ def main(options: argparse.Namespace) -> Status:
     held = claim(options.out.parent, [options.out.name], command="rx90 torque", force=options.force)
     from ident.joint_torque import joint_torque
     from scenarios.files.gains import read_gains
+    from scenarios.reports.torque import torque_report
     from scenarios.store.torque_file import write_torque
 
     file = read_gains(options.gains)
-    (recording,) = read_recordings([options.log], log_description(options, None))
+    names = tuple(entry.name for entry in file.gains if entry.name is not None)
+    said = log_description(options, names if len(names) == len(file.gains) else None)
+    (recording,) = read_recordings([options.log], said)
     found = joint_torque(recording, file.known)
     with held.writing():
         write_torque(found, file, options.out)
-    tell(
-        printable(f"{options.out}: {len(found.t)} samples, joints {', '.join(str(j + 1) for j in found.joints)}") + "\n"
-    )
-    for entry in file.gains:
-        if not entry.identifiable:
-            tell(printable(f"joint {entry.joint} has no column: {entry.reason or 'its gain is refused'}") + "\n")
+    show(torque_report(found, file, options.out), options)
     return Status.PASSED

@@ -5,6 +5,7 @@ import argparse
 from scenarios.commands.log_arguments import add_log_arguments, log_description
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
 from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_model_arguments, named_structure
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import (
@@ -45,9 +46,10 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
         raise WrongFiles(f"{len(mounted)} payloads are given; a verification weighs one, and needs a bare motion")
     file, payload = read_gains(options.gains), read_payload(mounted[0].payload)
     unloaded = [path for each in files if each.payload is None for path in each.recordings]
-    weighing = weigh(options, file, unloaded, mounted[0].recordings)
-    check_unseen(file, weighing.loaded)
-    found = verified(weighing.found, payload, file.known)
+    with under_way(options, "weighing"):
+        weighing = weigh(options, file, unloaded, mounted[0].recordings)
+        check_unseen(file, weighing.loaded)
+        found = verified(weighing.found, payload, file.known)
     show(verification_report(found), options)
     return Status.PASSED if found.passed else Status.MISSED
 
@@ -66,10 +68,12 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
 
     own = options_from_words(AllJointsOptions, options.option)
     observing = options_from_words(ObserveOptions, options.observe)
-    with threadpool_limits(1):
+    with under_way(options, "identifying") as stages, threadpool_limits(1):
         arm = named_structure(options)
         said = log_description(options, arm.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
         estimate = identify_motions(motions, arm, options=own, observing=observing).estimate
-    show(prediction_report(estimate, cross_validated(estimate)), options)
+        stages.begin("predicting")
+        found = cross_validated(estimate)
+    show(prediction_report(estimate, found), options)
     return Status.PASSED

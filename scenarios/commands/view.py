@@ -5,7 +5,9 @@ import os
 import sys
 
 import scenarios.commands.arguments as arguments
-from scenarios.commands.lifetime import tell
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.parser import printable
+from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
 from scenarios.errors import NoFilm
 from sim.errors import ADVICE, NoPicture
@@ -18,12 +20,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file")
-    add("--render", type=arguments.file, metavar="FILE", help="draw without a screen: PNG, GIF or MP4 by its ending")
+    add(
+        "--render",
+        "--out",
+        type=arguments.file,
+        metavar="FILE",
+        help="draw without a screen: PNG, GIF or MP4 by its ending",
+    )
     add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
     add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
     add("--height", type=WIDTH, default=360, metavar="N", help="pixels (default 360)")
     add("--fps", type=FPS, default=8.0, metavar="X", help="pictures a second of a GIF or MP4 (default 8)")
     arguments.add_force_argument(parser)
+    add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
@@ -31,13 +40,12 @@ def main(options: argparse.Namespace) -> Status:
     if options.render is not None and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo asks for a screen unless it is told, when it is imported
     _check_opengl()
-    from rich.console import Console
-    from rich.progress import Progress
-
     from scenarios.build import bench
     from scenarios.files.loading import load_scenario
+    from scenarios.reports.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
     from scenarios.store.claim import claim
+    from scenarios.workers.stages import counted
     from sim.viewer import pictures, scene, watch
 
     path = options.render
@@ -58,11 +66,12 @@ def main(options: argparse.Namespace) -> Status:
         captioned(picture, f"{prepared.scenario.name}, from left: {names}; {t:.1f} s")
         for t, picture in zip(times, drawn, strict=True)
     )
-    console = Console(stderr=True)
-    with held.writing(), Progress(console=console, disable=not console.is_terminal) as progress:
-        told = progress.track(labelled, len(times), description="pictures")
-        WRITERS[path.suffix.lower()](path, iter(told), options.fps)
-    tell(f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {options.width} x {options.height}\n")
+    with held.writing(), under_way(options, "drawing") as stages:
+        stages.begin("drawing", len(times))
+        WRITERS[path.suffix.lower()](path, counted(labelled, stages), options.fps)
+    said = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {options.width} x {options.height}"
+    document = {"out": str(path), "pictures": len(times), "width": options.width, "height": options.height}
+    show(Report(printable(said), (), document), options)
     return Status.PASSED
 
 

@@ -9,9 +9,12 @@ from scenarios.methods.method import Method
 from scenarios.methods.process import Limits
 from scenarios.store.answers import AnswerRow, answer_row, problem_digest, read_answers, write_answers
 from scenarios.store.problem_folder import read_problem
+from scenarios.workers.stages import SILENT, Stages, counted
 
 
-def answered(folders: Sequence[Path], methods: Sequence[Method], limits: Limits, path: Path) -> tuple[AnswerRow, ...]:
+def answered(
+    folders: Sequence[Path], methods: Sequence[Method], limits: Limits, path: Path, *, stages: Stages = SILENT
+) -> tuple[AnswerRow, ...]:
     """Ask every method for every problem, and write each answer down when it is there.
 
     Args:
@@ -19,6 +22,7 @@ def answered(folders: Sequence[Path], methods: Sequence[Method], limits: Limits,
         methods: Those that are asked.
         limits: What a call may take.
         path: File of answers; of those that it holds, none is asked for again.
+        stages: Told how many calls are done.
 
     Returns:
         All answers of the file.
@@ -34,9 +38,10 @@ def answered(folders: Sequence[Path], methods: Sequence[Method], limits: Limits,
         raise NothingToCompare(f"two problem folders are called {twice}; answers are kept by that name")
     joints = {folder: read_problem(folder).arm.n for folder in folders}
     rows = list(read_answers(path)) if path.exists() else []
+    stages.begin("asking", len(folders) * len(methods))
     for folder in folders:
         digest = problem_digest(folder)
-        for method in methods:
+        for method in counted(methods, stages):
             wanted = folder.name, digest, method.text, dict(method.digests)
             if any((row.problem, row.digest, row.method, row.files) == wanted for row in rows):
                 continue

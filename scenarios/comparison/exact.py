@@ -1,4 +1,4 @@
-"""A problem with closed-form motions, torque by the regressor: gains are known, and nothing but arithmetic is between.
+"""A problem with closed-form motions and torques by inverse dynamics: gains are known, nothing but arithmetic between.
 
 Differentiation and filters leave 1e-9 of a gain at the options that come with it: slow harmonics, a cut-off far above
 them, every sample its own.
@@ -11,11 +11,11 @@ import numpy as np
 from ident.arm import Arm
 from ident.arrays import Array
 from ident.identification import Recorded
+from ident.inverse_dynamics import inverse_dynamics
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.recording import Recording
-from ident.regressor import regressor_blocks
 from ident.structure import Structure
 
 RATE = 1000.0
@@ -86,7 +86,4 @@ def _moved(arm: Arm, chi: Array, rng: np.random.Generator) -> tuple[Array, Array
     q = rng.uniform(-1.0, 1.0, arm.n) + (size * np.sin(angle)).sum(axis=2)
     dq = (size * w * np.cos(angle)).sum(axis=2)
     ddq = -(size * w**2 * np.sin(angle)).sum(axis=2)
-    tau = np.empty_like(q)
-    for block, columns in regressor_blocks(arm, q, dq, ddq):
-        tau[block] = np.einsum("jps,p->sj", columns, chi)
-    return t, q, tau
+    return t, q, inverse_dynamics(arm, chi, q, dq, ddq)

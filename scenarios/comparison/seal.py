@@ -28,6 +28,7 @@ from scenarios.judge import Claim
 from scenarios.run import Simulated, drawn, motion_streams, simulate_batch
 from scenarios.seeds import SEEDS
 from scenarios.store.answers import AnswerRow, problem_digest
+from scenarios.workers.stages import SILENT, Stages, counted
 
 PROBLEMS, TRUTH, SEAL = "problems", "truth", "seal.json"
 SALT_BYTES = 32
@@ -94,7 +95,7 @@ def unknown_seed(count: int) -> int:
     return secrets.randbelow(SEEDS - count)
 
 
-def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path) -> int:
+def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, stages: Stages = SILENT) -> int:
     """Write problems, seal and truths.
 
     Args:
@@ -102,6 +103,7 @@ def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path) -> 
         count: Trials of each.
         seed: Of the first trial of each.
         folder: New or empty.
+        stages: Told how many problems are sealed.
 
     Returns:
         How many problems there are.
@@ -117,7 +119,8 @@ def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path) -> 
     order = secrets.SystemRandom().sample(range(len(trials)), len(trials))
     (folder / TRUTH).mkdir(parents=True)
     sealed: dict[str, Sealed] = {}
-    for number, place in enumerate(order, 1):
+    stages.begin("simulating", len(order))
+    for number, place in enumerate(counted(order, stages), 1):
         name = f"problem-{number:04d}"
         scenario, bound, own = trials[place]
         prepared = drawn(bench(scenario), own)

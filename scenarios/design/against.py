@@ -5,6 +5,7 @@ source adds. Sources that cost little along the motion at hand are left out of t
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from ident.arrays import Array, Indices
 from ident.payload import standard_parameters
 from ident.regressor import regressor
 from scenarios.build import Bench, bench
-from scenarios.errors import NotAPair
+from scenarios.errors import NoSources, NotAPair
 from scenarios.files.mountings import PAIR
 from scenarios.files.schema import DrawTable, Scenario
 from scenarios.files.settings import Value, with_settings
@@ -28,6 +29,8 @@ PLANT = "plant."
 """Beginning of the places of sources that add a current along the same motion."""
 LEAST_SHARE = 0.1
 """Share of the costliest source's error that one must cost on some wanted joint to be searched against."""
+NO_COST = 1e-9
+"""Relative error of a gain that is rounding."""
 REVERSAL = 0.1
 """Speed, as a share of a joint's rms, below which samples do not count."""
 
@@ -69,7 +72,8 @@ class Sourced:
 
         Raises:
             NotAPair: If the payload is called otherwise than `loaded`.
-            ScenarioError: If a source is wrong, or there are none.
+            NoSources: If there are none, or none that counts.
+            ScenarioError: If a source is wrong.
         """
         sources = sources_of(scenario)
         off = with_settings(scenario, settings_with(sources, {}).settings)
@@ -82,6 +86,8 @@ class Sourced:
             for name, source in scenario.table.sources.items()
             if source.stream is None and all(place.startswith(PLANT) for place in source.targets)
         ]
+        if not self._drawn:
+            raise NoSources(f"{scenario.name}: none of its sources is drawn of the {PLANT[:-1]}: nothing but noise")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -89,11 +95,18 @@ class Sourced:
         return tuple(source.name for source in self._drawn)
 
     def reduced(self, motion: FourierTrajectory, rate_hz: float) -> "Sourced":
-        """The same with the sources alone that cost something along a motion."""
+        """The same with the sources alone that cost something along a motion.
+
+        Raises:
+            NoSources: If none does.
+        """
         costs = [np.hypot(*each)[self._joints].max() for each in self._errors(motion, rate_hz)]
-        kept = [source for source, cost in zip(self._drawn, costs, strict=True) if cost > LEAST_SHARE * max(costs)]
-        fewer = object.__new__(Sourced)
-        fewer._quiet, fewer._joints, fewer._drawn = self._quiet, self._joints, kept
+        least = max(LEAST_SHARE * max(costs), NO_COST)
+        fewer = copy(self)
+        fewer._drawn = [source for source, cost in zip(self._drawn, costs, strict=True) if cost > least]
+        if not fewer._drawn:
+            name = self._quiet.scenario.name
+            raise NoSources(f"{name}: {', '.join(self.names)}: no cost on any wanted gain: nothing but noise")
         return fewer
 
     def __call__(self, motion: FourierTrajectory, rate_hz: float) -> Array:
@@ -106,13 +119,12 @@ class Sourced:
         """Bias and deviation from each source, each (n,)."""
         base = self._currents(self._quiet.experiments, motion, rate_hz)
         influence = self._influence(motion, rate_hz)
-        g = self._quiet.true_gain
 
         def error(experiments: Sequence[Experiment]) -> Array:
-            total = np.zeros(motion.n)
+            inverse = 1.0 / self._quiet.true_gain
             for K, v, before in zip(influence, self._currents(experiments, motion, rate_hz), base, strict=True):
-                total -= np.sum(K * (v - before), axis=0) * g
-            return total
+                inverse = inverse + np.sum(K * (v - before), axis=0)
+            return 1.0 / (inverse * experiments[0].plant.drives.gain) - 1.0
 
         found = list[tuple[Array, Array]]()
         for source in self._drawn:

@@ -46,8 +46,9 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         ModelFileError: If the file holds no arm.
     """
     spec = mujoco.MjSpec.from_file(str(path))
-    torque = {joint.name: float(joint.actfrcrange[1]) for joint in spec.joints if joint.actfrcrange[1] > 0.0}
-    torque |= _of_actuators(spec)
+    own = {joint.name: float(joint.actfrcrange[1]) for joint in spec.joints if joint.actfrcrange[1] > 0.0}
+    driven = _of_actuators(spec)  # MuJoCo keeps both
+    torque = {name: min(own.get(name, np.inf), driven.get(name, np.inf)) for name in {**own, **driven}}
     velocity: dict[str, float] = {}
     if path.suffix.lower() == ".urdf":
         joints = read_xml(path).all("joint")
@@ -75,9 +76,8 @@ def _of_actuators(spec: mujoco.MjSpec) -> dict[str, float]:
     for actuator in spec.actuators:
         gear = abs(float(actuator.gear[0])) or 1.0
         force = max(0.0, float(actuator.forcerange[1]))
-        if (
-            not force and not actuator.biasprm[1] and actuator.ctrlrange[1] > 0.0
-        ):  # no servo: what it is told is a force
+        servo = any(actuator.biasprm[1:3])  # told a position or a speed, others a force
+        if not force and not servo and actuator.ctrlrange[1] > 0.0:
             force = float(actuator.ctrlrange[1]) * abs(float(actuator.gainprm[0]))
         if actuator.trntype == mujoco.mjtTrn.mjTRN_JOINT and force:
             found[actuator.target] = force * gear

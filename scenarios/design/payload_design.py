@@ -51,7 +51,7 @@ class PayloadDesign:
         most: Largest mass that the robot may carry [kg], None if its file does not say.
         before: The scenario's own payload.
         candidates: The best of each shape, best first, those that must not be mounted last.
-        again: Deviations with the best one along a motion that was searched for it; None if none was.
+        again: The best one along a motion that was searched for it; None if none was.
         shown_below: Largest predicted deviation that counts as shown.
     """
 
@@ -62,7 +62,7 @@ class PayloadDesign:
     most: float | None
     before: Before
     candidates: tuple[Candidate, ...]
-    again: Deviations | None
+    again: Candidate | None
     shown_below: float
 
     @property
@@ -78,9 +78,9 @@ class PayloadDesign:
         return first
 
     @property
-    def after(self) -> Deviations:
-        """What the best one shows, along the motion that it is to be used with."""
-        return self.best.deviations if self.again is None else self.again
+    def after(self) -> Candidate:
+        """The best one, along the motion that it is to be used with."""
+        return self.best if self.again is None else self.again
 
     def shows(self, deviations: Deviations) -> Mask:
         """Which joints' gains identification would not refuse, shape (n,)."""

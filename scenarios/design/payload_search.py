@@ -184,6 +184,24 @@ def best_weight(carrying: Carrying, shape: str, seed: int, tell: Callable[[float
     return next((candidate for candidate in looked_at if not candidate.refusal), looked_at[0])
 
 
+def along(candidate: Candidate, design: Design, motion: FourierTrajectory) -> Candidate:
+    """The same weight along another motion.
+
+    Args:
+        candidate: The weight.
+        design: Of the problem with it.
+        motion: Which that design allows.
+    """
+    rows = design.rows(motion)
+    deviations = design.deviations(rows)
+    return replace(
+        candidate,
+        deviations=deviations,
+        torque=payload_torque(rows.Y, drawn(candidate.payload).chi),
+        cost=objective(deviations.total[design.problem.joints]),
+    )
+
+
 def problem_with(problem: Problem, candidate: Candidate, flange: Flange) -> Problem:
     """The same problem with another weight on the flange."""
     return replace(

@@ -155,8 +155,7 @@ def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array
         clearance: Smallest distance at each pose [m].
         far: What counts as clear [m].
     """
-    endless = ~np.isfinite(arm.upper - arm.lower)
-    lower, upper = np.where(endless, -TURN, arm.lower), np.where(endless, TURN, arm.upper)
+    lower, upper = _ends(arm)
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
     random = np.random.default_rng(0).uniform(middle - 0.5 * half, middle + 0.5 * half, (100, arm.n))
     poses = [(np.zeros(arm.n), "zero"), (middle, "the middle of the ranges"), *((q, "a random pose") for q in random)]
@@ -166,8 +165,16 @@ def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array
     inside = [(q, what) for q, what in poses if (np.abs(q - middle) <= 0.7 * half).all()]
     distance = clearance(np.array([q for q, _ in inside]))
     clear = np.flatnonzero(distance >= far)
-    pose, what = inside[int(clear[0]) if clear.size else int(np.argmax(distance))]
-    return assumed(pose, f"{what}, the first of those tried that is clear of floor and arm")
+    if clear.size:
+        pose, what = inside[int(clear[0])]
+        return assumed(pose, f"{what}, the first of those tried that is clear of floor and arm")
+    farthest = int(np.argmax(distance))
+    pose, what = inside[farthest]
+    return assumed(
+        pose,
+        f"{what}; none of those tried is clear of floor and arm by {1e3 * far:g} mm; this is the farthest, "
+        f"{1e3 * distance[farthest]:.0f} mm",
+    )
 
 
 def moving_mass(arm: Arm, model: Path, flange: str | None) -> float:
@@ -191,8 +198,7 @@ def _random_torques(
 
     Not `bare`: what the payload adds.
     """
-    endless = ~np.isfinite(arm.upper - arm.lower)
-    lower, upper = np.where(endless, -TURN, arm.lower), np.where(endless, TURN, arm.upper)
+    lower, upper = _ends(arm)
     rng = np.random.default_rng(0)
     q = rng.uniform(lower, upper, (STATES, arm.n))
     dq, ddq = (rng.uniform(-most, most, (STATES, arm.n)) for most in (speed, acceleration))
@@ -201,6 +207,12 @@ def _random_torques(
         return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, carried), q, dq, ddq)
 
     return np.quantile(np.abs(torque(body) - (0.0 if bare else torque(None))), share, axis=0)
+
+
+def _ends(arm: Arm) -> tuple[Array, Array]:
+    """Lower and upper ends of the joints' ranges, each (n,); a joint without any has a turn."""
+    endless = ~np.isfinite(arm.upper - arm.lower)
+    return np.where(endless, -TURN, arm.lower), np.where(endless, TURN, arm.upper)
 
 
 def _or_rule(arm: Arm, stated: Mapping[str, float], rule: Array, words: str, model: Path) -> Stated:

@@ -91,7 +91,7 @@ def _plate(d: Sequence[float]) -> tuple[Part, ...]:
 
 def _bar(d: Sequence[float]) -> tuple[Part, ...]:
     side, length, offset = d
-    reach = FACE + offset + side / 2.0
+    reach = FACE + max(FACE, offset + side / 2.0)
     bracket = (reach, max(2.0 * FACE, side), BRACKET)
     return (
         Part(cylinder=False, size=bracket, center=(reach / 2.0 - FACE, 0.0, BRACKET / 2.0)),

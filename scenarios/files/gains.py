@@ -120,6 +120,20 @@ def read_gains(path: Path) -> GainsFile:
     return file
 
 
+def check_units(A: GainsFile, B: GainsFile) -> None:
+    """Check that each joint's gains have one unit in both.
+
+    Raises:
+        WrongGains: If a joint turns in one and slides in the other.
+    """
+    for one, other in zip(A.gains, B.gains, strict=False):
+        if one.unit != other.unit:
+            raise WrongGains(
+                f"gains files: joint {one.joint}: its gain is in {one.unit} in A and in {other.unit} in B; "
+                "expected two files of one arm"
+            )
+
+
 def _read_json(path: Path) -> object:
     content = read_bytes(path, most_bytes=LARGEST, error=WrongGains)
     try:

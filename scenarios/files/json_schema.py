@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from scenarios.files.gains import GainsFile
 from scenarios.files.motions import LARGEST, LONGEST
+from scenarios.files.result_schemas import RESULTS
 from scenarios.files.schema import InertiaTable, Known, Positive, ScenarioTable, Triple
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.methods.answer import AnswerFile
@@ -174,7 +175,7 @@ def schemas() -> dict[str, dict[str, Any]]:
         "problem": ProblemFile,
         "robot": RobotTable,
     }
-    found = {"scenario": scenario} | {name: file.model_json_schema() for name, file in files.items()}
+    found = {"scenario": scenario} | {name: file.model_json_schema() for name, file in (files | RESULTS).items()}
     return {name: {"$schema": DIALECT, **schema} for name, schema in found.items()}
 
 

@@ -1,15 +1,11 @@
 """A scenario with another method of identification than its file says."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, cast
+from dataclasses import replace
 
 from ident.estimators import ESTIMATORS
-from ident.options import options_from_words
+from ident.options import options_from_table, table_from_words
 from scenarios.files.schema import Scenario
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
 
 
 def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) -> Scenario:
@@ -28,8 +24,7 @@ def with_method(scenario: Scenario, method: str | None, words: Sequence[str]) ->
         return scenario
     name = stated.method if method is None else method
     kept = stated.options if method is None else {}
-    given = options_from_words(ESTIMATORS[name].options, words)
-    told = {word.partition("=")[0].strip().replace("-", "_") for word in words}
-    options = {key: value for key, value in asdict(cast("DataclassInstance", given)).items() if key in told}
-    chosen = stated.model_copy(update={"method": name, "options": {**kept, **options}})
+    told = table_from_words(ESTIMATORS[name].options, words)
+    options_from_table(ESTIMATORS[name].options, {**kept, **told})
+    chosen = stated.model_copy(update={"method": name, "options": {**kept, **told}})
     return replace(scenario, table=scenario.table.model_copy(update={"identification": chosen}))

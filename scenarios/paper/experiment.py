@@ -26,6 +26,7 @@ from ident.stacked import stacked_system
 from scenarios.build import Bench, bench
 from scenarios.files.loading import load_scenario
 from scenarios.files.mountings import LOADED
+from scenarios.workers.stages import SILENT, Stages
 from sim.plant import PayloadBody
 from sim.record import record
 from sim.sensors import noise_streams
@@ -71,11 +72,12 @@ class PaperRun:
         return all(check.holds for check in self.checks)
 
 
-def run_paper(seed: int) -> PaperRun:
+def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
     """Record the three motions, identify gains and payloads, check the claims.
 
     Args:
         seed: Seed of every random number.
+        stages: Told what is under way.
 
     Raises:
         SimulationError: If a motion cannot be carried out.
@@ -87,9 +89,9 @@ def run_paper(seed: int) -> PaperRun:
     assert weighed.com is not None, "the shipped payloads are complete"
     assert weighed.inertia is not None, "the shipped payloads are complete"
     second_body = PayloadBody(mass=weighed.mass, com=weighed.com, inertia=weighed.inertia)
-    unloaded, loaded, second = (
-        observe(recording, prepared.structure, table.observe) for recording in _recordings(prepared, second_body, seed)
-    )
+    recordings = _recordings(prepared, second_body, seed, stages)
+    stages.begin("identifying")
+    unloaded, loaded, second = (observe(recording, prepared.structure, table.observe) for recording in recordings)
     gains = joint_by_joint_gains(pair(unloaded, loaded, prepared.payloads[LOADED], table.gains), JointByJointOptions())
     used = _gains_in_use(gains)
     first_system, second_system = (
@@ -119,12 +121,14 @@ def run_paper(seed: int) -> PaperRun:
     return replace(result, checks=checks_of(result))
 
 
-def _recordings(prepared: Bench, second: PayloadBody, seed: int) -> list[Recording]:
+def _recordings(prepared: Bench, second: PayloadBody, seed: int, stages: Stages) -> list[Recording]:
     """Bare, with the first payload and with the second, in one batch."""
     unloaded, loaded = prepared.experiments
     lighter = replace(loaded, name="second payload", plant=replace(loaded.plant, payload=second))
     streams = [noise_streams(np.random.default_rng(child)) for child in np.random.SeedSequence(seed).spawn(3)]
-    return record([unloaded, loaded, lighter], streams, threads=2)
+    motions = [unloaded, loaded, lighter]
+    stages.begin("simulating", sum(each.trajectory.duration for each in motions))
+    return record(motions, streams, threads=2, advanced=stages.advance)
 
 
 def _gains_in_use(estimate: GainEstimate) -> tuple[Array, Array, Array]:

@@ -11,7 +11,7 @@ from ident.errors import IdentificationError
 from ident.estimate import RefusedGain
 from scenarios.errors import ScenarioError
 from scenarios.files.schema import Scenario
-from scenarios.prediction.predictor import Cost, Predictor, predictor_of
+from scenarios.prediction.predictor import NO_SPECTRUM, OTHER, Cost, Predictor, predictor_of
 from sim.errors import SimulationError
 
 
@@ -74,6 +74,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
         except (ScenarioError, SimulationError, IdentificationError) as error:
             unpredicted.append(Unpredicted(name, str(error)))
     costs += predictor.other_noise()
+    unpredicted += [Unpredicted(OTHER, f"{NO_SPECTRUM} {stream}") for stream in predictor.unknown]
     tolerance, joints = scenario.table.tolerance, predictor.joints
     refused = [j for j in np.flatnonzero(tolerance.identifiable).tolist() if j not in joints.tolist()]
     return PredictedBudget(

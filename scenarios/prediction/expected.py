@@ -10,7 +10,7 @@ from ident.recording import Recording
 from scenarios.build import Bench
 from sim.experiment import Experiment
 from sim.needed import needed_currents, states_of
-from sim.sensors import logged_without_noise, noises
+from sim.sensors import logged_without_noise, noises, without_spectrum
 from sim.sensors.effect import Log, Noise
 
 NOISE_SEED = 0
@@ -26,14 +26,12 @@ class Expected:
     Attributes:
         log: Without what is drawn.
         noises: What is drawn, as strong as at the real rate in the band that counts.
+        unknown: Streams of what is drawn too, and has no spectrum.
     """
 
     log: Log
     noises: tuple[Noise, ...]
-
-    def of(self, stream: str) -> "Expected":
-        """The same with the noise of one stream alone."""
-        return Expected(self.log, tuple(noise for noise in self.noises if noise.stream == stream))
+    unknown: tuple[str, ...]
 
 
 def expected_logs(prepared: Bench, every: int) -> tuple[Expected, ...]:
@@ -75,7 +73,8 @@ def added_currents(one: tuple[Expected, ...], other: tuple[Expected, ...]) -> li
 def _expected(experiment: Experiment, v: Array, every: int, rate_hz: float) -> Expected:
     sensors = experiment.sensors
     log = logged_without_noise(states_of(experiment.trajectory, rate_hz).q, v, rate_hz, sensors)
-    return Expected(log, tuple(_thinned(noise, every) for noise in noises(log, sensors)))
+    found = tuple(_thinned(noise, every) for noise in noises(log, sensors))
+    return Expected(log, found, without_spectrum(log, sensors))
 
 
 def _thinned(noise: Noise, every: int) -> Noise:

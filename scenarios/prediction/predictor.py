@@ -19,6 +19,7 @@ from scenarios.prediction.noise import noise_variances
 from scenarios.studies.sensitivity import Sources, settings_with, sources_of
 
 OTHER = "noise that is no source"
+NO_SPECTRUM = "nothing is known of the spectrum of"
 TAKEN = ("plant.", "experiment.sensors.")
 """Beginnings of places that change what is logged along the same motion."""
 AGAIN = ("belief.", "identification.", "experiment.motion", "experiment.protocol")
@@ -85,8 +86,13 @@ class Predictor:
     def noise(self, name: str, stream: str) -> Cost:
         """A noise at its size, all else off."""
         if stream not in self._variances:
-            raise NotPredicted(f"nothing is known of the spectrum of {stream}")
+            raise NotPredicted(f"{NO_SPECTRUM} {stream}")
         return self._of_noise(name, self._variances[stream] - self._left.get(stream, 0.0))
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Streams of noise that is on with every source off, of whose spectrum nothing is known."""
+        return tuple(dict.fromkeys(name for each in self._quiet.logs for name in each.unknown))
 
     def other_noise(self) -> list[Cost]:
         """What noise is on with every source off."""

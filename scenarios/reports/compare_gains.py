@@ -2,21 +2,21 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ident.gain_comparison import GainComparison, Moved, Together
-from scenarios.files.gains import GainsFile
+from scenarios.files.gains import TURNING, GainsFile
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.gains import gain_unit
 
 COLUMNS = (
-    Column(title="Joint"),
-    Column(title="Name", words=True),
-    Column(title="A", unit="N m/unit"),
-    Column(title="B", unit="N m/unit"),
     Column(title="Moved", unit="%"),
     Column(title="2 sigma", unit="%"),
     Column(title="beside the scale", unit="%"),
     Column(title="2 sigma", unit="%"),
     Column(title="Verdict", words=True),
 )
+"""Those after the gains."""
 
 
 def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Report:
@@ -38,7 +38,7 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
         f"{', beyond its interval: a payload weighed or a unit scaled otherwise' if scale.moved else ''}."
     )
     parts: list[Part] = [
-        Table(columns=COLUMNS, rows=rows),
+        Table(columns=(*_gain_columns(found, A), *COLUMNS), rows=rows),
         Paragraph(words),
         Paragraph(_test("All joints together", found.together)),
     ]
@@ -48,6 +48,12 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
     parts += _same_data(A, B)
     parts.append(_conclusion(found))
     return Report("Gains A against B", tuple(parts), _document(found))
+
+
+def _gain_columns(found: GainComparison, A: GainsFile) -> tuple[Column, ...]:
+    unit = gain_unit(np.array([A.gains[joint].unit == TURNING for joint in found.joints]))
+    joint, name = Column(title="Joint"), Column(title="Name", words=True)
+    return joint, name, Column(title="A", unit=unit), Column(title="B", unit=unit)
 
 
 def _numbers(each: Moved, apart: Moved) -> Sequence[tuple[float, str]]:

@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
-import pandas as pd
-
 from scenarios.files.schema import Scenario
 from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.plots import monte_carlo as plots
+from scenarios.studies.joint_rows import StudyRows
 from scenarios.studies.statistics import JointStatistics
 
 HISTOGRAM, QQ, AGAINST_TRUE = "errors", "z-scores", "error-against-gain"
@@ -39,14 +38,14 @@ class StudyResult:
         seed: Of the first trial.
         asked: Trials asked for; the folder may hold more.
         statistics: One a joint.
-        rows: All rows.
+        rows: What the statistics are of.
     """
 
     scenario: Scenario
     seed: int
     asked: int
     statistics: tuple[JointStatistics, ...]
-    rows: pd.DataFrame
+    rows: StudyRows
 
     @property
     def passed(self) -> bool:
@@ -58,7 +57,7 @@ def monte_carlo_report(result: StudyResult) -> Report:
     """One row a joint, what the columns mean, failures by kind, the verdict, pictures."""
     trials = result.statistics[0].trials
     more = f" (the folder holds more than the {result.asked} asked for)" if trials > result.asked else ""
-    kinds = failures(result.rows)
+    kinds = result.rows.failures
     parts: list[Part] = [Table(columns=COLUMNS, rows=tuple(_row(joint) for joint in result.statistics))]
     parts.append(Paragraph(MEANING))
     parts += [
@@ -67,12 +66,6 @@ def monte_carlo_report(result: StudyResult) -> Report:
     parts += [_verdict(result.statistics), *_figures(result)]
     title = f"Scenario {result.scenario.name}, {trials} trials from seed {result.seed}{more}"
     return Report(title, tuple(parts), _document(result, kinds))
-
-
-def failures(rows: pd.DataFrame) -> dict[str, int]:
-    """Trials without any estimate, by kind."""
-    first = rows[rows["joint"] == rows["joint"].min()]
-    return {str(kind): int(count) for kind, count in first["failure"].value_counts().items()}
 
 
 def _row(joint: JointStatistics) -> tuple[Cell, ...]:
@@ -106,7 +99,7 @@ def _verdict(statistics: tuple[JointStatistics, ...]) -> Paragraph:
 
 def _figures(result: StudyResult) -> list[Figure]:
     """Pictures of what there is: errors need two trials with a gain, gains on an axis need to differ."""
-    panels = plots.panels(result.rows)
+    panels = plots.panels(result.rows.joints)
     subject = plots.Subject(
         title=f"{result.scenario.name}, {result.statistics[0].trials} trials",
         without=tuple(joint.joint for joint in result.statistics if joint.joint not in panels),
@@ -117,7 +110,7 @@ def _figures(result: StudyResult) -> list[Figure]:
         Figure(HISTOGRAM, "Errors and the density that is claimed", lambda: plots.histograms(panels, subject)),
         Figure(QQ, "z-scores against normal quantiles", lambda: plots.quantiles(panels, subject)),
     ]
-    drawn = {joint: rows for joint, rows in panels.items() if plots.varies(rows["true"].to_numpy())}
+    drawn = {joint: rows for joint, rows in panels.items() if plots.varies(rows.true)}
     if drawn:
         figures.append(
             Figure(AGAINST_TRUE, "Error against the injected gain", lambda: plots.against_true(drawn, subject))

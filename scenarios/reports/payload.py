@@ -48,16 +48,16 @@ def payload_report(design: PayloadDesign) -> Report:
 
 
 def _joints(design: PayloadDesign) -> Table:
-    before, best, after = design.before, design.best, design.after
-    shown = design.shows(before.deviations), design.shows(after)
+    before, after = design.before, design.after
+    shown = design.shows(before.deviations), design.shows(after.deviations)
     rows = tuple(
         cells(
             str(j + 1),
             f"{before.torque[j]:.3g}",
             percent(before.deviations.noise[j], ".2f"),
-            f"{best.torque[j]:.3g}",
-            percent(after.noise[j], ".2f"),
-            percent(after.payload[j], ".2f"),
+            f"{after.torque[j]:.3g}",
+            percent(after.deviations.noise[j], ".2f"),
+            percent(after.deviations.payload[j], ".2f"),
             _verdict(bool(shown[0][j]), bool(shown[1][j])),
         )
         for j in range(len(before.torque))
@@ -73,16 +73,16 @@ def _verdict(before: bool, after: bool) -> Cell:
 
 def _why(design: PayloadDesign) -> list[Paragraph]:
     """Why the scenario's payload cannot show some joint, and what the new one does there."""
-    before, best = design.before, design.best
+    before, after = design.before, design.after
     said: list[Paragraph] = []
     for j in np.flatnonzero(~design.shows(before.deviations)):
         text = (
             f"Joint {j + 1} before: of {before.all_torque[j]:.3g} N m rms the payload's part is {before.torque[j]:.2g}"
         )
         if j == len(before.torque) - 1 and before.payload.com is not None:
-            off, now = (_beside(design, np.array(each.com)) for each in (before.payload, best.payload))
+            off, now = (_beside(design, np.array(each.com)) for each in (before.payload, after.payload))
             text += f", its centre lying {1e3 * off:.1f} mm beside the flange's axis; with {1e3 * now:.0f} mm"
-        said.append(Paragraph(f"{text} it is {best.torque[j]:.2g} N m."))
+        said.append(Paragraph(f"{text} it is {after.torque[j]:.2g} N m."))
     return said
 
 
@@ -117,13 +117,13 @@ def _shape(design: PayloadDesign, candidate: Candidate) -> tuple[Cell, ...]:
 
 
 def _conclusion(design: PayloadDesign) -> Paragraph:
-    shown = design.shows(design.after)
+    shown = design.shows(design.after.deviations)
     missing = [str(j + 1) for j in design.problem.joints if not shown[j]]
     if missing:
         return Paragraph(f"No weight within the limits shows joint {', '.join(missing)}.", Mood.BAD, strong=True)
     return Paragraph(
         f"The {design.best.weight.shape} shows every joint; the worst gain's deviation is "
-        f"{percent(float(design.after.total[design.problem.joints].max()), '.2f')} %.",
+        f"{percent(float(design.after.deviations.total[design.problem.joints].max()), '.2f')} %.",
         Mood.GOOD,
         strong=True,
     )
@@ -139,7 +139,9 @@ def document(design: PayloadDesign) -> dict[str, object]:
         "before": _predicted(
             design, design.before.deviations, design.before.torque, payload_to_table(design.before.payload)
         ),
-        "after": _predicted(design, design.after, design.best.torque, payload_to_table(design.best.payload)),
+        "after": _predicted(
+            design, design.after.deviations, design.after.torque, payload_to_table(design.after.payload)
+        ),
         "candidates": [_candidate(design, each) for each in design.candidates],
     }
 

@@ -10,7 +10,7 @@ from scenarios.build import Bench
 from scenarios.files.mountings import BARE
 from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Report, Table, cells
 from scenarios.reports.trajectory import motion_table
-from scenarios.store.run_folder import identify_command, payload_file
+from scenarios.store.run_folder import identify_command, model_words, payload_file
 from scenarios.trajectory_source import scenario_source
 
 MOTIONS = (
@@ -141,20 +141,18 @@ def _log(observe: ObserveOptions) -> list[Part]:
 
 def _afterwards(prepared: Bench, commands: Collection[str]) -> list[Part]:
     files = [f"{each.name}.parquet" for each in prepared.experiments]
-    first, robot = files[0], prepared.experiments[0].plant.robot
-    flange = [] if robot.flange is None else ["--flange", robot.flange]
-    model = ["--model", str(robot.model), *flange]
+    first, (model, *believed) = files[0], model_words(prepared)
     parts: list[Part] = [
         Line(shlex.join(["rx90", "convert", "LOG", "--out", first, "--signal", "current"])),
         Paragraph("and so on for each motion; then:"),
     ]
     if "check" in commands:
-        parts.append(Line(shlex.join(["rx90", "check", str(robot.model), *files, *flange])))
+        parts.append(Line(shlex.join(["rx90", "check", model, *files, *believed])))
     other = ["--loaded", "other.parquet", "--payload", "other.toml"]
     bare = next((file for file, carried in zip(files, prepared.protocol, strict=True) if carried == BARE), None)
     parts.append(Line(identify_command(prepared, Path()) + " --gains-out gains.toml"))
     if bare is not None:
         parts.append(Paragraph("and, with one more motion that carries another known weight:"))
-        words = ["rx90", "verify", *model, "--gains", "gains.toml", "--unloaded", bare, *other]
+        words = ["rx90", "verify", "--model", model, *believed, "--gains", "gains.toml", "--unloaded", bare, *other]
         parts.append(Line(shlex.join(words)))
     return parts

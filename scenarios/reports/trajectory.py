@@ -1,11 +1,10 @@
 """What `rx90 trajectory` says: how far, how fast and how sharply each joint moves, beside its limits."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ident.arrays import Array
+from scenarios.motion_formats.limits import MotionLimits
 from scenarios.motion_formats.sampled import SampledMotion
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
 
@@ -20,35 +19,6 @@ COLUMNS = (
     Column(title="Acceleration"),
     Column(title="of limit", unit="%"),
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class MotionLimits:
-    """What an arm allows; arrays are (n,).
-
-    Attributes:
-        lower: Positions [rad, m], -inf where nothing is stated.
-        upper: Likewise, inf.
-        velocity: [rad/s, m/s], inf where nothing is stated.
-        acceleration: [rad/s^2, m/s^2], likewise.
-    """
-
-    lower: Array
-    upper: Array
-    velocity: Array
-    acceleration: Array
-
-    def broken_by(self, motion: SampledMotion) -> tuple[str, ...]:
-        """What a motion breaks, in words, a joint each."""
-        found = list[str]()
-        for j in range(motion.q.shape[1]):
-            what = {
-                "positions": (motion.q[:, j] < self.lower[j]).any() or (motion.q[:, j] > self.upper[j]).any(),
-                "speed": np.abs(motion.dq[:, j]).max() > self.velocity[j],
-                "acceleration": np.abs(motion.ddq[:, j]).max() > self.acceleration[j],
-            }
-            found += [f"joint {j + 1}: {name}" for name, broken in what.items() if broken]
-        return tuple(found)
 
 
 def motion_table(motion: SampledMotion, limits: MotionLimits) -> Table:

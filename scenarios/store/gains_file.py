@@ -1,7 +1,6 @@
 """Writing the gains file: what was found, with what it came from."""
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -28,6 +27,7 @@ from scenarios.files.gains import (
     RecordingEntry,
 )
 from scenarios.files.schema_line import schema_line
+from scenarios.files.toml_values import toml_value
 from scenarios.store.documents import to_json
 from scenarios.versions import versions
 
@@ -98,14 +98,14 @@ def gains_text(file: GainsFile, ending: str) -> str:
     table = file.model_dump(mode="json", exclude_none=True)
     if ending.lower() == ".json":
         return to_json(table) + "\n"
-    plain = [f"{key} = {_value(value)}" for key, value in table.items() if not _is_table(value)]
+    plain = [f"{key} = {toml_value(value)}" for key, value in table.items() if not _is_table(value)]
     lines = [schema_line("gains"), *plain]
     for key, value in table.items():
         if not _is_table(value):
             continue
         for each in value if isinstance(value, list) else [value]:
             lines += ["", f"[[{key}]]" if isinstance(value, list) else f"[{key}]"]
-            lines += [f"{name} = {_value(inner)}" for name, inner in each.items()]
+            lines += [f"{name} = {toml_value(inner)}" for name, inner in each.items()]
     return "\n".join(lines) + "\n"
 
 
@@ -134,14 +134,3 @@ def _options(options: object) -> dict[str, JsonValue]:
 
 def _is_table(value: object) -> bool:
     return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
-
-
-def _value(value: object) -> str:
-    """A value on one line of TOML; strings of JSON are strings of TOML."""
-    if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{key} = {_value(inner)}' for key, inner in value.items())} }}" if value else "{}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_value, value))}]"
-    if isinstance(value, float):
-        return repr(value)
-    return json.dumps(value, ensure_ascii=False)

@@ -7,6 +7,7 @@ import numpy as np
 from scenarios.design.new_robot import Found, NewRobot
 from scenarios.design.rules_of_thumb import Stated
 from scenarios.files.schema_line import schema_line
+from scenarios.files.toml_values import toml_value
 from sim.robot import Robot
 from sim.robot_files import read_robot
 
@@ -36,11 +37,13 @@ def robot_text(new: NewRobot) -> str:
         f"# Joints: {names}",
         "# Written as a start: replace what is assumed by what you know. origin is published, measured or assumed, one",
         "# word or one a joint. Units of a joint that slides stand in brackets.",
-        f"name = {_text(new.name)}",
-        f"model = {_text(new.model)}  # masses, centres and inertias of the links are taken from there, as they are",
+        f"name = {toml_value(new.name)}",
+        f"model = {toml_value(new.model)}  # masses, centres and inertias of links are taken from there, as they are",
     ]
     if new.flange is not None:
-        lines.append(f"flange = {_text(new.flange)}  # last body of the arm; joints that do not lead to it are held")
+        lines.append(
+            f"flange = {toml_value(new.flange)}  # last body of the arm; joints that do not lead to it are held"
+        )
     lines += ["", "[home]  # rad (m)", *_stated(new.home)]
     for name, stated in new.drives.items():
         turns, slides = UNITS[name]
@@ -62,7 +65,7 @@ def scenario_text(new: NewRobot, found: Found) -> str:
     truth = ", ".join("true" if each else "false" for each in found.identifiable)
     return f"""{schema_line("scenario")}
 extends = "any-arm"          # controller, sensors and error sources that all arms share
-description = {_text(f"{new.name} as its model file describes it, with drives and friction by rules of thumb")}
+description = {toml_value(f"{new.name} as its model file describes it, with drives and friction by rules of thumb")}
 robot = "{ROBOT}"         # beside this file
 
 [plant]                      # what is true; drives that are not stated are those of {ROBOT}
@@ -97,12 +100,6 @@ def write_robot(new: NewRobot, folder: Path) -> Robot:
 
 def _stated(stated: Stated) -> list[str]:
     words = set(stated.origin)
-    origin = _text(stated.origin[0]) if len(words) == 1 else "[" + ", ".join(map(_text, stated.origin)) + "]"
+    origin = toml_value(stated.origin[0]) if len(words) == 1 else toml_value(stated.origin)
     value = [float(f"{x:.6g}") for x in stated.value]
-    return [f"value = {value!r}", f"origin = {origin}", f"source = {_text(stated.source)}"]
-
-
-def _text(text: str) -> str:
-    """A TOML string."""
-    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c):04x}" for c in text)
-    return f'"{escaped}"'
+    return [f"value = {value!r}", f"origin = {origin}", f"source = {toml_value(stated.source)}"]

@@ -12,6 +12,7 @@ from scenarios.files.motions import write_motion
 from scenarios.files.mountings import LOADED
 from scenarios.files.schema_line import schema_line
 from scenarios.files.tables import builtin_names
+from scenarios.files.toml_values import toml_value
 from sim.trajectory import FourierTrajectory
 
 PAYLOAD, SCENARIO, MOTION = "payload.toml", "scenario.toml", "motion.toml"
@@ -60,18 +61,18 @@ def write_scenario_file(design: PayloadDesign, scenario: str, path: Path) -> Non
         path: Where.
     """
     table = design.scenario.table
-    shown = design.shows(design.after)
+    shown = design.shows(design.after.deviations)
     gain = [
         max(given, math.ceil(100.0 * SIGMAS * std) / 100.0)
-        for given, std in zip(table.tolerance.gain, design.after.noise, strict=True)
+        for given, std in zip(table.tolerance.gain, design.after.deviations.noise, strict=True)
     ]
     base = scenario if scenario in builtin_names() else os.path.relpath(Path(scenario).resolve(), path.parent.resolve())
     lines = [
         schema_line("scenario"),
-        f"extends = {_quoted(base)}",
+        f"extends = {toml_value(base)}",
         f'description = "with the {design.best.weight.shape} that was designed for it"',
         "",
-        *([] if design.again is None else ["[experiment]", f"motion = {_quoted(MOTION)}", ""]),
+        *([] if design.again is None else ["[experiment]", f"motion = {toml_value(MOTION)}", ""]),
         *_payload_lines("plant", design, payload_to_table(design.best.payload)),
         "",
         *_payload_lines("belief", design, payload_to_table(design.best.payload)),
@@ -87,15 +88,4 @@ def _payload_lines(side: str, design: PayloadDesign, table: dict[str, object]) -
     """The payload as a table of the plant or of the belief."""
     place = "payload" if design.mounting == LOADED else f"payloads.{design.mounting}"
     keys = ("mass", "com", "inertia") if side == "plant" else tuple(table)
-    return [f"[{side}.{place}]", *(f"{key} = {_value(table[key])}" for key in keys)]
-
-
-def _value(value: object) -> str:
-    if isinstance(value, dict):
-        return f"{{ {', '.join(f'{key} = {number!r}' for key, number in value.items())} }}"
-    return _quoted(value) if isinstance(value, str) else repr(value)
-
-
-def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
+    return [f"[{side}.{place}]", *(f"{key} = {toml_value(table[key])}" for key in keys)]

@@ -103,15 +103,20 @@ def origin(run: Run) -> Origin:
     )
 
 
+def model_words(prepared: Bench) -> list[str]:
+    """The model file of the arm, and the options that say what is believed of it: flange and couplings."""
+    robot = prepared.experiments[0].plant.robot
+    words = [str(robot.model)] if robot.flange is None else [str(robot.model), "--flange", robot.flange]
+    for first, second in prepared.scenario.table.belief.couplings:
+        words += ["--coupling", str(first), str(second)]
+    return words
+
+
 def identify_command(prepared: Bench, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
     chosen = prepared.scenario.table.identification
-    robot = prepared.experiments[0].plant.robot
-    words = ["rx90", "identify", "--model", str(robot.model)]
-    words += [] if robot.flange is None else ["--flange", robot.flange]
+    words = ["rx90", "identify", "--model", *model_words(prepared)]
     words += [*_motion_words(prepared, folder), "--method", chosen.method]
-    for first, second in prepared.scenario.table.belief.couplings:
-        words += ["--coupling", str(first), str(second)]
     for options, defaults in ((chosen.observe, ObserveOptions()), (chosen.gains, GainOptions())):
         for field in fields(options):
             value = getattr(options, field.name)

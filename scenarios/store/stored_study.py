@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import pandas as pd
 from pydantic import ValidationError
 
 from ident.naming import one_line
@@ -28,7 +27,7 @@ class StoredStudy:
         trials: Asked for.
         command: That carried it out.
         versions: Of what it was carried out with.
-        rows: All of them.
+        rows: Its rows, a part at a time or together.
     """
 
     folder: Path
@@ -39,7 +38,7 @@ class StoredStudy:
     trials: int
     command: str
     versions: Mapping[str, object]
-    rows: pd.DataFrame
+    rows: StudyFolder
 
 
 def read_study(folder: Path) -> StoredStudy:
@@ -74,5 +73,5 @@ def read_study(folder: Path) -> StoredStudy:
         trials=trials,
         command=command,
         versions=versions,
-        rows=held.table(),
+        rows=held,
     )

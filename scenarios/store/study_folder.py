@@ -5,10 +5,8 @@ read off the folder. Trials that failed for a reason outside themselves are in p
 `00000003-00000003.lost.parquet`: whoever reads the folder sees them, and the next to work in it tries them again.
 """
 
-import io
 import itertools
 import json
-import os
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,29 +18,20 @@ import pyarrow.parquet as pq
 from filelock import FileLock, Timeout
 
 from scenarios.errors import DamagedFolder, FolderInUse, FolderNotWritable, ForeignFolder, OtherStudy
+from scenarios.store.parts import (
+    LOST,
+    WHOLE,
+    Part,
+    as_parquet,
+    checked_part,
+    members_of,
+    read_part,
+    replace_members,
+    write_whole,
+)
 from scenarios.versions import files, versions
 
 STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
-WHOLE, LOST = ".parquet", ".lost.parquet"
-"""How the names of parts end: finished trials, and trials to be tried again."""
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A file of rows.
-
-    Attributes:
-        trials: Numbers of its trials.
-        ending: `WHOLE` or `LOST`.
-    """
-
-    trials: range
-    ending: str
-
-    @property
-    def name(self) -> str:
-        """Of its file."""
-        return f"{self.trials.start:08d}-{self.trials.stop - 1:08d}{self.ending}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,29 +58,12 @@ class StudyFolder:
             ForeignFolder: If a file is no part.
             DamagedFolder: If one is not what its name says.
         """
-        parts = sorted((self._part(path) for path in self.trials.iterdir()), key=lambda part: part.trials.start)
+        parts = [checked_part(path, self.rows_per_trial) for path in self.trials.iterdir()]
+        parts.sort(key=lambda part: part.trials.start)
         for before, after in itertools.pairwise(parts):
             if after.trials.start < before.trials.stop:
                 raise DamagedFolder(f"{self.trials / after.name}: its trials are in {before.name} too; move one away")
         return parts
-
-    def _part(self, path: Path) -> Part:
-        """One file, if it is a whole part under its own name."""
-        try:
-            numbers, ending = path.name.partition(".")[::2]
-            first, last = (int(number) for number in numbers.split("-"))
-            part = Part(range(first, last + 1), f".{ending}")
-            found = pq.read_metadata(path)
-            at = found.schema.names.index("trial")
-            groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
-            held = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
-        except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
-            raise ForeignFolder(f"{path}: no part of a study; move it away") from error
-        if part.ending not in (WHOLE, LOST) or path.name != part.name or held != part.trials:
-            raise DamagedFolder(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
-        if found.num_rows != len(part.trials) * self.rows_per_trial:
-            raise DamagedFolder(f"{path}: {found.num_rows} rows, not those of trials {first} to {last}; move it away")
-        return part
 
     def missing(self, count: int) -> list[range]:
         """Those of the first `count` trials that are not finished, lost ones among them, in order."""
@@ -114,9 +86,37 @@ class StudyFolder:
         Raises:
             FolderNotWritable: If it cannot be written; the parts before it stay.
         """
-        buffer = io.BytesIO()
-        pq.write_table(rows, buffer)
-        _write_whole(self.trials / part.name, buffer.getvalue(), self.path / UNFINISHED)
+        write_whole(self.trials / part.name, as_parquet(rows), self.path / UNFINISHED)
+
+    def merge(self, block: range) -> None:
+        """Make one part of those of a block, if they have all its trials.
+
+        Args:
+            block: Of `block_of`.
+
+        Raises:
+            FolderNotWritable: If it cannot be written.
+            DamagedFolder: If a part cannot be read.
+        """
+        members = members_of(block, self.trials)
+        if len(members) < 2 or sum(len(part.trials) for part in members) != len(block):
+            return
+        rows = pa.concat_tables([read_part(self.trials / part.name) for part in members])
+        waiting = self.path / f".{Part(block, WHOLE).name}"
+        write_whole(waiting, as_parquet(rows), self.path / UNFINISHED)
+        _end_moves(self.path)
+
+    def rows(self, part: Part, columns: Sequence[str]) -> pa.Table:
+        """The rows of one part, in its order.
+
+        Args:
+            part: One of `parts`.
+            columns: Those wanted.
+
+        Raises:
+            DamagedFolder: If it cannot be read.
+        """
+        return read_part(self.trials / part.name, columns)
 
     def table(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
         """All rows that are there, by trial, method where there are several, and joint.
@@ -171,16 +171,23 @@ def study_folder(
         raise FolderInUse(f"{path}: another process is at work here; wait for it or use another --out") from error
     try:
         (path / UNFINISHED).unlink(missing_ok=True)
+        _end_moves(path)
         wanted = json.loads(json.dumps({**identity, "files": files(), "versions": versions()}))
         known = _read_record(path / STUDY)
         if known is not None:
             _refuse_other(path, known, wanted)
             count = max(count, int(str(known["trials"])))
         record = {**wanted, "trials": count, "command": command}
-        _write_whole(path / STUDY, (json.dumps(record, indent=2) + "\n").encode(), path / UNFINISHED)
+        write_whole(path / STUDY, (json.dumps(record, indent=2) + "\n").encode(), path / UNFINISHED)
         yield StudyFolder(path, rows_per_trial)
     finally:
         lock.release()
+
+
+def _end_moves(path: Path) -> None:
+    """Put blocks that were merged in the place of their parts."""
+    for waiting in path.glob(f".*{WHOLE}"):
+        replace_members(waiting, path / TRIALS)
 
 
 def _refuse_foreign(path: Path) -> None:
@@ -228,18 +235,3 @@ def _first_difference(there: object, here: object, place: str) -> tuple[str, obj
 def _short(value: object) -> str:
     text = "absent" if value is None else json.dumps(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-def _write_whole(path: Path, content: bytes, unfinished: Path) -> None:
-    """Write a file so that it is there whole or not at all, even if the machine loses power."""
-    try:
-        with unfinished.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        unfinished.replace(path)
-    except OSError as error:
-        unfinished.unlink(missing_ok=True)
-        raise FolderNotWritable(
-            f"{path}: cannot be written: {error.strerror}; what is finished is kept, make room and repeat the command"
-        ) from error

@@ -10,6 +10,8 @@ from scipy import stats
 from ident.arrays import Array
 from scenarios.studies.sensitivity import ALL, ALONE, NONE, SOBOL
 
+NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
+"""Columns of a sensitivity study that its budget needs."""
 TAILS = (2.5, 97.5)
 """Percentiles of the bootstrap that its intervals end at."""
 RESAMPLES = 1000
@@ -82,7 +84,7 @@ def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], s
     """Sum up a sensitivity study.
 
     Args:
-        rows: A row a trial and joint.
+        rows: A row a trial and joint, with `NEEDED`.
         sources: Names, in the order of the design.
         joints: Numbers of the joints that should have a gain.
         seed: Of the bootstrap.

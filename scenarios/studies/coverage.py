@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import pandas as pd
 from scipy import stats
 
 from ident.arrays import Mask
+from scenarios.studies.joint_rows import JointRows
 from scenarios.studies.statistics import JointStatistics
 
 CONFIDENCE = 0.95
@@ -75,21 +75,19 @@ class JointClaims:
     width: float | None
 
 
-def joint_claims(rows: pd.DataFrame, statistics: JointStatistics) -> JointClaims:
+def joint_claims(rows: JointRows, statistics: JointStatistics) -> JointClaims:
     """Sum up the intervals of one joint.
 
     Args:
-        rows: A row a trial and joint, with `statistics.COLUMNS`.
-        statistics: Of the joint, from the same rows.
+        rows: Of the joint.
+        statistics: From the same rows.
     """
-    found = rows[(rows["joint"] == statistics.joint) & rows["identifiable"]]
-    error, z, true, std = (found[name].to_numpy(dtype=np.float64) for name in ("rel_error", "z", "true", "std"))
     spread = statistics.spread
     return JointClaims(
         statistics=statistics,
-        gains=len(found),
-        largest=float(np.abs(error).max()) if len(found) else None,
-        cover_1=coverage(np.abs(z) < 1.0),
-        cover_2=coverage(np.abs(z) < 2.0),
-        width=float(np.median(std / np.abs(true))) / spread if spread else None,
+        gains=rows.gains,
+        largest=float(np.abs(rows.rel_error).max()) if rows.gains else None,
+        cover_1=coverage(np.abs(rows.z) < 1.0),
+        cover_2=coverage(np.abs(rows.z) < 2.0),
+        width=float(np.median(rows.claimed)) / spread if spread else None,
     )

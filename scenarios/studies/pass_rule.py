@@ -5,14 +5,11 @@ misses the rule when that many misses, or more, would have a chance of less than
 that has every rate is blamed on some joint in less than `false_alarm` of all studies (Bonferroni).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from scipy import stats
-
-if TYPE_CHECKING:
-    import pandas as pd  # workers import this module and need no tables
-
 
 FALSE_ALARM = 0.01
 """Chance that a scenario whose joints all have the wanted pass rate is blamed, at most, where no other is asked for."""
@@ -42,25 +39,43 @@ class JointRule:
         return self.trials - self.passed <= self.allowed
 
 
-def pass_rule(rows: "pd.DataFrame", *, wanted: float, false_alarm: float) -> tuple[JointRule, ...]:
+class Counted(Protocol):
+    """How often a joint passed."""
+
+    @property
+    def joint(self) -> int:
+        """Joint number, from 1."""
+        ...
+
+    @property
+    def trials(self) -> int:
+        """Trials."""
+        ...
+
+    @property
+    def passed(self) -> int:
+        """Of which passed."""
+        ...
+
+
+def pass_rule(counts: Sequence[Counted], *, wanted: float, false_alarm: float) -> tuple[JointRule, ...]:
     """Apply the rule to every joint.
 
     Args:
-        rows: A row a trial and joint, with columns `joint` and `passed`.
+        counts: One a joint.
         wanted: Pass rate asked for, between 0 and 1.
         false_alarm: Chance that some joint misses although every joint has the wanted rate, at most.
     """
-    passed = rows.groupby("joint", sort=True)["passed"].agg(["size", "sum"])
-    share = false_alarm / len(passed)
+    share = false_alarm / len(counts)
     return tuple(
         JointRule(
-            joint=int(joint),
-            trials=int(size),
-            passed=int(count),
+            joint=each.joint,
+            trials=each.trials,
+            passed=each.passed,
             wanted=wanted,
-            allowed=allowed_misses(int(size), wanted, share),
+            allowed=allowed_misses(each.trials, wanted, share),
         )
-        for joint, size, count in passed.itertuples()
+        for each in counts
     )
 
 

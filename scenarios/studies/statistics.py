@@ -1,15 +1,15 @@
 """Statistics of many trials, joint by joint: how far off, how honest the claim, how often within tolerance."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
+from scenarios.studies.joint_rows import JointRows
 from scenarios.studies.pass_rule import JointRule, pass_rule
 
-COLUMNS = ("trial", "joint", "true", "std", "rel_error", "z", "identifiable", "passed", "failure")
-"""Columns of a study that its statistics need."""
 CONFIDENCE = 0.95
 """Of the intervals of pass rates."""
 
@@ -55,17 +55,16 @@ class JointStatistics:
     held: bool
 
 
-def joint_statistics(rows: pd.DataFrame, *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
+def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
     """Sum up a study.
 
     Args:
-        rows: A row a trial and joint, with `COLUMNS`.
+        joints: Its rows.
         wanted: Pass rate asked for.
         false_alarm: Chance that some joint is said to miss that rate although every joint has it.
     """
-    rules = pass_rule(rows, wanted=wanted, false_alarm=false_alarm)
-    groups = rows.groupby("joint", sort=True)
-    return tuple(_one_joint(rule, group) for rule, (_, group) in zip(rules, groups, strict=True))
+    rules = pass_rule(joints, wanted=wanted, false_alarm=false_alarm)
+    return tuple(_one_joint(rule, rows) for rule, rows in zip(rules, joints, strict=True))
 
 
 def statistics_table(statistics: tuple[JointStatistics, ...]) -> pd.DataFrame:
@@ -73,23 +72,21 @@ def statistics_table(statistics: tuple[JointStatistics, ...]) -> pd.DataFrame:
     return pd.DataFrame([asdict(joint) for joint in statistics])
 
 
-def _one_joint(rule: JointRule, rows: pd.DataFrame) -> JointStatistics:
+def _one_joint(rule: JointRule, rows: JointRows) -> JointStatistics:
     interval = stats.binomtest(rule.passed, rule.trials).proportion_ci(CONFIDENCE, method="exact")
-    failed = int(np.count_nonzero(rows["failure"].notna()))
-    found = rows[rows["identifiable"]]
-    error, z, true, std = (found[name].to_numpy(dtype=np.float64) for name in ("rel_error", "z", "true", "std"))
-    some, several = len(found) > 0, len(found) > 1
+    error, z = rows.rel_error, rows.z
+    some, several = rows.gains > 0, rows.gains > 1
     spread = float(np.std(error, ddof=1)) if several else None
     return JointStatistics(
         joint=rule.joint,
-        trials=len(rows),
-        failed=failed,
-        refused=len(rows) - failed - len(found),
+        trials=rows.trials,
+        failed=rows.failed,
+        refused=rows.trials - rows.failed - rows.gains,
         bias=float(np.mean(error)) if some else None,
-        bias_std=None if spread is None else spread / float(np.sqrt(len(found))),
+        bias_std=None if spread is None else spread / float(np.sqrt(rows.gains)),
         spread=spread,
-        p95=float(np.percentile(np.abs(error), 95.0)) if some else None,
-        claimed=float(np.sqrt(np.mean((std / true) ** 2))) if some else None,
+        p95=float(np.percentile(np.abs(error), 95.0, overwrite_input=True)) if some else None,
+        claimed=float(np.sqrt(np.mean(rows.claimed**2))) if some else None,
         cover_1=float(np.mean(np.abs(z) < 1.0)) if some else None,
         cover_2=float(np.mean(np.abs(z) < 2.0)) if some else None,
         pass_rate=rule.passed / rule.trials,

@@ -1,6 +1,5 @@
 """A study: a numbered list of trials of one scenario, carried out in a folder on any executor."""
 
-import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -8,7 +7,6 @@ from functools import partial
 from pathlib import Path
 
 import pyarrow as pa
-import pyarrow.compute as pc
 from rich.console import Console
 
 from scenarios.build import bench
@@ -16,8 +14,10 @@ from scenarios.files.motions import motion_digest
 from scenarios.files.resolved import stated_table
 from scenarios.files.schema import Scenario
 from scenarios.robots import robot_digests
-from scenarios.store.study_folder import LOST, WHOLE, Part, StudyFolder, study_folder
-from scenarios.trials import IDENTIFY, OUTSIDE, Failure, Trial, Work
+from scenarios.store.parts import block_of
+from scenarios.store.study_folder import StudyFolder, study_folder
+from scenarios.studies.keeping import Unfinished, keep
+from scenarios.trials import IDENTIFY, Failure, Trial, Work
 from scenarios.versions import versions
 from scenarios.workers.execute import GivenUp, completed
 from scenarios.workers.kinds import Workers
@@ -89,11 +89,11 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         if missing:
             place.forget_lost()
             with reporter(label, study.count, study.count - sum(map(len, missing)), console) as progress:
-                tasks = _tasks(study, missing, workers.count())
+                tasks, unfinished = _tasks(study, missing, workers.count()), Unfinished(missing)
                 with closing(completed(workers, run_task, tasks, tick=progress.tick)) as results:
                     for task, outcome in results:
                         rows = _given_up(task, outcome) if isinstance(outcome, GivenUp) else outcome
-                        _keep(place, task, rows)
+                        keep(place, task, rows, unfinished)
                         progress.advance(len(task.trials), _failures(rows))
         return place
 
@@ -121,22 +121,15 @@ def study_identity(study: Study) -> dict[str, object]:
 
 
 def _tasks(study: Study, missing: Sequence[range], workers: int) -> Iterator[Task]:
-    """Chunks of consecutive trials, small enough for every worker to get some."""
+    """Chunks of consecutive trials of one block, small enough for every worker to get some."""
     size = max(1, min(CHUNK, -(-sum(map(len, missing)) // (CHUNKS_EACH * workers))))
     make = partial(Task, study.scenario, schema=study.schema, versions=versions(), work=study.work)
     for gap in missing:
-        for start in range(gap.start, gap.stop, size):
-            yield make(trials=tuple(study.trial(number) for number in gap[start - gap.start :][:size]))
-
-
-def _keep(place: StudyFolder, task: Task, rows: pa.Table) -> None:
-    """Write what came back of a task: finished trials and lost ones apart, each run of them one part."""
-    lost = set(rows.filter(pc.is_in(rows["failure"], pa.array(OUTSIDE)))["trial"].to_pylist())
-    numbers = [trial.number for trial in task.trials]
-    for ending, run in itertools.groupby(numbers, key=lambda number: LOST if number in lost else WHOLE):
-        members = list(run)
-        part = Part(range(members[0], members[-1] + 1), ending)
-        place.write_part(part, rows.filter(pc.is_in(rows["trial"], pa.array(part.trials, pa.int64()))))
+        start = gap.start
+        while start < gap.stop:
+            stop = min(start + size, gap.stop, block_of(start).stop)
+            yield make(trials=tuple(study.trial(number) for number in range(start, stop)))
+            start = stop
 
 
 def _given_up(task: Task, outcome: GivenUp) -> pa.Table:

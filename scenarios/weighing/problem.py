@@ -10,7 +10,7 @@ from ident.estimators import nls
 from ident.estimators.nls import AllJointsOptions
 from ident.naming import one_line
 from ident.observation import ObserveOptions, observe
-from ident.options import GainOptions, options_from_table, options_from_words
+from ident.options import GainOptions, options_from_table, table_from_words
 from ident.payload import Payload
 from ident.plausibility import check_different, check_positions
 from ident.problem import Motion, Problem
@@ -94,9 +94,7 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequ
         options_from_table(kind, stated)
     except OptionError as error:
         raise WrongGains(f"gains file: options: {error}") from error
-    over = options_from_words(kind, words)
-    names = [word.partition("=")[0].strip().replace("-", "_") for word in words]
-    return options_from_table(kind, {**stated, **{name: getattr(over, name) for name in names}})
+    return options_from_table(kind, {**stated, **table_from_words(kind, words)})
 
 
 def check_unseen(file: GainsFile, loaded: Sequence[Recording]) -> None:

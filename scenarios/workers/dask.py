@@ -4,6 +4,7 @@ import argparse
 import asyncio
 import json
 import logging
+import math
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 FEWEST = 16
 """Workers that tasks are handed out for at least: a cluster that adapts to its load grows only if it sees some."""
+ASKED_EVERY = 1.0
+"""How old the number of workers may be [s]."""
 LOGGERS = ("distributed", "tornado", "asyncio")
 """Whose loggers speak of a scheduler that dies."""
 PATIENCE = 10.0
@@ -58,7 +61,7 @@ def dask_workers(address: str) -> Generator[Workers]:
     with client:
         yield Workers(
             open=lambda: client.get_executor(pure=False),  # a task tried again is no repetition with a known result
-            count=lambda: _cores_of(client),
+            count=_Cores(client).count,
             died=KilledWorker,
             reachable=lambda: client.status in ("running", "connecting"),
             close=lambda executor: executor.shutdown(wait=False),  # it cancels, and knows no word for it
@@ -99,11 +102,25 @@ async def _greet(address: str) -> None:
     await comm.close()
 
 
-def _cores_of(client: "Client") -> int:
-    try:
-        return max(FEWEST, sum(client.ncores().values()))
-    except OSError as error:
-        raise SchedulerGone() from error
+class _Cores:
+    """Cores of a cluster, asked for again once the last answer is old: each question is a journey to the scheduler."""
+
+    def __init__(self, client: "Client") -> None:
+        self._client, self._known, self._asked = client, 0, -math.inf
+
+    def count(self) -> int:
+        """Cores there are now, `FEWEST` at least.
+
+        Raises:
+            SchedulerGone: If nobody answers.
+        """
+        if time.monotonic() - self._asked > ASKED_EVERY:
+            try:
+                self._known = max(FEWEST, sum(self._client.ncores().values()))
+            except OSError as error:
+                raise SchedulerGone() from error
+            self._asked = time.monotonic()
+        return self._known
 
 
 def _silence() -> None:

@@ -1,4 +1,4 @@
-"""How far a study is: a bar on a terminal, a line every ten seconds elsewhere; both on stderr."""
+"""How far a study is: a bar on a terminal, a line now and then elsewhere; both on stderr."""
 
 import time
 from collections.abc import Generator
@@ -9,8 +9,8 @@ from typing import Protocol
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-LINE_EVERY = 10.0
-"""Time between two lines without a terminal [s]."""
+FIRST_LINE, LINE_EVERY = 2.0, 10.0
+"""Time until the first line without a terminal, and between two of them [s]."""
 
 
 class Reporter(Protocol):
@@ -89,7 +89,7 @@ class _Bar:
 class _Lines:
     def __init__(self, label: str, total: int, done: int, console: Console) -> None:
         self._label, self._console, self._count = label, console, _Count(total, done, time.monotonic())
-        self._last = time.monotonic()
+        self._next = time.monotonic() + FIRST_LINE
 
     def advance(self, trials: int, failed: int) -> None:
         self._count.add(trials, failed)
@@ -97,15 +97,16 @@ class _Lines:
 
     def tick(self) -> None:
         now, count = time.monotonic(), self._count
-        if now - self._last < LINE_EVERY:
+        if now < self._next:
             return
-        self._last = now
-        left = f", {_duration((count.total - count.done) / count.rate)} left" if count.finished else ""
+        self._next = now + LINE_EVERY
+        left = f", {duration((count.total - count.done) / count.rate)} left" if count.finished else ""
         done = f"{count.done} of {count.total} trials, {count.rate:.1f} a second{left}, {count.failed} failed"
         self._console.print(f"{self._label}: {done}", soft_wrap=True)
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """Seconds in units that one can grasp."""
     hours, rest = divmod(round(seconds), 3600)
     minutes, seconds = divmod(rest, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {seconds} s" if minutes else f"{seconds} s"

@@ -1,4 +1,4 @@
-"""How far a search is: a bar on a terminal, a line every ten seconds elsewhere; both on stderr."""
+"""How far a search is: a bar on a terminal, a line now and then elsewhere; both on stderr."""
 
 import time
 from collections.abc import Callable, Generator
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from scenarios.workers.progress import LINE_EVERY
+from scenarios.workers.progress import FIRST_LINE, LINE_EVERY, duration
 
 EVERY = 1.0
 """Time between two looks at the best, on a terminal [s]."""
@@ -16,16 +16,17 @@ Tell = Callable[[int, Callable[[], str]], None]
 
 
 @contextmanager
-def search_progress(label: str, total: int, console: Console) -> Generator[Tell]:
+def search_progress(label: str, total: int, console: Console, before: int = 0) -> Generator[Tell]:
     """Show the progress of a search.
 
     Args:
         label: What is under way.
         total: Candidates that it tries.
         console: On stderr.
+        before: How many a stopped search has tried.
     """
     if not console.is_terminal:
-        yield _lines(label, total, console)
+        yield _lines(label, total, console, before)
         return
     columns = (
         TextColumn("{task.description}"),
@@ -35,25 +36,29 @@ def search_progress(label: str, total: int, console: Console) -> Generator[Tell]
         TextColumn("{task.fields[best]}"),
     )
     with Progress(*columns, console=console, speed_estimate_period=300.0) as progress:
-        task = progress.add_task(label, total=total, best="")
-        yield _now_and_then(EVERY, lambda done, best: progress.update(task, completed=done, best=best))
+        task = progress.add_task(label, total=total, completed=before, best="")
+        yield _now_and_then(EVERY, EVERY, lambda done, best: progress.update(task, completed=done, best=best))
 
 
-def _lines(label: str, total: int, console: Console) -> Tell:
+def _lines(label: str, total: int, console: Console, before: int) -> Tell:
+    began = time.monotonic()
+
     def line(done: int, best: str) -> None:
-        console.print(f"{label}: {done} of {total}, {best}", soft_wrap=True)
+        pace = (time.monotonic() - began) / max(done - before, 1)
+        left = duration(pace * max(total - done, 0))
+        console.print(f"{label}: {done} of {total}, {left} left, {best}", soft_wrap=True)
 
-    return _now_and_then(LINE_EVERY, line)
+    return _now_and_then(FIRST_LINE, LINE_EVERY, line)
 
 
-def _now_and_then(period: float, say: Callable[[int, str], None]) -> Tell:
-    """Say it if the last time is a while ago."""
-    last = time.monotonic()
+def _now_and_then(first: float, period: float, say: Callable[[int, str], None]) -> Tell:
+    """Say it for the first time after a while, and again if the last time is a while ago."""
+    due = time.monotonic() + first
 
     def tell(done: int, best: Callable[[], str]) -> None:
-        nonlocal last
-        if time.monotonic() - last >= period:
-            last = time.monotonic()
+        nonlocal due
+        if time.monotonic() >= due:
+            due = time.monotonic() + period
             say(done, best())
 
     return tell

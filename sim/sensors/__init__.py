@@ -11,7 +11,7 @@ import numpy as np
 
 from ident.arrays import Array
 from sim.sensors import clock, current, current_sensor, delay, drive_clocks, encoder, samples
-from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect
+from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, no_noise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,3 +87,14 @@ def logged_without_noise(q: Array, v: Array, rate_hz: float, options: SensorOpti
 def noises(log: Log, options: SensorOptions) -> list[Noise]:
     """What sensors that draw random numbers add to a log, to first order."""
     return [noise for effect in SENSOR_EFFECTS.values() for noise in effect.noise(options, log)]
+
+
+def without_spectrum(log: Log, options: SensorOptions) -> tuple[str, ...]:
+    """Names of the streams that change a log, and of which `noises` says nothing."""
+    drawn = noise_streams(np.random.default_rng(0))  # any numbers: what is asked is whether there are some
+    return tuple(
+        name
+        for effect in SENSOR_EFFECTS.values()
+        if effect.streams and effect.noise is no_noise and effect.logs(options, log, drawn) is not log
+        for name in effect.streams
+    )

@@ -101,7 +101,8 @@ def _no_reader(*_: object) -> None:
     return
 
 
-def _no_noise(*_: object) -> Sequence[Noise]:
+def no_noise(*_: object) -> Sequence[Noise]:
+    """Of a sensor that draws nothing, or nothing of which a spectrum is known."""
     return ()
 
 
@@ -125,4 +126,4 @@ class SensorEffect(Generic[V]):
     fits: Callable[[V, float], None] = _nothing
     reader: Callable[[Sequence[V], Sequence[NoiseStreams], int], Reader | None] = _no_reader
     logs: Callable[[V, Log, NoiseStreams], Log] = _as_it_is
-    noise: Callable[[V, Log], Sequence[Noise]] = _no_noise
+    noise: Callable[[V, Log], Sequence[Noise]] = no_noise

@@ -79,7 +79,7 @@ def case(small: Structure, heavy: Payload, noise: float, *, pull: float = 1.0) -
 @pytest.fixture
 def steady(monkeypatch):
     sigma = np.array([0.9, 0.2, 3.1])
-    monkeypatch.setattr("ident.all_joints.reduction.own_sigma", lambda joint, own: sigma[joint.joint])
+    monkeypatch.setattr("ident.all_joints.reduction.left_alone", lambda joint, turned: sigma[joint.joint])
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def test_the_reduction_is_orthogonal_and_loses_nothing(small, heavy):
         belief[f - 1], belief[-1] = 1.0 / 0.02, 0.3 / 0.02
         R = np.column_stack((small_one.F, small_one.A, small_one.k, small_one.V))
         np.testing.assert_allclose(small_one.Q @ R, np.vstack((W, belief)), atol=1e-12 * np.abs(W).max())
-        np.testing.assert_allclose(small_one.Q.T @ small_one.Q, np.eye(W.shape[1]), atol=1e-13)
+        np.testing.assert_allclose(small_one.Q.T @ small_one.Q, np.eye(int(W.any(axis=0).sum())), atol=1e-13)
         assert small_one.rows == len(each.V)
         np.testing.assert_array_equal(np.tril(small_one.F, -1), 0.0)
         np.testing.assert_array_equal(small_one.F[small_one.inner], 0.0)
@@ -232,7 +232,7 @@ def test_the_influence_of_a_row_is_a_finite_difference(small, heavy, steady, joi
 
 def test_what_is_believed_moves_the_gains_by_its_deviations(small, heavy, steady):
     given = case(small, heavy, 1e-4, pull=1e-3)
-    fit, step = given.fit(), 1e-3
+    fit, step = given.fit(), 0.1  # the search ends at steps of 1e-11, the least change looked for here is 1e-8
     assert fit.log_belief.shape == (N, 2 * N)  # a further column and a logarithm a joint
     for j in range(N):
         ends = [given.believing(j, by).fit().found.h for by in (-step, step)]

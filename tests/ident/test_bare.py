@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
-from ident.bare import GainRatios, arm_in_SI, gain_ratios, off_ratios
+from ident.all_joints.selection import Rival
+from ident.bare import GainRatios, _rival_friction, _std, arm_in_SI, gain_ratios, off_ratios
 from ident.errors import GainsError, NotIdentifiable
 from ident.estimators.nls import AllJointsOptions
 from ident.known_gains import KnownGains
@@ -120,6 +121,59 @@ def test_known_gains_give_the_arm_in_si_with_their_deviations(structure, chi, rn
     two = KnownGains(names=("a", "b"), joints=np.array([0]), value=np.array([2.0]), covariance=np.array([[0.1]]))
     with pytest.raises(GainsError, match="gains of 2 joints"):
         arm_in_SI(problem, AllJointsOptions(), two)
+
+
+def test_known_gains_make_friction_as_uncertain_as_it_changes_with_them(structure, chi, rng):
+    problem, options = bare(structure, chi, rng, 1e-3), AllJointsOptions(friction_per_motion=False)
+    some = np.array([0, 2, 3, 5])  # the others are free
+    log_std = np.array([0.03, 0.02, 0.05, 0.04])
+    rho = 0.3 * np.outer(log_std, log_std)
+    np.fill_diagonal(rho, log_std**2)
+
+    def friction(value, log_covariance):
+        gains = KnownGains(names=NAMES, joints=some, value=value, covariance=log_covariance * np.outer(value, value))
+        found = arm_in_SI(problem, options, gains)
+        return np.array([[(each.value, each.std) for each in own] for own in found.friction])  # (n, f, 2)
+
+    value = GAIN[some]
+    by_gain = np.stack([
+        (friction(value * np.exp(+step), rho)[..., 0] - friction(value * np.exp(-step), rho)[..., 0]) / 2e-4
+        for step in 1e-4 * np.eye(4)
+    ], axis=-1)  # (n, f, 4)  # fmt: skip
+    added = friction(value, rho)[..., 1] ** 2 - friction(value, 1e-12 * rho)[..., 1] ** 2
+    expected = np.einsum("nfk,kl,nfl->nf", by_gain, rho, by_gain)
+    assert np.sqrt(np.delete(expected, 4, axis=0)).min() > 0.01  # joint 5 hardly shows
+    np.testing.assert_allclose(np.sqrt(added), np.sqrt(expected), rtol=1e-3)  # first order, of residuals of 1e-3
+
+
+def test_what_rivals_change_is_a_deviation_beside_the_others(structure, chi, rng):
+    problem = bare(structure, chi, rng, 1e-3)
+    fit = gain_ratios(problem, AllJointsOptions()).selected.final.fit
+    influence, belief = fit.phi_influence[2], fit.phi_belief[2]
+    changes = np.array([[0.3, -0.4], [0.0, 0.05], [0.02, 0.0], [-0.7, 0.1], [0.0, 0.0]])  # five columns, two rivals
+    alone = _std(problem, fit.rows, influence, changes[:, :0], belief, None)
+    found = _std(problem, fit.rows, influence, changes, belief, None)
+    np.testing.assert_allclose(found**2 - alone**2, np.sum(changes**2, axis=1), rtol=1e-9, atol=1e-12)  # rounding
+
+
+def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure, chi, rng):
+    final = gain_ratios(bare(structure, chi, rng, 1e-3), AllJointsOptions()).selected.final
+    own, phi = final.own[2], final.fit.phi[2]
+    assert list(zip(own.names, own.motion, strict=True))[:2] == [("Fv", 0), ("Fv", 1)]
+    kept, change = [4, 1, 0, 3], np.array([0.7, -0.2, 0.5, 0.3])  # without one, in another order, and with one more
+    renamed = replace(
+        own,
+        names=(*(own.names[k] for k in kept), "load"),
+        motion=(*(own.motion[k] for k in kept), -1),
+    )
+    moved = np.append(phi[kept] + change, 0.06)
+    other = replace(
+        final,
+        own=(*final.own[:2], renamed, *final.own[3:]),
+        fit=replace(final.fit, phi=(*final.fit.phi[:2], moved, *final.fit.phi[3:])),
+    )
+    found = _rival_friction(Rival(share=0.4, other=other, final=final), 2)
+    np.testing.assert_allclose(found, [0.4 * 0.5, 0.4 * -0.2, 0.0, 0.4 * 0.3, 0.4 * 0.7], rtol=1e-12)  # rounding
 
 
 def test_a_gain_is_off_beside_what_the_reference_says():

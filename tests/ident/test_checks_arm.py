@@ -11,15 +11,17 @@ from ident.arm import load_arm
 from ident.checks.check import Checked, check
 from ident.checks.comparison import prepared, single_readings
 from ident.checks.excitation import excitation_remarks, predicted_rel_std
-from ident.checks.payload_decides import effect_on_gains, payload_remarks
+from ident.checks.payload_decides import explained_with_payload, moved_gains, payload_remarks
 from ident.checks.remark import Grade
 from ident.errors import RecordingError
 from ident.estimators import ls_2011
+from ident.evidence import EVIDENCE
 from ident.explanation import unknowns_of
 from ident.identification import ALONE_OPTIONS
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.problem import pair
+from ident.readings import as_it_is
 from ident.recording import Recording
 from ident.recording_files import read_recording
 from ident.structure import Structure, structure_of
@@ -124,6 +126,20 @@ def test_a_log_that_cannot_be_filtered_is_wrong_and_not_compared(ur, logs):
     assert checked([short[0], logs[0]], ur).comparison is not None
 
 
+def test_each_log_is_observed_once(ur, logs, monkeypatch):
+    asked = list[str]()
+
+    def counted(recording, structure, options):
+        asked.append(recording.name)
+        return observe(recording, structure, options)
+
+    for module in ("ident.checks.check", "ident.observation"):
+        monkeypatch.setattr(f"{module}.observe", counted)
+    found = checked(logs[:1], ur)
+    assert asked == [logs[0].name]
+    assert found.logs[0].observed is not None
+
+
 def test_a_log_of_another_number_of_joints_is_refused(ur, logs):
     five = Recording(logs[0].t, logs[0].q[:, :5], logs[0].v[:, :5], "five")
     with pytest.raises(RecordingError, match=r"five: 5 joints, but robot ur-like has 6"):
@@ -136,12 +152,12 @@ def reading(structure, words):
 
 def test_the_zero_of_the_last_joint_moves_gains_by_the_payload_beside_its_axis(ur):
     own, last = unknowns_of(ur), reading(ur, "q6 plus 90 degrees")
-    assert effect_on_gains(ur, own, last, BRICK.known_part()).moved == (0, 1, 2, 3, 4, 5)
+    assert moved_gains(ur, own, last, BRICK.known_part()) == (0, 1, 2, 3, 4, 5)
     first = reading(ur, "q1 plus 90 degrees")
-    assert effect_on_gains(ur, own, first, BRICK.known_part()).moved == ()
+    assert moved_gains(ur, own, first, BRICK.known_part()) == ()
     # on the axis of joint 6, which is y, and round about it
     pin = replace(BRICK, com=(0.0, 0.13, 0.0), inertia=(0.017, 0.006, 0.017, 0.0, 0.0, 0.0))
-    assert effect_on_gains(ur, own, last, pin.known_part()).moved == ()
+    assert moved_gains(ur, own, last, pin.known_part()) == ()
 
 
 def test_the_payload_as_drawn_decides_about_the_zero_of_the_last_joint(ur, logs):
@@ -157,6 +173,34 @@ def test_the_payload_as_drawn_decides_about_the_zero_of_the_last_joint(ur, logs)
     assert "a bare and a loaded recording with this payload tell" in line.seen
     assert payload_remarks(wrong, [False, True], replace(BRICK, known="mass"), last) == []
     assert payload_remarks(wrong, [False, True], BRICK, [reading(ur, "q1 plus 90 degrees")]) == []
+
+
+def seen_moving(logs, moving):
+    """Logs of which only some instants show a joint, by what is given of each motion's."""
+    return replace(logs, seen=tuple(replace(at, moving=at.moving & moving(at.moving)) for at in logs.seen))
+
+
+def test_a_joint_that_hardly_moves_leaves_the_others_to_decide_about_the_payload(ur, logs):
+    bad = prepared(ur, changed(logs, q=lambda q: q - [0, 0, 0, 0, 0, np.pi / 2]), OBSERVING)
+    still = seen_moving(bad, lambda moving: np.arange(6) != 1)
+    (line,) = payload_remarks(still, [False, True], BRICK, [reading(ur, "q6 plus 90 degrees")])
+    assert line.grade is Grade.WRONG
+    assert line.joint != 1
+
+
+def test_what_a_payload_says_takes_the_evidence_of_instants_that_show_a_joint(ur, logs):
+    last, known = reading(ur, "q6 plus 90 degrees"), BRICK.known_part()
+    bad = prepared(ur, changed(logs, q=lambda q: q - [0, 0, 0, 0, 0, np.pi / 2]), OBSERVING)
+    told = set[Grade]()
+    for step in (12, 16, 20, 24, 28):  # joint 6 alone shows, at one instant of so many
+        few = seen_moving(bad, lambda moving, k=step: (np.arange(len(moving)) % k == 0)[:, None] & (np.arange(6) == 5))
+        given, other = (explained_with_payload(few, [False, True], known, each) for each in (as_it_is(ur.arm), last))
+        gain = float(np.log(given.left[5] / other.left[5]))
+        assert gain * sum(len(at.v) for at in few.seen) > EVIDENCE
+        (line,) = payload_remarks(few, [False, True], BRICK, [last])
+        assert (line.grade is Grade.WRONG) == (gain * given.freedom[5] > EVIDENCE)
+        told.add(line.grade)
+    assert told == {Grade.GOOD, Grade.WRONG}
 
 
 def test_a_check_with_a_payload_asks_it(ur, logs):

@@ -1,5 +1,6 @@
 """A log by itself: clock, samples, noise, clipping, columns, motion, delay."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from ident.checks.motion import joint_motions, motion_remarks
 from ident.checks.noise import acceleration_noise, noise_remarks, noise_std, quantum
 from ident.checks.remark import Grade, Remark, worst
 from ident.checks.samples import odd_steps, sample_remarks
-from ident.observation import ObserveOptions
+from ident.observation import ObserveOptions, observe
 from ident.recording import Recording
 from ident.recording_checks import log_faults
 from ident.signals import smooth_motion
@@ -48,7 +49,7 @@ def without(log: Recording, rows, *, even: bool = False) -> Recording:
 def test_a_clean_log_has_nothing_but_good_lines(ur, log):
     lines = clock_remarks(log) + sample_remarks(log) + clipping_remarks(log) + column_remarks(log, OPTIONS)
     lines += noise_remarks(log, OPTIONS) + motion_remarks(log, joint_motions(log, ur.arm, OPTIONS))
-    lines.append(delay_remark(log, ur, OPTIONS))
+    lines.append(delay_remark(log, observe(log, ur, OPTIONS), OPTIONS))
     assert {each.grade for each in lines} == {Grade.GOOD}
     assert {each.log for each in lines} == {"a/log.csv"}
     assert all(each.advice is None for each in lines)
@@ -161,6 +162,22 @@ def test_the_quantum_is_the_step_of_an_encoder_and_none_where_noise_is_finer(rng
     assert quantum(np.array([0.0, 1.0, 0.0])) is None
 
 
+def test_a_step_that_a_file_rounds_in_two_ways_is_one(rng):
+    counts = np.cumsum(rng.integers(-3, 4, 3000))
+    either = rng.random(3000) < 0.5
+    angle = np.where(either, counts * 0.001, counts / 1000.0)
+    assert len(np.unique(angle)) > len(np.unique(counts))  # some differ by the last digit
+    np.testing.assert_allclose(quantum(angle), 0.001, rtol=1e-9)  # rounding
+
+
+def test_values_are_few_by_the_steps_between_them_not_by_their_last_digits():
+    counts = np.arange(3, 40)  # 37 values, 36 steps
+    angle = np.concatenate([counts * 0.001, counts / 1000.0])
+    np.testing.assert_allclose(quantum(angle[1:]), 0.001, rtol=1e-9)  # 73 samples, two of all values but one
+    assert quantum(angle[2:]) is None
+    assert quantum(angle[[0, 1, 37, 38]]) is None  # two values
+
+
 def test_noise_of_an_acceleration_is_that_of_the_filtered_noise(log):
     noise = np.random.default_rng(3).normal(0.0, 3e-4, log.q.shape)
     loud = Recording(log.t, log.q + noise, log.v)
@@ -175,9 +192,12 @@ def test_noise_that_counts_is_weak_and_names_the_joint(log):
     q = log.q + np.array([0, 0, 0, 0, 2e-3, 0]) * np.random.default_rng(4).normal(size=log.q.shape)
     found = told(noise_remarks(Recording(log.t, q, log.v), OPTIONS), "noise of q")
     assert (found.grade, found.joint) == (Grade.WEAK, 4)
+    assert " rad or m on q5, " in found.seen
     v = log.v + np.array([0, 0.6, 0, 0, 0, 0]) * log.v.std(axis=0) * np.random.default_rng(5).normal(size=log.v.shape)
-    found = told(noise_remarks(Recording(log.t, log.q, v), OPTIONS), "noise of v")
-    assert (found.grade, found.joint) == (Grade.WEAK, 1)
+    for standing in (0.0, 50.0):  # a current that holds a weight is not the less noisy
+        found = told(noise_remarks(Recording(log.t, log.q, v + standing), OPTIONS), "noise of v")
+        assert (found.grade, found.joint) == (Grade.WEAK, 1)
+        assert re.fullmatch(r"5[01] % of the deviation of the current of joint 2", found.seen)  # 0.6 / hypot(1, 0.6)
 
 
 def test_samples_in_a_row_at_an_extreme_value_are_clipped():
@@ -254,12 +274,12 @@ def test_joints_that_move_little_or_rest_long_are_weak(ur, log):
 @pytest.mark.parametrize("rows", [2, -3, 4])
 def test_currents_that_come_late_or_early_are_timed(ur, log, rows):
     late = Recording(log.t[5:-5], log.q[5:-5], np.roll(log.v, rows, axis=0)[5:-5])
-    found = lateness(late, ur, OPTIONS)
+    found = lateness(late, observe(late, ur, OPTIONS), OPTIONS)
     assert found is not None
     assert found.std is not None
     assert BENT < found.std < 0.01
     np.testing.assert_allclose(found.value, 0.008 * rows, atol=3.0 * found.std)  # missed by 3 in 1000
-    remark = delay_remark(late, ur, OPTIONS)
+    remark = delay_remark(late, observe(late, ur, OPTIONS), OPTIONS)
     assert remark.grade is not Grade.GOOD
     assert ("later" if rows > 0 else "earlier") in remark.seen
 
@@ -267,23 +287,39 @@ def test_currents_that_come_late_or_early_are_timed(ur, log, rows):
 def test_a_delay_between_two_samples_is_placed_between_them(ur):
     quiet = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(42), middle=UR_MIDDLE, noise=0.0005)[0]
     late = Recording(quiet.t[1:], quiet.q[1:], 0.4 * quiet.v[:-1] + 0.6 * quiet.v[1:])  # 3.2 ms
-    found = lateness(late, ur, OPTIONS)
+    found = lateness(late, observe(late, ur, OPTIONS), OPTIONS)
     assert found is not None
     np.testing.assert_allclose(found.value, 0.0032, atol=0.001)  # of steps of 8 ms
 
 
 def test_a_delay_beyond_the_search_has_no_deviation(ur, log):
     late = Recording(log.t[8:], log.q[8:], log.v[:-8])  # 64 ms
-    found = lateness(late, ur, OPTIONS)
+    found = lateness(late, observe(late, ur, OPTIONS), OPTIONS)
     assert found is not None
     assert found.std is None
     assert found.value > 0.045
-    assert delay_remark(late, ur, OPTIONS).grade is Grade.WRONG
+    assert delay_remark(late, observe(late, ur, OPTIONS), OPTIONS).grade is Grade.WRONG
 
 
 def test_a_delay_that_cannot_be_seen_is_said_to_be(ur, log):
-    short = Recording(log.t[:130], log.q[:130], log.v[:130])
-    assert delay_remark(short, ur, OPTIONS).grade is Grade.WEAK
+    q = log.q.copy()
+    q[:, 0] = q[900, 0] + np.clip((log.t - 7.0) / 1.5, 0.0, 1.0) ** 3  # no more than 30 rows of joint 1
+    resting = Recording(log.t, q, log.v)
+    remark = delay_remark(resting, observe(resting, ur, OPTIONS), OPTIONS)
+    assert (remark.grade, remark.seen) == (Grade.WEAK, "too few rows show it")
+
+
+def test_a_delay_that_is_stated_is_none_beyond_it(ur, log):
+    late = Recording(log.t[5:-5], log.q[5:-5], np.roll(log.v, -3, axis=0)[5:-5])  # stamped three samples early
+    stated = replace(OPTIONS, current_delay=0.024)
+    found = lateness(late, observe(late, ur, stated), stated)
+    unstated = lateness(late, observe(late, ur, OPTIONS), OPTIONS)
+    assert found is not None
+    assert unstated is not None
+    # the same samples, but three that are left out at the beginning
+    np.testing.assert_allclose(found.value - unstated.value, 0.024, atol=1e-3)
+    assert found.std is not None
+    np.testing.assert_allclose(found.value, 0.0, atol=3.0 * found.std)  # missed by 3 in 1000
 
 
 def test_every_fault_of_a_log_is_listed_not_the_first_alone(log):

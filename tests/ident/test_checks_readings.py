@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
-from ident.checks.comparison import compared, prepared, single_readings
+from ident.checks.comparison import compared, prepared, same_as_it_is, single_readings
 from ident.checks.further_readings import further_readings
 from ident.checks.gear_ratio import motor_side
 from ident.checks.reach import unreachable
@@ -90,10 +90,7 @@ SAME = {  # of a vertical first axis, of a last one without what turns with it, 
 
 
 def alike(structure, motions):
-    own = unknowns_of(structure)
-    given = fingerprint(structure, own, as_it_is(structure.arm), motions=motions)
-    every = (each for each in single_readings(structure.arm) if each.gravity is structure.arm.gravity)
-    return {each.words for each in every if same(given, fingerprint(structure, own, each, motions=motions))}
+    return {each.words for each in same_as_it_is(structure, motions=motions)}
 
 
 @pytest.mark.parametrize("motions", [1, 2])

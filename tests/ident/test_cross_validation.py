@@ -9,6 +9,7 @@ from exact import GAIN, TRUSTING, exact_problem, lopsided, values
 from ident.cross_validation import cross_validated
 from ident.estimators import ls_2011
 from ident.problem import Motion, Problem
+from ident.uncertainty.jackknife import left_out
 
 
 @pytest.fixture
@@ -58,10 +59,23 @@ def test_the_error_is_that_of_a_prediction_from_the_other_parts(problem):
     assert [each.joint for each in found] == list(range(6))
     for each in found:
         own = rows.of(each.joint)
-        np.testing.assert_allclose(each.fitted, np.linalg.norm(rows.residual[own]) / np.linalg.norm(rows.V[own]))
+        fitted = np.linalg.norm(rows.residual[own]) / np.linalg.norm(rows.V[own])
+        np.testing.assert_allclose(each.fitted, fitted, rtol=1e-12)  # two sums of some 400 squares
         # Noise of 3 % of rms; 50 of 400 rows left out of some 40 unknowns' fit make it some 10 % worse, never better.
         assert each.fitted < each.share < 1.5 * each.fitted
         np.testing.assert_allclose(each.share, 0.03, rtol=0.35)
+
+
+def test_each_stretch_is_solved_for_once(problem, monkeypatch):
+    asked = list[int]()
+
+    def counted(rows, stretches):
+        asked.append(stretches)
+        return left_out(rows, stretches)
+
+    monkeypatch.setattr("ident.cross_validation.left_out", counted)
+    cross_validated(gains(problem), 3)
+    assert asked == [3]
 
 
 def test_a_refused_joint_has_no_change_of_gain(structure, payload, rng):

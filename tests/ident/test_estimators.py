@@ -61,7 +61,7 @@ def steady_weights(monkeypatch):
     """Weights that do not move with a joint's residual: their own derivative is no part of the influence."""
     monkeypatch.setattr("ident.first_moments.row_weights", lambda W, Y, groups: np.array([1.3, 0.7, 2.1])[groups])
     sigma = np.array([0.02, 0.05, 0.03, 0.01, 0.001, 0.3])
-    monkeypatch.setattr("ident.all_joints.reduction.own_sigma", lambda joint, own: sigma[joint.joint])
+    monkeypatch.setattr("ident.all_joints.reduction.left_alone", lambda joint, turned: sigma[joint.joint])
 
 
 def changed(observation: Observation, joints: dict[int, JointObservation]) -> Observation:
@@ -90,7 +90,7 @@ def test_options_of_another_class_are_refused(method, noisy, heavy):
 
 
 def test_an_unknown_name_is_an_error_that_lists_what_exists(method):
-    with pytest.raises(OptionError, match=f"unknown method 'x{method}'; known: .*{method}"):
+    with pytest.raises(OptionError, match=f"unknown method 'x{method}'; did you mean '{method}'.; known: .*{method}"):
         estimator("x" + method)
 
 

@@ -12,14 +12,14 @@ import pytest
 
 from ident.errors import RecordingError
 from ident.logs import LOGS, LogFormat, columns, text
-from ident.logs.columns import Request, check_width, used_columns
+from ident.logs.columns import Chosen, Request, check_width, used_columns
 from ident.recording import Recording
 from ident.recording_files import read_recording
 
 T = 0.01 * np.arange(30)
 Q = np.column_stack((np.sin(3.0 * T), -0.7 * np.cos(2.0 * T)))
 V = np.column_stack((1.3 * np.cos(5.0 * T), np.sin(4.0 * T) + 0.2))
-OWN = Request(chosen=used_columns, known=len)
+OWN = Request(chosen=lambda path, names: Chosen(tuple(used_columns(path, names))), known=len)
 
 
 def rows(separator: str = ",", decimal: str = ".", header: str = "t q1 q2 v1 v2", form: str = "%.17g") -> str:
@@ -111,7 +111,7 @@ def test_a_new_format_is_found_by_the_ending_of_a_file(tmp_path, monkeypatch):
     def read(path: Path, request: Request) -> dict[str, np.ndarray]:
         assert path.read_text() == "whatever"
         table = {"t": T, "q1": Q[:, 0], "v1": V[:, 0], "more": V[:, 1]}
-        return {name: table[name] for name in request.chosen(path, list(table))}
+        return {name: table[name] for name in request.chosen(path, list(table)).names}
 
     monkeypatch.setitem(LOGS, "mine", LogFormat((".mine",), read))
     (tmp_path / "log.MINE").write_text("whatever")

@@ -5,7 +5,7 @@ import pytest
 
 from ident.errors import OptionError
 from ident.observation import ObserveOptions
-from ident.options import GainOptions, check_range, options_from_table, options_from_words
+from ident.options import GainOptions, check_range, options_from_table, options_from_words, table_from_words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,12 +31,15 @@ def test_words_give_the_same_options_as_a_table():
     words = ["blocks=7", "robust=true", "width = 2.5e-3", "kernel=tent", "seed=4"]
     assert options_from_words(Sample, words) == Sample(blocks=7, robust=True, width=2.5e-3, kernel="tent", seed=4)
     assert options_from_words(Sample, ["robust=False"]) == Sample()
+    assert table_from_words(Sample, ["width = 3", "kernel=7", "block-size=2"]) == {
+        "width": 3.0, "kernel": "7", "block_size": "2",
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ({"block": 7}, "unknown option 'block'; known: blocks, width, robust, kernel, seed"),
+        ({"block": 7}, r"unknown option 'block'; did you mean 'blocks'\?; known: blocks, width, robust, kernel, seed"),
         ({"blocks": 7.5}, r"blocks = 7\.5: expected a whole number"),
         ({"blocks": True}, "blocks = True: expected a whole number"),
         ({"width": "wide"}, "width = 'wide': expected a number"),

@@ -226,6 +226,28 @@ def test_a_damaged_file_is_one_line_or_the_same_log(tmp_path, storage, ending):
         read_recording(bag, SAID)
 
 
+@pytest.mark.parametrize("part", ["alike", "joint_states", "listed"])
+def test_a_mistake_of_our_own_is_not_called_a_damaged_file(tmp_path, monkeypatch, part):
+    def mistaken(*_):
+        raise TypeError("a mistake")
+
+    bag = write_bag(tmp_path / "bag", samples() + samples(topic="/other"))
+    monkeypatch.setattr(ros, part, mistaken)
+    with pytest.raises(TypeError, match="a mistake"):
+        read_recording(bag, SAID if part == "listed" else replace(SAID, topic="/joint_states"))
+
+
+@pytest.mark.parametrize("reader", ["open", "connections", "messages"])
+def test_whatever_the_library_raises_is_said_in_one_line(tmp_path, monkeypatch, reader):
+    def broken(*_):
+        raise KeyError("lost")
+
+    bag = write_bag(tmp_path / "bag", samples())
+    monkeypatch.setattr(f"rosbags.rosbag2.Reader.{reader}", property(broken) if reader == "connections" else broken)
+    with pytest.raises(RecordingError, match=r"bag: not a readable ROS 2 bag or MCAP file \('lost'\)$"):
+        read_recording(bag, SAID)
+
+
 NAMES = st.lists(st.text(max_size=9).filter(lambda text: "\0" not in text), max_size=5)
 
 

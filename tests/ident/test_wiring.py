@@ -14,7 +14,8 @@ import scenarios.run
 from ident import wiring
 from ident.arm import load_arm
 from ident.errors import Contradiction
-from ident.explanation import Explanation, explanations, unknowns_of
+from ident.evidence import BETTER, EVIDENCE, LENGTH_EVIDENCE, gain_over
+from ident.explanation import Explanation, explanations, unknowns_of, unknowns_under_any
 from ident.identification import identify
 from ident.instants import instants
 from ident.observation import ObserveOptions
@@ -22,7 +23,7 @@ from ident.readings import readings
 from ident.recording import Recording
 from ident.recording_files import read_recording
 from ident.structure import Structure, structure_of
-from ident.wiring import BETTER, EVIDENCE, LENGTH_EVIDENCE, check_wiring, known_wiring
+from ident.wiring import check_wiring, known_wiring
 
 OPTIONS = ObserveOptions()
 NAMED = ("joint 1 negated", "joint 3 negated", "joint 5 negated", "joint 6 negated", "joint 2 at +pi/2",
@@ -149,13 +150,13 @@ def explanation(ur: Structure, left: list[float], freedom: int) -> Explanation:
 def test_a_reading_must_be_better_by_the_margin_and_with_evidence(ur):
     given, freedom = explanation(ur, [0.3, 0.05], 4000), int(2.0 * EVIDENCE / BETTER)
     better = [0.3 * np.exp(-0.7 * BETTER), 0.05 * np.exp(-0.4 * BETTER)]  # by 1.1 margins in sum
-    assert wiring._convincing(given, explanation(ur, better, freedom))
-    assert not wiring._convincing(given, explanation(ur, [0.3 * np.exp(-0.9 * BETTER), 0.05], freedom))
+    assert wiring._surely_better(given, explanation(ur, better, freedom))
+    assert not wiring._surely_better(given, explanation(ur, [0.3 * np.exp(-0.9 * BETTER), 0.05], freedom))
     enough = EVIDENCE / (1.1 * BETTER)
-    assert wiring._convincing(given, explanation(ur, better, int(enough) + 1))
-    assert not wiring._convincing(given, explanation(ur, better, int(enough) - 1))
+    assert wiring._surely_better(given, explanation(ur, better, int(enough) + 1))
+    assert not wiring._surely_better(given, explanation(ur, better, int(enough) - 1))
     worse = [0.3 * np.exp(-2.0 * BETTER), 0.05 * np.exp(1.5 * BETTER)]  # one joint gains less than the other loses
-    assert not wiring._convincing(given, explanation(ur, worse, freedom))
+    assert not wiring._surely_better(given, explanation(ur, worse, freedom))
 
 
 def test_another_length_needs_less_evidence(ur):
@@ -164,13 +165,14 @@ def test_another_length_needs_less_evidence(ur):
     for share, convincing in ((1.1, True), (0.9, False)):
         left = np.array([0.3 * np.exp(-3.0 * BETTER)])
         freedom = np.array([round(share * LENGTH_EVIDENCE / (3.0 * BETTER))])
-        assert wiring._convincing(given, Explanation(longer, left, freedom)) == convincing
-        assert not wiring._convincing(given, replace(given, left=left, freedom=freedom))
+        assert wiring._surely_better(given, Explanation(longer, left, freedom)) == convincing
+        assert not wiring._surely_better(given, replace(given, left=left, freedom=freedom))
 
 
 def test_what_filters_leave_of_exact_data_and_joints_without_instants_tell_nothing(ur):
     given, other = explanation(ur, [9e-4, np.inf, 0.2], 50), explanation(ur, [1e-9, 0.1, 0.1], 50)
-    np.testing.assert_allclose(wiring._gain(given, other), [0.0, 0.0, np.log(2.0)], atol=1e-15)  # rounding
+    gain = gain_over(given.left, other.left)
+    np.testing.assert_allclose(gain, [0.0, 0.0, np.log(2.0)], atol=1e-15)  # rounding
 
 
 def test_three_of_equally_good_readings_are_named_and_the_others_counted(ur, logs):
@@ -183,7 +185,7 @@ def test_a_slanting_base_shows_parameters_that_an_upright_one_hides(ur, logs):
     slanting = structure_of(arm_of(ur_like((6.94, 0.0, -6.94))))  # 9.81 between two axes
     other = next(f for f in readings(ur.arm) if f[0].words == "gravity along (1, 0, -1) of the base")
     found, own = (
-        wiring._explained(each.arm, wiring._unknowns(each), logs, OPTIONS, 120, [family])[0]
+        wiring._explained(each.arm, (unknowns_of(each), unknowns_under_any(each)), logs, OPTIONS, 120, [family])[0]
         for each, family in ((ur, other), (slanting, next(readings(slanting.arm))[:1]))
     )
     np.testing.assert_array_equal(found.freedom, own.freedom)
@@ -192,8 +194,9 @@ def test_a_slanting_base_shows_parameters_that_an_upright_one_hides(ur, logs):
 
 def test_weightless_arms_have_no_base_to_turn(ur, logs):
     afloat = replace(ur, arm=replace(ur.arm, gravity=np.zeros(3)))
-    own, any_gravity = wiring._unknowns(afloat)
-    assert any_gravity is own
+    own, any_gravity = unknowns_of(afloat), unknowns_under_any(afloat)
+    for one, other in zip(own.arm + own.payload, any_gravity.arm + any_gravity.payload, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.real

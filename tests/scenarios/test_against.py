@@ -7,7 +7,7 @@ from scenarios.build import bench, cell
 from scenarios.design.against import Sourced, nothing_added
 from scenarios.design.excitation import Design
 from scenarios.design.problem import design_problem
-from scenarios.errors import NotAPair
+from scenarios.errors import NoSources, NotAPair
 from scenarios.files.loading import load_scenario
 from scenarios.files.schema import Scenario, SourceTable
 from scenarios.prediction.budget import predicted_budget
@@ -67,6 +67,28 @@ def test_a_design_against_everything_adds_squares_of_noise_and_of_errors(scenari
     expected = [np.log(np.linalg.norm(x, ord=8)) + 0.2 * np.log(x).mean() for x in (noise, total)]
     np.testing.assert_allclose(gap, expected[1] - expected[0], rtol=1e-9)  # rounding
     assert not nothing_added(motion, 10.0).any()
+
+
+def test_true_gains_that_differ_are_no_error_and_add_none_to_what_is(scenario):
+    gains = SourceTable(
+        target="plant.gain", distribution="norm", parameters={"loc": 1.1, "scale": 0.2}, apply="multiply"
+    )
+    motion = motion_of(scenario)
+    lone = Sourced(with_sources(scenario, gains=gains), np.arange(5))
+    np.testing.assert_allclose(lone(motion, 10.0)[:5], 0.0, atol=1e-10)  # an estimate follows its currents: rounding
+    with pytest.raises(NoSources, match="nominal: gains: no cost on any wanted gain"):
+        lone.reduced(motion, 10.0)
+    both, load = (
+        Sourced(with_sources(scenario, **sources), np.arange(5))(motion, 10.0)[:5]
+        for sources in ({"gains": gains, "load": SOURCES["load"]}, {"load": SOURCES["load"]})
+    )
+    np.testing.assert_allclose(both, load, rtol=1e-9)  # rounding
+
+
+def test_noise_alone_is_nothing_to_search_against(scenario):
+    white = SourceTable(target="experiment.sensors.current_white", stream="white", off=0.0)
+    with pytest.raises(NoSources, match="nominal: none of its sources is drawn of the plant: nothing but noise"):
+        Sourced(with_sources(scenario, white=white), np.arange(5))
 
 
 def test_a_scenario_whose_payload_has_another_name_is_refused():

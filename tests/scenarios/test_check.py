@@ -7,8 +7,10 @@ import jsonschema
 import numpy as np
 import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from robot_folders import robot_folder
 
 import rx90_mjcf
+from ident.errors import RobotModelError
 from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording
 from scenarios.cli import main
@@ -97,3 +99,12 @@ def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
     assert named_robot("tx40").structure.arm.couplings == ((4, 5),)
     assert named_robot("rx90", ((1, 2),)).structure.arm.couplings == ((1, 2),)
     assert model.structure.arm.couplings == ()
+
+
+def test_a_coupling_of_a_robot_s_file_whose_motor_is_nearer_to_the_base_is_refused(tmp_path):
+    coupling = "[[coupling]]\nmotor = 2\nturns_with = 4\n"
+    friction = '_friction = { value = 0.7, origin = "measured", source = "invented" }\n'
+    path = robot_folder(tmp_path, 5, extra=f"{coupling}viscous{friction}coulomb{friction}")
+    with pytest.raises(RobotModelError, match=r"cannot couple joints 4 and 2; .* the one nearer to the base first"):
+        named_robot(str(path))
+    assert named_robot(str(path), ((1, 3),)).structure.arm.couplings == ((1, 3),)

@@ -1,24 +1,35 @@
 import argparse
+import contextlib
+import json
 import os
 import re
 import signal
 import subprocess
 import sys
 import time
+from importlib.metadata import version
 
+import numpy as np
 import pytest
+from printed import fits, printed
 from signals import as_in_the_foreground
 
 import scenarios.commands.list
 import scenarios.robot_models
 from ident.errors import RobotModelError
+from ident.estimators import ESTIMATORS
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from scenarios.cli import main
-from scenarios.commands import COMMANDS, command
+from scenarios.commands import COMMANDS, GROUPS, command
 from scenarios.commands.options import attribute_docs
+from scenarios.commands.output import coloured
 from scenarios.commands.status import MEANINGS, Status
 from scenarios.files.motions import read_motion
+from scenarios.files.schema_line import ENDING, FOLDER
+from scenarios.files.tables import builtin_names, scenario_table
+from scenarios.robots import ROBOTS
+from scenarios.versions import versions
 
 IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]
 STUDY = ["monte-carlo", "nominal", "--out", "there"]
@@ -28,7 +39,7 @@ HUGE = "1" + 23 * "0"
 WRONG = [
     (
         ["fly"],
-        "no command 'fly'; there are list, new-robot, run, monte-carlo, ",
+        "no command 'fly'; there are list, run, view, paper, new-robot, ",
     ),
     (["rnu"], "no command 'rnu'; did you mean 'run'?"),
     (["montecarlo"], "did you mean 'monte-carlo'?"),
@@ -50,7 +61,12 @@ WRONG = [
     (["run", "nominal", "--json", "--format", "text"], "not allowed with argument"),
     (["run", "nominal", "--format", "pdf"], "invalid choice: 'pdf'"),
     (["run", "nominal", "--save", ""], "expected the name of a folder"),
-    (["run", "nominal", "--sav", "x"], "unrecognized arguments: --sav"),
+    (["run", "nominal", "--sav", "x"], "rx90 run: unrecognized arguments: --sav; did you mean '--save'?; see rx90 run"),
+    (["identify", "--metod=nls"], "unrecognized arguments: --metod=nls; did you mean '--method'?"),
+    (["run", "nominal", "-quiet"], "unrecognized arguments: -quiet; did you mean '--quiet'?"),
+    (["--versoin"], "unrecognized arguments: --versoin; did you mean '--version'?"),
+    (["schema", "reslt"], "invalid choice: 'reslt'; did you mean 'result'?"),
+    (["completion", "fsh"], "invalid choice: 'fsh'; did you mean 'fish'?; there are bash, zsh, fish;"),
     ([*STUDY], "required: -n"),
     ([*STUDY, "-n", "0"], "expected 1 or more"),
     ([*STUDY, "-n", "10**23"], "'10**23' is no whole number"),
@@ -69,7 +85,8 @@ WRONG = [
     ([*EXCITE, "--evaluations", "0"], "expected a whole number from 1 to 10000000"),
     (["excite", "nominal"], "required: --out"),
     (["identify"], "required: --model"),
-    ([*IDENTIFY, "--method", "best"], "invalid choice: 'best'"),
+    ([*IDENTIFY, "--method", "best"], "invalid choice: 'best'; there are iv, ls-2011, "),
+    ([*IDENTIFY, "--method", "ls-2012"], "invalid choice: 'ls-2012'; did you mean 'ls-2011'?"),
     ([*IDENTIFY, "--cutoff-hz", "inf"], "expected a finite number"),
     ([*IDENTIFY, "--cutoff-hz", "-1"], "expected a number that is not negative"),
     ([*IDENTIFY, "--cutoff-hz", "1e999"], "expected a finite number"),
@@ -126,16 +143,19 @@ def test_what_cannot_be_is_found_before_anything_is_simulated(words, message, ca
 
 
 @pytest.mark.parametrize("words", [[], ["--help"]])
-def test_help_names_commands_in_order_of_use_and_every_status(words, capsys):
-    if words:
-        with pytest.raises(SystemExit) as caught:
-            main(words)
-        assert caught.value.code == 0
-    else:
+def test_without_a_command_one_is_told_what_one_can_do_in_order_of_use(words, capsys):
+    with contextlib.suppress(SystemExit):
         assert main(words) == 0
     text = capsys.readouterr().out
-    places = [re.search(rf"^ +{name}\b", text, re.MULTILINE).start() for name in COMMANDS]
+    expected = [entry for title, group in GROUPS.items() for entry in (f"{title}:", *(f"  {name} " for name in group))]
+    places = [re.search(f"^{entry}", text, re.MULTILINE).start() for entry in expected]
     assert places == sorted(places)
+
+
+def test_help_tells_every_status(capsys):
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["--help"])
+    text = capsys.readouterr().out
     for status, meaning in MEANINGS.items():
         assert f"{status:d}" in text
         assert meaning in " ".join(text.split())
@@ -159,19 +179,121 @@ def test_options_are_described_by_the_class_they_belong_to():
         assert set(attribute_docs(kind)) == set(kind.__dataclass_fields__)
 
 
-def test_the_version_is_told(capsys):
-    with pytest.raises(SystemExit) as caught:
+def test_the_versions_that_results_depend_on_are_told(capsys):
+    with pytest.raises(SystemExit, match=r"^0$"):
         main(["--version"])
-    assert caught.value.code == 0
-    assert capsys.readouterr().out.startswith("rx90 ")
+    told = capsys.readouterr().out.splitlines()
+    assert told[0] == f"rx90 {version('rx90-drive-gain-testbench')}"
+    assert {f"mujoco {version('mujoco')}", f"pin {version('pin')}", f"code {versions()['code']}"} <= set(told)
 
 
-def test_only_the_command_asked_for_is_imported():
-    code = "import sys\nfrom scenarios.cli import main\nmain(['list'])\nprint(*sys.modules)"
+HEAVY = {"mujoco", "pinocchio", "pandas", "matplotlib", "pyarrow", "scipy.signal", "scipy.stats"}
+
+
+def loaded_by(*commands: list[str]) -> set[str]:
+    """Modules of a process of its own that carries out commands, which may exit."""
+    code = (
+        "import contextlib, sys\n"
+        "from scenarios.cli import main\n"
+        f"for words in {commands}:\n"
+        "    with contextlib.suppress(SystemExit):\n"
+        "        main(words)\n"
+        "print(*sys.modules)"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded = set(done.stdout.splitlines()[-1].split())
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def test_what_one_asks_first_imports_nothing_that_is_heavy():
+    loaded = loaded_by([], ["--help"], ["--version"], ["list"], ["list", "--help"], ["rnu"], ["schema", "result"])
     assert "scenarios.commands.list" in loaded
-    assert not loaded & {"numpy", "mujoco", "pinocchio", "pandas", "matplotlib", "scenarios.commands.run"}
+    assert not loaded & (HEAVY | {"numpy", "scipy", "pydantic", "rich", "scenarios.commands.run"})
+
+
+def test_a_scenario_is_missed_and_help_is_told_before_anything_heavy_is_imported():
+    # `trajectory` and `compare` take what may be no scenario, and find out later.
+    named = ("run", "view", "payload", "predict")
+    words = [[name, "--help"] for name in COMMANDS] + [[name, "nominl"] for name in named]
+    assert not loaded_by(*words) & HEAVY
+
+
+def test_what_is_listed_is_told_in_every_form(capsys):
+    assert main(["list", "--json"]) == 0
+    listed = {each["name"]: each["description"] for each in printed(capsys, "list")["scenarios"]}
+    assert list(listed) == builtin_names()
+    assert listed["nominal"] == scenario_table("nominal")[0]["description"]
+    for words in (["list"], ["list", "--format", "markdown"]):
+        assert main(words) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert all(any(name in line and said in line for line in lines) for name, said in listed.items())
+
+
+def test_a_schema_is_printed_as_it_is_shipped_and_all_are_named(capsys):
+    assert main(["schema", "check"]) == 0
+    assert capsys.readouterr().out == (FOLDER / f"check{ENDING}").read_text()
+    assert main(["schema", "--json"]) == 0
+    named = json.loads(capsys.readouterr().out)
+    assert {name: each["file"] for name, each in named.items()} == {
+        path.name.removesuffix(ENDING): str(path) for path in FOLDER.iterdir()
+    }
+    assert "rx90 check --json" in named["check"]["about"]
+
+
+COMPLETED = [
+    ("mon", {"monte-carlo"}),
+    ("run nom", {"nominal"}),
+    ("run nominal --se", {"--seed"}),
+    ("identify --method l", {"ls-2011"}),
+    ("compare nominal --method seq", {"sequential-2011"}),
+    ("check ur1", {"ur10e"}),
+    ("schema prob", {"problem"}),
+    ("run nominal --save sub", {"subfolder"}),
+    ("torque l", {"log.csv"}),
+]
+
+
+def test_bash_completes_commands_options_and_names(tmp_path, capsys):
+    (tmp_path / "subfolder").mkdir()
+    (tmp_path / "log.csv").touch()
+    assert main(["completion", "bash"]) == 0
+    (tmp_path / "rx90.bash").write_text(capsys.readouterr().out)
+    asked = (
+        "source ./rx90.bash; complete -p rx90 | grep -q _shtab_rx90 || exit 3; while read -r line; do "
+        "COMP_WORDS=($line); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); COMPREPLY=(); _shtab_rx90; "
+        'echo "${COMPREPLY[@]}"; done'
+    )
+    lines = "".join(f"rx90 {begun}\n" for begun, _ in COMPLETED)
+    done = subprocess.run(["bash", "-c", asked], cwd=tmp_path, input=lines, capture_output=True, text=True, check=True)
+    assert [set(line.split()) for line in done.stdout.splitlines()] == [names for _, names in COMPLETED]
+
+
+@pytest.mark.parametrize("shell", ["zsh", "fish"])
+def test_other_shells_have_every_scenario_robot_and_method_to_complete(shell, capsys):
+    assert main(["completion", shell]) == 0
+    text = capsys.readouterr().out
+    for kind, names in (("scenarios", builtin_names()), ("robots", ROBOTS), ("methods", ESTIMATORS)):
+        assert re.search(rf"_rx90_{kind}\b.*\n?.*{' '.join(names)}", text)
+    assert all(f"{name}" in text for name in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("environment", "terminal", "shown"),
+    [
+        ({"TERM": "xterm"}, True, True),
+        ({"TERM": "xterm"}, False, False),
+        ({"TERM": "dumb"}, True, False),
+        ({"TERM": "xterm", "NO_COLOR": "1"}, True, False),
+        ({"TERM": "xterm", "NO_COLOR": ""}, True, True),
+        ({"FORCE_COLOR": "1"}, False, True),
+        ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False, False),
+    ],
+)
+def test_colours_are_for_terminals_that_have_them_unless_one_says_otherwise(environment, terminal, shown, monkeypatch):
+    for name in ("TERM", "NO_COLOR", "FORCE_COLOR"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert coloured(terminal=terminal) is shown
 
 
 def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys, tmp_path):
@@ -299,12 +421,16 @@ def test_a_signal_that_is_ignored_stays_so(tmp_path):
 
 def test_a_motion_that_is_searched_beats_its_start_and_is_written_once(tmp_path, capsys):
     words = ["excite", "nominal", "--out", str(tmp_path / "m.toml"), "--harmonics", "4", "--duration", "8"]
-    assert main([*words, "--evaluations", "40", "--seed", "3"]) == 0
+    assert main([*words, "--evaluations", "40", "--seed", "3", "--json"]) == 0
     output = capsys.readouterr()
+    document = json.loads(output.out)
+    fits(document, "excite")
     costs = output.err.splitlines()[-1].replace(",", "").split()
     start, found = (float(costs[costs.index(word) + 1]) for word in ("start", "found"))
     assert found <= start
-    assert "predicted standard deviation of the gains [%]: " in output.out
+    np.testing.assert_allclose([document["cost_of_start"], document["cost"]], [start, found], atol=1e-4)  # as printed
+    predicted = ", ".join(f"{100.0 * share:.2g}" for share in document["predicted_rel_std"][:5])
+    assert f"joints 1 to 6: {predicted}" in (tmp_path / "m.toml").read_text()
     text = (tmp_path / "m.toml").read_text()
     assert "# Found by: rx90 excite nominal --seed 3 --harmonics 4 --duration 8 --evaluations 40 --out FILE" in text
     assert read_motion("m.toml", tmp_path).sine.shape == (6, 4)

@@ -1,13 +1,14 @@
 """`rx90 compare --check`: each promise is broken by a method that breaks it alone, and told in a sentence."""
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from method_stubs import constant
+from printed import printed
 
 import scenarios.comparison.contract as contract
 from ident.options import GainOptions
@@ -22,6 +23,8 @@ from scenarios.methods.method import Method
 from scenarios.methods.process import Limits
 from scenarios.store.problem_folder import GivenProblem, read_problem
 
+posed = cache(exact_motions)
+"""The motions of a problem, moved once for all methods that are asked."""
 Change = Callable[[int, list[Claim]], list[Claim]]
 EXACT, NOISY, ABSENT = 1, 2, 3
 """Seeds of the problems."""
@@ -63,6 +66,7 @@ def run(monkeypatch, known, change: Change) -> dict[str, str | None]:
         return Call(outcome=tuple(change(seed, claims)), seconds=0.1)
 
     monkeypatch.setattr(contract, "call", called)
+    monkeypatch.setattr(contract, "exact_motions", posed)
     return {check.promise: check.broken for check in checks(Method("m", ()), Limits())}
 
 
@@ -179,7 +183,7 @@ def test_a_method_that_crashes_is_asked_no_further(monkeypatch):
 
 def test_the_command_tells_and_its_status_is_the_verdict(capsys):
     assert main(["compare", "--check", "ls-2011", "--json"]) == 0
-    said = json.loads(capsys.readouterr().out)
+    said = printed(capsys, "compare-check")
     assert said["passed"]
     assert all(check["kept"] for check in said["checks"])
     assert main(["compare", "--check", f"method_stubs:{constant.__name__}"]) == 1

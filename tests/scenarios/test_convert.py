@@ -9,6 +9,7 @@ import pytest
 from bags import Sample, write_bag
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from model_files import mjcf
+from printed import printed
 
 from ident.logs.description_files import read_description
 from ident.recording import Recording
@@ -67,7 +68,7 @@ def test_a_foreign_log_is_written_as_a_recording(cell, tmp_path, capsys):
     out = tmp_path / "out" / "log.parquet"
     words = ["convert", str(cell / "log.csv"), "--log-description", str(cell / "log.toml"), "--out", str(out), "--json"]
     assert main(words) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = printed(capsys, "convert")
     found = read_recording(out)
     for one, other in ((found.t, T), (found.q, Q), (found.v, V)):
         np.testing.assert_allclose(one, other, rtol=1e-14, atol=1e-14)  # a product and a sum of float64 each way

@@ -9,6 +9,7 @@ import pytest
 from places import ROOT
 from quick import quick_scenario
 from scipy import stats
+from study_tables import gathered
 
 from scenarios.files.loading import load_scenario
 from scenarios.reports.content import Paragraph
@@ -177,12 +178,13 @@ def study(error: list[float], std: list[float]) -> pd.DataFrame:
         ],
         ignore_index=True,
     )
-    return table.astype({"identifiable": bool, "passed": bool})
+    return table.assign(tolerance=0.1).astype({"identifiable": bool, "passed": bool})
 
 
 def test_what_a_joint_claims_is_held_against_what_it_errs():
-    rows = study([0.039, -0.01, 0.041, -0.07], [0.02, 0.02, 0.02, 0.08])
-    four, five = (joint_claims(rows, each) for each in joint_statistics(rows, wanted=0.5, false_alarm=0.01))
+    rows = gathered(study([0.039, -0.01, 0.041, -0.07], [0.02, 0.02, 0.02, 0.08])).joints
+    statistics = joint_statistics(rows, wanted=0.5, false_alarm=0.01)
+    four, five = (joint_claims(*each) for each in zip(rows, statistics, strict=True))
     assert (four.statistics.joint, four.statistics.failed, four.statistics.refused) == (4, 1, 0)
     assert (five.statistics.failed, five.statistics.refused) == (1, 4)
     assert (four.cover_1.share, four.cover_2.share) == (0.5, 0.75)  # z of 1.95, 0.5, 2.05 and 0.875
@@ -195,8 +197,8 @@ def test_what_a_joint_claims_is_held_against_what_it_errs():
 
 
 def test_one_gain_has_no_spread_to_hold_its_claim_against():
-    rows = study([0.03], [0.02])
-    four = joint_claims(rows, joint_statistics(rows, wanted=0.5, false_alarm=0.01)[0])
+    rows = gathered(study([0.03], [0.02])).joints
+    four = joint_claims(rows[0], joint_statistics(rows, wanted=0.5, false_alarm=0.01)[0])
     assert (four.width, four.cover_1.share, four.cover_2.share) == (None, 0.0, 1.0)
 
 
@@ -307,7 +309,9 @@ def test_trials_that_the_present_code_repeats_are_held_against_those_of_the_stud
     record = {"scenario": {"name": str(scenario), "table": table}, "trials": 4, "seed": 8}
 
     def departure(changed: pd.DataFrame) -> float:
-        return write_page["departure"](write_page["Covered"](record=record, rows=changed, joints=(), ended=None))
+        return write_page["departure"](
+            write_page["Covered"](record=record, rows=changed, joints=(), failures={}, ended=None)
+        )
 
     assert departure(rows) == 0.0
     one = (rows["trial"] == 1) & (rows["joint"] == 1)

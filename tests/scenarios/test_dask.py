@@ -18,7 +18,7 @@ from scenarios.errors import SchedulerGone, SchedulerSilent
 from scenarios.files.loading import load_scenario
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
-from scenarios.workers.dask import dask_workers
+from scenarios.workers.dask import _Cores, dask_workers
 from scenarios.workers.execute import GivenUp, completed
 from scenarios.workers.processes import local_processes
 
@@ -158,3 +158,34 @@ def test_a_scheduler_that_is_not_there_is_waited_for_as_long_as_stated(monkeypat
         with pytest.raises(SchedulerSilent, match=f"no Dask scheduler answers at {address}"), dask_workers(address):
             pass
     assert time.monotonic() - began < 20.0  # unless told, Dask waits for 30 s
+
+
+def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(monkeypatch):
+    now, asked = [100.0], []
+    monkeypatch.setattr("scenarios.workers.dask.time.monotonic", lambda: now[0])
+
+    class Client:
+        def ncores(self):
+            asked.append(now[0])
+            if now[0] > 105.0:
+                raise OSError("gone")
+            return {"a": 7, "b": 11 * len(asked)}
+
+    cores = _Cores(Client())
+    assert [cores.count(), cores.count()] == [18, 18]
+    now[0] = 100.9
+    assert cores.count() == 18
+    now[0] = 101.1
+    assert [cores.count(), cores.count()] == [29, 29]
+    assert asked == [100.0, 101.1]
+    now[0] = 106.0
+    with pytest.raises(SchedulerGone):
+        cores.count()
+
+
+def test_an_empty_cluster_counts_as_the_fewest_workers_that_tasks_are_handed_out_for():
+    class Client:
+        def ncores(self):
+            return {"a": 3}
+
+    assert _Cores(Client()).count() == 16

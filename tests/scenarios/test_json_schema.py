@@ -9,16 +9,18 @@ import pytest
 from hatchling.build import build_wheel
 from places import ROOT
 from plants import short_motion
+from quick import quick_scenario
 
 import rx90_mjcf
 from scenarios.cli import main
 from scenarios.files.json_schema import schemas
 from scenarios.files.motions import MOTIONS, write_motion
+from scenarios.files.result_schemas import RESULTS
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import CATALOG
 from scenarios.robots import ROBOTS
 
-NAMES = ("scenario", "payload", "motion", "result", "answer", "problem", "robot", "gains", "check")
+NAMES = ("scenario", "payload", "motion", "result", "answer", "problem", "robot", "gains", "check", *RESULTS)
 SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
@@ -72,7 +74,7 @@ def test_a_wrong_file_does_not_fit(name, text):
 
 
 def test_the_result_of_a_run_fits_its_schema(tmp_path, capsys):
-    main(["run", "nominal", "--seed", "3", "--save", str(tmp_path / "run"), "--json"])
+    main(["run", str(quick_scenario(tmp_path)), "--seed", "3", "--save", str(tmp_path / "run"), "--json"])
     result = json.loads(capsys.readouterr().out)
     checked(result, "result")
     del result["gains"][2]["std"]

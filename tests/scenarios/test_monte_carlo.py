@@ -258,7 +258,6 @@ def test_a_reader_who_leaves_is_no_missed_tolerance():
         (["-n", "0"], "argument -n: expected 1 or more"),
         (["-n", "many"], "argument -n: 'many' is no whole number"),
         (["-n", "5", "--jobs", "1", "--dask", "tcp://127.0.0.1:1"], "not allowed with argument"),
-        (["-n", "5", "--dask", "tcp://127.0.0.1:1"], "no Dask scheduler answers at tcp://127.0.0.1:1"),
     ],
 )
 def test_bad_options_are_one_line_and_exit_status_2(scenario, tmp_path, more, message):
@@ -266,6 +265,14 @@ def test_bad_options_are_one_line_and_exit_status_2(scenario, tmp_path, more, me
     assert done.returncode == 2
     assert message in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_a_scheduler_that_is_not_there_is_one_line_and_exit_status_2(scenario, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("scenarios.workers.dask.PATIENCE", 0.3)
+    words = ["monte-carlo", str(scenario), "--out", str(tmp_path / "study"), "-n", "5", "--dask", "tcp://127.0.0.1:1"]
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no Dask scheduler answers at tcp://127.0.0.1:1: " in line
 
 
 def test_a_folder_that_cannot_be_made_is_one_line_and_exit_status_2(scenario, tmp_path, capsys):

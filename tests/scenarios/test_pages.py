@@ -10,7 +10,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import page_folders
-import pandas as pd
 import pytest
 from scipy import stats
 
@@ -49,6 +48,7 @@ from scenarios.reports.renderers import Page, renderer
 from scenarios.reports.renderers.html.scripts import script_code, script_json
 from scenarios.reports.renderers.html.specs import STYLES, specification
 from scenarios.studies.budget import Interval, JointBudget, SourceCost
+from scenarios.studies.joint_rows import JointRows as StudyJointRows
 
 EVIL = "</script><script>alert(1)</script><!--\"'&<img src=x onerror=alert(2)>{{ 7 * 7 }}"
 DRAWN = Plot(
@@ -613,38 +613,42 @@ def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():
     assert abs(tall.x[int(np.argmax(tall.y))] - 3.1) < 0.5
 
 
-def trial_rows(**more) -> pd.DataFrame:
-    n = 400
-    rng = np.random.default_rng(9)
-    z = rng.normal(size=n)
-    std = np.full(n, 0.03)
-    given = {"true": np.full(n, -2.5), "std": std, "z": z, "rel_error": z * std / -2.5, "tolerance": np.full(n, 0.02)}
-    return pd.DataFrame({**given, "joint": 4, "identifiable": True, **more})
+def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> StudyJointRows:
+    return StudyJointRows(
+        joint=joint,
+        trials=len(z),
+        failed=0,
+        passed=len(z),
+        tolerance=tolerance,
+        rel_error=-0.012 * z,
+        claimed=np.full(len(z), 0.012),
+        z=z,
+        step=1,
+        true=np.full(len(z), -2.5),
+    )
 
 
 def test_errors_of_a_study_are_a_density_beside_the_one_that_is_claimed():
-    plot = study_error_plot(4, trial_rows())
+    z = np.random.default_rng(9).normal(size=400)
+    plot = study_error_plot(4, trial_rows(z))
     errors, claimed = plot.series
     x, y = np.array(errors.x), np.array(errors.y)
     np.testing.assert_allclose(np.sum(np.diff(x) * 0.5 * (y[1:] + y[:-1])), 1.0, rtol=1e-3)  # five digits
-    # 0.03 of 2.5 are 1.2 %.
     np.testing.assert_allclose(max(claimed.y), stats.norm.pdf(0.0, scale=1.2), rtol=1e-4)  # five digits
     assert [each.at for each in plot.references] == [-2.0, 2.0]
     assert plot.caption == "400 errors."
-    far = study_error_plot(4, trial_rows(tolerance=0.5))
+    far = study_error_plot(4, trial_rows(z, tolerance=0.5))
     assert far.references == ()
     assert far.caption == "400 errors. The tolerance, 50 %, is beyond."
 
 
 def test_coverage_is_that_of_two_deviations():
-    rows = trial_rows()
-    rows.loc[:9, "identifiable"] = False
-    statistics = (SimpleNamespace(joint=4), SimpleNamespace(joint=6))
-    plot = coverage_plot(rows, statistics)
+    z = np.random.default_rng(9).normal(size=390)
+    plot = coverage_plot((trial_rows(np.r_[z, np.nan]), trial_rows(np.empty(0), joint=6)))
     (series,) = plot.series
     assert plot.x.categories == ("4", "6")
     assert series.x == ("4",)
-    held = int((np.abs(rows["z"][10:]) < 2.0).sum())
+    held = int((np.abs(z) < 2.0).sum())
     assert series.y[0] == pytest.approx(100 * held / 390, rel=6e-5)  # five digits
     interval = stats.binomtest(held, 390).proportion_ci(0.95)
     assert (series.low[0], series.high[0]) == pytest.approx((100 * interval.low, 100 * interval.high), rel=6e-5)

@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from printed import printed
 
 from scenarios.cli import main
 from scenarios.errors import ForeignResult
@@ -54,7 +55,7 @@ def test_published_numbers_agree_with_each_other():
 
 def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys, repeated, monkeypatch):
     assert main(["paper", "--out", str(tmp_path / "out"), "--json"]) == 0
-    document = json.loads(capsys.readouterr().out)
+    document = printed(capsys, "paper")
     assert list(document) == ["cases", "second_payload", "checks", "passed"]
     assert [list(case) for case in document["cases"]] == [["case", "gains", "payload", "fit", "published"]] * 3
     assert all(set(check) == {"claim", "holds"} for check in document["checks"])

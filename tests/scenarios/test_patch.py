@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from model_files import LINKS, mjcf, urdf
+from printed import printed
 
 from ident.structure import structure_of
 from scenarios.cli import main
@@ -128,7 +129,7 @@ def test_without_bare_motions_friction_stays(cell, capsys):
 def test_every_attribute_that_differs_is_told_with_both_values(cell, capsys):
     for model in ("arm.urdf", "arm.xml"):
         assert main(patched(cell, model, *sheet(cell), "--json")) == 0
-        changes = json.loads(capsys.readouterr().out)["changes"]
+        changes = printed(capsys, "patch")["changes"]
         texts = [(cell / name).read_text() for name in (model, f"patched{Path(model).suffix}")]
         counts = [
             sum(len(each.attrib) for each in ET.fromstring(text).iter()) for text in texts

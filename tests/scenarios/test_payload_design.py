@@ -2,25 +2,31 @@ import json
 import re
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from printed import printed
 
 import scenarios.design.payload_search as module
 from ident.payload_files import read_payload
 from scenarios.build import Bench, bench, cell
 from scenarios.cli import main
-from scenarios.design.excitation import Design
+from scenarios.design.excitation import Design, objective
 from scenarios.design.payload_design import PayloadDesign, design_payload
-from scenarios.design.payload_search import IMPOSSIBLE, Carrying, Judged, problem_with
+from scenarios.design.payload_search import IMPOSSIBLE, Carrying, Judged, along, payload_body, problem_with
 from scenarios.design.problem import design_problem, for_all_joints
 from scenarios.design.weights import Weight
 from scenarios.errors import NothingCarried, NoWeight
 from scenarios.files.loading import load_scenario
+from scenarios.files.motions import read_motion
 from scenarios.reports.payload import payload_report
 from scenarios.reports.payload_drawing import draw_weight
-from scenarios.store.payload_folder import write_payload_folder
+from scenarios.store.payload_folder import write_payload_folder, write_scenario_file
+from sim.compile import bare_arm
+from sim.controller import inverse_dynamics
 from sim.flange import flange_of
+from sim.trajectory import at_rest
 
 BAR = Weight(shape="bar", dimensions=(53.0, 212.0, 116.0), quarter=0, density=7850.0)
 """What `rx90 payload nominal` finds."""
@@ -101,7 +107,7 @@ def test_a_weight_that_misses_the_flange_costs_more_the_farther(carrying):
 
 
 def test_a_designed_weight_shows_the_joint_that_the_paper_s_cannot_and_is_within_the_limits(designed):
-    before, after = designed.shows(designed.before.deviations), designed.shows(designed.after)
+    before, after = designed.shows(designed.before.deviations), designed.shows(designed.after.deviations)
     assert before.tolist() == [True] * 5 + [False]
     assert after.all()
     assert designed.most == 6.0
@@ -138,6 +144,64 @@ def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed)
     assert found["rated_load"] == 6.0
 
 
+def test_the_best_weight_along_another_motion_puts_the_torque_there_that_mujoco_says(designed):
+    rng = np.random.default_rng(5)
+    motion = at_rest(np.array([0.2, 0.1, 1.0, 0.1, 0.4, -0.2]), *(0.1 * rng.normal(size=(2, 6, 3))), 7.0)
+    best, robot = designed.best, designed.problem.plant.robot
+    design = Design(problem_with(designed.problem, best, designed.flange))
+    again = along(best, design, motion)
+    rows = design.rows(motion)
+    carrying, bare = (
+        inverse_dynamics(bare_arm(robot.model, np.zeros(6), robot.flange, body), *rows.motion)
+        for body in (payload_body(best.payload), None)
+    )
+    rms = np.sqrt(np.mean((carrying - bare) ** 2, axis=0))
+    np.testing.assert_allclose(again.torque, rms, rtol=1e-9)  # rounding
+    assert np.abs(again.torque / best.torque - 1.0).min() > 0.01
+    expected = design.deviations(rows)
+    np.testing.assert_allclose(again.deviations.total, expected.total, rtol=1e-12)
+    np.testing.assert_allclose(again.cost, objective(expected.total), rtol=1e-12)
+    assert (again.weight, again.payload) == (best.weight, best.payload)
+
+
+def test_with_a_motion_searched_for_it_all_numbers_of_the_new_weight_are_of_that_motion(
+    designed, nominal, tmp_path, capsys, monkeypatch
+):
+    import scenarios.commands.payload as command
+    import scenarios.design.payload_design as package
+
+    def found(design, series, options, before):
+        slow = replace(nominal.experiments[0].trajectory, duration=series.duration)
+        return SimpleNamespace(interrupt=None, found=SimpleNamespace(x=series.point(slow)))
+
+    monkeypatch.setattr(package, "design_payload", lambda *_, **__: designed)
+    monkeypatch.setattr(command, "PROCESSES", SimpleNamespace(prepare=lambda: None))
+    monkeypatch.setattr(command, "searched", found)
+    harmonics = str(nominal.experiments[0].trajectory.sine.shape[1])
+    words = ["payload", "nominal", "--excite", "--harmonics", harmonics, "--duration", "31"]
+    main([*words, "--out", str(tmp_path / "new"), "--json"])
+    told = json.loads(capsys.readouterr().out)
+    design = Design(problem_with(designed.problem, designed.best, designed.flange))
+    again = along(designed.best, design, read_motion("motion.toml", tmp_path / "new"))
+    for after, candidate in ((told["after"], again), (told["candidates"][0], designed.best)):
+        torque = [joint["payload_torque_rms"] for joint in after["joints"]]
+        np.testing.assert_allclose(torque, candidate.torque, rtol=1e-6)  # digits of the motion's file
+        deviations = [joint["std"] for joint in after["joints"]]
+        # The same digits decide which samples at a reversal count.
+        np.testing.assert_allclose(deviations, candidate.deviations.noise, rtol=1e-3)
+    assert np.abs(again.deviations.noise / designed.best.deviations.noise - 1.0).max() > 0.01
+    text = (tmp_path / "new/payload.md").read_text()
+    assert f"it is {again.torque[5]:.2g} N m." in text
+    table = [line.split("|") for line in text.splitlines() if line.startswith("|")]
+    row = next(line for line in table if line[1].strip() == "6")
+    assert [row[4].strip(), row[5].strip()] == [f"{again.torque[5]:.3g}", f"{100.0 * again.deviations.noise[5]:.2f}"]
+
+
+def test_a_scenario_with_an_odd_name_can_be_extended(designed, tmp_path):
+    write_scenario_file(designed, str(tmp_path / "od\td\x7f.toml"), tmp_path / "scenario.toml")
+    assert tomllib.loads((tmp_path / "scenario.toml").read_text())["extends"] == "od\td\x7f.toml"
+
+
 @pytest.mark.parametrize(
     ("weight", "numbers"),
     [
@@ -171,7 +235,7 @@ def test_the_command_writes_drawing_payload_and_scenario(designed, tmp_path, cap
 
     monkeypatch.setattr(design, "design_payload", lambda *_, **__: designed)
     assert main(["payload", "nominal", "--out", str(tmp_path / "new"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["scenario"] == "nominal"
+    assert printed(capsys, "payload-design")["scenario"] == "nominal"
     names = {"payload.toml", "scenario.toml", "payload.md", "payload-drawing.png", "payload-drawing.svg"}
     assert {path.name for path in (tmp_path / "new").iterdir()} == {*names, ".rx90.json"}
     unseen = replace(designed, shown_below=1e-5)

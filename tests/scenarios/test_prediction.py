@@ -1,11 +1,12 @@
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from printed import printed
 from quick import quick_scenario
 from scipy import stats
 
+from ident.errors import OptionError
 from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation import observe
 from ident.problem import Motion, Problem
@@ -237,6 +238,25 @@ def test_what_cannot_be_predicted_is_named_with_the_reason(quick):
     assert [cost.source for cost in budget.costs] == [OTHER]
 
 
+def test_noise_that_is_on_and_has_neither_source_nor_spectrum_is_named(quick):
+    load = drawn("plant.errors.load_friction", distribution="uniform", parameters={"scale": 0.04})
+    settings = {f"{SENSORS}clock_offset": 0.002, f"{SENSORS}samples_lost": 0.05}
+    budget = predicted_budget(with_settings(sourced(quick, load=load), settings))
+    assert [(each.source, each.reason) for each in budget.unpredicted] == [
+        (OTHER, "nothing is known of the spectrum of drive_clocks"),
+        (OTHER, "nothing is known of the spectrum of samples"),
+    ]
+
+
+def test_options_overlay_a_scenario_s_own_and_are_checked_together(quick):
+    stated = with_method(quick, "nls", ["gain-joint=2", "gain_value=0.7", "friction=viscous-coulomb"])
+    other = with_method(stated, None, ["gain-joint=3"]).table.identification
+    assert other.options == {"gain_joint": 3, "gain_value": 0.7, "friction": "viscous-coulomb"}
+    assert with_method(stated, "nls", ["friction=cbrt"]).table.identification.options == {"friction": "cbrt"}
+    with pytest.raises(OptionError, match="unknown option 'gain_joints'"):
+        with_method(stated, None, ["gain-joints=3"])
+
+
 def test_scenarios_without_sources_or_first_order_are_refused(quick):
     with pytest.raises(NoSources, match="declares no error sources"):
         predicted_budget(sourced(quick))
@@ -282,7 +302,7 @@ def test_the_points_of_a_draw_are_at_its_mean_and_one_deviation_from_there(quick
 def test_the_command_tells_table_and_json(tmp_path, capsys):
     path = quick_scenario(tmp_path)
     assert main(["predict", str(path), "--method", "nls", "--option", "friction=viscous-coulomb", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = printed(capsys, "predict")
     assert told["method"] == "nls"
     assert [joint["joint"] for joint in told["joints"]] == [1, 2, 3, 5]
     costs = {cost["source"]: cost for cost in told["joints"][1]["costs"]}
@@ -293,8 +313,10 @@ def test_the_command_tells_table_and_json(tmp_path, capsys):
         together = joint["together"]
         np.testing.assert_allclose(together["rms"], np.hypot(together["bias"], together["std"]), rtol=1e-12)
         np.testing.assert_allclose(together["bias"], sum(cost["bias"] for cost in joint["costs"]), rtol=1e-9)
-    assert main(["predict", str(path)]) == 0
+    assert main(["predict", str(path), "--method", "nls", "--option", "friction=viscous-coulomb"]) == 0
     text = capsys.readouterr().out
     assert "Predicted error budget of scenario" in text
-    assert f"payload mass {100 * costs['payload mass']['rms']:.3f}"[:12] in text
+    (row,) = [line.split() for line in text.splitlines() if line.strip().startswith("payload mass ")]
+    (k,) = [k for k, cost in enumerate(told["joints"][0]["costs"]) if cost["source"] == "payload mass"]
+    assert row == ["payload", "mass", *(f"{100 * joint['costs'][k]['rms']:.3f}" for joint in told["joints"])]
     assert "nothing was simulated" in text

@@ -1,12 +1,18 @@
 """How far a study is, in words: the clock is set by hand."""
 
 import io
+import re
+import time
+from argparse import Namespace
 
 import pytest
 from rich.console import Console
 
-from scenarios.workers import progress
-from scenarios.workers.progress import LINE_EVERY, reporter
+from scenarios.commands.progress import console
+from scenarios.workers import progress, stages
+from scenarios.workers.progress import FIRST_LINE, LINE_EVERY, reporter
+from scenarios.workers.search_progress import search_progress
+from scenarios.workers.stages import Stage, counted, stages_of
 
 
 class Clock:
@@ -51,12 +57,15 @@ def test_a_line_tells_what_is_done_how_fast_and_how_long_it_will_take(clock):
 def test_nothing_is_told_before_it_is_time(clock):
     console = piped()
     with reporter("a study", 7, 3, console) as report:
-        clock.now += LINE_EVERY - 0.01
-        report.tick()
-        assert told(console) == []
-        clock.now += 0.01
-        report.tick()
-    assert told(console) == ["a study: 3 of 7 trials, 0.0 a second, 0 failed"]
+        for wait in (FIRST_LINE, LINE_EVERY):
+            before = len(told(console))
+            clock.now += wait - 0.01
+            report.tick()
+            assert len(told(console)) == before
+            clock.now += 0.01
+            report.tick()
+            assert len(told(console)) == before + 1
+    assert told(console) == 2 * ["a study: 3 of 7 trials, 0.0 a second, 0 failed"]
 
 
 @pytest.mark.parametrize(
@@ -81,6 +90,89 @@ def test_a_terminal_shows_a_bar_with_trials_rate_and_failures(clock):
     assert "a study ━" in last
     for words in ("8/8", "2.5 a second", "4 failed"):
         assert words in last
+
+
+@pytest.mark.parametrize(
+    ("total", "done", "words"),
+    [
+        (None, 7.0, "simulating: for 1 min 15 s"),
+        (80.0, 0.0, "simulating: for 1 min 15 s"),
+        (80.0, 60.0, "simulating: 75 %, 25 s left"),
+        (80.0, 81.0, "simulating: 100 %, 0 s left"),
+    ],
+)
+def test_a_stage_tells_the_time_that_is_left_where_it_can_be_known(total, done, words):
+    stage = Stage("simulating", total, began=200.0, done=done)
+    assert stage.line(275.0) == words
+
+
+def test_a_pipe_gets_a_line_now_and_then_while_work_says_nothing(monkeypatch):
+    monkeypatch.setattr(stages, "FIRST_LINE", 0.02)
+    monkeypatch.setattr(stages, "LINE_EVERY", 0.01)
+    console = piped()
+    with stages_of("reading", console) as under_way:
+        under_way.begin("weighing", 3)
+        under_way.advance(1.5)
+        deadline = time.monotonic() + 30.0
+        while len(told(console)) < 3 and time.monotonic() < deadline:
+            time.sleep(0.01)
+    lines = told(console)
+    assert len(lines) >= 3
+    assert all(re.fullmatch(r"weighing: 50 %, \d s left", line) for line in lines)
+    time.sleep(0.05)
+    assert told(console) == lines
+
+
+def test_work_that_is_over_soon_says_nothing_in_a_pipe():
+    console = piped()
+    with stages_of("reading", console):
+        pass
+    assert told(console) == []
+
+
+def test_a_terminal_shows_the_stage_and_nothing_when_it_is_over():
+    console = Console(file=io.StringIO(), force_terminal=True, width=40, color_system=None)
+    with stages_of("reading", console) as under_way:
+        under_way.begin("weighing", 3)
+        assert list(counted("abc", under_way)) == ["a", "b", "c"]
+    text = console.file.getvalue()
+    assert re.search(r"weighing ━{15} 0:00:0\d 00:00\n", text)
+    assert text.endswith("\x1b[2K")  # its line is cleared
+
+
+@pytest.mark.parametrize(("term", "moves"), [("xterm", True), ("dumb", False)])
+def test_bars_are_for_terminals_whose_cursor_moves(term, moves, monkeypatch):
+    monkeypatch.setenv("TERM", term)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
+    assert console(Namespace(quiet=False)).is_terminal is moves
+
+
+def test_colours_that_are_forced_make_no_terminal_of_a_pipe(monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert not console(Namespace(quiet=False)).is_terminal
+
+
+def test_quiet_work_says_nothing(capsys):
+    with stages_of("reading", console(Namespace(quiet=True))) as under_way:
+        under_way.begin("weighing", 3)
+    with reporter("a study", 7, 3, console(Namespace(quiet=True))) as report:
+        report.advance(4, 0)
+    console(Namespace(quiet=True)).print("a word")
+    assert capsys.readouterr().err == ""
+
+
+def test_a_search_tells_how_long_it_will_take_from_what_it_has_tried_itself(clock, monkeypatch):
+    monkeypatch.setattr("scenarios.workers.search_progress.time", clock)
+    output = piped()
+    with search_progress("motions", 1000, output, 400) as say:
+        clock.now += FIRST_LINE - 0.01
+        say(500, lambda: "good")
+        clock.now += 0.01
+        say(600, lambda: "better")
+        clock.now += LINE_EVERY
+        say(850, lambda: "best")
+    # 200 in 2 s are 100 a second, 400 are left; then 450 in 12 s, and 150 left.
+    assert told(output) == ["motions: 600 of 1000, 4 s left, better", "motions: 850 of 1000, 4 s left, best"]
 
 
 def test_the_bar_of_a_finished_study_tells_how_long_it_took():

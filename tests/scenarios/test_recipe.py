@@ -41,6 +41,20 @@ def test_motions_weights_and_rates_are_those_of_the_scenario(tmp_path, capsys):
     assert "recipe.md: Recording recipe: cell" in capsys.readouterr().out
 
 
+def test_commands_know_the_flange_and_the_couplings_that_are_believed(tmp_path):
+    (tmp_path / "cell.toml").write_text('extends = "tx40"\n[belief]\ncouplings = [[5, 6], [1, 3]]\n')
+    assert main(["recipe", str(tmp_path / "cell.toml"), "--out", str(tmp_path / "recipe.md")]) == 0
+    lines = re.findall(r"^\s*(rx90 .*)$", (tmp_path / "recipe.md").read_text(), re.MULTILINE)
+    believing = [line for line in lines if shlex.split(line)[1] in {"check", "identify", "verify"}]
+    assert len(believing) == 3
+    for line in believing:
+        assert "--coupling 5 6 --coupling 1 3" in line
+        words = shlex.split(line)
+        parser = OneLineParser(prog="rx90")
+        import_module(f"scenarios.commands.{words[1]}").add_arguments(parser)
+        parser.parse_args(words[2:])
+
+
 def test_every_command_on_the_page_can_be_given(tmp_path):
     lines = re.findall(r"^\s*(rx90 .*)$", page(tmp_path), re.MULTILINE)
     named = [shlex.split(line)[1] for line in lines]

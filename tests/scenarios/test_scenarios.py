@@ -1,4 +1,5 @@
 import json
+import re
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -6,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from estimates import gain_estimate
+from quick import quick_scenario
 
 import rx90_mjcf
 from ident.errors import IdentificationError
@@ -285,8 +287,9 @@ def test_identify_prints_a_table_for_people(saved, capsys):
 
 
 def test_a_missed_tolerance_is_exit_status_1(tmp_path, capsys):
-    text = 'extends = "nominal"\n[tolerance]\ngain = [1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9]\n'
-    assert main(["run", scenario_file(tmp_path, text)]) == 1
+    path = quick_scenario(tmp_path)
+    path.write_text(re.sub("^gain = .*$", "gain = [1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9]", path.read_text(), flags=re.M))
+    assert main(["run", str(path)]) == 1
     assert "MISSED on joint 1, 2, 3, 4, 5." in capsys.readouterr().out
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from printed import printed
 from quick import quick_scenario
 
 import scenarios.comparison.answering as answering
@@ -269,12 +270,12 @@ def test_answers_to_another_problem_or_of_another_arm_are_not_scored(sealed, tmp
 def test_seal_answer_open_from_the_command_line(scenario, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["compare", str(scenario), "-n", "1", "--seal", "sealed", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["problems"] == 1
+    assert printed(capsys, "compare-seal")["problems"] == 1
     words = ["compare", "sealed/problems/problem-0001", "--method", "method_stubs:constant", "--out", "mine"]
     assert main(words) == 0
     assert "problem-0001  method_stubs:constant" in capsys.readouterr().out
     assert main(["compare", "--open", "sealed", "mine/answers.json", "--json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)["scenarios"]
+    (found,) = printed(capsys, "compare")["scenarios"]
     assert (found["name"], found["trials"]) == ("quick", 1)
     assert found["methods"][0]["joints"][2]["gains"] == 1
     joint = found["methods"][0]["joints"][0]

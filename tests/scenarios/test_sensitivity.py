@@ -3,6 +3,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from printed import printed
 from quick import quick_scenario
 
 from scenarios.cli import main
@@ -107,6 +108,8 @@ def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
     assert "29 trials, 2 error sources" in output
     assert "mass" in output
     assert "white" in output
+    assert main([*words, "--out", str(tmp_path / "out"), "--json"]) == 0  # nothing is left to run
+    assert printed(capsys, "sensitivity")["trials"] == 29
 
 
 def test_sobol_indices_of_a_sum_and_a_product_are_the_known_ones(rng):

@@ -9,7 +9,8 @@ import pyarrow as pa
 import pytest
 
 from scenarios.errors import DamagedFolder, FolderInUse, ForeignFolder, OtherStudy
-from scenarios.store.study_folder import LOST, WHOLE, Part, _refuse_other, study_folder
+from scenarios.store.parts import LOST, WHOLE, Part
+from scenarios.store.study_folder import _refuse_other, study_folder
 
 IDENTITY = {"study": "monte-carlo", "scenario": {"name": "x", "table": {"plant": {"gain": [1.0, 2.0]}}}, "seed": 0}
 

@@ -11,6 +11,7 @@ import pytest
 import yaml
 from model_files import LINKS, urdf
 from plants import short_motion
+from printed import printed
 from quick import quick_scenario
 
 import rx90_mjcf
@@ -79,7 +80,7 @@ def test_a_scenario_gives_its_motion_names_and_limits(tmp_path, capsys):
     scenario = quick_scenario(tmp_path)
     out = tmp_path / "out.yaml"
     assert main(["trajectory", str(scenario), "--out", str(out), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = printed(capsys, "trajectory")
     assert yaml.safe_load(out.read_text())["joint_names"] == list(load_arm(rx90_mjcf.MJCF).joint_names)
     assert told["samples"] == 751  # 6 s at 125 Hz, and the start
     q, dq, _ = read_motion("short.toml", tmp_path)(np.linspace(0.0, 6.0, 751))

@@ -7,6 +7,7 @@ import jsonschema
 import numpy as np
 import pandas as pd
 import pytest
+from printed import printed
 from quick import quick_scenario
 
 import rx90_mjcf
@@ -75,7 +76,7 @@ def off(cell: Path, joint: int, factor: float, name: str) -> None:
 
 def test_a_weight_that_identification_has_not_seen_verifies_its_gains(cell, capsys):
     assert main(verified(cell, "--json")) == 0
-    found = told(capsys)
+    found = printed(capsys, "verify")
     assert found["passed"]
     assert found["together"]["verdict"] == "agrees"
     assert found["mass"] == 4.275
@@ -87,7 +88,7 @@ def test_a_weight_that_identification_has_not_seen_verifies_its_gains(cell, caps
 def test_a_gain_that_is_off_is_named_by_its_joint(cell, capsys):
     off(cell, 3, 1.2, "off.json")
     assert main(verified(cell, "--json", gains="off.json")) == 1
-    found = told(capsys)
+    found = printed(capsys, "verify")
     assert not found["passed"]
     assert [each["joint"] for each in found["joints"] if each["verdict"] == "differs"] == [3]
     third = found["joints"][2]
@@ -103,7 +104,7 @@ def test_gains_are_not_verified_by_what_they_were_found_from(cell, capsys):
 
 def test_without_gains_the_motions_predict_each_other(cell, capsys):
     assert main(["verify", *identified(cell)[1:], "--json"]) == 0
-    found = told(capsys)
+    found = printed(capsys, "verify-motions")
     assert [each["joint"] for each in found["joints"]] == [1, 2, 3, 4, 5, 6]
     assert all(each["fitted_rel_error"] < each["predicted_rel_error"] < 1.0 for each in found["joints"])
 
@@ -124,7 +125,7 @@ def test_an_unknown_payload_is_found_with_the_gains(cell, capsys):
     words = ["payload-of", str(run / "light.parquet"), "--gains", str(cell / "gains.toml"), "--model", MODEL,
              "--unloaded", str(run / "unloaded.parquet")]  # fmt: skip
     assert main([*words, "--json"]) == 0
-    found = told(capsys)
+    found = printed(capsys, "payload-of")
     body = {each["quantity"]: each for each in found["body"]}
     for name, true in {"mass": 4.275, "x": 0.0, "y": 0.0, "z": 0.12016}.items():
         assert abs(body[name]["estimate"] - true) < 4.0 * body[name]["std"], name
@@ -139,28 +140,63 @@ def test_torques_are_written_with_units_and_intervals(cell, capsys):
     log, out = cell / "run" / "light.parquet", cell / "torque.parquet"
     words = ["torque", str(log), "--gains", str(cell / "gains.toml"), "--out", str(out)]
     assert main(words) == 0
-    said = capsys.readouterr().out
+    said, missing = capsys.readouterr().out, []
+    assert main([*words, "--json"]) == 0
+    document = printed(capsys, "torque")
     table, recording, gains = pd.read_parquet(out), read_recording(log), read_gains(cell / "gains.toml")
     for entry in gains.gains:
         if not entry.identifiable:
             assert f"tau{entry.joint}" not in table
             assert f"joint {entry.joint} has no column" in said
+            missing.append(entry.joint)
             continue
         tau, v = table[f"tau{entry.joint}"], recording.v[:, entry.joint - 1]
         np.testing.assert_allclose(tau, entry.estimate * v, rtol=1e-12)
         np.testing.assert_allclose(table[f"tau{entry.joint}_high"] - tau, 2.0 * entry.std * np.abs(v), atol=1e-9)
         np.testing.assert_allclose(tau - table[f"tau{entry.joint}_low"], 2.0 * entry.std * np.abs(v), atol=1e-9)
+    assert [each["joint"] for each in document["missing"]] == missing
+    assert document["joints"] == [entry.joint for entry in gains.gains if entry.identifiable]
+    assert document["samples"] == len(recording.t)
     assert main(["torque", str(log), "--gains", str(cell / "gains.toml"), "--out", str(cell / "gains.toml")]) == 2
     assert "did not write this file" in capsys.readouterr().err
+
+
+def test_torques_of_joints_in_another_order_than_the_gains_are_refused(cell, capsys):
+    words = ["torque", str(cell / "run" / "light.parquet"), "--gains", str(cell / "gains.toml")]
+    turned = "joint2,joint1,joint3,joint4,joint5,joint6"
+    assert main([*words, "--out", str(cell / "turned.parquet"), "--joints", turned]) == 2
+    assert "joints are said to be joint2, joint1" in capsys.readouterr().err
+    assert not (cell / "turned.parquet").exists()
+    # Gains written by hand need no names, and then nothing is known of the order.
+    text = (cell / "gains.toml").read_text()
+    (cell / "nameless.toml").write_text("".join(x for x in text.splitlines(True) if not x.startswith('name = "joint')))
+    words[3] = str(cell / "nameless.toml")
+    assert main([*words, "--out", str(cell / "turned.parquet"), "--joints", turned]) == 0
+
+
+def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(cell, capsys):
+    first, text = str(cell / "gains.toml"), (cell / "gains.toml").read_text()
+    place = text.index("joint = 3")
+    slides = text[:place] + text[place:].replace("N m / drive unit", "N / drive unit", 1)
+    (cell / "slides.toml").write_text(slides)
+    assert main(["compare-gains", first, str(cell / "slides.toml")]) == 2
+    assert "joint 3: its gain is in N m / drive unit in A and in N / drive unit in B" in capsys.readouterr().err
+    assert main(["compare-gains", str(cell / "slides.toml"), str(cell / "slides.toml")]) == 0
+    assert "N (m)/unit" in capsys.readouterr().out
+    (cell / "slides.toml").write_text(text.replace("N m / drive unit", "N / drive unit"))
+    assert main(["compare-gains", str(cell / "slides.toml"), str(cell / "slides.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "N/unit" in said
+    assert "N m/unit" not in said
 
 
 def test_gains_that_moved_are_named(cell, capsys):
     off(cell, 3, 1.2, "moved.json")
     first, second = str(cell / "gains.toml"), str(cell / "moved.json")
     assert main(["compare-gains", first, first, "--json"]) == 0
-    assert not told(capsys)["moved"]
+    assert not printed(capsys, "compare-gains")["moved"]
     assert main(["compare-gains", first, second, "--json"]) == 1
-    found = told(capsys)
+    found = printed(capsys, "compare-gains")
     assert [each["joint"] for each in found["joints"] if each["moved"]] == [3]
     np.testing.assert_allclose(found["joints"][2]["rel_change"], 0.2, rtol=1e-9)
     assert main(["compare-gains", first, second]) == 1
@@ -189,7 +225,7 @@ def test_bare_recordings_alone_give_ratios(cell, capsys):
     words = ["identify", "--model", MODEL, "--unloaded", str(cell / "run" / "unloaded.parquet"), "--max-rel-std", "0.5"]
     words += ["--option", "friction=viscous-coulomb"]
     assert main([*words, "--json"]) == 0
-    found = told(capsys)
+    found = printed(capsys, "identify-bare")
     assert len(found["joints"]) == 6
     shown = [each for each in found["joints"] if each["ratio"] is not None]
     assert len(shown) >= 2

@@ -63,6 +63,9 @@ def test_each_shape_s_dimensions_are_what_their_names_say():
     assert bracket.size == (31.5 + 91.0 + 23.5, 63.0, 15.0)
     assert bracket.center == (0.5 * (91.0 + 23.5 - 31.5), 0.0, 7.5)
     assert WIDE.parts[0].size[1] == 83.0
+    # A bar near the flange's middle: the bracket covers the face on its side too.
+    near, _ = SHAPES["bar"].parts((20.0, 133.0, 5.0))
+    assert (near.size, near.center) == ((63.0, 63.0, 15.0), (0.0, 0.0, 7.5))
 
 
 def test_a_plate_or_cylinder_covers_the_flange_s_face_or_misses_it_by_so_many_millimetres():

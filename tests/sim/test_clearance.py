@@ -3,6 +3,7 @@ from plants import nominal_plant
 from robot_folders import robot_folder
 
 from sim.clearance import Clearance, Solid
+from sim.flange import flange_of
 from sim.plant import PayloadBody, Plant
 from sim.robot_files import read_robot
 
@@ -82,6 +83,25 @@ def test_a_flange_ends_the_last_capsule_and_a_floor_of_the_file_s_own_is_the_onl
     )
     assert abs(short - (0.6 + 0.5 - 0.92 - 0.0276)) < 1e-6
     assert abs(long - (0.6 + 0.5 - 1.27 - 0.042)) < 1e-6  # 0.12 of 0.35 m
+
+
+def test_where_in_its_body_the_last_joint_is_moves_neither_flange_nor_weight(tmp_path):
+    # A last joint 0.1 m up its link: with its pose at zero, nothing else moves. The weight is where the flange is.
+    plant = capsule_plant(tmp_path, flange='<site name="flange" pos="0 0 0.35"/>')
+    text = plant.robot.model.read_text()
+    hanging = np.array([[np.pi, 0.0, 0.0, 0.0, 0.0]])
+    found = list[tuple[float, float]]()
+    for place in ("0 0 0", "0 0 0.1"):
+        plant.robot.model.write_text(text.replace('<joint name="j5"', f'<joint name="j5" pos="{place}"'))
+        flange = flange_of(plant.robot)
+        box = Solid(
+            cylinder=False, size=(0.03, 0.02, 0.2), center=np.add(flange.origin, [0, 0, 0.2]), rotation=flange.rotation
+        )
+        lowest = (Clearance(plant, 2.0, solids)(hanging)[0] for solids in ([], [box]))
+        found.append((next(lowest), next(lowest)))
+    # Radii are 0.12 of the last link's 0.35 and 0.25 m, the latter not below 3 % of the reach.
+    np.testing.assert_allclose(found[0], [0.5 - 1.27 - 0.042, 0.5 - 1.67], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found[1], [0.5 - 1.27 - 0.0381, 0.5 - 1.67], rtol=0, atol=1e-6)
 
 
 def test_an_arm_that_hangs_or_stands_in_the_floor_has_none(tmp_path):

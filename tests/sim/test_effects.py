@@ -5,6 +5,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from drive_states import COMPLIANCE, DQ, Q, V, simulation_of
 from pinocchio_arms import pinocchio_arm, rnea
 from plants import RX90, experiment, nominal_plant, streams
 
@@ -16,13 +17,8 @@ from sim.engine import Engine, Simulation
 from sim.errors import PlantError
 from sim.plant import Plant, layout
 from sim.record import record, try_record
-from sim.varying import varied
 
 STEP = 1e-3
-Q = np.array([0.4, -0.3, 1.1, 0.7, 0.9, 0.2])
-DQ = np.array([0.8, -1.1, 0.6, 1.4, -0.9, 1.2])
-V = np.array([20.0, -35.0, 12.0, 6.0, -9.0, 4.0])
-COMPLIANCE = (2e-5, 2.5e-5, 6e-5, 1e-4, 1.2e-4, 2e-4)
 SOLVER = 1e-6
 """Torque [N m] that the friction solver leaves at its default tolerance, as in test_model."""
 
@@ -200,12 +196,8 @@ def test_varying_friction_is_the_stated_law_at_the_start_of_every_period(elastic
     constant = nominal_plant(
         errors=replace(errors, stribeck=0.0, load_friction=0.0, **dict.fromkeys(BY_DIRECTION, 0.0))
     )
-    models = [plant_model(p, loaded=True, step=5e-4, earlier=1) for p in (plant, constant)]
-    plants = (plant, constant)
-    acting = [varied(p, m, step=5e-4, earlier=1) for p, m in zip(plants, models, strict=True)]
-    assert acting[1] is None
-    start = [resting(p, m, Q) for p, m in zip(plants, models, strict=True)]
-    entries = [Simulation(model=m, start=s, varied=f) for m, s, f in zip(models, start, acting, strict=True)]
+    entries = [simulation_of(p, step=5e-4, earlier=1) for p in (plant, constant)]
+    assert entries[1].varied is None
     engine = Engine(entries, substeps=substeps, threads=1)
     currents = np.random.default_rng(0).uniform(-40, 40, (60, 2, n))
     seen = []
@@ -218,7 +210,7 @@ def test_varying_friction_is_the_stated_law_at_the_start_of_every_period(elastic
     for i, p in enumerate((plant, constant)):
         model = plant_model(p, loaded=True, step=5e-4, earlier=1)
         data = mujoco.MjData(model)
-        data.qpos[:] = start[i]
+        data.qpos[:] = entries[i].start
         for v, expected in zip(currents[:, i], np.array(seen)[:, i], strict=True):
             dq = data.qvel[-n:]
             if p is plant:

@@ -28,6 +28,7 @@ def test_the_rx90_s_flange_is_its_site():
     assert flange.name == "flange"
 
 
+@pytest.mark.parametrize("joint", ["0 0 0", "0.04 -0.013 0.027"])
 @pytest.mark.parametrize(
     ("element", "name"),
     [
@@ -40,10 +41,16 @@ def test_the_rx90_s_flange_is_its_site():
         ),
     ],
 )
-def test_a_site_or_body_of_a_known_name_on_the_last_link_is_the_flange_as_it_stands(tmp_path, element, name):
-    flange = flange_of(robot(tmp_path, lambda text: on_last(text, element)))
+def test_a_site_or_body_of_a_known_name_on_the_last_link_is_the_flange_seen_from_its_joint(
+    tmp_path, element, name, joint
+):
+    def change(text: str) -> str:
+        return on_last(text.replace('<joint name="axis2"', f'<joint pos="{joint}" name="axis2"'), element)
+
+    flange = flange_of(robot(tmp_path, change))
     assert flange.name == name
-    np.testing.assert_allclose(flange.origin, [0.1, 0.02, -0.03], rtol=0, atol=1e-15)
+    from_joint = np.subtract([0.1, 0.02, -0.03], np.array(joint.split(), dtype=float))
+    np.testing.assert_allclose(flange.origin, from_joint, rtol=0, atol=1e-15)
     np.testing.assert_allclose(flange.rotation, [[0, 0, 1], [1, 0, 0], [0, 1, 0]], rtol=0, atol=1e-15)
 
 
@@ -54,7 +61,7 @@ def test_without_one_the_last_joint_s_axis_stands_for_it_and_a_flange_elsewhere_
 
     flange = flange_of(robot(tmp_path, change))
     assert flange.name == ""
-    np.testing.assert_allclose(flange.origin, [0.03, -0.01, 0.02], rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(flange.origin, np.zeros(3))  # payloads are measured from there
     np.testing.assert_allclose(flange.rotation[:, 2], [0.0, 1.0, 0.0], rtol=0, atol=1e-15)
     np.testing.assert_allclose(flange.rotation.T @ flange.rotation, np.eye(3), rtol=0, atol=1e-15)
     np.testing.assert_allclose(np.linalg.det(flange.rotation), 1.0, rtol=1e-14)

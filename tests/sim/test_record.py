@@ -32,6 +32,16 @@ def test_a_recording_does_not_depend_on_the_batch_it_ran_in():
     assert same(alone, many[2])
 
 
+def test_whoever_listens_is_told_every_second_that_is_simulated():
+    heard = []
+    options = ControllerOptions(rate_hz=500.0)
+    motions = [experiment(controller=options), experiment(controller=options, loaded=True), experiment()]
+    log = record(motions, streams(0, 1, 2), threads=1, advanced=heard.append)
+    # Samples at both ends of a motion: one period more each. Sums of a few numbers are exact to rounding.
+    np.testing.assert_allclose(sum(heard), sum(each.t[-1] + each.t[1] for each in log), rtol=1e-9)
+    assert len(heard) > 2
+
+
 def test_a_recording_is_what_the_cell_logs_one_row_a_control_period():
     recording = record([experiment(controller=ControllerOptions(rate_hz=500.0))], streams(0), threads=1)[0]
     np.testing.assert_allclose(np.diff(recording.t), 2e-3, rtol=1e-9)

@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ from sim.sensors import (
     logged_without_noise,
     noise_streams,
     noises,
+    without_spectrum,
 )
 from sim.sensors import encoder as encoder_file
 from sim.sensors.current import coloured_noise
@@ -237,6 +238,17 @@ def test_noise_of_a_log_is_what_its_equations_say():
     for name in ("encoder", "white", "coloured"):
         assert not (found[name].v.any() and found[name].q.any())
     assert noises(log, SensorOptions()) == []
+
+
+def test_every_value_that_draws_from_a_stream_has_noise_in_the_log_or_is_named_as_without_a_spectrum():
+    log, known = log_of(), {"clock_offset": "drive_clocks", "clock_rate": "drive_clocks"}
+    known |= {"samples_lost": "samples", "samples_repeated": "samples"}
+    for field in fields(SensorOptions):
+        options = SensorOptions(**{field.name: 0.003})
+        named = (known[field.name],) if field.name in known else ()
+        assert without_spectrum(log, options) == named, field.name
+        assert bool(noises(log, options)) == (field.name not in {*known, "current_delay", "coloured_cutoff_hz"})
+    assert without_spectrum(log, SensorOptions(samples_lost=0.1, clock_rate=1e-5)) == ("drive_clocks", "samples")
 
 
 def test_a_log_without_noise_keeps_its_delay():

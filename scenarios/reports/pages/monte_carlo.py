@@ -1,14 +1,14 @@
 """The page of a Monte Carlo study: verdict, errors and intervals joint by joint, refusals, the worst trials."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import pandas as pd
+import pyarrow as pa
 from scipy import stats
 
-from ident.arrays import Array
 from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table, cells
 from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
 from scenarios.reports.pages import provenance
@@ -16,10 +16,13 @@ from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, in
 from scenarios.reports.plots.monte_carlo import panels
 from scenarios.store.stored_study import StoredStudy, read_study
 from scenarios.studies.coverage import Coverage, coverage
+from scenarios.studies.joint_rows import JointRows, rows_in
 from scenarios.studies.pass_rule import FALSE_ALARM
 from scenarios.studies.statistics import JointStatistics, joint_statistics
 
 BINS, WORST = 40, 5
+NEEDED = ("seed", "joint", "rel_error", "z")
+"""Columns of a study that its worst trials are found by."""
 NORMAL = float(2.0 * stats.norm.cdf(2.0) - 1.0)
 """Trials of which an honest interval of two deviations holds the truth."""
 
@@ -34,20 +37,19 @@ def page(folder: Path) -> Report:
     """
     study = read_study(folder)
     wanted = study.scenario.table.tolerance.pass_rate
-    statistics = joint_statistics(study.rows, wanted=wanted, false_alarm=FALSE_ALARM)
+    rows = rows_in(study.rows)
+    statistics = joint_statistics(rows.joints, wanted=wanted, false_alarm=FALSE_ALARM)
     told = monte_carlo_report(
-        StudyResult(
-            scenario=study.scenario, seed=study.seed, asked=study.trials, statistics=statistics, rows=study.rows
-        )
+        StudyResult(scenario=study.scenario, seed=study.seed, asked=study.trials, statistics=statistics, rows=rows)
     )
     said = [part for part in told.parts if not isinstance(part, Figure)]
     verdict = [part for part in said if isinstance(part, Paragraph) and part.strong]
     parts: list[Part] = [*verdict, *(part for part in said if part not in verdict)]
     parts += [
-        coverage_plot(study.rows, statistics),
+        coverage_plot(rows.joints),
         pass_plot(statistics),
         Heading("How far off"),
-        *(error_plot(joint, rows) for joint, rows in panels(study.rows).items()),
+        *(error_plot(joint, of) for joint, of in panels(rows.joints).items()),
         *_refused(statistics),
         *_worst(study),
     ]
@@ -57,13 +59,13 @@ def page(folder: Path) -> Report:
     return Report(told.title, tuple(parts), told.document)
 
 
-def coverage_plot(rows: pd.DataFrame, statistics: Sequence[JointStatistics]) -> Plot:
+def coverage_plot(joints: Sequence[JointRows]) -> Plot:
     """How often two claimed deviations held the truth, with binomial intervals."""
-    names = tuple(str(joint.joint) for joint in statistics)
+    names = tuple(str(rows.joint) for rows in joints)
     found = {
-        str(joint): held
-        for joint, group in rows[rows["identifiable"]].groupby("joint", sort=True)
-        if (held := coverage(np.abs(group["z"].dropna().to_numpy()) < 2.0)) is not None
+        str(rows.joint): held
+        for rows in joints
+        if (held := coverage(np.abs(rows.z[np.isfinite(rows.z)]) < 2.0)) is not None
     }
     return Plot(
         title="How often two claimed deviations hold the truth",
@@ -101,16 +103,16 @@ def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
     )
 
 
-def error_plot(joint: int, rows: pd.DataFrame) -> Plot:
+def error_plot(joint: int, rows: JointRows) -> Plot:
     """Errors of a joint against the density that its claimed deviations promise, and the tolerance."""
-    error, claimed = (100.0 * each for each in (rows["rel_error"].to_numpy(), _claimed(rows)))
+    error, claimed = (100.0 * each for each in (rows.rel_error, rows.claimed))
     reach = 1.1 * max(float(np.abs(error).max()), 3.0 * float(np.median(claimed)))
     bins = int(np.clip(np.sqrt(len(error)) * 1.5, 8, BINS))
     density, edges = np.histogram(error, bins=bins, range=(-reach, reach), density=True)
     x = np.linspace(-reach, reach, 81)
     some = claimed[:: max(1, len(claimed) // 500)]
     promised = stats.norm.pdf(x[:, None], scale=some).mean(axis=1)
-    tolerance = 100.0 * float(rows["tolerance"].iloc[0])
+    tolerance = 100.0 * rows.tolerance
     limits = (-tolerance, tolerance) if tolerance <= reach else ()
     beyond = "" if limits else f" The tolerance, {tolerance:.3g} %, is beyond."
     return Plot(
@@ -132,10 +134,6 @@ def error_plot(joint: int, rows: pd.DataFrame) -> Plot:
     )
 
 
-def _claimed(rows: pd.DataFrame) -> Array:
-    return (rows["std"] / rows["true"].abs()).to_numpy()
-
-
 def _refused(statistics: Sequence[JointStatistics]) -> list[Part]:
     rows = tuple(
         cells(str(joint.joint), str(joint.trials - joint.failed - joint.refused), str(joint.refused), str(joint.failed))
@@ -152,25 +150,35 @@ def _refused(statistics: Sequence[JointStatistics]) -> list[Part]:
 
 def _worst(study: StoredStudy) -> list[Part]:
     """The trials that are farthest off in deviations that they claim, and how to see the first of them."""
-    found = study.rows[study.rows["identifiable"] & study.rows["z"].notna()]
-    if found.empty:
+    worst, many = worst_rows(study.rows.rows(part, NEEDED) for part in study.rows.parts())
+    if not many:
         return []
-    worst = found.iloc[np.argsort(-np.abs(found["z"].to_numpy()), kind="stable")[:WORST]]
     rows = tuple(
-        cells(
-            str(int(each["seed"])),
-            str(int(each["joint"])),
-            f"{100.0 * float(each['rel_error']):+.3f}",
-            f"{float(each['z']):+.2f}",
-        )
-        for _, each in worst.iterrows()
+        cells(str(each["seed"]), str(each["joint"]), f"{100.0 * each['rel_error']:+.3f}", f"{each['z']:+.2f}")
+        for each in worst
     )
     columns = (Column(title="Seed"), Column(title="Joint"), Column(title="Error", unit="%"), Column(title="z"))
-    seed = int(worst["seed"].iloc[0])
+    seed = worst[0]["seed"]
     command = shlex.join(["rx90", "run", study.named, "--seed", str(seed), "--save", f"seed-{seed}"])
-    many = len(found)
     said = (
         f"Errors in claimed deviations; the largest of {many} normal ones would be about "
         f"{float(stats.norm.isf(0.5 / many)):.1f}. To see the worst:"
     )
     return [Heading("The worst trials"), Table(columns=columns, rows=rows), Paragraph(said), Line(command)]
+
+
+def worst_rows(tables: Iterable[pa.Table]) -> tuple[list[dict[str, Any]], int]:
+    """The `WORST` rows whose errors are the most claimed deviations, the largest first, and of how many.
+
+    Args:
+        tables: With columns `NEEDED`, one after the other.
+    """
+    worst, many = pa.table({}), 0
+    for table in tables:
+        z = np.abs(table["z"].to_numpy())
+        there = np.flatnonzero(np.isfinite(z))
+        many += len(there)
+        some = table.take(there[np.argsort(-z[there], kind="stable")[:WORST]])
+        worst = pa.concat_tables([worst, some]) if len(worst) else some
+        worst = worst.take(np.argsort(-np.abs(worst["z"].to_numpy()), kind="stable")[:WORST])
+    return worst.to_pylist(), many

@@ -9,7 +9,7 @@ from scenarios.reports.pages import provenance
 from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, Tone, values
 from scenarios.reports.sensitivity import BudgetResult, first_to_buy_down, sensitivity_report
 from scenarios.store.stored_study import read_study
-from scenarios.studies.budget import JointBudget, budgets
+from scenarios.studies.budget import NEEDED, JointBudget, budgets
 
 LARGEST = 10
 """Sources that a plot shows."""
@@ -27,7 +27,7 @@ def page(folder: Path) -> Report:
     study = read_study(folder)
     tolerance = study.scenario.table.tolerance
     joints = [joint for joint, wanted in enumerate(tolerance.identifiable, 1) if wanted]
-    found = budgets(study.rows, list(study.scenario.table.sources), joints, study.seed)
+    found = budgets(study.rows.table(NEEDED), list(study.scenario.table.sources), joints, study.seed)
     if not all(each.costs for each in found):
         silent = ", ".join(str(each.joint) for each in found if not each.costs)
         raise NoGains(f"{folder}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")

@@ -1,15 +1,15 @@
 """Pictures of a Monte Carlo study: a panel a joint, all on the same axes, joints without a gain named."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import stats
 
 from ident.arrays import Array
+from scenarios.studies.joint_rows import JointRows
 
 MOST_POINTS = 5000
 """Points of a scatter plot; more only cover each other."""
@@ -32,10 +32,9 @@ class Subject:
     without: tuple[int, ...]
 
 
-def panels(rows: pd.DataFrame) -> dict[int, pd.DataFrame]:
-    """Rows with a gain of each joint whose errors differ; two at least."""
-    found = {int(str(joint)): group for joint, group in rows.query("identifiable").groupby("joint", sort=True)}
-    return {joint: group for joint, group in found.items() if varies(group["rel_error"].to_numpy())}
+def panels(joints: Sequence[JointRows]) -> dict[int, JointRows]:
+    """Joints with a gain whose errors differ, two at least."""
+    return {rows.joint: rows for rows in joints if varies(rows.rel_error)}
 
 
 def varies(values: Array) -> bool:
@@ -43,10 +42,10 @@ def varies(values: Array) -> bool:
     return len(values) > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
 
-def histograms(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
+def histograms(found: Mapping[int, JointRows], subject: Subject) -> Figure:
     """Errors against the normal density that the claimed deviations promise, and the tolerance."""
     reach = max(_reach(rows) for rows in found.values())
-    tolerances = [100.0 * float(rows["tolerance"].iloc[0]) for rows in found.values()]
+    tolerances = [100.0 * rows.tolerance for rows in found.values()]
     reach = max([reach, *(1.1 * t for t in tolerances if t <= NEAR * reach)])
     narrowest = min(_bin_width(rows) for rows in found.values())
     bins = int(np.clip(2.0 * reach / narrowest, *BINS))
@@ -54,18 +53,18 @@ def histograms(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
     return _figure(found, subject, lambda axis, rows: _histogram(axis, rows, edges))
 
 
-def quantiles(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
+def quantiles(found: Mapping[int, JointRows], subject: Subject) -> Figure:
     """Sorted z-scores against the normal quantiles they should have."""
     return _figure(found, subject, _qq)
 
 
-def against_true(found: Mapping[int, pd.DataFrame], subject: Subject) -> Figure:
+def against_true(found: Mapping[int, JointRows], subject: Subject) -> Figure:
     """Errors over the gain that was injected."""
     reach = NEAR * max(_reach(rows) for rows in found.values())
     return _figure(found, subject, lambda axis, rows: _against_true(axis, rows, reach))
 
 
-def _figure(found: Mapping[int, pd.DataFrame], subject: Subject, draw: Callable[[Axes, pd.DataFrame], None]) -> Figure:
+def _figure(found: Mapping[int, JointRows], subject: Subject, draw: Callable[[Axes, JointRows], None]) -> Figure:
     """One panel a joint, three in a row, on the same axes."""
     across = min(3, len(found))
     down = -(-len(found) // across)
@@ -83,13 +82,14 @@ def _figure(found: Mapping[int, pd.DataFrame], subject: Subject, draw: Callable[
     return figure
 
 
-def _histogram(axis: Axes, rows: pd.DataFrame, edges: Array) -> None:
-    error, claimed = 100.0 * rows["rel_error"].to_numpy(), _claimed(rows)
-    axis.hist(error, bins=edges.tolist(), density=True, color="0.8", label="errors")
+def _histogram(axis: Axes, rows: JointRows, edges: Array) -> None:
+    error, claimed = 100.0 * rows.rel_error, _claimed(rows)
+    counts, _ = np.histogram(error, bins=edges)
+    axis.hist(edges[:-1], bins=edges.tolist(), weights=counts, density=True, color="0.8", label="errors")
     x = np.linspace(edges[0], edges[-1], 400)
     some = claimed[:: max(1, len(claimed) // 500)]
     axis.plot(x, stats.norm.pdf(x[:, None], scale=some).mean(axis=1), color="C0", label="claimed")
-    tolerance = 100.0 * float(rows["tolerance"].iloc[0])
+    tolerance = 100.0 * rows.tolerance
     if tolerance <= edges[-1]:
         for side in (-tolerance, tolerance):
             label = "tolerance" if side > 0 else None
@@ -101,21 +101,21 @@ def _histogram(axis: Axes, rows: pd.DataFrame, edges: Array) -> None:
     axis.legend(loc="upper right", fontsize=7, framealpha=1.0, edgecolor="none")
 
 
-def _qq(axis: Axes, rows: pd.DataFrame) -> None:
-    z = np.sort(rows["z"].dropna().to_numpy())
-    expected = stats.norm.ppf((np.arange(1, len(z) + 1) - 0.5) / len(z))
+def _qq(axis: Axes, rows: JointRows) -> None:
+    z = np.sort(rows.z[~np.isnan(rows.z)])
     keep = np.unique(np.linspace(0, len(z) - 1, min(len(z), MOST_POINTS)).astype(int))
+    expected = stats.norm.ppf((keep + 0.5) / len(z))
     axis.plot(expected, expected, color="0.5", linewidth=1.0)
-    axis.plot(expected[keep], z[keep], ".", markersize=3, color="C0")
+    axis.plot(expected, z[keep], ".", markersize=3, color="C0")
     axis.set_xlabel("normal quantile")
     axis.set_ylabel("z = error / claimed sigma")
 
 
-def _against_true(axis: Axes, rows: pd.DataFrame, reach: float) -> None:
-    some = rows.iloc[:: max(1, len(rows) // MOST_POINTS)]
+def _against_true(axis: Axes, rows: JointRows, reach: float) -> None:
     axis.axhline(0.0, color="0.5", linewidth=1.0)
-    axis.plot(some["true"] / rows["true"].median(), 100.0 * some["rel_error"], ".", markersize=3, color="C0")
-    tolerance = 100.0 * float(rows["tolerance"].iloc[0])
+    true, error = rows.true / np.median(rows.true), 100.0 * rows.rel_error[:: rows.step]
+    axis.plot(true, error, ".", markersize=3, color="C0")
+    tolerance = 100.0 * rows.tolerance
     if tolerance <= reach:
         for side in (-tolerance, tolerance):
             axis.axhline(side, color="C3", linestyle="--", linewidth=1.0, label="tolerance" if side > 0 else None)
@@ -126,16 +126,16 @@ def _against_true(axis: Axes, rows: pd.DataFrame, reach: float) -> None:
     axis.set_ylabel("error [%]")
 
 
-def _claimed(rows: pd.DataFrame) -> Array:
+def _claimed(rows: JointRows) -> Array:
     """Claimed standard deviations [%]."""
-    return 100.0 * (rows["std"] / rows["true"].abs()).to_numpy()
+    return 100.0 * rows.claimed
 
 
-def _reach(rows: pd.DataFrame) -> float:
+def _reach(rows: JointRows) -> float:
     """How far errors, or the density that is claimed, reach [%]."""
-    return 1.1 * max(100.0 * float(np.abs(rows["rel_error"].to_numpy()).max()), 3.0 * float(np.median(_claimed(rows))))
+    return 1.1 * max(100.0 * float(np.abs(rows.rel_error).max()), 3.0 * float(np.median(_claimed(rows))))
 
 
-def _bin_width(rows: pd.DataFrame) -> float:
-    edges = np.histogram_bin_edges(100.0 * rows["rel_error"].to_numpy(), bins="fd")
+def _bin_width(rows: JointRows) -> float:
+    edges = np.histogram_bin_edges(100.0 * rows.rel_error, bins="fd")
     return float(edges[1] - edges[0])

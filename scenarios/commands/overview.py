@@ -1,0 +1,65 @@
+"""What one can do with `rx90`, told before any command is imported: its commands, its exit statuses, its version."""
+
+import argparse
+import shutil
+import textwrap
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError
+
+from scenarios.commands import COMMANDS, GROUPS
+from scenarios.commands.lifetime import tell
+from scenarios.commands.status import MEANINGS, Status
+
+PURPOSE = "Testbench and identification of robot drive gains."
+FIRST = "rx90 COMMAND --help shows its options. Begin with: rx90 run nominal"
+
+
+def overview() -> str:
+    """Commands in the order of their use, as wide as the terminal."""
+    indent = max(map(len, COMMANDS)) + 4
+    parts = [_filled(PURPOSE)]
+    for title, commands in GROUPS.items():
+        lines = [_filled(f"  {name:<{indent - 4}}  {summary}", indent) for name, summary in commands.items()]
+        parts.append("\n".join([f"{title}:", *lines]))
+    return "\n\n".join([*parts, _filled(FIRST)])
+
+
+def statuses() -> str:
+    """Every exit status with its meaning."""
+    lines = [_filled(f"  {status:<4} {meaning}", 7) for status, meaning in MEANINGS.items()]
+    return "\n".join(["exit statuses:", *lines])
+
+
+def _filled(text: str, indent: int = 0) -> str:
+    return textwrap.fill(text, shutil.get_terminal_size().columns - 2, subsequent_indent=" " * indent)
+
+
+class Version(argparse.Action):
+    """Tells the versions that results depend on; they are looked up only then."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="versions that results depend on")
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[object] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Tell and exit."""
+        tell(version_text())
+        parser.exit(Status.PASSED)
+
+
+def version_text() -> str:
+    """This project's version, then what else results depend on, a line each."""
+    from scenarios.versions import PACKAGES, versions
+
+    try:
+        found = versions()
+    except PackageNotFoundError as error:
+        return f"rx90 (not installed: {error.name})\n"
+    project, *_ = PACKAGES
+    others = [f"{name} {version}" for name, version in found.items() if name != project]
+    return "\n".join([f"rx90 {found[project]}", *others, ""])

@@ -1,0 +1,40 @@
+"""`rx90 schema`."""
+
+import argparse
+import json
+from pathlib import Path
+
+from scenarios.commands.lifetime import tell
+from scenarios.commands.output import add_form_arguments, show
+from scenarios.commands.status import Status
+from scenarios.files.schema_line import ENDING, FOLDER
+from scenarios.reports.content import Column, Paragraph, Report, Table, cells
+
+COLUMNS = (Column(title="Schema", words=True), Column(title="What it is of", words=True))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    said = "of a file or of what a command prints with --json; without it, which there are"
+    parser.add_argument("name", nargs="?", metavar="NAME", choices=list(_files()), help=said)
+    add_form_arguments(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Print a schema, or name all of them."""
+    files = _files()
+    if options.name is not None:
+        tell(files[options.name].read_text(encoding="utf-8"))
+        return Status.PASSED
+    about = {name: str(json.loads(path.read_text(encoding="utf-8"))["description"]) for name, path in files.items()}
+    first = {name: said.partition("\n")[0] for name, said in about.items()}
+    rows = tuple(cells(name, said) for name, said in first.items())
+    parts = (Table(columns=COLUMNS, rows=rows), Paragraph(f"rx90 schema NAME prints one; the files are in {FOLDER}."))
+    document = {name: {"about": first[name], "file": str(path)} for name, path in files.items()}
+    show(Report("JSON Schemas of files and results", parts, document), options)
+    return Status.PASSED
+
+
+def _files() -> dict[str, Path]:
+    """Schemas by name."""
+    return {path.name.removesuffix(ENDING): path for path in sorted(FOLDER.glob(f"*{ENDING}"))}

@@ -1,0 +1,27 @@
+"""`rx90 torque` in words: what was written, and which joints have no column."""
+
+from pathlib import Path
+
+from ident.joint_torque import JointTorque
+from ident.naming import one_line
+from scenarios.files.gains import GainsFile
+from scenarios.reports.content import Paragraph, Report
+
+
+def torque_report(found: JointTorque, file: GainsFile, out: Path) -> Report:
+    """What was written.
+
+    Args:
+        found: Torques.
+        file: The gains that they were found with.
+        out: The file.
+    """
+    joints = [int(joint) + 1 for joint in found.joints]
+    missing = [
+        {"joint": entry.joint, "reason": one_line(entry.reason or "its gain is refused")}
+        for entry in file.gains
+        if not entry.identifiable
+    ]
+    title = f"{one_line(out)}: {len(found.t)} samples, joints {', '.join(map(str, joints))}"
+    parts = tuple(Paragraph(f"joint {each['joint']} has no column: {each['reason']}") for each in missing)
+    return Report(title, parts, {"out": str(out), "samples": len(found.t), "joints": joints, "missing": missing})

@@ -1,0 +1,20 @@
+"""What a bad file ends with: one line that names it; and a payload to be spoilt."""
+
+import re
+from pathlib import Path
+
+INERTIA = "inertia = { ixx = 0.02, iyy = 0.03, izz = 0.04 }"
+WHOLE = f"mass = 2.8\ncom = [0.01, 0.02, 0.1]\n{INERTIA}\n"
+
+
+def only_line(capsys) -> str:
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    return err
+
+
+def names_file(line: str, path: Path, message: str) -> None:
+    assert path.name in line
+    assert len(line) < 500
+    assert re.search(message, line), line

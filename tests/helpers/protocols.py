@@ -1,0 +1,31 @@
+"""A quick scenario with payloads by name and a protocol of its own."""
+
+import json
+from pathlib import Path
+
+from quick import quick_scenario
+
+from scenarios.build import Bench, bench
+from scenarios.files.loading import load_scenario
+
+TWO = """
+[plant.payloads]
+light = "4.275 kg"
+heavy = { mass = 6.5, com = [0.01, -0.02, 0.13], inertia = { ixx = 0.011, iyy = 0.012, izz = 0.008 } }
+[belief.payloads]
+light = "4.275 kg"
+heavy = { mass = 6.6, mass_std = 0.1, com = [0.0, 0.0, 0.13], inertia = { ixx = 0.011, iyy = 0.012, izz = 0.008 } }
+"""
+FOUR = ("bare", "light", "heavy", "bare")
+
+
+def scenario_of(folder: Path, protocol: tuple[str, ...], more: str = "") -> str:
+    """A quick scenario with a protocol of its own and payloads `loaded`, `light` and `heavy`."""
+    quick_scenario(folder)
+    path = folder / "mine.toml"
+    path.write_text(f'extends = "quick.toml"\nexperiment.protocol = {json.dumps(protocol)}\n{TWO}{more}')
+    return str(path)
+
+
+def bench_of(folder: Path, protocol: tuple[str, ...], more: str = "") -> Bench:
+    return bench(load_scenario(scenario_of(folder, protocol, more)))

@@ -1,0 +1,76 @@
+"""What has to be said of a foreign log: what is not is asked for in one line."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from foreign_logs import SAID, Q, T, channels, csv, table
+
+from ident.errors import RecordingError
+from ident.logs.description import Channels
+from ident.recording_files import read_recording
+
+UNSAID = {
+    "v": (replace(SAID, v=Channels()), r"which columns currents are is not said: v=NAME\.\. of --columns, or \[v\]"),
+    "q": (replace(SAID, q=Channels()), r"which columns positions are is not said"),
+    "t": (replace(SAID, t=Channels()), r"which column time is is not said"),
+    "signal": (
+        replace(SAID, signal=None),
+        r"what x, y, z is has to be said, with --signal .*: current, torque-from-current, torque-after-drive, percent",
+    ),
+    "unit of t": (channels("t", unit=()), r"the unit of time is not said"),
+    "unit of q": (channels("q", unit=()), r"the unit of positions is not said: q=NAME\.\.\[unit\]"),
+    "unit of v": (channels("v", unit=()), r"the unit of currents is not said"),
+    "a strange unit": (channels("v", unit=("N m",)), r"unit 'N m' of v, current, is unknown; there are A, mA"),
+    "a strange unit of q": (channels("q", unit=("grad",)), r"unit 'grad' of q is unknown; there are rad, deg, rev"),
+    "two times": (channels("t", columns=("time", "mode")), r"time is one column, not 2"),
+    "joints": (channels("v", columns=("x", "y")), r"3 columns of positions \(a, b, c\), 2 of currents \(x, y\)"),
+    "doubled": (channels("v", columns=("x", "y", "b")), r"column 'b' is said to be two things"),
+    "near": (channels("q", columns=("a", "b", "mod")), r"no column 'mod'; did you mean 'mode'\?; found x, mode"),
+    "entries": (channels("q", sign=(1.0, -1.0)), r"sign of q has 2 entries for 3 joints"),
+    "names": (channels("q", columns=("q_{joint}",)), r"column 'q_\{joint\}': the joints' names are not known"),
+}
+
+
+@pytest.mark.parametrize("name", UNSAID)
+def test_what_is_not_said_is_asked_for_in_one_line(tmp_path, name):
+    said, message = UNSAID[name]
+    path = csv(tmp_path / "log.csv", table())
+    with pytest.raises(RecordingError, match=message) as caught:
+        read_recording(path, said)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_log_of_which_nothing_is_said_shows_what_is_there(tmp_path):
+    path = csv(tmp_path / "log.csv", table())
+    with pytest.raises(RecordingError, match=r"no column t, q1\.\. or v1\.\.; found x, mode, b, .*--columns"):
+        read_recording(path)
+
+
+def test_columns_go_by_the_joints_names(tmp_path):
+    path = csv(tmp_path / "log.csv", {"pos_" + name if name in "abc" else name: x for name, x in table().items()})
+    said = replace(channels("q", columns=("pos_{joint}",)), joints=("b", "c", "a"))
+    np.testing.assert_array_equal(read_recording(path, said).q, Q[:, [1, 2, 0]])
+    with pytest.raises(RecordingError, match="no column 'pos_d'"):
+        read_recording(path, replace(said, joints=("b", "c", "d")))
+
+
+def test_a_doubled_name_is_refused_where_it_is_wanted(tmp_path):
+    path = csv(tmp_path / "log.csv", table())
+    path.write_text(path.read_text().replace("mode", "a", 1))
+    with pytest.raises(RecordingError, match="column 'a' appears twice in the header"):
+        read_recording(path, SAID)
+    path.write_text(path.read_text().replace("a,z", "mode,z", 1).replace("x,a", "mode,a", 1))
+    with pytest.raises(RecordingError, match="no column 'x'"):
+        read_recording(path, SAID)
+
+
+def test_seventeen_times_four_joints_are_too_many(tmp_path):
+    many = {"t": T} | {f"{kind}{j}": T * (1.0 + j) for kind in "qv" for j in range(1, 66)}
+    path = csv(tmp_path / "log.csv", many)
+    with pytest.raises(RecordingError, match="65 joints; recordings of up to 64 are read"):
+        read_recording(path)
+    for kind in "qv":
+        del many[f"{kind}65"]
+    assert read_recording(csv(path, many)).n == 64

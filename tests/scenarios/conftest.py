@@ -1,0 +1,62 @@
+"""Shared by tests of the command line: files that are right, a run with a motion twice, and one line on stderr."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from model_files import mjcf
+from protocols import bench_of
+
+import scenarios.workers.stages as stages
+from ident.recording import Recording
+from ident.recording_files import write_recording
+from scenarios.cli import main
+from scenarios.run import Run, run
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_sign_of_life_within_a_test() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stages, "FIRST_LINE", 600.0)  # one line is expected, on slow machines too
+        yield
+
+
+@pytest.fixture(scope="session")
+def good(tmp_path_factory) -> Path:
+    """A folder with a model, two recordings and a payload that can be read."""
+    folder = tmp_path_factory.mktemp("good")
+    (folder / "arm.xml").write_text(mjcf())
+    t = 0.004 * np.arange(500)
+    for name, phase in (("a", 0.3), ("b", 0.7)):
+        q = 0.8 * np.sin(2.0 * t[:, None] + np.arange(6) + phase)
+        write_recording(Recording(t, q, 3.0 * np.cos(q) + 0.1 * q, name), folder / f"{name}.csv")
+    (folder / "payload.toml").write_text("mass = 2.805\nknown = 'mass'\n")
+    return folder
+
+
+@pytest.fixture
+def identify(good, capsys) -> Callable[..., str]:
+    """Runs `rx90 identify` with some files replaced; gives its one line."""
+
+    def run(**files: Path) -> str:
+        paths = {
+            "model": good / "arm.xml",
+            "unloaded": good / "a.csv",
+            "loaded": good / "b.csv",
+            "payload": good / "payload.toml",
+        } | files
+        status = main(["identify", *(word for kind, path in paths.items() for word in (f"--{kind}", str(path)))])
+        out, err = capsys.readouterr()
+        assert status == 2
+        assert out == ""
+        assert err.count("\n") == 1
+        assert "Traceback" not in err
+        return err
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def repeated(tmp_path_factory) -> Run:
+    return run(bench_of(tmp_path_factory.mktemp("repeated"), ("bare", "loaded", "bare", "loaded")), 5)

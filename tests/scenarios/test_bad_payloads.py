@@ -1,0 +1,79 @@
+"""What a payload, or any file, can be besides right: each ends with one line on stderr that names it."""
+
+import os
+
+import pytest
+from bad_files import WHOLE, names_file
+
+PAYLOAD_FAULTS = {
+    "no mass": ("known = 'mass'", "mass is missing; without it"),
+    "mass 1e9": (WHOLE.replace("2.8", "1e9"), r"mass = 1e\+09 kg; expected a positive number from 0.001 to 2000"),
+    "a grain": (WHOLE.replace("2.8", "1e-300"), r"mass = 1e-300 kg; expected"),
+    "negative": (WHOLE.replace("2.8", "-2.8"), r"mass = -2.8 kg; expected a positive number"),
+    "nan": (WHOLE.replace("2.8", "nan"), "mass = nan is not finite"),
+    "text": (WHOLE.replace("2.8", "'2.8'"), "mass = '2.8' is not a number"),
+    "date": (WHOLE.replace("2.8", "2020-02-02"), r"mass = datetime.date\(2020, 2, 2\) is not a number"),
+    "huge whole number": (WHOLE.replace("2.8", "9" * 400), "mass is too large a number"),
+    "5000 digits": (WHOLE.replace("2.8", "9" * 5000), "not TOML: Exceeds the limit"),
+    "huge hex": ("mass = 1\ncom = [0x" + "f" * 9000 + "]", r"com = \[a whole number of 36000 bits\]; expected three"),
+    "mass_std 1e300": (WHOLE + "mass_std = 1e300", r"mass_std = 1e\+300 exceeds the mass itself"),
+    "mass_std negative": (WHOLE + "mass_std = -0.1", r"mass_std = -0.1: a standard deviation is negative"),
+    "com in mm": (WHOLE.replace("0.1]", "100]"), r"com = .*; farther than 5 m; expected metres"),
+    "com_std in mm": (WHOLE + "com_std = [1, 1, 10]", r"com_std = .* exceeds 5; check its unit"),
+    "com of two": (WHOLE.replace("0.1]", "]"), r"com = \[0.01, 0.02\]; expected three numbers"),
+    "inertia in mm": (WHOLE.replace("0.04", "40000"), r"inertia.izz = 40000 is that of 2.8 kg more than 5 m away"),
+    "inertia_std 1e9": (WHOLE + "inertia_std = { ixx = 1e9, iyy = 1, izz = 1 }", r"inertia_std = .* exceeds 70"),
+    "no izz": (WHOLE.replace(", izz = 0.04", ""), "inertia.izz is missing; ixx, iyy and izz are needed"),
+    "izx": (WHOLE.replace("}", ", izx = 0 }"), r"unknown key inertia.izx; did you mean 'i..'\?"),
+    "inertia a list": (
+        WHOLE.replace("{ ixx = 0.02, iyy = 0.03, izz = 0.04 }", "[1, 2, 3]"),
+        r"inertia = \[1, 2, 3\]; exp",
+    ),
+    "wedge": (WHOLE.replace("0.04", "0.4"), "inertia violates the triangle inequality"),
+    "std alone": ("mass = 2\nknown = 'mass'\ncom_std = [1, 1, 1]", "com_std is given, but com is missing"),
+    "mas_std": (WHOLE + "mas_std = 0.1", r"unknown key 'mas_std'; did you mean 'mass_std'\?"),
+    "known some": (WHOLE + "known = 'some'", "known = 'some'; expected 'all', 'com', 'mass' or 'none'"),
+    "decimal comma": (WHOLE.replace("2.8", "2,8"), r"\(at line \d+, column \d+\); numbers have a decimal point"),
+    "no TOML": ("mass : 2.8", "not TOML: Expected '='"),
+    "nested": ("mass = " + "[" * 50_000, "nested deeper than 16"),
+    "nested tables": ("mass = " + "{a=" * 50_000, "nested deeper than 16"),
+    "dotted": ("a." * 50_000 + "a = 1", "nested deeper than 16"),
+    "headed": ("[" + "a." * 50_000 + "a]", "nested deeper than 16"),
+    "not UTF-8": (b"mass = 2.8 # gr\xf6\xdfe", "byte 15 is not UTF-8; save it as UTF-8"),
+    "a novel": (b"# " + b"x" * 4_000_001, "4 MB are too much; such files are read up to 4 MB"),
+}
+
+
+@pytest.mark.parametrize("name", PAYLOAD_FAULTS)
+def test_a_faulty_payload_is_one_line(identify, tmp_path, name):
+    content, message = PAYLOAD_FAULTS[name]
+    path = tmp_path / "payload.toml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    names_file(identify(payload=path), path, message)
+
+
+@pytest.mark.parametrize("kind", ["model", "unloaded", "loaded", "payload"])
+def test_what_is_no_regular_file_is_one_line_whatever_it_is_given_for(identify, tmp_path, kind):
+    ending = {"model": "xml", "payload": "toml"}.get(kind, "csv")
+    folder, pipe, device, absent, empty, long = (
+        tmp_path / f"{name}.{ending}" for name in ("folder", "pipe", "zero", "absent", "empty", "x" * 300)
+    )
+    folder.mkdir()
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/zero")
+    empty.touch()
+    for path, message in (
+        (folder, "is a folder; expected a regular file"),
+        (pipe, "is a pipe; expected a regular file"),
+        (device, "is a device; expected a regular file"),
+        (absent, "no such file"),
+        (empty, "the file is empty"),
+        (long, "File name too long"),
+    ):
+        names_file(identify(**{kind: path}), path, message)
+
+
+def test_a_name_with_a_line_break_stays_on_one_line(identify, tmp_path):
+    assert "a b.toml: no such file" in identify(payload=tmp_path / "a\nb.toml")
+    assert "a b.csv: no such file" in identify(loaded=tmp_path / "a\nb.csv")
+    assert "a b.urdf: no such file" in identify(model=tmp_path / "a\nb.urdf")

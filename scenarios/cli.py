@@ -1,6 +1,7 @@
 """The command line `rx90`: finds the command that is asked for, imports it alone, and turns its end into a status."""
 
 import os
+import shlex
 import sys
 import traceback
 from collections.abc import Sequence
@@ -88,4 +89,5 @@ def _command(arguments: list[str]) -> Status:
         parser.error("which command?")
     if "scenario" in options:
         find_scenario(options.scenario)  # a mistyped name is told before seconds of imports
+    options.command_line = shlex.join([parser.prog, *arguments])  # for the records of what was done
     return command(name).main(options)

@@ -173,6 +173,18 @@ class NoFilm(ScenarioError):
     """A file of pictures whose kind is unknown, or cannot be written here."""
 
 
+class ForeignResult(ScenarioError):
+    """A folder that holds no result that a page could be made of, or one of another version."""
+
+
+class UnfinishedResult(ScenarioError):
+    """A folder of a study that is not finished."""
+
+
+class DamagedResult(ScenarioError):
+    """A folder of a result in which a file is missing, or another than it was."""
+
+
 class ForeignProblem(ScenarioError):
     """A folder that is no problem, or says what cannot be."""
 

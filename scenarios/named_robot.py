@@ -17,10 +17,14 @@ class NamedRobot:
     Attributes:
         structure: Of its arm.
         gain: What its drive gains are about [N m / drive unit], None where no file states them.
+        model: File of its model.
+        flange: Last body of the model's arm, None where all joints are the arm's.
     """
 
     structure: Structure
     gain: Array | None
+    model: Path
+    flange: str | None
 
 
 def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> NamedRobot:
@@ -37,7 +41,7 @@ def named_robot(word: str, couplings: tuple[tuple[int, int], ...] = (), *, flang
         RobotError: If the robot's file cannot be read.
     """
     if Path(word).suffix.lower() in MODEL_FILES:
-        return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None)
+        return NamedRobot(structure_of(read_arm(Path(word), couplings, flange=flange)), None, Path(word), flange)
     named = robot(word)
     own = tuple((each.turns_with, each.motor) for each in named.couplings)
-    return NamedRobot(structure(named, couplings or own), named.drives.gain)
+    return NamedRobot(structure(named, couplings or own), named.drives.gain, named.model, named.flange)

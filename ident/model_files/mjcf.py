@@ -63,7 +63,10 @@ def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> Minima
     angles = angles_of(root, compiler)
     reading = _Reading(joint_defaults(root), angles, compiler.get("autolimits", "true") == "true")
     bodies = [_body(body, "main", reading) for world in root.all("worldbody") for body in _bodies(world)]
-    world = tag("worldbody", {}, tag("body", {"name": "world root"}, *bodies or ("",)))
+    around = "world root"
+    while ("body", around) in reading.names:  # a file that was reduced before has one
+        around = f"around {around}"
+    world = tag("worldbody", {}, tag("body", {"name": around}, *bodies or ("",)))
     name = root.attributes.get("model", path.stem)
     return MinimalModel(
         "mjcf", tag("mujoco", {"model": name}, tag("compiler", {"angle": angles.unit}), world), _gravity(root)

@@ -42,6 +42,9 @@ GROUPS: dict[str, dict[str, str]] = {
         "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
         "compare": "methods side by side on scenarios, yours included",
     },
+    "hand on": {
+        "report": "one page of a result for any browser, whole in one file",
+    },
     "around it": {
         "schema": "what files and --json hold, as JSON Schema",
         "completion": "let the shell complete commands, options and names",

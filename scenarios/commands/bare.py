@@ -24,6 +24,8 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
         raise WrongFiles("--gains goes with bare recordings alone; with a payload the gains are found, not given")
     if bare and options.gains_out is not None:
         raise WrongFiles("--gains-out: bare recordings give ratios of gains alone; add --loaded B --payload P.toml")
+    if bare and options.save is not None:
+        raise WrongFiles("--save: bare recordings give ratios of gains alone; add --loaded B --payload P.toml")
     return bare
 
 

@@ -9,6 +9,7 @@ from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_reading_arguments
+from scenarios.commands.saving import add_save_argument, claimed_folder, save
 from scenarios.commands.status import Status
 
 
@@ -29,6 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_reading_arguments(parser)
     add_log_arguments(parser)
+    add_save_argument(parser)
+    arguments.add_force_argument(parser)
     add_form_arguments(parser)
     add_options(parser, ObserveOptions)
 
@@ -39,15 +42,19 @@ def main(options: argparse.Namespace) -> Status:
 
     from ident.checks.check import check
     from ident.checks.remark import Grade
+    from ident.identification import Recorded
     from ident.options import GainOptions
     from ident.payload_files import read_payload
     from ident.recording_files import read_unchecked
     from scenarios.errors import WrongFiles
     from scenarios.named_robot import named_robot
     from scenarios.reports.check import check_report
+    from scenarios.store.log_folder import Done
 
     if options.loaded and options.payload is None:
         raise WrongFiles("--loaded: no payload is given; describe what was mounted, --payload P.toml")
+    saving = claimed_folder(options, len(options.log) + len(options.loaded), "rx90 check --save")
+    limits = GainOptions()
     with under_way(options, "checking"), threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
         couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
         robot = named_robot(options.robot, couplings, flange=options.flange)
@@ -58,10 +65,28 @@ def main(options: argparse.Namespace) -> Status:
             recordings,
             robot.structure,
             observing=chosen(ObserveOptions, options),
-            gains=GainOptions(),
+            gains=limits,
             loaded=[k >= len(options.log) for k in range(len(recordings))],
             payload=payload,
             about=robot.gain,
         )
-    show(check_report(found, robot.structure.arm), options)
+    report = check_report(found, robot.structure.arm)
+    if saving is not None:
+        carried = [None] * len(options.log) + [payload] * len(options.loaded)
+        done = Done(
+            kind="check",
+            title=report.title,
+            command=options.command_line,
+            model=robot.model,
+            flange=robot.flange,
+            couplings=[(i + 1, j + 1) for i, j in robot.structure.arm.couplings],
+            motions=list(map(Recorded, recordings, carried)),
+            observing=chosen(ObserveOptions, options),
+            gains=limits,
+            document=report.document,
+            payload=payload,
+            about=None if robot.gain is None else tuple(robot.gain.tolist()),
+        )
+        save(done, saving)
+    show(report, options)
     return Status.MISSED if found.grade is Grade.WRONG else Status.PASSED

@@ -16,6 +16,7 @@ from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
 from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_model_arguments, named_structure
+from scenarios.commands.saving import add_save_argument, claimed_folder, save
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument
 
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
     add_gains_argument(parser, needed=False, said="with bare recordings alone: gains that are known, or believed")
+    add_save_argument(parser)
     gains_files.add_gains_out(parser)
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
@@ -46,6 +48,7 @@ def main(options: argparse.Namespace) -> Status:
     files = mounted_files(options.given)
     alone = bare.wanted(options, loaded=any(each.payload is not None for each in files))
     held = gains_files.claimed(options, "rx90 identify")
+    saving = claimed_folder(options, sum(len(each.recordings) for each in files), "rx90 identify --save")
     with under_way(options, "reading"), threadpool_limits(1):
         structure = named_structure(options)
         said = log_description(options, structure.arm.joint_names)
@@ -56,7 +59,7 @@ def main(options: argparse.Namespace) -> Status:
         show(report, options)
         return Status.PASSED
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
-    observing = chosen(ObserveOptions, options)
+    observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
     # small matrices gain nothing from a threaded BLAS, and stall now and then
     with under_way(options, "identifying"), threadpool_limits(1):
         started = time.perf_counter()
@@ -66,7 +69,7 @@ def main(options: argparse.Namespace) -> Status:
             method=options.method,
             options=own,
             observing=observing,
-            gains=chosen(GainOptions, options),
+            gains=limits,
         )
         identify_s = time.perf_counter() - started
     if held is not None:
@@ -77,7 +80,26 @@ def main(options: argparse.Namespace) -> Status:
     if form(options) == "json":
         for note in found.notes:
             complain(note)
-    show(estimate_report(found, structure.arm, identify_s), options)
+    report = estimate_report(found, structure.arm, identify_s)
+    if saving is not None:
+        from scenarios.store.log_folder import Done
+
+        done = Done(
+            kind="identification",
+            title=f"Drive gains of {structure.arm.name} by {options.method}",
+            command=options.command_line,
+            model=options.model,
+            flange=options.flange,
+            couplings=options.coupling,
+            motions=motions,
+            observing=observing,
+            gains=limits,
+            document=report.document,
+            method=options.method,
+            options=own,
+        )
+        save(done, saving)
+    show(report, options)
     return Status.PASSED
 
 

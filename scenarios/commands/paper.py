@@ -41,6 +41,6 @@ def main(options: argparse.Namespace) -> Status:
         with held.writing():
             write_figures(report, held.folder)
             write_markdown(report, held.folder / TEXT)
-            write_raw_numbers(result, held.folder)
+            write_raw_numbers(result, held.folder, command=options.command_line)
     show(report, options)
     return Status.PASSED if result.passed else Status.MISSED

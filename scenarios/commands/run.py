@@ -47,7 +47,7 @@ def main(options: argparse.Namespace) -> Status:
         gains_files.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
         with held.writing():
-            save_run(result, held.folder)
+            save_run(result, held.folder, command=options.command_line, named=options.scenario)
         saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
         again = Line(identify_command(result.bench, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))

@@ -2,13 +2,11 @@
 
 from pathlib import PurePath
 
-import numpy as np
-
 from ident.arm import Arm
-from ident.checks.check import Checked, LogRead
-from ident.checks.motion import JointMotion
+from ident.checks.check import Checked
 from ident.checks.remark import Grade, Remark
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
+from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
+from scenarios.reports.motion import motion_table
 from scenarios.store.check_document import check_document
 
 MOODS = {Grade.GOOD: Mood.GOOD, Grade.WEAK: Mood.DOUBTFUL, Grade.WRONG: Mood.BAD}
@@ -17,17 +15,6 @@ COLUMNS = (
     Column(title="What", words=True),
     Column(title="Verdict", words=True),
     Column(title="Seen", words=True),
-)
-MOTION_COLUMNS = (
-    Column(title="Joint"),
-    Column(title="Name", words=True),
-    Column(title="From", unit="rad, m"),
-    Column(title="To", unit="rad, m"),
-    Column(title="Of its range", unit="%"),
-    Column(title="Fastest", unit="rad/s, m/s"),
-    Column(title="Acceleration", unit="rms"),
-    Column(title="Slow", unit="% of time"),
-    Column(title="Current", unit="rms"),
 )
 
 
@@ -41,9 +28,7 @@ def check_report(found: Checked, arm: Arm) -> Report:
     rows = tuple(_row(remark) for remark in found.all_remarks)
     parts: list[Part] = [Table(columns=COLUMNS, rows=rows)]
     parts += [
-        Table(
-            title=f"Motion of {PurePath(log.recording.name).name}", columns=MOTION_COLUMNS, rows=_motion_rows(log, arm)
-        )
+        motion_table(f"Motion of {PurePath(log.recording.name).name}", log.motions, arm)
         for log in found.logs
         if log.motions is not None
     ]
@@ -75,22 +60,3 @@ def _row(remark: Remark) -> tuple[Cell, ...]:
 
 def _place(remark: Remark) -> str:
     return "" if remark.log is None else f"{PurePath(remark.log).name}, "
-
-
-def _motion_rows(log: LogRead, arm: Arm) -> tuple[tuple[Cell, ...], ...]:
-    assert log.motions is not None, "asked of logs that could be filtered"
-    return tuple(_motion_row(j, arm.joint_names[j], motion) for j, motion in enumerate(log.motions))
-
-
-def _motion_row(j: int, name: str, motion: JointMotion) -> tuple[Cell, ...]:
-    ends = (number(float(np.round(end, 3)), ".3f") for end in (motion.low, motion.high))
-    return cells(
-        str(j + 1),
-        name,
-        *ends,
-        percent(motion.covered, ".0f"),
-        f"{motion.speed:.3g}",
-        f"{motion.acceleration_rms:.3g}",
-        percent(motion.slow, ".0f"),
-        f"{motion.current_rms:.3g}",
-    )

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from scenarios.reports.plot import Plot
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
@@ -111,7 +113,23 @@ class Figure:
     endings: tuple[str, ...] = ("png",)
 
 
-Part = Paragraph | Line | Heading | Table | Figure
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A photograph, as it were, that a page shows and text leaves out.
+
+    Attributes:
+        caption: What is on it.
+        png: The file's bytes.
+        width, height: Its size [pixel].
+    """
+
+    caption: str
+    png: bytes
+    width: int
+    height: int
+
+
+Part = Paragraph | Line | Heading | Table | Figure | Plot | Picture
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,10 @@
 """What `rx90 identify` says: the gains, how far to trust them, why some are refused."""
 
+from collections.abc import Sequence
+
 from ident.arm import Arm
-from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
+from ident.arrays import Array
+from ident.estimate import IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
@@ -16,38 +19,53 @@ def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Repor
         arm: Whose gains they are.
         identify_s: Wall time [s].
     """
+    estimate = found.estimate
+    shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
+    parts: list[Part] = [identified_table(estimate.joints, shares, arm.revolute)]
+    parts += note_paragraphs(found.notes, found.findings, arm.revolute)
+    refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
+    parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
+    parts += payload_tables(estimate.payload)
+    parts.append(summary(estimate.joints, estimate.rows, estimate.rel_error_norm))
+    return Report(f"Drive gains by {estimate.method}", tuple(parts), estimate_document(found, identify_s))
+
+
+def identified_table(joints: Sequence[JointResult], unexplained: Sequence[float | None], revolute: Array) -> Table:
+    """Identified gains.
+
+    Args:
+        joints: One a joint.
+        unexplained: Norm of each joint's residual over that of its currents, None where it has no row.
+        revolute: Whether each joint turns, shape (n,).
+    """
     columns = (
         Column(title="Joint"),
         Column(title="Name", words=True),
-        Column(title="Gain", unit=gain_unit(arm.revolute)),
+        Column(title="Gain", unit=gain_unit(revolute)),
         *INTERVAL,
         Column(title="Unexplained", unit="% of rms"),
         Column(title="Verdict", words=True),
     )
-    estimate = found.estimate
-    rows = tuple(_row(index, joint, estimate) for index, joint in enumerate(estimate.joints))
-    parts: list[Part] = [Table(columns=columns, rows=rows), *note_paragraphs(found.notes, found.findings, arm.revolute)]
-    refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
-    parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
-    parts += payload_tables(estimate.payload)
-    many = int(estimate.identifiable.sum())
-    parts.append(
-        Paragraph(
-            f"{many} of {len(estimate.joints)} gains identified from {estimate.rows} rows, "
-            f"relative residual {100.0 * estimate.rel_error_norm:.2f} %.",
-            strong=True,
-        )
+    rows = (_row(k, *pair) for k, pair in enumerate(zip(joints, unexplained, strict=True), 1))
+    return Table(columns=columns, rows=tuple(rows))
+
+
+def summary(joints: Sequence[JointResult], rows: int, rel_error_norm: float) -> Paragraph:
+    """How many gains there are, and how good the fit is, in a sentence."""
+    many = sum(isinstance(joint, IdentifiedGain) for joint in joints)
+    return Paragraph(
+        f"{many} of {len(joints)} gains identified from {rows} rows, relative residual {100.0 * rel_error_norm:.2f} %.",
+        strong=True,
     )
-    return Report(f"Drive gains by {estimate.method}", tuple(parts), estimate_document(found, identify_s))
 
 
-def _row(index: int, joint: JointResult, estimate: GainEstimate) -> tuple[Cell, ...]:
+def _row(number: int, joint: JointResult, unexplained: float | None) -> tuple[Cell, ...]:
     given = isinstance(joint, IdentifiedGain)
     return cells(
-        str(index + 1),
+        str(number),
         joint.joint,
         f"{joint.value:.4f}" if given else NONE,
         *interval(joint),
-        percent(estimate.residual_share(index), ".1f"),
+        percent(unexplained, ".1f"),
         Cell("identified", Mood.GOOD) if given else Cell("refused", Mood.DOUBTFUL),
     )

@@ -1,5 +1,9 @@
 """What `rx90 run` says: injected against identified gains, the reasons, the verdict."""
 
+from collections.abc import Sequence
+
+from ident.arrays import Array
+from ident.estimate import JointResult
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
@@ -10,6 +14,29 @@ from scenarios.store.documents import run_document
 def run_report(run: Run) -> Report:
     """The table of injected against identified gains, the reasons, and the verdict."""
     scenario, revolute = run.bench.scenario, run.bench.structure.arm.revolute
+    parts: list[Part] = [judged_table(run.verdict.gains, run.estimate.joints, revolute)]
+    parts += note_paragraphs(run.notes, run.findings, revolute)
+    parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
+    parts += payload_tables(run.estimate.payload)
+    parts.append(
+        Paragraph(
+            f"{run.estimate.rows} rows, relative residual {100.0 * run.estimate.rel_error_norm:.2f} %; "
+            f"simulated in {run.simulate_s:.2f} s, identified in {run.identify_s:.2f} s."
+        )
+    )
+    parts.append(conclusion(run.verdict.gains))
+    title = f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}"
+    return Report(title, tuple(parts), run_document(run))
+
+
+def judged_table(gains: Sequence[GainVerdict], joints: Sequence[JointResult], revolute: Array) -> Table:
+    """Injected against identified gains.
+
+    Args:
+        gains: The verdict on each joint.
+        joints: What was identified of it, in the same order.
+        revolute: Whether each joint turns, shape (n,).
+    """
     rows = tuple(
         cells(
             str(gain.joint),
@@ -20,7 +47,7 @@ def run_report(run: Run) -> Report:
             f"{100.0 * gain.tolerance:.3g}",
             _verdict(gain),
         )
-        for gain, joint in zip(run.verdict.gains, run.estimate.joints, strict=True)
+        for gain, joint in zip(gains, joints, strict=True)
     )
     columns = (
         Column(title="Joint"),
@@ -31,19 +58,7 @@ def run_report(run: Run) -> Report:
         Column(title="Tolerance", unit="%"),
         Column(title="Verdict", words=True),
     )
-    parts: list[Part] = [Table(columns=columns, rows=rows)]
-    parts += note_paragraphs(run.notes, run.findings, revolute)
-    parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
-    parts += payload_tables(run.estimate.payload)
-    parts.append(
-        Paragraph(
-            f"{run.estimate.rows} rows, relative residual {100.0 * run.estimate.rel_error_norm:.2f} %; "
-            f"simulated in {run.simulate_s:.2f} s, identified in {run.identify_s:.2f} s."
-        )
-    )
-    parts.append(_conclusion(run))
-    title = f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}"
-    return Report(title, tuple(parts), run_document(run))
+    return Table(columns=columns, rows=rows)
 
 
 def _verdict(gain: GainVerdict) -> Cell:
@@ -52,11 +67,12 @@ def _verdict(gain: GainVerdict) -> Cell:
     return Cell("passed", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.GOOD)
 
 
-def _conclusion(run: Run) -> Paragraph:
-    missed = [str(gain.joint) for gain in run.verdict.gains if not gain.passed]
+def conclusion(gains: Sequence[GainVerdict]) -> Paragraph:
+    """Whether all joints passed, in a sentence."""
+    missed = [str(gain.joint) for gain in gains if not gain.passed]
     if missed:
         return Paragraph(f"MISSED on joint {', '.join(missed)}.", Mood.BAD, strong=True)
-    found = sum(gain.identifiable for gain in run.verdict.gains)
-    refused = [str(gain.joint) for gain in run.verdict.gains if not gain.identifiable]
+    found = sum(gain.identifiable for gain in gains)
+    refused = [str(gain.joint) for gain in gains if not gain.identifiable]
     rest = f"; joint {', '.join(refused)} rightly refused" if refused else ""
     return Paragraph(f"PASSED: {found} gains within tolerance{rest}.", Mood.GOOD, strong=True)

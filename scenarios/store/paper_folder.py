@@ -3,19 +3,55 @@
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import Literal
 
 import pandas as pd
+from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
 
 import scenarios.paper.published as published
 from ident.arrays import Array
+from ident.naming import one_line
 from ident.payload_parameters import PayloadEstimate
+from scenarios.errors import ForeignResult
 from scenarios.paper.experiment import PaperRun
+from scenarios.store.documents import to_json
+from scenarios.versions import versions
 
-FILES = ("parameters.parquet", "rows.parquet")
+FILES = ("parameters.parquet", "rows.parquet", "paper.json")
 
 
-def write_raw_numbers(run: PaperRun, folder: Path) -> None:
-    """Write `parameters.parquet` and `rows.parquet`.
+class SavedPaper(BaseModel):
+    """`paper.json`: the result of `rx90 paper`, and what it takes to do it again."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    format: Literal[1] = 1
+    seed: int
+    command: str
+    versions: dict[str, str]
+    result: dict[str, JsonValue]
+
+
+def read_paper(folder: Path) -> SavedPaper:
+    """Read the result of `rx90 paper --out`.
+
+    Raises:
+        ForeignResult: If it is none, or one of another version.
+    """
+    path = folder / FILES[2]
+    try:
+        return SavedPaper.model_validate_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, ValidationError) as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+
+
+def write_raw_numbers(run: PaperRun, folder: Path, *, command: str) -> None:
+    """Write `FILES`.
+
+    Args:
+        run: The experiment.
+        folder: Where.
+        command: That repeated it.
 
     Raises:
         OSError: If they cannot be written.
@@ -27,6 +63,14 @@ def write_raw_numbers(run: PaperRun, folder: Path) -> None:
     ]
     pd.DataFrame(parameters).to_parquet(folder / FILES[0], index=False)
     pd.concat([_rows(name, case) for name, case in _cases(run)]).to_parquet(folder / FILES[1], index=False)
+    saved = {
+        "format": 1,
+        "seed": run.seed,
+        "command": command,
+        "versions": versions(),
+        "result": paper_document(run),
+    }
+    (folder / FILES[2]).write_text(to_json(saved) + "\n", encoding="utf-8")
 
 
 def _cases(run: PaperRun) -> Iterator[tuple[str, PayloadEstimate]]:

@@ -9,7 +9,7 @@ payload*.toml      payloads
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
@@ -35,6 +35,8 @@ if TYPE_CHECKING:  # a process that only identifies needs no simulator
 Options = TypeVar("Options")
 
 PROBLEM = "problem.json"
+MODELS = ("robot.xml", "robot.urdf")
+_KINDS = (("motion", "parquet"), ("payload", "toml"))
 LARGEST = 1_000_000
 """Bytes of a problem file."""
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=200)]
@@ -90,6 +92,9 @@ class ProblemFile(_Table):
     gains: dict[str, float | str] = {}
 
 
+Stated = TypeVar("Stated", bound=ProblemFile)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GivenProblem:
     """What a method is given.
@@ -132,7 +137,29 @@ def write_problem(
         OSError: If the folder cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    model = _write_model(robot, folder)
+    model = write_model(robot.model, robot.flange, folder)
+    problem = ProblemFile(
+        format=1,
+        robot=RobotTable(model=model, couplings=tuple(couplings)),
+        motions=write_motions(motions, folder),
+        observe=asdict(observing),
+        gains=asdict(gains),
+    )
+    text = json.dumps(problem.model_dump(mode="json"), indent=2, allow_nan=False)
+    (folder / PROBLEM).write_text(text + "\n", encoding="utf-8")
+
+
+def motion_files(motions: int) -> tuple[str, ...]:
+    """Names of the files that `write_motions` may write."""
+    return tuple(f"{kind}-{k}.{ending}" for k in range(1, motions + 1) for kind, ending in _KINDS)
+
+
+def write_motions(motions: Sequence[Recorded], folder: Path) -> tuple[MotionTable, ...]:
+    """Write recordings and payloads; what carries the same payload object shares a file.
+
+    Raises:
+        OSError: If they cannot be written.
+    """
     payloads: dict[int, str] = {}
     tables: list[MotionTable] = []
     for k, motion in enumerate(motions, 1):
@@ -142,15 +169,7 @@ def write_problem(
             write_payload(payload, folder / payloads[id(payload)])
         write_recording(motion.recording, folder / recording)
         tables.append(MotionTable(recording=recording, payload=None if payload is None else payloads[id(payload)]))
-    problem = ProblemFile(
-        format=1,
-        robot=RobotTable(model=model, couplings=tuple(couplings)),
-        motions=tuple(tables),
-        observe=asdict(observing),
-        gains=asdict(gains),
-    )
-    text = json.dumps(problem.model_dump(mode="json"), indent=2, allow_nan=False)
-    (folder / PROBLEM).write_text(text + "\n", encoding="utf-8")
+    return tuple(tables)
 
 
 def read_problem(folder: Path) -> GivenProblem:
@@ -161,13 +180,28 @@ def read_problem(folder: Path) -> GivenProblem:
         IdentificationError: If robot, recording or payload cannot be read.
     """
     path = folder / PROBLEM
-    stated = _read_problem_file(path)
+    return given_problem(path, read_stated(path, ProblemFile), read_recording)
+
+
+def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Recording]) -> GivenProblem:
+    """The problem that a file states, with the files beside it.
+
+    Args:
+        path: The file that states it.
+        stated: What it states.
+        read: Reads a recording.
+
+    Raises:
+        ForeignProblem: If it says what cannot be.
+        IdentificationError: If robot, recording or payload cannot be read.
+    """
+    folder = path.parent
     payloads: dict[str, Payload] = {}
     motions: list[Recorded] = []
     for motion in stated.motions:
         if motion.payload is not None and motion.payload not in payloads:
             payloads[motion.payload] = read_payload(folder / motion.payload)
-        recording: Recording = read_recording(folder / motion.recording)
+        recording = read(folder / motion.recording)
         motions.append(Recorded(recording, None if motion.payload is None else payloads[motion.payload]))
     couplings = tuple((first - 1, second - 1) for first, second in stated.robot.couplings)
     return GivenProblem(
@@ -184,11 +218,16 @@ def is_problem(folder: Path) -> bool:
     return (folder / PROBLEM).is_file()
 
 
-def _read_problem_file(path: Path) -> ProblemFile:
+def read_stated(path: Path, kind: type[Stated]) -> Stated:
+    """What a file states, a problem or more.
+
+    Raises:
+        ForeignProblem: If it cannot be read, or states what cannot be; the message says where.
+    """
     try:
         if path.stat().st_size > LARGEST:
             raise ForeignProblem(f"{one_line(path)}: larger than {LARGEST} bytes; it is no problem file")
-        return ProblemFile.model_validate_json(path.read_text(encoding="utf-8"), strict=True)
+        return kind.model_validate_json(path.read_text(encoding="utf-8"), strict=True)
     except OSError as error:
         raise ForeignProblem(f"{one_line(path)}: {error.strerror}; expected the file of a problem folder") from error
     except UnicodeDecodeError as error:
@@ -208,10 +247,22 @@ def _options(kind: type[Options], table: Mapping[str, object], path: Path, key: 
         raise ForeignProblem(f"{one_line(path)}: {key}: {error}") from error
 
 
-def _write_model(robot: "Robot", folder: Path) -> str:
-    """The kinematics of a robot as a file of its own; its name."""
-    minimal = minimal_model(robot.model, robot.flange)
-    text, name = minimal.text, f"robot.{'xml' if minimal.kind == 'mjcf' else 'urdf'}"
+def write_model(model: Path, flange: str | None, folder: Path) -> str:
+    """Write the kinematics of a robot as a file of its own.
+
+    Args:
+        model: MJCF or URDF file.
+        flange: Last body of the arm, where the file has more.
+        folder: Where; the file has one of the names `MODELS`.
+
+    Returns:
+        The file's name.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    minimal = minimal_model(model, flange)
+    text, name = minimal.text, MODELS[minimal.kind == "urdf"]
     if minimal.kind == "mjcf":
         gravity = " ".join(repr(g) for g in minimal.gravity)
         text = text.replace("<worldbody>", f'<option gravity="{gravity}"/><worldbody>', 1)

@@ -15,12 +15,15 @@ from scenarios.files.schema_line import schema_line
 from scenarios.run import Run, as_identified
 from scenarios.store.documents import run_document, to_json, true_bodies
 from scenarios.store.gains_file import Origin
+from scenarios.store.problem_folder import MODELS, MotionTable, RobotTable, write_model
+from scenarios.store.record import RECORD, RESULT, RecordFile, digests_of, now, write_record
+from scenarios.versions import versions
 
 
 def run_files(prepared: Bench) -> tuple[str, ...]:
-    """Names of the files that are written: a recording a motion, a payload a mounting, truth and result."""
+    """Names of the files that are written: a recording a motion, a payload a mounting, the arm, truth and result."""
     recordings = [f"{experiment.name}.parquet" for experiment in prepared.experiments]
-    return (*recordings, *map(payload_file, prepared.payloads), "truth.json", "result.json")
+    return (*recordings, *map(payload_file, prepared.payloads), *MODELS, "truth.json", RESULT, RECORD)
 
 
 def payload_file(mounting: str) -> str:
@@ -28,10 +31,16 @@ def payload_file(mounting: str) -> str:
     return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
 
 
-def save_run(run: Run, folder: Path) -> None:
-    """Write recordings, believed payloads, truth and result.
+def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None) -> None:
+    """Write recordings, believed payloads, the arm, truth and result, and the record of all that.
 
     `identify_command` gives the same estimate on them, to the last digit.
+
+    Args:
+        run: To be written.
+        folder: Where.
+        command: That made it.
+        named: What the scenario was called by.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -48,7 +57,38 @@ def save_run(run: Run, folder: Path) -> None:
         "payloads": bodies,
     }
     (folder / "truth.json").write_text(to_json(truth) + "\n", encoding="utf-8")
-    (folder / "result.json").write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
+    (folder / RESULT).write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
+    robot = run.bench.experiments[0].plant.robot
+    model = write_model(robot.model, robot.flange, folder)
+    record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named})
+    write_record(record, folder)
+
+
+def _record(run: Run, folder: Path, model: str) -> RecordFile:
+    prepared, scenario = run.bench, run.bench.scenario
+    chosen, order = scenario.table.identification, grouped(prepared.protocol)
+    names = [f"{prepared.experiments[k].name}.parquet" for k in order]
+    carried = [prepared.protocol[k] for k in order]
+    written = [name for name in run_files(prepared) if name not in (*MODELS, RECORD)]
+    return RecordFile(
+        format=1,
+        kind="run",
+        title=f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}",
+        command="",
+        created=now(),
+        sources=tuple(names),
+        robot=RobotTable(model=model, couplings=scenario.table.belief.couplings),
+        motions=tuple(
+            MotionTable(recording=name, payload=None if what == BARE else payload_file(what))
+            for name, what in zip(names, carried, strict=True)
+        ),
+        observe=asdict(chosen.observe),
+        gains=asdict(chosen.gains),
+        method=chosen.method,
+        options=dict(chosen.options),
+        versions=versions(),
+        files=digests_of(folder, [*written, model]),
+    )
 
 
 def origin(run: Run) -> Origin:

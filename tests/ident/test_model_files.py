@@ -200,3 +200,17 @@ def test_the_first_of_two_elements_of_a_name_is_told_by_its_line_alone_wherever_
     (folder / name).write_text(text)
     with pytest.raises(RobotModelError, match=rf"'elbow_joint' is there twice; the first one is in line {line}$"):
         load_arm(folder / name)
+
+
+def test_a_model_that_was_reduced_before_is_the_same_arm(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(mjcf())
+    for name in ("once.xml", "twice.xml"):
+        reduced = minimal_model(path).text
+        path = tmp_path / name
+        path.write_text(reduced)
+    first, last = load_arm(tmp_path / "arm.xml"), load_arm(path)
+    assert last.joint_names == first.joint_names
+    for field in ("translation", "rotation", "axis", "lower", "upper"):
+        # One more body around it, which neither turns nor moves.
+        np.testing.assert_allclose(getattr(last, field), getattr(first, field), rtol=0, atol=1e-15)

@@ -59,7 +59,7 @@ WRONG = [
     (["run", "nominal", "--seed", "0", "--seed", "0"], "--seed: given twice"),
     (["run", "nominal", "--json", "--json"], "--json: given twice"),
     (["run", "nominal", "--json", "--format", "text"], "not allowed with argument"),
-    (["run", "nominal", "--format", "html"], "invalid choice: 'html'"),
+    (["run", "nominal", "--format", "pdf"], "invalid choice: 'pdf'"),
     (["run", "nominal", "--save", ""], "expected the name of a folder"),
     (["run", "nominal", "--sav", "x"], "rx90 run: unrecognized arguments: --sav; did you mean '--save'?; see rx90 run"),
     (["identify", "--metod=nls"], "unrecognized arguments: --metod=nls; did you mean '--method'?"),

@@ -1,3 +1,4 @@
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -6,8 +7,12 @@ import pytest
 from printed import printed
 
 from scenarios.cli import main
+from scenarios.errors import ForeignResult
 from scenarios.paper import published
 from scenarios.paper.experiment import checks_of, run_paper
+from scenarios.reports.content import Paragraph
+from scenarios.reports.pages import page_of
+from scenarios.reports.plot import Plot
 
 
 @pytest.fixture(scope="module")
@@ -48,14 +53,22 @@ def test_published_numbers_agree_with_each_other():
         )  # digits printed
 
 
-def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys):
+def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys, repeated, monkeypatch):
     assert main(["paper", "--out", str(tmp_path / "out"), "--json"]) == 0
     document = printed(capsys, "paper")
     assert list(document) == ["cases", "second_payload", "checks", "passed"]
     assert [list(case) for case in document["cases"]] == [["case", "gains", "payload", "fit", "published"]] * 3
     assert all(set(check) == {"claim", "holds"} for check in document["checks"])
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"paper.md", "figure3.png", "figure3.svg", "parameters.parquet", "rows.parquet", ".rx90.json"}
+    assert names == {
+        "paper.md",
+        "figure3.png",
+        "figure3.svg",
+        "parameters.parquet",
+        "rows.parquet",
+        "paper.json",
+        ".rx90.json",
+    }
     text = (tmp_path / "out" / "paper.md").read_text()
     assert "| case 2 M | 7.025 |" in text
     assert "| 7.170 |" in text
@@ -65,6 +78,24 @@ def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys):
     assert (mass.value, stated["true"]) == (stated["estimate"], 7.025)
     rows = pd.read_parquet(tmp_path / "out" / "rows.parquet").query("case == 'case 1'")
     assert len(rows) == document["cases"][0]["fit"]["rows"]
+    monkeypatch.setattr("scenarios.reports.pages.paper.run_paper", lambda seed: repeated if seed == 0 else None)
+    report = page_of(tmp_path / "out")
+    assert report.document == document
+    assert report.parts[0].text == "PASSED: all 8 claims hold."
+    assert not any("Repeated now" in part.text for part in report.parts if isinstance(part, Paragraph))
+    torques = [part for part in report.parts if isinstance(part, Plot) and part.zoom]
+    shown = pd.read_parquet(tmp_path / "out" / "rows.parquet").query("case == 'case 2' and joint == 3 and not loaded")
+    drawn = [value for value in torques[2].series[0].y if value is not None]
+    np.testing.assert_allclose(drawn[: len(shown)], shown["measured"], rtol=6e-5)  # five digits
+    predicted = [value for value in torques[2].series[1].y if value is not None]
+    np.testing.assert_allclose(predicted[: len(shown)], shown["reconstructed"], rtol=6e-5)  # likewise
+    saved = json.loads((tmp_path / "out" / "paper.json").read_text())
+    saved["result"]["cases"][0]["gains"][1] *= 1.01
+    (tmp_path / "out" / "paper.json").write_text(json.dumps(saved))
+    assert "Repeated now, the experiment gives other numbers" in page_of(tmp_path / "out").parts[1].text
+    (tmp_path / "out" / "paper.json").unlink()
+    with pytest.raises(ForeignResult, match=r"holds paper\.md but no paper\.json: half written, or older"):
+        page_of(tmp_path / "out")
 
 
 def test_paper_prints_ours_beside_the_published_numbers(capsys):

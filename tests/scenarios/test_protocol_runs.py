@@ -75,7 +75,13 @@ def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path,
     command = capsys.readouterr().out.splitlines()[-1]
     expected = {f"{name}.parquet" for name in motion_names(protocol)}
     expected |= {"payload.toml" if name == "loaded" else f"payload-{name}.toml" for name in mountings(protocol)}
-    assert {each.name for each in folder.iterdir()} == expected | {"truth.json", "result.json", ".rx90.json"}
+    assert {each.name for each in folder.iterdir()} == expected | {
+        "robot.xml",
+        "truth.json",
+        "result.json",
+        "record.json",
+        ".rx90.json",
+    }
     assert main([*shlex.split(command)[1:], "--json"]) == 0
     again, result = json.loads(capsys.readouterr().out), json.loads((folder / "result.json").read_text())
     for key in ("estimate", "std", "total_std"):

@@ -10,6 +10,7 @@ RENDERERS = {
     "text": "aligned tables for a terminal",
     "markdown": "Markdown, with every row",
     "json": "one JSON object for programs",
+    "html": "a page for a browser, whole in one file",
 }
 """Names with what they are; each is a module here, imported when it is used."""
 

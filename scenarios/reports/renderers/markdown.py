@@ -1,15 +1,17 @@
 """A report as Markdown: every row of every table, figures by the names of their files."""
 
-from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table
+from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Picture, Report, Table
+from scenarios.reports.plot import Plot
 from scenarios.reports.renderers import Page
 
 
 def render(report: Report, page: Page) -> str:
     """Draw title and parts, an empty line between them."""
-    return "\n\n".join([f"# {report.title}", *(_part(part) for part in report.parts)]) + "\n"
+    drawn = [_part(part) for part in report.parts if not isinstance(part, Plot | Picture)]  # a page alone shows these
+    return "\n\n".join([f"# {report.title}", *drawn]) + "\n"
 
 
-def _part(part: Part) -> str:
+def _part(part: Paragraph | Line | Heading | Figure | Table) -> str:
     match part:
         case Paragraph(text, strong=strong):
             return f"**{text}**" if strong else text

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from scenarios.reports.content import Cell, Column, Figure, Heading, Line, Mood, Paragraph, Report, Table
+from scenarios.reports.content import Cell, Column, Figure, Heading, Line, Mood, Paragraph, Picture, Report, Table
+from scenarios.reports.plot import Plot
 from scenarios.reports.renderers import Page
 
 WIDE = 10_000
@@ -47,7 +48,7 @@ def render(report: Report, page: Page) -> str:
                     console.print(Text(f"\n{text}", style="bold"), width=width)
                 case Table():
                     _print_table(part, console, width)
-                case Figure():
+                case Figure() | Plot() | Picture():
                     pass
     return "\n".join(line.rstrip() for line in capture.get().split("\n"))
 

@@ -1,0 +1,43 @@
+"""`rx90 report`."""
+
+import argparse
+from pathlib import Path
+
+import scenarios.commands.arguments as arguments
+from scenarios.commands.lifetime import tell
+from scenarios.commands.status import Status
+
+PAGE = "report.html"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add(
+        "folder",
+        metavar="DIR",
+        type=arguments.folder,
+        help="what run, identify or check --save, or monte-carlo, sensitivity, compare or paper --out left",
+    )
+    add("--out", type=arguments.file, metavar="FILE", help=f"the page (default DIR/{PAGE})")
+    add("--no-picture", action="store_true", help="leave out the picture of the arm, which takes some seconds")
+    arguments.add_force_argument(parser)
+
+
+def main(options: argparse.Namespace) -> Status:
+    """Read the folder, draw the page."""
+    from scenarios.reports.pages import page_of
+    from scenarios.reports.pages.still import with_picture
+    from scenarios.reports.renderers import Page, renderer
+    from scenarios.store.claim import claim
+
+    path: Path = options.out or options.folder / PAGE
+    held = claim(path.parent, [path.name], command="rx90 report", force=options.force)
+    report = page_of(options.folder)
+    if not options.no_picture:
+        report = with_picture(report, options.folder)
+    text = renderer("html")(report, Page())
+    with held.writing():
+        path.write_text(text, encoding="utf-8", errors="backslashreplace")
+    tell(f"{path}: {len(text.encode(errors='backslashreplace')) / 1e6:.2f} MB, open it in any browser\n")
+    return Status.PASSED

@@ -1,0 +1,76 @@
+"""How the joints of a recording moved, as a table and as a plot."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ident.arm import Arm
+from ident.checks.motion import JointMotion
+from scenarios.reports.content import Cell, Column, Table, cells, number, percent
+from scenarios.reports.plot import TONES, Axis, Plot, Series, intervals
+
+COLUMNS = (
+    Column(title="Joint"),
+    Column(title="Name", words=True),
+    Column(title="From", unit="rad, m"),
+    Column(title="To", unit="rad, m"),
+    Column(title="Of its range", unit="%"),
+    Column(title="Fastest", unit="rad/s, m/s"),
+    Column(title="Acceleration", unit="rms"),
+    Column(title="Slow", unit="% of time"),
+    Column(title="Current", unit="rms"),
+)
+
+
+def motion_table(title: str, motions: Sequence[JointMotion], arm: Arm) -> Table:
+    """A row a joint.
+
+    Args:
+        title: Of the table.
+        motions: One a joint.
+        arm: That moved.
+    """
+    rows = (_motion_row(j, arm.joint_names[j], motion) for j, motion in enumerate(motions))
+    return Table(title=title, columns=COLUMNS, rows=tuple(rows))
+
+
+def coverage_plot(recorded: Mapping[str, Sequence[JointMotion]], arm: Arm) -> Plot:
+    """What of each joint's range every recording shows; positions themselves where the model states no range.
+
+    Args:
+        recorded: Motions of each joint, by the name of the recording.
+        arm: That moved.
+    """
+    span = arm.upper - arm.lower
+    stated = bool(np.isfinite(span).all())
+    low, unit = (arm.lower, "% of range") if stated else (np.zeros(arm.n), "rad, m")
+    size = span / 100.0 if stated else np.ones(arm.n)
+    names = tuple(f"{j + 1}" for j in range(arm.n))
+    series: list[Series] = []
+    for k, (name, motions) in enumerate(recorded.items()):
+        ends = np.array([[each.low, each.high] for each in motions])
+        placed = (ends - low[:, None]) / size[:, None]  # (n, 2)
+        seen = [(0.5 * (a + b), a, b) for a, b in placed.tolist()]
+        series.append(intervals(name, names, seen, TONES[k % len(TONES)]))
+    of = "the range that the model states" if stated else "no range: the model states none"
+    return Plot(
+        title="Where each joint went",
+        caption=f"From the lowest to the highest position of each joint, in shares of {of}.",
+        x=Axis(title="joint", categories=names),
+        y=Axis(title="position", unit=unit, zero=stated),
+        series=tuple(series),
+    )
+
+
+def _motion_row(j: int, name: str, motion: JointMotion) -> tuple[Cell, ...]:
+    ends = (number(float(np.round(end, 3)), ".3f") for end in (motion.low, motion.high))
+    return cells(
+        str(j + 1),
+        name,
+        *ends,
+        percent(motion.covered, ".0f"),
+        f"{motion.speed:.3g}",
+        f"{motion.acceleration_rms:.3g}",
+        percent(motion.slow, ".0f"),
+        f"{motion.current_rms:.3g}",
+    )

@@ -1,0 +1,71 @@
+"""Pages of results: one file a kind, whose `page` turns a folder into a report with plots, its verdict first."""
+
+import json
+from importlib import import_module
+from pathlib import Path
+
+from ident.naming import one_line
+from scenarios.errors import ForeignResult
+from scenarios.reports.content import Report
+from scenarios.store.record import RECORD, RESULT
+
+PAGES = {
+    "run": "identification",
+    "identification": "identification",
+    "check": "check",
+    "monte-carlo": "monte_carlo",
+    "sensitivity": "sensitivity",
+    "comparison": "comparison",
+    "paper": "paper",
+}
+"""Kinds of results, with the modules here that make their pages."""
+STUDY, COMPARISON, PAPER = "study.json", "report.json", "paper.json"
+LEAVERS = "run, identify or check --save, or monte-carlo, sensitivity, compare or paper --out"
+
+
+def page_of(folder: Path) -> Report:
+    """The page of whatever a folder holds.
+
+    Raises:
+        ForeignResult: If it holds nothing that a page could be made of, or something of another version.
+        UnfinishedResult: If it is a study that is not finished.
+        DamagedResult: If a file is missing or changed.
+    """
+    return import_module(f"{__name__}.{PAGES[kind_of(folder)]}").page(folder)
+
+
+def kind_of(folder: Path) -> str:
+    """What a folder holds, a key of `PAGES`.
+
+    Raises:
+        ForeignResult: If it holds nothing that a page could be made of.
+    """
+    if not folder.is_dir():
+        raise ForeignResult(f"{one_line(folder)}: is no folder; expected one that {LEAVERS} left")
+    for name, key, kind in ((RECORD, "kind", None), (STUDY, "study", None), (COMPARISON, None, "comparison")):
+        if (folder / name).is_file():
+            return kind or _stated(folder / name, key or "")
+    if (folder / PAPER).is_file():
+        return "paper"
+    if (folder / RESULT).is_file():
+        raise ForeignResult(
+            f"{one_line(folder)}: holds {RESULT} but no {RECORD}: half written, or older; save it again"
+        )
+    if (folder / "paper.md").is_file():
+        raise ForeignResult(
+            f"{one_line(folder)}: holds paper.md but no {PAPER}: half written, or older; write it again"
+        )
+    raise ForeignResult(f"{one_line(folder)}: holds no result; expected a folder that {LEAVERS} left")
+
+
+def _stated(path: Path, key: str) -> str:
+    """The kind that a file states."""
+    try:
+        stated = json.loads(path.read_text(encoding="utf-8"))[key]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version: it states no {key!r}") from error
+    if stated not in PAGES:
+        raise ForeignResult(f"{one_line(path)}: states {key} {one_line(stated)!r}; known: {', '.join(PAGES)}")
+    if stated == "comparison":
+        raise ForeignResult(f"{one_line(path.parent)}: is one scenario of a comparison; name the folder it is in")
+    return stated

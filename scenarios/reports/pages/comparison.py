@@ -1,0 +1,102 @@
+"""The page of a comparison: who solves most, errors and coverage joint by joint, the tables."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from ident.naming import one_line
+from scenarios.errors import ForeignResult
+from scenarios.reports.comparison import Compared, comparison_report
+from scenarios.reports.content import Heading, Paragraph, Part, Report
+from scenarios.reports.pages import provenance
+from scenarios.reports.pages.monte_carlo import NORMAL, in_percent
+from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
+
+DOCUMENT = "report.json"
+
+
+def page(folder: Path) -> Report:
+    """Everything that the folder tells.
+
+    Raises:
+        ForeignResult: If its document is damaged, or of another version.
+    """
+    path = folder / DOCUMENT
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        compared = TypeAdapter(list[Compared]).validate_python(document["scenarios"])
+        about = TypeAdapter(dict[str, str]).validate_python(document["about"])
+    except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+    if not compared or not all(each.methods for each in compared):
+        raise ForeignResult(f"{one_line(path)}: compares nothing")
+    told = comparison_report(compared, about)
+    drawn = {f"{each.name}, {_trials(each)}": plots(each) for each in compared}
+    parts: list[Part] = [Paragraph(verdict(compared), strong=True)]
+    for part in told.parts[: len(told.parts) - len(about)]:
+        parts.append(part)
+        if isinstance(part, Heading):
+            parts += drawn.get(part.text, [])
+    others = {key: text for key, text in about.items() if key != "Command"}
+    parts += provenance.repeated({"As it was made": about.get("Command", "")}, others, {})
+    return Report(told.title, tuple(parts), document)
+
+
+def verdict(compared: Sequence[Compared]) -> str:
+    """Who solves most of each scenario, in a sentence."""
+    said = [
+        f"on {each.name} {each.methods[0].method} scores {100.0 * each.methods[0].score:.1f} %"
+        + (f", {each.methods[1].method} {100.0 * each.methods[1].score:.1f} %" if len(each.methods) > 1 else "")
+        for each in compared
+    ]
+    text = "; ".join(said)
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def plots(compared: Compared) -> list[Part]:
+    """Errors and coverage of the best methods by joint."""
+    best = compared.methods[: len(TONES)]
+    names = tuple(str(joint.joint) for joint in best[0].joints)
+    others = len(compared.methods) - len(best)
+    left = f" {others} further methods are in the table alone." if others else ""
+    rms, held = list[Series](), list[Series]()
+    for method, tone in zip(best, TONES, strict=False):
+        there = [(str(joint.joint), joint.rms) for joint in method.joints if joint.rms is not None]
+        rms.append(
+            Series(
+                label=method.method,
+                mark=Mark.BARS,
+                tone=tone,
+                x=tuple(name for name, _ in there),
+                y=values([100.0 * size for _, size in there]),
+            )
+        )
+        covered = [(str(joint.joint), joint.cover_2) for joint in method.joints if joint.cover_2 is not None]
+        held.append(
+            intervals(method.method, [name for name, _ in covered], [in_percent(each) for _, each in covered], tone)
+        )
+    joint = Axis(title="joint", categories=names)
+    return [
+        Plot(
+            title="Rms error",
+            caption=f"Of the gains that each method gave; where it gave none there is no bar.{left}",
+            x=joint,
+            y=Axis(title="rms error", unit="%", zero=True),
+            series=tuple(rms),
+        ),
+        Plot(
+            title="How often two stated deviations hold the truth",
+            caption=f"Bars: 95 % intervals. Dashed: {100.0 * NORMAL:.1f} %, what honest ones give.{left}",
+            x=joint,
+            y=Axis(title="held", unit="% of gains"),
+            series=tuple(held),
+            references=(Reference("", 100.0 * NORMAL),),
+        ),
+    ]
+
+
+def _trials(compared: Compared) -> str:
+    return "1 trial" if compared.trials == 1 else f"{compared.trials} trials"

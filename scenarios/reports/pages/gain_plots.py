@@ -1,0 +1,108 @@
+"""Plots of gains: how sure each is, what that is made of, how far it is off where the truth is known."""
+
+from collections.abc import Sequence
+
+from ident.arrays import Array
+from ident.estimate import IdentifiedGain, JointResult
+from scenarios.judge import GainVerdict
+from scenarios.reports.content import Paragraph
+from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, about, intervals, values
+
+JOINT = "joint"
+
+
+def error_plot(gains: Sequence[GainVerdict]) -> Plot:
+    """Errors with their intervals beside the tolerance; a joint without a gain has its tolerance alone."""
+    names = tuple(str(gain.joint) for gain in gains)
+    found = [(gain, gain.rel_error, gain.std or 0.0) for gain in gains if gain.rel_error is not None]
+    errors = [about(100.0 * off, 200.0 * std / abs(gain.true)) for gain, off, std in found]
+    return Plot(
+        title="Error of each gain, with its interval",
+        caption="Point: identified less injected gain. Bar: two standard deviations either way, all shares together. "
+        "An honest bar holds zero in 19 of 20 cases. Broad stripe: the tolerance.",
+        x=Axis(title=JOINT, categories=names),
+        y=Axis(title="error", unit="%", zero=True),
+        series=(
+            intervals("tolerance", names, [about(0.0, 100.0 * gain.tolerance) for gain in gains], Tone.QUIET),
+            intervals("error, 2 sigma", [str(gain.joint) for gain, _, _ in found], errors, Tone.FIRST),
+        ),
+    )
+
+
+def value_plot(joints: Sequence[JointResult], unit: str) -> Plot:
+    """Gains with their intervals."""
+    names = tuple(str(k) for k in range(1, len(joints) + 1))
+    found = [(str(k), joint) for k, joint in enumerate(joints, 1) if isinstance(joint, IdentifiedGain)]
+    return Plot(
+        title="Gains, with their intervals",
+        caption="Bar: two standard deviations either way, all shares together. Refused joints have no number.",
+        x=Axis(title=JOINT, categories=names),
+        y=Axis(title="gain", unit=unit),
+        series=(
+            intervals(
+                "gain, 2 sigma",
+                [name for name, _ in found],
+                [about(gain.value, 2.0 * gain.total_std) for _, gain in found],
+                Tone.FIRST,
+            ),
+        ),
+    )
+
+
+def share_plot(joints: Sequence[JointResult]) -> Plot:
+    """What each interval is made of."""
+    names = tuple(str(k) for k in range(1, len(joints) + 1))
+    found = [(str(k), joint) for k, joint in enumerate(joints, 1) if isinstance(joint, IdentifiedGain)]
+    shares = {
+        "residual": [joint.std / abs(joint.value) for _, joint in found],
+        "payload": [joint.payload_rel_std for _, joint in found],
+        "model": [joint.model_rel_std for _, joint in found],
+    }
+    tones = (Tone.FIRST, Tone.SECOND, Tone.THIRD)
+    return Plot(
+        title="What the intervals are made of",
+        caption="Two standard deviations of each share alone; the interval is the root of the sum of their squares.",
+        x=Axis(title=JOINT, categories=names),
+        y=Axis(title="2 sigma", unit="%", zero=True),
+        series=tuple(
+            Series(
+                label=label,
+                mark=Mark.BARS,
+                tone=tone,
+                x=tuple(name for name, _ in found),
+                y=values([200.0 * share for share in numbers]),
+            )
+            for (label, numbers), tone in zip(shares.items(), tones, strict=True)
+        ),
+    )
+
+
+def what_would_show(joints: Sequence[JointResult], allowed: float) -> list[Paragraph]:
+    """For each refused joint, what data would show its gain.
+
+    Args:
+        joints: One a joint.
+        allowed: Largest predicted relative deviation of a gain that is not refused.
+    """
+    return [
+        Paragraph(f"Joint {number}, to be shown: {_advice(joint.predicted_rel_std, allowed)}.")
+        for number, joint in enumerate(joints, 1)
+        if not isinstance(joint, IdentifiedGain)
+    ]
+
+
+def _advice(predicted: float | None, allowed: float) -> str:
+    if predicted is None:
+        return "these data say nothing of how sure its gain would be; mount a payload whose weight the joint feels"
+    factor = predicted / allowed
+    if factor <= 1.0:
+        return "its deviation is not what it is refused for; see the reason above"
+    return (
+        f"a payload that puts {factor:.1f} times the torque on it (farther from its axis, or heavier; `rx90 payload` "
+        f"designs one), or {factor**2:.0f} times as many rows of motions like these"
+    )
+
+
+def unit_of(revolute: Array) -> str:
+    """Unit of the gains of an arm, for an axis."""
+    return "N m/unit" if revolute.all() else "N/unit" if not revolute.any() else "N (m)/unit"

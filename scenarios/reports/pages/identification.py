@@ -1,0 +1,142 @@
+"""The page of a run or an identification: verdict, gains, refusals, torques, residuals, motion, consistency, origin."""
+
+from pathlib import Path
+
+from ident.checks.motion import joint_motions
+from scenarios.again import Again, identified_again
+from scenarios.reports.content import Cell, Column, Heading, Mood, Paragraph, Part, Report, Table, cells
+from scenarios.reports.gains import note_paragraphs, payload_tables, reason_paragraph
+from scenarios.reports.identify import identified_table, summary
+from scenarios.reports.motion import coverage_plot, motion_table
+from scenarios.reports.pages import provenance
+from scenarios.reports.pages.gain_plots import error_plot, share_plot, unit_of, value_plot, what_would_show
+from scenarios.reports.pages.joint_rows import begins, joint_rows
+from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
+from scenarios.reports.pages.torque_plots import TOLD, torque_plot
+from scenarios.reports.run import conclusion, judged_table
+from scenarios.store.record import RESULT, identify_words
+
+
+def page(folder: Path) -> Report:
+    """Everything that the folder tells.
+
+    Raises:
+        ForeignResult: If it holds no run or identification, or one of another version.
+        DamagedResult: If a file is missing or changed.
+    """
+    again = identified_again(folder)
+    evidence, estimate = again.evidence, again.found.estimate
+    start = begins(evidence)
+    rows = [joint_rows(evidence, joint, start) for joint in sorted(estimate.solution.rows.unknowns)]
+    names = provenance.named(again.record.sources)
+    parts: list[Part] = [_verdict(again), *_differences(again), *_gains(again)]
+    parts += _refusals(again)
+    parts += _consistency(again)
+    parts += [
+        Heading("Torques, measured and reconstructed"),
+        Paragraph(TOLD),
+        *(torque_plot(each, names, start) for each in rows),
+        Heading("What is left: spectrum"),
+        Paragraph(SPECTRUM),
+        *(spectrum_plot(each, estimate.solution.rows) for each in rows),
+    ]
+    for what in ("position", "speed"):
+        seen = [against(each, what) for each in rows if len(each.q)]
+        parts += [Heading(f"What is left, against {what}"), Paragraph(AGAINST), *seen] if seen else []
+    parts += [Heading("Outliers"), *outliers(rows, names, start)]
+    parts += _motion(again, names)
+    given = provenance.payloads(again.record, again.given)
+    parts += provenance.assumed(again.record, given, again.problem.structure.arm)
+    parts += _repeated(again)
+    return Report(again.record.title, tuple(parts), again.document)
+
+
+def _verdict(again: Again) -> Paragraph:
+    if again.result.judged:
+        return conclusion([gain.verdict for gain in again.result.gains])
+    fit = again.result.fit
+    return summary(again.result.joints, fit.rows, fit.rel_error_norm)
+
+
+def _differences(again: Again) -> list[Part]:
+    """That identification gives something else now, if it does."""
+    if not again.differences:
+        return []
+    said = f"Identified again from these files, the gains are not those of {RESULT}: {'; '.join(again.differences)}."
+    why = "The table shows what was saved; all plots but those of the gains show what is identified now."
+    return [Paragraph(f"{said} {why}", Mood.BAD, strong=True)]
+
+
+def _gains(again: Again) -> list[Part]:
+    result, revolute = again.result, again.problem.structure.arm.revolute
+    estimate = again.found.estimate
+    if result.judged:
+        verdicts = [gain.verdict for gain in result.gains]
+        table, plot = judged_table(verdicts, result.joints, revolute), error_plot(verdicts)
+    else:
+        shares = [estimate.residual_share(joint) for joint in range(len(result.joints))]
+        table = identified_table(result.joints, shares, revolute)
+        plot = value_plot(result.joints, unit_of(revolute))
+    fit = result.fit
+    told = f"{fit.rows} rows by {fit.method}, relative residual {100.0 * fit.rel_error_norm:.2f} %."
+    notes = note_paragraphs(result.notes, result.findings, revolute)
+    found = any(gain.identifiable for gain in result.gains)
+    plots: list[Part] = [plot, share_plot(result.joints)] if found else []
+    return [Heading("Gains"), table, Paragraph(told), *notes, *plots, *payload_tables(result.parameters)]
+
+
+def _refusals(again: Again) -> list[Part]:
+    """Why joints are refused or have missed, and what would show them."""
+    reasons: list[Part] = [
+        reason_paragraph(gain.joint, gain.reason) for gain in again.result.gains if gain.reason is not None
+    ]
+    shown = what_would_show(again.result.joints, again.problem.options.max_rel_std)
+    return [Heading("Refused or missed, and what would show it"), *reasons, *shown] if reasons else []
+
+
+def _consistency(again: Again) -> list[Part]:
+    """What the tests found, each with its statistic."""
+    columns = (
+        Column(title="Test", words=True),
+        Column(title="Worst joint"),
+        Column(title="Found"),
+        Column(title="Limit"),
+        Column(title="Of what", words=True),
+        Column(title="Verdict", words=True),
+    )
+    rows = tuple(
+        cells(
+            each.check,
+            str(each.joint + 1),
+            f"{each.statistic:.3g}",
+            f"{each.threshold:.3g}",
+            each.measure,
+            Cell("speaks up", Mood.DOUBTFUL) if each.failed else Cell("quiet", Mood.GOOD),
+        )
+        for each in again.result.findings
+    )
+    said = "A test may be beyond its limit and quiet: what it finds moves no gain by what matters."
+    return [Heading("Consistency"), Table(columns=columns, rows=rows), Paragraph(said)] if rows else []
+
+
+def _motion(again: Again, names: tuple[str, ...]) -> list[Part]:
+    arm, observing = again.problem.structure.arm, again.given.observing
+    recorded = {
+        name: joint_motions(each.recording, arm, observing) for name, each in zip(names, again.motions, strict=True)
+    }
+    tables = [motion_table(name, motions, arm) for name, motions in recorded.items()]
+    return [Heading("Motion, and what it covers"), coverage_plot(recorded, arm), *tables]
+
+
+def _repeated(again: Again) -> list[Part]:
+    record, result = again.record, again.result
+    commands = {"The same from these files": identify_words(again.folder, record)}
+    if record.command:
+        commands = {"As it was made": record.command, **commands}
+    about = {
+        "Made": record.created,
+        **({} if result.seed is None else {"Seed": str(result.seed)}),
+        "Recordings": ", ".join(record.sources),
+        "Versions": provenance.versions_in_words(record.versions),
+    }
+    return provenance.repeated(commands, about, record.files)

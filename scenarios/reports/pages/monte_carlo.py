@@ -1,0 +1,184 @@
+"""The page of a Monte Carlo study: verdict, errors and intervals joint by joint, refusals, the worst trials."""
+
+import shlex
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from scipy import stats
+
+from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table, cells
+from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
+from scenarios.reports.pages import provenance
+from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, values
+from scenarios.reports.plots.monte_carlo import panels
+from scenarios.store.stored_study import StoredStudy, read_study
+from scenarios.studies.coverage import Coverage, coverage
+from scenarios.studies.joint_rows import JointRows, rows_in
+from scenarios.studies.pass_rule import FALSE_ALARM
+from scenarios.studies.statistics import JointStatistics, joint_statistics
+
+BINS, WORST = 40, 5
+NEEDED = ("seed", "joint", "rel_error", "z")
+"""Columns of a study that its worst trials are found by."""
+NORMAL = float(2.0 * stats.norm.cdf(2.0) - 1.0)
+"""Trials of which an honest interval of two deviations holds the truth."""
+
+
+def page(folder: Path) -> Report:
+    """Everything that the folder tells.
+
+    Raises:
+        ForeignResult: If it holds no study, or one of another version.
+        UnfinishedResult: If trials are missing.
+        StudyError: If a part is damaged.
+    """
+    study = read_study(folder)
+    wanted = study.scenario.table.tolerance.pass_rate
+    rows = rows_in(study.rows)
+    statistics = joint_statistics(rows.joints, wanted=wanted, false_alarm=FALSE_ALARM)
+    told = monte_carlo_report(
+        StudyResult(scenario=study.scenario, seed=study.seed, asked=study.trials, statistics=statistics, rows=rows)
+    )
+    said = [part for part in told.parts if not isinstance(part, Figure)]
+    verdict = [part for part in said if isinstance(part, Paragraph) and part.strong]
+    parts: list[Part] = [*verdict, *(part for part in said if part not in verdict)]
+    parts += [
+        coverage_plot(rows.joints),
+        pass_plot(statistics),
+        Heading("How far off"),
+        *(error_plot(joint, of) for joint, of in panels(rows.joints).items()),
+        *_refused(statistics),
+        *_worst(study),
+    ]
+    about = {"Trials": str(study.trials), "First seed": str(study.seed)}
+    about["Versions"] = provenance.versions_in_words(study.versions)
+    parts += provenance.repeated({"As it was made": study.command}, about, {})
+    return Report(told.title, tuple(parts), told.document)
+
+
+def coverage_plot(joints: Sequence[JointRows]) -> Plot:
+    """How often two claimed deviations held the truth, with binomial intervals."""
+    names = tuple(str(rows.joint) for rows in joints)
+    found = {
+        str(rows.joint): held
+        for rows in joints
+        if (held := coverage(np.abs(rows.z[np.isfinite(rows.z)]) < 2.0)) is not None
+    }
+    return Plot(
+        title="How often two claimed deviations hold the truth",
+        caption=f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, what honest ones give.",
+        x=Axis(title="joint", categories=names),
+        y=Axis(title="held", unit="% of gains"),
+        series=(intervals("within 2 sigma", tuple(found), [in_percent(each) for each in found.values()], Tone.FIRST),),
+        references=(Reference("", 100.0 * NORMAL),),
+    )
+
+
+def in_percent(found: Coverage) -> tuple[float, float, float]:
+    """A coverage with the ends of its interval [%]."""
+    return 100.0 * found.share, 100.0 * found.low, 100.0 * found.high
+
+
+def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
+    """Pass rates with their intervals."""
+    names = tuple(str(joint.joint) for joint in statistics)
+    wanted = 100.0 * statistics[0].wanted
+    return Plot(
+        title="How often each joint passed",
+        caption=f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {wanted:g} %, the pass rate that is asked for.",
+        x=Axis(title="joint", categories=names),
+        y=Axis(title="passed", unit="% of trials"),
+        series=(
+            intervals(
+                "passed",
+                names,
+                [(100.0 * each.pass_rate, 100.0 * each.pass_low, 100.0 * each.pass_high) for each in statistics],
+                Tone.THIRD,
+            ),
+        ),
+        references=(Reference("", wanted),),
+    )
+
+
+def error_plot(joint: int, rows: JointRows) -> Plot:
+    """Errors of a joint against the density that its claimed deviations promise, and the tolerance."""
+    error, claimed = (100.0 * each for each in (rows.rel_error, rows.claimed))
+    reach = 1.1 * max(float(np.abs(error).max()), 3.0 * float(np.median(claimed)))
+    bins = int(np.clip(np.sqrt(len(error)) * 1.5, 8, BINS))
+    density, edges = np.histogram(error, bins=bins, range=(-reach, reach), density=True)
+    x = np.linspace(-reach, reach, 81)
+    some = claimed[:: max(1, len(claimed) // 500)]
+    promised = stats.norm.pdf(x[:, None], scale=some).mean(axis=1)
+    tolerance = 100.0 * rows.tolerance
+    limits = (-tolerance, tolerance) if tolerance <= reach else ()
+    beyond = "" if limits else f" The tolerance, {tolerance:.3g} %, is beyond."
+    return Plot(
+        title=f"Joint {joint}",
+        caption=f"{len(error)} errors.{beyond}",
+        x=Axis(title="error", unit="%"),
+        y=Axis(title="density", unit="1/%", zero=True),
+        series=(
+            Series(
+                label="errors",
+                mark=Mark.LINE,
+                x=values(np.repeat(edges, 2)),
+                y=values(np.r_[0.0, np.repeat(density, 2), 0.0]),
+            ),
+            Series(label="as claimed", mark=Mark.LINE, tone=Tone.SECOND, x=values(x), y=values(promised)),
+        ),
+        references=tuple(Reference("", limit, upright=True) for limit in limits),
+        height=130,
+    )
+
+
+def _refused(statistics: Sequence[JointStatistics]) -> list[Part]:
+    rows = tuple(
+        cells(str(joint.joint), str(joint.trials - joint.failed - joint.refused), str(joint.refused), str(joint.failed))
+        for joint in statistics
+    )
+    columns = (
+        Column(title="Joint"),
+        Column(title="Gains"),
+        Column(title="Refused"),
+        Column(title="Trials without any estimate"),
+    )
+    return [Heading("Refused and failed"), Table(columns=columns, rows=rows)]
+
+
+def _worst(study: StoredStudy) -> list[Part]:
+    """The trials that are farthest off in deviations that they claim, and how to see the first of them."""
+    worst, many = worst_rows(study.rows.rows(part, NEEDED) for part in study.rows.parts())
+    if not many:
+        return []
+    rows = tuple(
+        cells(str(each["seed"]), str(each["joint"]), f"{100.0 * each['rel_error']:+.3f}", f"{each['z']:+.2f}")
+        for each in worst
+    )
+    columns = (Column(title="Seed"), Column(title="Joint"), Column(title="Error", unit="%"), Column(title="z"))
+    seed = worst[0]["seed"]
+    command = shlex.join(["rx90", "run", study.named, "--seed", str(seed), "--save", f"seed-{seed}"])
+    said = (
+        f"Errors in claimed deviations; the largest of {many} normal ones would be about "
+        f"{float(stats.norm.isf(0.5 / many)):.1f}. To see the worst:"
+    )
+    return [Heading("The worst trials"), Table(columns=columns, rows=rows), Paragraph(said), Line(command)]
+
+
+def worst_rows(tables: Iterable[pa.Table]) -> tuple[list[dict[str, Any]], int]:
+    """The `WORST` rows whose errors are the most claimed deviations, the largest first, and of how many.
+
+    Args:
+        tables: With columns `NEEDED`, one after the other.
+    """
+    worst, many = pa.table({}), 0
+    for table in tables:
+        z = np.abs(table["z"].to_numpy())
+        there = np.flatnonzero(np.isfinite(z))
+        many += len(there)
+        some = table.take(there[np.argsort(-z[there], kind="stable")[:WORST]])
+        worst = pa.concat_tables([worst, some]) if len(worst) else some
+        worst = worst.take(np.argsort(-np.abs(worst["z"].to_numpy()), kind="stable")[:WORST])
+    return worst.to_pylist(), many

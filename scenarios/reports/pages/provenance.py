@@ -1,0 +1,92 @@
+"""Where a result comes from: what was assumed, the commands that repeat it, versions, digests."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ident.arm import Arm
+from ident.payload import Payload
+from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Table, cells
+from scenarios.store.problem_folder import GivenProblem
+from scenarios.store.record import RecordFile
+
+TWO = (Column(title="What", words=True), Column(title="Taken for granted", words=True))
+
+
+def assumed(record: RecordFile, given: Mapping[str, Payload], arm: Arm) -> list[Part]:
+    """What a result takes for granted: arm, payloads, options.
+
+    Args:
+        record: Of the folder.
+        given: Payloads by the names of their files.
+        arm: As it was read.
+    """
+    rows = [
+        ("arm", f"{arm.name}: {arm.n} joints, axes and places as the model file draws them; no inertia of it is used"),
+        ("coupled motors", _couplings(record.robot.couplings)),
+        *((f"payload {name}", _payload(payload)) for name, payload in given.items()),
+        ("filters and rows", _options(record.observe)),
+        ("when a gain counts", _options(record.gains)),
+    ]
+    if record.method is not None:
+        rows.insert(0, ("method", record.method + (f", {_options(record.options)}" if record.options else "")))
+    return [Heading("What was assumed"), Table(columns=TWO, rows=tuple(cells(*row) for row in rows))]
+
+
+def payloads(record: RecordFile, given: GivenProblem) -> dict[str, Payload]:
+    """Payloads of a problem by the names of their files."""
+    pairs = zip(record.motions, given.motions, strict=True)
+    return {stated.payload: each.payload for stated, each in pairs if stated.payload and each.payload is not None}
+
+
+def repeated(commands: Mapping[str, str], about: Mapping[str, str], digests: Mapping[str, str]) -> list[Part]:
+    """Commands that do it again, and all that a stranger needs to see the same numbers.
+
+    Args:
+        commands: By what they do.
+        about: What else is to be known: date, seed, versions.
+        digests: SHA-256 of files by name.
+    """
+    parts: list[Part] = [Heading("To repeat it")]
+    for what, command in commands.items():
+        parts += [Paragraph(f"{what}:"), Line(command)]
+    columns = (Column(title="What", words=True), Column(title="Value", words=True))
+    parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in about.items())))
+    if digests:
+        columns = (Column(title="File", words=True), Column(title="SHA-256", words=True))
+        parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in digests.items())))
+    return parts
+
+
+def versions_in_words(versions: Mapping[str, object]) -> str:
+    """Names with versions, on one line."""
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
+
+
+def named(paths: Sequence[str]) -> tuple[str, ...]:
+    """Names of files without their folders and endings."""
+    return tuple(Path(path).stem for path in paths)
+
+
+def _couplings(pairs: Sequence[tuple[int, int]]) -> str:
+    said = [f"motor {second} turns with the sum of joints {first} and {second}" for first, second in pairs]
+    return "; ".join(said) or "none"
+
+
+def _options(options: Mapping[str, object]) -> str:
+    return ", ".join(f"{name} {value}" for name, value in options.items())
+
+
+def _payload(payload: Payload) -> str:
+    used = {"all": "all of it is used", "com": "mass and centre are used", "mass": "its mass alone is used"}
+    said = [f"{payload.mass:g} kg, sigma {payload.mass_std:g}"]
+    if payload.com is not None:
+        said.append(f"centre {_vector(payload.com)} m, sigma {_vector(payload.com_std)}")
+    if payload.inertia is not None:
+        said.append(f"inertia {_vector(payload.inertia)} kg m^2, sigma {_vector(payload.inertia_std)}")
+    return f"{'; '.join(said)}; {used.get(payload.known, 'nothing of it is used')}"
+
+
+def _vector(values: Sequence[float]) -> str:
+    return f"({', '.join(f'{x:g}' for x in np.asarray(values).tolist())})"

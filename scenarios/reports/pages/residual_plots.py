@@ -1,0 +1,140 @@
+"""What the model leaves of each joint's current: its spectrum, against position and speed, its outliers."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import signal, stats
+
+from ident.arrays import Array
+from ident.consistency.whiteness import neighbours
+from ident.rows import Rows
+from scenarios.reports.content import Column, Paragraph, Part, Table, cells
+from scenarios.reports.pages.joint_rows import JointRows
+from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
+
+POINTS, BINS, BANDS = 150, 10, 24
+"""Points of a cloud, bins of its means, frequencies of a spectrum."""
+SPECTRUM = (
+    "1 all along is what rows give that have nothing to do with each other (white): of such, 19 in 20 points lie "
+    "between the dashed lines. What is larger on the left lasts; the filter takes away the right end. Below each, how "
+    "each row correlates with the next."
+)
+AGAINST = (
+    "Points: rows. Bars: means of a tenth of all rows each, two standard errors either way as of unrelated rows. A "
+    "curve in them is something that the model lacks."
+)
+FAR = 4.0
+"""Deviations from which on a row is an outlier."""
+LISTED = 12
+
+
+def spectrum_plot(rows: JointRows, all_rows: Rows) -> Plot:
+    """Spectrum of a residual over that of unrelated rows of the same size (Lomb and Scargle).
+
+    Args:
+        rows: Of the joint.
+        all_rows: Of the estimate.
+    """
+    found: list[Array] = []
+    lengths = [float(np.ptp(rows.t[rows.motion == k])) for k in np.unique(rows.motion)]
+    step = 1.0 / max(lengths)
+    frequency = np.arange(step, 0.5 / all_rows.row_period, step)
+    for k in np.unique(rows.motion):
+        at = rows.motion == k
+        power = signal.lombscargle(rows.t[at], rows.residual[at], 2.0 * np.pi * frequency)
+        found.append(power / max(float(np.mean(rows.residual[at] ** 2)), 1e-300))
+    wide = max(1, len(frequency) // BANDS)
+    whole = len(frequency) // wide * wide
+    power = np.mean(found, axis=0)[:whole].reshape(-1, wide).mean(axis=1)
+    freedom = 2 * wide * len(found)
+    low, high = (float(stats.chi2.ppf(q, freedom) / freedom) for q in (0.025, 0.975))
+    return Plot(
+        title=f"Joint {rows.joint + 1}",
+        caption=f"From row to row by {neighbours(all_rows, rows.joint):+.2f}.",
+        x=Axis(title="frequency", unit="Hz"),
+        y=Axis(title="over white", log=True),
+        series=(
+            Series(
+                label="",
+                mark=Mark.LINE,
+                x=values(frequency[:whole].reshape(-1, wide).mean(axis=1)),
+                y=values(np.maximum(power, 1e-4)),
+            ),
+        ),
+        references=(Reference("", low), Reference("", high)),
+        height=110,
+    )
+
+
+def against(rows: JointRows, what: str) -> Plot:
+    """A residual against the joint's position or speed, with means of bins.
+
+    Args:
+        rows: Of the joint, with states.
+        what: `position` or `speed`.
+    """
+    x = rows.q if what == "position" else rows.dq
+    y = 100.0 * rows.residual / float(np.sqrt(np.mean(rows.V**2)))
+    step = one_in(len(x), POINTS)
+    edges = np.quantile(x, np.linspace(0.0, 1.0, BINS + 1))
+    where = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, BINS - 1)
+    groups = [(x[where == k], y[where == k]) for k in range(BINS) if np.count_nonzero(where == k) > 1]
+    mean = np.array([float(np.mean(each)) for _, each in groups])
+    error = np.array([2.0 * float(np.std(each, ddof=1)) / np.sqrt(len(each)) for _, each in groups])
+    turning = "rad" if what == "position" else "rad/s"
+    return Plot(
+        title=f"Joint {rows.joint + 1}",
+        caption=f"{'Every row' if step == 1 else f'One row in {step}'} of {len(x)}.",
+        x=Axis(title=what, unit=turning if rows.unit != "N" else turning.replace("rad", "m")),
+        y=Axis(title="residual", unit="% of rms"),
+        series=(
+            Series(label="", mark=Mark.POINTS, tone=Tone.QUIET, x=values(x[::step]), y=values(y[::step])),
+            Series(
+                label="",
+                mark=Mark.INTERVALS,
+                tone=Tone.FIRST,
+                x=values([float(np.mean(each)) for each, _ in groups]),
+                y=values(mean),
+                low=values(mean - error),
+                high=values(mean + error),
+            ),
+        ),
+        references=(Reference("", 0.0),),
+        height=110,
+    )
+
+
+def outliers(rows: Sequence[JointRows], motions: Sequence[str], begins: Sequence[float]) -> list[Part]:
+    """Rows that are far off, the farthest first, and how many accident would give."""
+    found = [
+        (abs(float(z[k])), each, k)
+        for each in rows
+        for z in [each.residual / each.sigma if each.sigma > 0.0 else np.zeros(len(each.residual))]
+        for k in np.flatnonzero(np.abs(z) > FAR).tolist()
+    ]
+    many = sum(len(each.t) for each in rows)
+    accident = many * 2.0 * float(stats.norm.sf(FAR))
+    said = (
+        f"{len(found)} of {many} rows are off by more than {FAR:g} standard deviations of their joint's residual; of "
+        f"normal ones {accident:.1f} would be."
+    )
+    found.sort(key=lambda each: -each[0])
+    lines = tuple(
+        cells(
+            str(each.joint + 1),
+            motions[int(each.motion[k])],
+            f"{each.t[k] - begins[int(each.motion[k])]:.2f}",
+            f"{each.residual[k] / each.sigma:+.1f}",
+            f"{each.scale * each.residual[k]:+.3g} {each.unit}",
+        )
+        for _, each, k in found[:LISTED]
+    )
+    columns = (
+        Column(title="Joint"),
+        Column(title="Motion", words=True),
+        Column(title="Time", unit="s"),
+        Column(title="Deviations"),
+        Column(title="Off by", words=True),
+    )
+    title = "Outliers" if len(found) <= LISTED else f"The {LISTED} farthest outliers"
+    return [Paragraph(said), *([Table(title=title, columns=columns, rows=lines)] if lines else [])]

@@ -1,0 +1,100 @@
+"""The page of an error budget: what to buy down first, each source's cost by joint, the ranking."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from scenarios.errors import NoGains
+from scenarios.reports.content import Figure, Heading, Paragraph, Report
+from scenarios.reports.pages import provenance
+from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, Tone, values
+from scenarios.reports.sensitivity import BudgetResult, first_to_buy_down, sensitivity_report
+from scenarios.store.stored_study import read_study
+from scenarios.studies.budget import NEEDED, JointBudget, budgets
+
+LARGEST = 10
+"""Sources that a plot shows."""
+
+
+def page(folder: Path) -> Report:
+    """Everything that the folder tells.
+
+    Raises:
+        ForeignResult: If it holds no study, or one of another version.
+        UnfinishedResult: If trials are missing.
+        NoGains: If no trial gave a gain of some joint that should have one.
+        StudyError: If a part is damaged.
+    """
+    study = read_study(folder)
+    tolerance = study.scenario.table.tolerance
+    joints = [joint for joint, wanted in enumerate(tolerance.identifiable, 1) if wanted]
+    found = budgets(study.rows.table(NEEDED), list(study.scenario.table.sources), joints, study.seed)
+    if not all(each.costs for each in found):
+        silent = ", ".join(str(each.joint) for each in found if not each.costs)
+        raise NoGains(f"{folder}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
+    told = sensitivity_report(BudgetResult(scenario=study.scenario, trials=study.trials, budgets=found))
+    verdict = Paragraph(first_to_buy_down(found), strong=True)
+    order = ranking(found)
+    rest = [part for part in told.parts if not isinstance(part, Figure) and part != verdict]
+    about = {"Seed": str(study.seed), "Versions": provenance.versions_in_words(study.versions)}
+    origin = provenance.repeated({"As it was made": study.command}, about, {})
+    costs = [cost_plot(each, order[:LARGEST], 100.0 * tolerance.gain[each.joint - 1]) for each in found]
+    parts = (verdict, share_plot(found, order), Heading("Source by source"), *costs, *rest, *origin)
+    return Report(told.title, parts, told.document)
+
+
+def ranking(found: Sequence[JointBudget]) -> list[str]:
+    """Sources by their share, summed over the joints, the largest first."""
+    total: dict[str, float] = {}
+    for budget in found:
+        for cost in budget.costs:
+            total[cost.source] = total.get(cost.source, 0.0) + cost.share
+    return sorted(total, key=lambda source: -total[source])
+
+
+def share_plot(found: Sequence[JointBudget], order: Sequence[str]) -> Plot:
+    """Shares of the largest sources in each joint's sum of mean squares."""
+    names = tuple(str(budget.joint) for budget in found)
+    largest = order[: len(TONES)]
+    shares = [{cost.source: 100.0 * cost.share for cost in budget.costs} for budget in found]
+    bars = {source: [each.get(source, 0.0) for each in shares] for source in largest}
+    tones = dict(zip(largest, TONES, strict=False))
+    others = [100.0 - sum(each.get(source, 0.0) for source in largest) for each in shares]
+    series = [
+        Series(label=source, mark=Mark.BARS, tone=tones[source], x=names, y=values(numbers))
+        for source, numbers in bars.items()
+    ]
+    series.append(Series(label="all others", mark=Mark.BARS, tone=Tone.QUIET, x=names, y=values(others)))
+    return Plot(
+        title="Which source each joint's error comes from",
+        caption="Share of each source, alone at its declared size, in the sum of the mean squares of all.",
+        x=Axis(title="joint", categories=names),
+        y=Axis(title="share", unit="%", zero=True),
+        series=tuple(series),
+    )
+
+
+def cost_plot(budget: JointBudget, order: Sequence[str], tolerance: float) -> Plot:
+    """Rms error of one joint from each of the largest sources alone, with bootstrap intervals."""
+    costs = {cost.source: cost.rms for cost in budget.costs}
+    there = [source for source in order if source in costs]
+    largest = max(100.0 * cost.value for cost in costs.values())
+    limit = (Reference("", tolerance, upright=True),) if tolerance <= 2.0 * largest else ()
+    beyond = " Dashed: the tolerance." if limit else f" The tolerance, {tolerance:.3g} %, is beyond."
+    return Plot(
+        title=f"Joint {budget.joint}",
+        caption=f"The {len(there)} largest of {len(costs)} sources, ranked over all joints; 95 % bootstrap "
+        f"intervals.{beyond}",
+        x=Axis(title="rms error from the source alone", unit="%", zero=True),
+        y=Axis(title="", categories=tuple(order)),
+        series=(
+            Series(
+                label="",
+                mark=Mark.BARS,
+                x=values([100.0 * costs[source].value for source in there]),
+                y=tuple(there),
+                low=values([100.0 * costs[source].low for source in there]),
+                high=values([100.0 * costs[source].high for source in there]),
+            ),
+        ),
+        references=limit,
+    )

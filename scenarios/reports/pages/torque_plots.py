@@ -1,0 +1,51 @@
+"""Torques of each joint, measured and reconstructed, with what is left."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from scenarios.reports.pages.joint_rows import JointRows
+from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
+
+MOST = 1600
+"""Rows of a line; more than that are as wide as a screen."""
+TOLD = (
+    "Gain times current, filtered and thinned out as it is for the fit, against what the fitted model makes of the "
+    "motion; motions one after the other. Drag to move along, Ctrl and the wheel or the buttons to look closer."
+)
+
+
+def torque_plot(rows: JointRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
+    """Measured and reconstructed torque of a joint, and their difference.
+
+    Args:
+        rows: Of the joint.
+        motions: Names of the motions.
+        begins: When each begins on the axis of time, and the end of the last [s].
+    """
+    step = one_in(len(rows.t), MOST)
+    measured, predicted = rows.scale * rows.V, rows.scale * (rows.V - rows.residual)
+    drawn = {"measured": measured, "reconstructed": predicted, "residual": rows.scale * rows.residual}
+    tones = (Tone.FIRST, Tone.SECOND, Tone.QUIET)
+    series: list[Series] = []
+    for (label, numbers), tone in zip(drawn.items(), tones, strict=True):
+        t, y = rows.broken(numbers)
+        keep = np.sort(np.r_[np.flatnonzero(np.isnan(y)), np.flatnonzero(~np.isnan(y))[::step]])
+        series.append(Series(label=label, mark=Mark.LINE, tone=tone, x=values(t[keep]), y=values(y[keep])))
+    share = float(np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
+    what = "Gain times current" if rows.unit != "drive units" else "Current, the gain being refused"
+    every = "every row" if step == 1 else f"one row in {step}"
+    return Plot(
+        title=f"Joint {rows.joint + 1}",
+        caption=f"{what}; {100.0 * share:.2g} % of its rms is left. Drawn is {every} of {len(rows.t)}.",
+        x=Axis(title="time", unit="s"),
+        y=Axis(title="torque" if rows.unit == "N m" else "force" if rows.unit == "N" else "current", unit=rows.unit),
+        series=tuple(series),
+        bands=tuple((round(a, 3), round(b, 3)) for a, b in rows.still),
+        bands_label="beside a reversal, left out",
+        references=tuple(
+            Reference(name, round(at, 3), upright=True) for name, at in zip(motions, begins, strict=False)
+        ),
+        zoom=True,
+        height=170,
+    )

@@ -1,0 +1,114 @@
+"""A report as one file for a browser: every text escaped, plots and what draws them inside, no request to anywhere."""
+
+import base64
+import io
+from dataclasses import dataclass
+from itertools import groupby
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Part, Picture, Report, Table
+from scenarios.reports.plot import Plot
+from scenarios.reports.renderers import Page
+from scenarios.reports.renderers.html.library import drawing_library
+from scenarios.reports.renderers.html.scripts import script_json
+from scenarios.reports.renderers.html.specs import drawn_plots, legend
+
+MARK = "rx90 report"
+"""What the page names as its maker, for who asks whether a file is one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Parts that stand together: plots beside each other, anything else alone.
+
+    Attributes:
+        kind: What they are, in a template's words.
+        parts: They.
+        first: Number of the first plot among those of the page.
+    """
+
+    kind: str
+    parts: tuple[Part, ...]
+    first: int = 0
+
+
+def render(report: Report, page: Page) -> str:
+    """Draw title and parts; the plots are drawn by the browser from their numbers."""
+    templates = Environment(
+        loader=PackageLoader("scenarios.reports.renderers", "html"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    templates.filters |= {"heading": heading, "picture": _picture, "figure": _figure}
+    plots = [part for part in report.parts if isinstance(part, Plot)]
+    return templates.get_template("page.html.j2").render(
+        title=report.title,
+        maker=MARK,
+        blocks=blocks(report.parts),
+        moods={mood: mood.value for mood in Mood},
+        legend=legend,
+        style=Markup(_own("page.css")),
+        plots=Markup(script_json(drawn_plots(plots))) if plots else None,
+        library=Markup(drawing_library()) if plots else None,
+        script=Markup(_own("page.js")) if plots else None,
+        document=Markup(script_json(report.document)),
+    )
+
+
+def blocks(parts: tuple[Part, ...]) -> list[Block]:
+    """The parts, plots that follow each other together."""
+    found, count = list[Block](), 0
+    for kind, members in groupby(parts, key=_kind):
+        if kind == "plots":
+            together = tuple(members)
+            found.append(Block(kind, together, count))
+            count += len(together)
+        else:
+            found += [Block(kind, (part,)) for part in members]
+    return found
+
+
+def heading(column: Column) -> str:
+    """A column's title on one line."""
+    return " ".join(column.title.split())
+
+
+def _kind(part: Part) -> str:
+    match part:
+        case Paragraph():
+            return "paragraph"
+        case Line():
+            return "line"
+        case Heading():
+            return "heading"
+        case Table():
+            return "table"
+        case Figure():
+            return "figure"
+        case Picture():
+            return "picture"
+        case Plot():
+            return "plots"
+
+
+def _picture(picture: Picture) -> str:
+    """The bytes as an address that holds them."""
+    return f"data:image/png;base64,{base64.b64encode(picture.png).decode()}"
+
+
+def _figure(figure: Figure) -> str:
+    """A drawing likewise."""
+    drawn = io.BytesIO()
+    figure.draw().savefig(drawn, format="png", dpi=110)
+    return f"data:image/png;base64,{base64.b64encode(drawn.getvalue()).decode()}"
+
+
+def _own(name: str) -> str:
+    from importlib.resources import files
+
+    return files(__name__).joinpath(name).read_text(encoding="utf-8")

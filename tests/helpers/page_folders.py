@@ -1,0 +1,152 @@
+"""Folders of every kind that a page is made of, small ones: a motion of 6 s, gains joint by joint."""
+
+import json
+import shlex
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+
+from quick import quick_scenario
+from rich.console import Console
+
+from scenarios.cli import main
+from scenarios.comparison.statistics import MethodJoint, MethodSummary
+from scenarios.files.loading import load_scenario
+from scenarios.files.tables import CATALOG
+from scenarios.reports.comparison import Compared
+from scenarios.studies.coverage import Coverage
+from scenarios.studies.monte_carlo import monte_carlo
+from scenarios.studies.sensitivity import sensitivity
+from scenarios.studies.study import Study, carry_out
+from scenarios.workers.kinds import Workers
+
+NAME = "<script>window.pwned=1<&script>\"'`"
+"""A name of a scenario that is no HTML."""
+RANDOM = """
+[random.gains]
+target = "plant.gain"
+distribution = "norm"
+parameters = { loc = 1.0, scale = 0.1 }
+apply = "multiply"
+"""
+SOURCES = """
+[sources.mass]
+target = "plant.payload.mass"
+distribution = "norm"
+parameters = { scale = 0.1 }
+apply = "add"
+[sources.white]
+target = "experiment.sensors.current_white"
+stream = "white"
+off = 0.0
+"""
+
+
+def scenario(folder: Path, more: str = "") -> str:
+    """A scenario whose name and description are no HTML."""
+    path = quick_scenario(folder, more)
+    text = path.read_text()
+    named = folder / f"{NAME}.toml"
+    named.write_text('description = """<img src=x onerror="window.pwned=2">"""\n' + text)
+    return str(named)
+
+
+def run(folder: Path) -> Path:
+    """A run; joints 4 and 6 are refused."""
+    main(["run", scenario(folder), "--seed", "5", "--save", str(folder / "saved")])
+    return folder / "saved"
+
+
+def _logs(saved: Path) -> list[str]:
+    return [str(saved / "unloaded.parquet"), str(saved / "loaded.parquet")]
+
+
+def identification(folder: Path, saved: Path) -> Path:
+    """Its recordings identified as logs of a real robot would be."""
+    unloaded, loaded = _logs(saved)
+    words = ["--model", str(saved / "robot.xml"), "--unloaded", unloaded, "--loaded", loaded]
+    words += ["--payload", str(saved / "payload.toml"), "--method", "ls-2011", "--cutoff-hz", "14"]
+    main(["identify", *words, "--save", str(folder)])
+    return folder
+
+
+def check(folder: Path, saved: Path, *more: str) -> Path:
+    """A recording checked, and asked whether it would show a payload; `more` words may name further ones."""
+    words = [_logs(saved)[0], *more, "--payload", str(saved / "payload.toml")]
+    main(["check", "rx90", *words, "--save", str(folder)])
+    return folder
+
+
+def study(folder: Path) -> Path:
+    """Six trials, gains drawn."""
+    named = scenario(folder, RANDOM)
+    return _carried_out(
+        monte_carlo(load_scenario(named), 6, 11), folder / "mc", ["monte-carlo", named, "-n", "6", "--seed", "11"]
+    )
+
+
+def budget(folder: Path) -> Path:
+    """An error budget of two sources, of the smallest design that has Sobol indices."""
+    quick_scenario(folder)  # for its motion; `extends` would bring all sources of the scenario it extends along
+    nominal = (CATALOG / "nominal.toml").read_text().partition("# Error sources")[0]
+    assert 'motion = "drive-gains"' in nominal
+    text = nominal.replace('motion = "drive-gains"', 'motion = "short.toml"')
+    named = folder / "two.toml"
+    named.write_text(text + '[identification]\nmethod = "ls-2011"\n' + SOURCES)
+    found = sensitivity(load_scenario(str(named)), repeats=2, samples=4, seed=0)
+    return _carried_out(found, folder / "budget", ["sensitivity", str(named)])
+
+
+def _carried_out(found: Study, folder: Path, words: list[str]) -> Path:
+    """A study in this process: workers of their own take seconds to import what is here."""
+    here = Workers(open=lambda: ThreadPoolExecutor(1), count=lambda: 1)
+    command = shlex.join(["rx90", *words, "--out", str(folder)])
+    carry_out(found, folder, here, command=command, console=Console(quiet=True))
+    return folder
+
+
+def comparison(folder: Path) -> Path:
+    """What a comparison of two methods leaves, its numbers made up."""
+    folder.mkdir()
+    found = Compared(name=NAME, trials=7, unposed=1, methods=(_method(NAME, 0.012), _method("theirs", 0.034)))
+    document = {"about": {"Command": f"rx90 compare '{NAME}'", "Date": "2011-09-25"}, "scenarios": [asdict(found)]}
+    (folder / "report.json").write_text(json.dumps(document))
+    return folder
+
+
+def _method(name: str, rms: float) -> MethodSummary:
+    joints = tuple(
+        MethodJoint(
+            joint=joint,
+            expected=7,
+            gains=6,
+            bias=0.3 * rms,
+            spread=0.9 * rms,
+            rms=rms * joint,
+            p95=2.0 * rms,
+            cover_1=Coverage(share=0.6, low=0.3, high=0.85),
+            cover_2=Coverage(share=0.9, low=0.55, high=0.98),
+            claimed=0.7 * rms,
+            bound=None,
+            claimed_over_bound=None,
+            spread_over_bound=None,
+        )
+        for joint in (1, 2, 3)
+    )
+    return MethodSummary(
+        method=name,
+        trials=7,
+        wanted=21,
+        score=0.61,
+        solved=(0.2, 0.61, 0.9),
+        refused_rightly=2,
+        refused_wrongly=3,
+        wrong_claims=1,
+        wrong_signs=0,
+        crashes=0,
+        time_outs=0,
+        misfits=0,
+        failures={},
+        seconds=0.3,
+        joints=joints,
+    )

@@ -10,7 +10,8 @@ export OMP_NUM_THREADS := 1
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
-	$(BIN)/rx90 run nominal
+	$(BIN)/rx90 run nominal --save out/demo
+	$(BIN)/rx90 report out/demo
 	@echo 'Next: .venv/bin/rx90 shows what else one can do.'
 
 test: .venv/ready

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.lifetime import tell
+from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
 
 PAGE = "report.html"
@@ -33,10 +34,11 @@ def main(options: argparse.Namespace) -> Status:
 
     path: Path = options.out or options.folder / PAGE
     held = claim(path.parent, [path.name], command="rx90 report", force=options.force)
-    report = page_of(options.folder)
-    if not options.no_picture:
-        report = with_picture(report, options.folder)
-    text = renderer("html")(report, Page())
+    with under_way(options, "drawing"):
+        report = page_of(options.folder)
+        if not options.no_picture:
+            report = with_picture(report, options.folder)
+        text = renderer("html")(report, Page())
     with held.writing():
         path.write_text(text, encoding="utf-8", errors="backslashreplace")
     tell(f"{path}: {len(text.encode(errors='backslashreplace')) / 1e6:.2f} MB, open it in any browser\n")

@@ -426,8 +426,16 @@ def test_verdict_gains_and_refusals_come_first(saved):
     assert sum(plot.zoom for plot in plots) == 6
     errors = error_plot([gain.verdict for gain in identified_again(saved).result.gains])
     shown = dict(zip(errors.series[1].x, errors.series[1].y, strict=True))
+    tops = dict(zip(errors.series[1].x, errors.series[1].high, strict=True))
+    # The second motion is drawn behind the first.
+    assert all(plot.references[1].at > 0.9 * max(plot.series[0].x) / 2 for plot in plots if plot.zoom)
+    allowed = [100 * gain["tolerance"] for gain in result["gains"]]
+    assert errors.series[0].high == tuple(allowed)
+    assert errors.series[0].low == tuple(-each for each in allowed)
     for gain in result["gains"]:
         if gain["identifiable"]:
+            half = 200 * gain["std"] / gain["true"]
+            assert tops[str(gain["joint"])] == pytest.approx(100 * gain["rel_error"] + half, rel=6e-5)  # five digits
             assert shown[str(gain["joint"])] == pytest.approx(100 * gain["rel_error"], rel=6e-5)  # five digits
 
 

@@ -10,7 +10,7 @@ from ident.recording import Recording
 from scenarios.build import Bench
 from sim.experiment import Experiment
 from sim.needed import needed_currents, states_of
-from sim.sensors import logged_without_noise, noises, without_spectrum
+from sim.sensors import SensorOptions, logged_without_noise, noises, without_spectrum
 from sim.sensors.effect import Log, Noise
 
 NOISE_SEED = 0
@@ -70,9 +70,24 @@ def added_currents(one: tuple[Expected, ...], other: tuple[Expected, ...]) -> li
     return [a.log.v - b.log.v for a, b in zip(one, other, strict=True)]
 
 
+def louder(quiet: Expected, sensors: SensorOptions, every: int) -> list[str]:
+    """Streams of noise that other sensors would make of another strength, or have besides, in the very same log."""
+    other = _drawn(quiet.log, sensors, every)
+    before = {noise.stream: noise for noise in quiet.noises}
+    changed = [noise.stream for noise in other.noises if not _same(noise, before.get(noise.stream))]
+    return changed + [stream for stream in other.unknown if stream not in quiet.unknown]
+
+
+def _same(one: Noise, other: Noise | None) -> bool:
+    return other is not None and np.array_equal(one.q, other.q) and np.array_equal(one.v, other.v)
+
+
 def _expected(experiment: Experiment, v: Array, every: int, rate_hz: float) -> Expected:
-    sensors = experiment.sensors
-    log = logged_without_noise(states_of(experiment.trajectory, rate_hz).q, v, rate_hz, sensors)
+    q = states_of(experiment.trajectory, rate_hz).q
+    return _drawn(logged_without_noise(q, v, rate_hz, experiment.sensors), experiment.sensors, every)
+
+
+def _drawn(log: Log, sensors: SensorOptions, every: int) -> Expected:
     found = tuple(_thinned(noise, every) for noise in noises(log, sensors))
     return Expected(log, found, without_spectrum(log, sensors))
 

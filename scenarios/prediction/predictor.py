@@ -12,11 +12,12 @@ from scenarios.files.draws import numbers_needed, settings_from
 from scenarios.files.resolved import resolved
 from scenarios.files.schema import DrawTable, Scenario
 from scenarios.files.settings import Value, value_at, with_settings
-from scenarios.prediction.expected import Expected, added_currents, enough, expected_logs
+from scenarios.prediction.expected import Expected, added_currents, enough, expected_logs, louder
 from scenarios.prediction.linear import Linearised, linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
 from scenarios.studies.sensitivity import Sources, settings_with, sources_of
+from sim.experiment import Experiment
 
 OTHER = "noise that is no source"
 NO_SPECTRUM = "nothing is known of the spectrum of"
@@ -48,8 +49,9 @@ class Cost:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outcome:
-    """Logs that one setting of a source leads to, and the gains that are true there."""
+    """What one setting of a source makes of the motions and their logs, and the gains that are true there."""
 
+    experiments: tuple[Experiment, ...]
     logs: tuple[Expected, ...]
     gain: Array
 
@@ -125,6 +127,11 @@ class Predictor:
 
     def _by_currents(self, settings: Mapping[str, Value]) -> Array:
         outcome = self._outcome(settings)
+        for quiet, experiment in zip(self._quiet.logs, outcome.experiments, strict=True):
+            if stronger := louder(quiet, experiment.sensors, self.linear.every):
+                raise NotPredicted(
+                    f"it draws how strong a noise is, of {stronger[0]}; as a source, a noise has a stream"
+                )
         inverse = 1.0 / self._quiet.gain[self.joints]
         inverse = inverse + self.linear.change(added_currents(outcome.logs, self._quiet.logs))[self._rows]
         return 1.0 / (inverse * outcome.gain[self.joints]) - 1.0
@@ -146,7 +153,8 @@ class Predictor:
 
     def _outcome(self, settings: Mapping[str, Value]) -> _Outcome:
         prepared: Bench = bench(with_settings(self._off, settings))
-        return _Outcome(expected_logs(prepared, self.linear.every), prepared.true_gain)
+        logs = expected_logs(prepared, self.linear.every)
+        return _Outcome(tuple(prepared.experiments), logs, prepared.true_gain)
 
 
 def predictor_of(scenario: Scenario) -> Predictor:

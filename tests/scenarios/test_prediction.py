@@ -248,6 +248,19 @@ def test_noise_that_is_on_and_has_neither_source_nor_spectrum_is_named(quick):
     ]
 
 
+def test_a_source_that_draws_how_strong_a_noise_is_costs_something_unknown_and_not_nothing(quick):
+    load = drawn("plant.errors.load_friction", distribution="uniform", parameters={"scale": 0.04})
+    white = drawn(f"{SENSORS}current_white", distribution="uniform", parameters={"scale": 0.03})
+    lost = drawn(f"{SENSORS}samples_lost", distribution="uniform", parameters={"scale": 0.03})
+    budget = predicted_budget(sourced(quick, load=load, white=white, lost=lost))
+    assert [each.source for each in budget.costs] == [OTHER, "load"]
+    reason = "it draws how strong a noise is, of {}; as a source, a noise has a stream"
+    assert [(each.source, each.reason) for each in budget.unpredicted] == [
+        ("white", reason.format("white")),
+        ("lost", reason.format("samples")),
+    ]
+
+
 def test_options_overlay_a_scenario_s_own_and_are_checked_together(quick):
     stated = with_method(quick, "nls", ["gain-joint=2", "gain_value=0.7", "friction=viscous-coulomb"])
     other = with_method(stated, None, ["gain-joint=3"]).table.identification

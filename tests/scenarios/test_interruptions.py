@@ -109,9 +109,9 @@ def alone(process: subprocess.Popen, number: int) -> None:
     ("send", "number", "status", "moment"),
     [
         (group, signal.SIGINT, 130, "study.json"),
-        (group, signal.SIGINT, 130, "trials/*.parquet"),
+        pytest.param(group, signal.SIGINT, 130, "trials/*.parquet", marks=pytest.mark.slow),
         (alone, signal.SIGTERM, 143, "trials/*.parquet"),
-        (group, signal.SIGHUP, 129, "trials/*.parquet"),
+        pytest.param(group, signal.SIGHUP, 129, "trials/*.parquet", marks=pytest.mark.slow),
     ],
 )
 def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(

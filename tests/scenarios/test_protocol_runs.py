@@ -68,7 +68,14 @@ def test_a_motion_that_fails_costs_its_run_with_its_own_name(tmp_path):
     assert str(outcome).startswith("heaviest: drive of joint3 at its limit")
 
 
-@pytest.mark.parametrize("protocol", [FOUR, ("loaded", "bare", "loaded", "light", "bare"), ("light", "bare", "bare")])
+@pytest.mark.parametrize(
+    "protocol",
+    [
+        ("loaded", "bare", "loaded", "light", "bare"),
+        pytest.param(FOUR, marks=pytest.mark.slow),
+        pytest.param(("light", "bare", "bare"), marks=pytest.mark.slow),
+    ],
+)
 def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path, capsys, protocol):
     path, folder = scenario_of(tmp_path, protocol), tmp_path / "saved"
     main(["run", path, "--seed", "2", "--save", str(folder)])

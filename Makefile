@@ -15,7 +15,7 @@ demo: .venv/ready
 	@echo 'Next: .venv/bin/rx90 shows what else one can do.'
 
 test: .venv/ready
-	$(BIN)/pytest --numprocesses logical --dist loadgroup
+	$(BIN)/pytest --numprocesses logical --dist worksteal
 
 test-slow: .venv/ready
 	$(BIN)/pytest -m slow

@@ -59,8 +59,6 @@ found = weighted.estimate(pair(bare, heavy, payload, options), chosen)
 print(*expected.solution.inverse, *found.solution.inverse, *found.solution.load_rms)
 """
 """Four times every row of the loaded motion for `ls-2011`, beside a weight of 4."""
-pytestmark = pytest.mark.xdist_group("extending")  # its recipes are followed once
-
 TAKEN = {
     "white.toml": 'identification = { gains = { uncertainty = "white" } }',
     "weighted.toml": 'identification = { method = "weighted", options = { loaded_weight = 4.0 } }',

@@ -33,8 +33,6 @@ from scenarios.studies.study import carry_out, study_identity
 from scenarios.workers.kinds import Workers
 
 QUIET = Console(quiet=True)
-pytestmark = pytest.mark.xdist_group("comparison")  # its study is made once
-
 THREADS = Workers(lambda: ThreadPoolExecutor(2), lambda: 2)
 LIMITS = Limits(time_s=60.0)
 STUBS = ("method_stubs:least_squares", "method_stubs:constant", "method_stubs:refuses", "method_stubs:raises")

@@ -1,0 +1,229 @@
+"""What the plots of pages show, against closed forms."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from page_parts import identified
+from scipy import stats
+
+from ident.checks.motion import JointMotion
+from ident.estimate import RefusedGain
+from scenarios.reports.motion import coverage_plot as motion_plot
+from scenarios.reports.pages.gain_plots import share_plot, what_would_show
+from scenarios.reports.pages.joint_rows import JointRows
+from scenarios.reports.pages.monte_carlo import coverage_plot
+from scenarios.reports.pages.monte_carlo import error_plot as study_error_plot
+from scenarios.reports.pages.residual_plots import FAR, against, outliers, spectrum_plot
+from scenarios.reports.pages.sensitivity import cost_plot, ranking
+from scenarios.reports.pages.sensitivity import share_plot as source_shares
+from scenarios.reports.pages.torque_plots import MOST, torque_plot
+from scenarios.studies.budget import Interval, JointBudget, SourceCost
+from scenarios.studies.joint_rows import JointRows as StudyJointRows
+
+
+def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
+    refused = RefusedGain(joint="k", reason="none", predicted_rel_std=0.35)
+    plot = share_plot((identified(-0.8, 0.02, 0.03, 0.007), refused))
+    assert plot.x.categories == ("1", "2")
+    found = {series.label: (series.x, series.y) for series in plot.series}
+    assert found == {"residual": (("1",), (5.0,)), "payload": (("1",), (6.0,)), "model": (("1",), (1.4,))}
+
+
+def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
+    joints = (
+        identified(0.9, 0.01),
+        RefusedGain(joint="b", reason="", predicted_rel_std=0.35),
+        RefusedGain(joint="c", reason="", predicted_rel_std=None),
+        RefusedGain(joint="d", reason="", predicted_rel_std=0.04),
+    )
+    said = [part.text for part in what_would_show(joints, 0.1)]
+    assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4"]
+    # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
+    assert "3.5 times the torque" in said[0]
+    assert "12 times as many rows" in said[0]
+    assert "say nothing" in said[1]
+    assert "not what it is refused for" in said[2]
+
+
+def rows_of(residual: np.ndarray, **more) -> JointRows:
+    n = len(residual)
+    given = {
+        "joint": 2,
+        "scale": 2.5,
+        "unit": "N m",
+        "t": 0.05 * np.arange(n),
+        "V": np.full(n, 4.0),
+        "residual": residual,
+        "q": np.linspace(-1.0, 2.0, n),
+        "dq": np.linspace(3.0, -2.0, n),
+        "motion": np.zeros(n, dtype=np.intp),
+        "sigma": 0.5,
+        "still": ((0.2, 0.3),),
+    }
+    return JointRows(**{**given, **more})
+
+
+def test_a_torque_is_the_gain_times_what_is_measured_and_what_the_model_makes_of_it():
+    residual = np.array([0.5, -0.25, 0.125, 0.0, 0.75, -0.5])
+    plot = torque_plot(rows_of(residual, V=np.arange(1.0, 7.0)), ("bare", "heavy"), (0.0, 0.2, 0.3))
+    measured, predicted, left = plot.series
+    assert measured.y == (2.5, 5.0, 7.5, 10.0, 12.5, 15.0)
+    assert left.y == (1.25, -0.625, 0.3125, 0.0, 1.875, -1.25)
+    np.testing.assert_allclose(predicted.y, np.subtract(measured.y, left.y), rtol=1e-4)  # five digits
+    assert [(each.label, each.at) for each in plot.references] == [("bare", 0.0), ("heavy", 0.2)]
+    assert plot.bands == ((0.2, 0.3),)
+    share = np.linalg.norm(residual) / np.linalg.norm(np.arange(1.0, 7.0))
+    assert f"{100 * share:.2g} % of its rms is left. Drawn is every row of 6" in plot.caption
+
+
+def test_a_line_breaks_where_rows_are_left_out_and_between_motions():
+    t = np.array([0.0, 0.05, 0.1, 0.4, 0.45, 0.5])
+    rows = rows_of(np.ones(6), t=t, motion=np.array([0, 0, 0, 0, 1, 1]))
+    at, broken = rows.broken(np.arange(6.0))
+    np.testing.assert_array_equal(np.isnan(broken), [0, 0, 0, 1, 0, 1, 0, 0])
+    np.testing.assert_allclose(at[[3, 5]], [0.25, 0.425], rtol=1e-12)  # half-way, but for rounding
+
+
+def test_a_long_line_is_thinned_out_and_its_caption_says_so():
+    plot = torque_plot(rows_of(np.ones(2 * MOST + 1)), ("bare",), (0.0, 1.0))
+    assert len(plot.series[0].y) == math.ceil((2 * MOST + 1) / 3)
+    assert f"one row in 3 of {2 * MOST + 1}" in plot.caption
+
+
+def test_residuals_against_speed_are_in_percent_of_the_rms_current_with_means_of_tenths():
+    rng = np.random.default_rng(3)
+    speed = rng.uniform(-2.0, 3.0, 1000)
+    rows = rows_of(0.2 * speed**2 + 1e-9 * rng.normal(size=1000), dq=speed, V=np.tile([3.0, -5.0], 500))
+    points, means = against(rows, "speed").series
+    assert len(points.x) == 143  # one row in 7
+    np.testing.assert_allclose(points.y, 100 * 0.2 * np.square(points.x) / np.sqrt(17.0), rtol=1e-3)  # five digits
+    assert len(means.x) == 10
+    inside = [low < y < high for low, y, high in zip(means.low, means.y, means.high, strict=True)]
+    assert all(inside)
+    edges = np.quantile(speed, [0.0, 0.1])
+    first = (speed >= edges[0]) & (speed < edges[1])
+    np.testing.assert_allclose(means.x[0], speed[first].mean(), rtol=1e-3)  # five digits, and one row more or less
+    y = 100 * rows.residual[first] / np.sqrt(17.0)
+    np.testing.assert_allclose(means.high[0] - means.y[0], 2 * y.std(ddof=1) / np.sqrt(first.sum()), rtol=0.02)
+
+
+def test_outliers_are_listed_the_farthest_first_with_what_accident_would_give():
+    residual = np.zeros(100)
+    residual[[7, 60]] = -2.25, 3.5  # 4.5 and 7 deviations
+    residual[8] = FAR * 0.5
+    motion = np.repeat([0, 1], 50)
+    said, table = outliers([rows_of(residual, motion=motion)], ("bare", "heavy"), (0.0, 2.5, 5.0))
+    assert said.text.startswith("2 of 100 rows are off by more than 4 ")
+    assert f"{100 * 2 * stats.norm.sf(4):.1f} would be" in said.text
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["3", "heavy", "0.50", "+7.0", "+8.75 N m"],
+        ["3", "bare", "0.35", "-4.5", "-5.62 N m"],
+    ]
+
+
+def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():
+    rng = np.random.default_rng(5)
+    n, period = 600, 0.05
+    t, motion = np.r_[period * np.arange(n), 40.0 + period * np.arange(n)], np.repeat([0, 1], n)
+    white = rows_of(rng.normal(scale=0.7, size=2 * n), t=t, motion=motion)
+    of_all = SimpleNamespace(
+        joint=np.full(2 * n, 2),
+        motion=motion,
+        position=np.tile(np.arange(n), 2),
+        residual=white.residual,
+        row_period=period,
+    )
+    plot = spectrum_plot(white, of_all)
+    (line,) = plot.series
+    assert 0.0 < line.x[0] < 1.0
+    assert 9.0 < line.x[-1] < 10.0  # half the rate of the rows
+    low, high = (each.at for each in plot.references)
+    # 29 seconds twice: 289 frequencies, 12 to a point, two numbers of either motion to each.
+    assert (low, high) == pytest.approx(tuple(stats.chi2.ppf([0.025, 0.975], 48) / 48), rel=1e-12)
+    inside = sum(low < y < high for y in line.y)
+    assert inside >= 20  # of 24: fewer in one of 200 choices of a seed
+    np.testing.assert_allclose(np.mean(line.y), 1.0, rtol=0.1)  # 576 squares of either sort: 4 % is one deviation
+    wave = rows_of(np.sin(2.0 * np.pi * 3.1 * t), t=t, motion=motion)
+    tall = spectrum_plot(wave, of_all).series[0]
+    assert abs(tall.x[int(np.argmax(tall.y))] - 3.1) < 0.5
+
+
+def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> StudyJointRows:
+    return StudyJointRows(
+        joint=joint,
+        trials=len(z),
+        failed=0,
+        passed=len(z),
+        tolerance=tolerance,
+        rel_error=-0.012 * z,
+        claimed=np.full(len(z), 0.012),
+        z=z,
+        step=1,
+        true=np.full(len(z), -2.5),
+    )
+
+
+def test_errors_of_a_study_are_a_density_beside_the_one_that_is_claimed():
+    z = np.random.default_rng(9).normal(size=400)
+    plot = study_error_plot(4, trial_rows(z))
+    errors, claimed = plot.series
+    x, y = np.array(errors.x), np.array(errors.y)
+    np.testing.assert_allclose(np.sum(np.diff(x) * 0.5 * (y[1:] + y[:-1])), 1.0, rtol=1e-3)  # five digits
+    np.testing.assert_allclose(max(claimed.y), stats.norm.pdf(0.0, scale=1.2), rtol=1e-4)  # five digits
+    assert [each.at for each in plot.references] == [-2.0, 2.0]
+    assert plot.caption == "400 errors."
+    far = study_error_plot(4, trial_rows(z, tolerance=0.5))
+    assert far.references == ()
+    assert far.caption == "400 errors. The tolerance, 50 %, is beyond."
+
+
+def test_coverage_is_that_of_two_deviations():
+    z = np.random.default_rng(9).normal(size=390)
+    plot = coverage_plot((trial_rows(np.r_[z, np.nan]), trial_rows(np.empty(0), joint=6)))
+    (series,) = plot.series
+    assert plot.x.categories == ("4", "6")
+    assert series.x == ("4",)
+    held = int((np.abs(z) < 2.0).sum())
+    assert series.y[0] == pytest.approx(100 * held / 390, rel=6e-5)  # five digits
+    interval = stats.binomtest(held, 390).proportion_ci(0.95)
+    assert (series.low[0], series.high[0]) == pytest.approx((100 * interval.low, 100 * interval.high), rel=6e-5)
+
+
+def cost(source: str, share: float, rms: float) -> SourceCost:
+    size = Interval(value=rms, low=0.9 * rms, high=1.2 * rms)
+    return SourceCost(joint=3, source=source, trials=4, bias=0.0, rms=size, share=share, first=None, total=None)
+
+
+def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told():
+    shares = {"a": 0.1, "b": 0.5, "c": 0.05, "d": 0.2, "e": 0.12, "f": 0.03}
+    costs = tuple(cost(source, share, 0.01 * share) for source, share in shares.items())
+    budget = JointBudget(joint=3, costs=costs, floor=0.0, together=0.02, samples=4, lost=0)
+    order = ranking([budget, budget])
+    assert order == ["b", "d", "e", "a", "c", "f"]
+    found = {series.label: series.y for series in source_shares([budget], order).series}
+    assert found == {"b": (50.0,), "d": (20.0,), "e": (12.0,), "a": (10.0,), "all others": (8.0,)}
+    plot = cost_plot(budget, order[:3], 0.7)
+    (bars,) = plot.series
+    assert (bars.y, bars.x) == (("b", "d", "e"), (0.5, 0.2, 0.12))
+    assert bars.high == (0.6, 0.24, 0.144)
+    assert [each.at for each in plot.references] == [0.7]
+    assert cost_plot(budget, order, 1.1).references == ()
+
+
+def test_a_joint_is_shown_in_shares_of_its_range(arm):
+    motion = JointMotion(
+        low=float(arm.lower[1] + 0.25 * (arm.upper[1] - arm.lower[1])),
+        high=float(arm.lower[1] + 0.75 * (arm.upper[1] - arm.lower[1])),
+        covered=0.5,
+        speed=1.0,
+        speed_rms=0.5,
+        acceleration_rms=2.0,
+        slow=0.1,
+        current_rms=3.0,
+    )
+    plot = motion_plot({"first": [motion] * arm.n, "second": [motion] * arm.n}, arm)
+    assert [series.label for series in plot.series] == ["first", "second"]
+    assert (plot.series[1].low[1], plot.series[1].high[1]) == pytest.approx((25.0, 75.0), rel=6e-5)  # five digits
+    assert len({series.tone for series in plot.series}) == 2

@@ -23,8 +23,8 @@ from scenarios.reports.content import (
     Table,
 )
 from scenarios.reports.pages import kind_of, page_of
+from scenarios.reports.pages.fit_rows import begins, fit_rows
 from scenarios.reports.pages.gain_plots import error_plot
-from scenarios.reports.pages.joint_rows import begins, joint_rows
 from scenarios.reports.pages.monte_carlo import NORMAL
 from scenarios.reports.pages.paper import same
 from scenarios.reports.pages.still import with_picture
@@ -83,7 +83,7 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
     evidence = again.evidence
     start = begins(evidence)
     assert start[0] == 0.0
-    rows = joint_rows(evidence, 1, start)
+    rows = fit_rows(evidence, 1, start)
     own = evidence.estimate.solution.rows.of(1)
     np.testing.assert_array_equal(rows.V, evidence.estimate.solution.rows.V[own])
     seen = [motion.observation for motion in evidence.problem.motions]
@@ -103,7 +103,7 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
         assert not behind.moving[edge - 1, 1]
     gain = again.found.estimate.joints[1]
     assert (rows.scale, rows.unit) == (gain.value, "N m")
-    assert joint_rows(evidence, 3, start).unit == "drive units"
+    assert fit_rows(evidence, 3, start).unit == "drive units"
 
 
 def test_the_page_says_at_the_top_what_is_not_as_it_was_saved(copied):

@@ -11,8 +11,8 @@ from scipy import stats
 from ident.checks.motion import JointMotion
 from ident.estimate import RefusedGain
 from scenarios.reports.motion import coverage_plot as motion_plot
+from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.pages.gain_plots import share_plot, what_would_show
-from scenarios.reports.pages.joint_rows import JointRows
 from scenarios.reports.pages.monte_carlo import coverage_plot
 from scenarios.reports.pages.monte_carlo import error_plot as study_error_plot
 from scenarios.reports.pages.residual_plots import FAR, against, outliers, spectrum_plot
@@ -20,7 +20,7 @@ from scenarios.reports.pages.sensitivity import cost_plot, ranking
 from scenarios.reports.pages.sensitivity import share_plot as source_shares
 from scenarios.reports.pages.torque_plots import MOST, torque_plot
 from scenarios.studies.budget import Interval, JointBudget, SourceCost
-from scenarios.studies.joint_rows import JointRows as StudyJointRows
+from scenarios.studies.joint_rows import JointRows
 
 
 def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
@@ -47,7 +47,7 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
     assert "not what it is refused for" in said[2]
 
 
-def rows_of(residual: np.ndarray, **more) -> JointRows:
+def rows_of(residual: np.ndarray, **more) -> FitRows:
     n = len(residual)
     given = {
         "joint": 2,
@@ -62,7 +62,7 @@ def rows_of(residual: np.ndarray, **more) -> JointRows:
         "sigma": 0.5,
         "still": ((0.2, 0.3),),
     }
-    return JointRows(**{**given, **more})
+    return FitRows(**{**given, **more})
 
 
 def test_a_torque_is_the_gain_times_what_is_measured_and_what_the_model_makes_of_it():
@@ -150,8 +150,8 @@ def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():
     assert abs(tall.x[int(np.argmax(tall.y))] - 3.1) < 0.5
 
 
-def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> StudyJointRows:
-    return StudyJointRows(
+def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> JointRows:
+    return JointRows(
         joint=joint,
         trials=len(z),
         failed=0,

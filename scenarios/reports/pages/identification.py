@@ -9,8 +9,8 @@ from scenarios.reports.gains import note_paragraphs, payload_tables, reason_para
 from scenarios.reports.identify import identified_table, summary
 from scenarios.reports.motion import coverage_plot, motion_table
 from scenarios.reports.pages import provenance
+from scenarios.reports.pages.fit_rows import begins, fit_rows
 from scenarios.reports.pages.gain_plots import error_plot, share_plot, unit_of, value_plot, what_would_show
-from scenarios.reports.pages.joint_rows import begins, joint_rows
 from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.run import conclusion, judged_table
@@ -27,7 +27,7 @@ def page(folder: Path) -> Report:
     again = identified_again(folder)
     evidence, estimate = again.evidence, again.found.estimate
     start = begins(evidence)
-    rows = [joint_rows(evidence, joint, start) for joint in sorted(estimate.solution.rows.unknowns)]
+    rows = [fit_rows(evidence, joint, start) for joint in sorted(estimate.solution.rows.unknowns)]
     names = provenance.named(again.record.sources)
     parts: list[Part] = [_verdict(again), *_differences(again), *_gains(again)]
     parts += _refusals(again)

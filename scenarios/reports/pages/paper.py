@@ -10,7 +10,7 @@ from ident.estimate import IdentifiedGain
 from scenarios.paper.experiment import IDENTIFIED, PaperRun, run_paper
 from scenarios.reports.content import Figure, Heading, Mood, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
-from scenarios.reports.pages.joint_rows import JointRows
+from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.paper import paper_report
 from scenarios.reports.plot import Axis, Plot, Reference, Tone, about, intervals
@@ -98,7 +98,7 @@ def figure_3(run: PaperRun) -> list[Plot]:
         own = own[np.lexsort((system.t[own], system.loaded[own]))]
         gain = float(case.gain[j])
         loaded = system.loaded[own].astype(np.intp)
-        rows = JointRows(
+        rows = FitRows(
             joint=j,
             scale=gain,
             unit="N m",

@@ -9,7 +9,7 @@ from ident.arrays import Array
 from ident.consistency.whiteness import neighbours
 from ident.rows import Rows
 from scenarios.reports.content import Column, Paragraph, Part, Table, cells
-from scenarios.reports.pages.joint_rows import JointRows
+from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
 
 POINTS, BINS, BANDS = 150, 10, 24
@@ -28,7 +28,7 @@ FAR = 4.0
 LISTED = 12
 
 
-def spectrum_plot(rows: JointRows, all_rows: Rows) -> Plot:
+def spectrum_plot(rows: FitRows, all_rows: Rows) -> Plot:
     """Spectrum of a residual over that of unrelated rows of the same size (Lomb and Scargle).
 
     Args:
@@ -66,7 +66,7 @@ def spectrum_plot(rows: JointRows, all_rows: Rows) -> Plot:
     )
 
 
-def against(rows: JointRows, what: str) -> Plot:
+def against(rows: FitRows, what: str) -> Plot:
     """A residual against the joint's position or speed, with means of bins.
 
     Args:
@@ -104,7 +104,7 @@ def against(rows: JointRows, what: str) -> Plot:
     )
 
 
-def outliers(rows: Sequence[JointRows], motions: Sequence[str], begins: Sequence[float]) -> list[Part]:
+def outliers(rows: Sequence[FitRows], motions: Sequence[str], begins: Sequence[float]) -> list[Part]:
     """Rows that are far off, the farthest first, and how many accident would give."""
     found = [
         (abs(float(z[k])), each, k)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.reports.pages.joint_rows import JointRows
+from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
 
 MOST = 1600
@@ -15,7 +15,7 @@ TOLD = (
 )
 
 
-def torque_plot(rows: JointRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
+def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) -> Plot:
     """Measured and reconstructed torque of a joint, and their difference.
 
     Args:

@@ -15,7 +15,7 @@ GAP = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class JointRows:
+class FitRows:
     """Rows of one joint, motions one after the other.
 
     Attributes:
@@ -50,7 +50,7 @@ class JointRows:
         return np.insert(self.t, gaps, self.t[gaps] - 0.5 * step[gaps - 1]), np.insert(values, gaps, np.nan)
 
 
-def joint_rows(evidence: Evidence, joint: int, begins: Sequence[float]) -> JointRows:
+def fit_rows(evidence: Evidence, joint: int, begins: Sequence[float]) -> FitRows:
     """The rows of a joint.
 
     Args:
@@ -70,7 +70,7 @@ def joint_rows(evidence: Evidence, joint: int, begins: Sequence[float]) -> Joint
         still += [(begins[k] + a, begins[k] + b) for a, b in _still(seen, joint)]
     states = evidence.states(joint)
     q, dq = (np.empty(0), np.empty(0)) if states is None else states
-    return JointRows(
+    return FitRows(
         joint=joint,
         scale=gain.value if known else 1.0,
         unit=("N m" if turning else "N") if known else "drive units",

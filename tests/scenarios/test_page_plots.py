@@ -15,6 +15,7 @@ from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.pages.gain_plots import share_plot, what_would_show
 from scenarios.reports.pages.monte_carlo import coverage_plot
 from scenarios.reports.pages.monte_carlo import error_plot as study_error_plot
+from scenarios.reports.pages.provenance import named
 from scenarios.reports.pages.residual_plots import FAR, against, outliers, spectrum_plot
 from scenarios.reports.pages.sensitivity import cost_plot, ranking
 from scenarios.reports.pages.sensitivity import share_plot as source_shares
@@ -53,6 +54,7 @@ def rows_of(residual: np.ndarray, **more) -> FitRows:
         "joint": 2,
         "scale": 2.5,
         "unit": "N m",
+        "turning": True,
         "t": 0.05 * np.arange(n),
         "V": np.full(n, 4.0),
         "residual": residual,
@@ -107,6 +109,17 @@ def test_residuals_against_speed_are_in_percent_of_the_rms_current_with_means_of
     np.testing.assert_allclose(means.x[0], speed[first].mean(), rtol=1e-3)  # five digits, and one row more or less
     y = 100 * rows.residual[first] / np.sqrt(17.0)
     np.testing.assert_allclose(means.high[0] - means.y[0], 2 * y.std(ddof=1) / np.sqrt(first.sum()), rtol=0.02)
+
+
+@pytest.mark.parametrize(("turning", "units"), [(True, ("rad", "rad/s")), (False, ("m", "m/s"))])
+def test_a_refused_joint_that_slides_moves_in_metres(turning, units):
+    rows = rows_of(np.sin(np.arange(40.0)), unit="drive units", turning=turning)
+    assert tuple(against(rows, what).x.unit for what in ("position", "speed")) == units
+
+
+def test_logs_of_one_name_in_two_folders_are_told_apart():
+    assert named(["monday/bare.csv", "monday/heavy.csv"]) == ("bare", "heavy")
+    assert named(["monday/bare.csv", "friday/bare.csv"]) == ("monday/bare.csv", "friday/bare.csv")
 
 
 def test_outliers_are_listed_the_farthest_first_with_what_accident_would_give():
@@ -185,9 +198,9 @@ def test_coverage_is_that_of_two_deviations():
     (series,) = plot.series
     assert plot.x.categories == ("4", "6")
     assert series.x == ("4",)
-    held = int((np.abs(z) < 2.0).sum())
-    assert series.y[0] == pytest.approx(100 * held / 390, rel=6e-5)  # five digits
-    interval = stats.binomtest(held, 390).proportion_ci(0.95)
+    held = int((np.abs(z) < 2.0).sum())  # the gain that claims no deviation is not held by two of them
+    assert series.y[0] == pytest.approx(100 * held / 391, rel=6e-5)  # five digits
+    interval = stats.binomtest(held, 391).proportion_ci(0.95)
     assert (series.low[0], series.high[0]) == pytest.approx((100 * interval.low, 100 * interval.high), rel=6e-5)
 
 

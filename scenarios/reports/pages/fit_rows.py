@@ -22,6 +22,7 @@ class FitRows:
         joint: The joint, from 0.
         scale: Of a current to what is drawn: the gain, or 1 where it is refused.
         unit: Of that.
+        turning: Whether the joint turns; else it slides.
         t: Time since the first motion began, pauses between motions left out [s], shape (r,).
         V: Currents [drive units], shape (r,).
         residual: What the model leaves of them, shape (r,).
@@ -34,6 +35,7 @@ class FitRows:
     joint: int
     scale: float
     unit: str
+    turning: bool
     t: Array
     V: Array
     residual: Array
@@ -74,6 +76,7 @@ def fit_rows(evidence: Evidence, joint: int, begins: Sequence[float]) -> FitRows
         joint=joint,
         scale=gain.value if known else 1.0,
         unit=("N m" if turning else "N") if known else "drive units",
+        turning=turning,
         t=t,
         V=rows.V[own],
         residual=rows.residual[own],
@@ -90,9 +93,11 @@ def begins(evidence: Evidence) -> tuple[float, ...]:
     found = [0.0]
     for motion in evidence.problem.motions:
         seen = motion.observation
-        behind, first = seen.full_rate, seen.joints[0]
-        rows = float(first.position[-1] + 1) * first.row_period
-        found.append(found[-1] + (rows if behind is None else len(behind.q) * behind.period))
+        if (behind := seen.full_rate) is not None:
+            found.append(found[-1] + len(behind.q) * behind.period)
+            continue
+        first = seen.joints[0]
+        found.append(found[-1] + float(first.position[-1] + 1) * first.row_period)
     return tuple(found)
 
 

@@ -102,6 +102,7 @@ def figure_3(run: PaperRun) -> list[Plot]:
             joint=j,
             scale=gain,
             unit="N m",
+            turning=True,
             t=system.t[own] + end * loaded,
             V=system.V[own],
             residual=system.V[own] - case.torque[own] / gain,

@@ -65,8 +65,9 @@ def versions_in_words(versions: Mapping[str, object]) -> str:
 
 
 def named(paths: Sequence[str]) -> tuple[str, ...]:
-    """Names of files without their folders and endings."""
-    return tuple(Path(path).stem for path in paths)
+    """Names of files without their folders and endings; as they are where these are not enough to tell them apart."""
+    stems = tuple(Path(path).stem for path in paths)
+    return stems if len(set(stems)) == len(stems) else tuple(paths)
 
 
 def _couplings(pairs: Sequence[tuple[int, int]]) -> str:

@@ -81,11 +81,11 @@ def against(rows: FitRows, what: str) -> Plot:
     groups = [(x[where == k], y[where == k]) for k in range(BINS) if np.count_nonzero(where == k) > 1]
     mean = np.array([float(np.mean(each)) for _, each in groups])
     error = np.array([2.0 * float(np.std(each, ddof=1)) / np.sqrt(len(each)) for _, each in groups])
-    turning = "rad" if what == "position" else "rad/s"
+    unit = "rad" if rows.turning else "m"
     return Plot(
         title=f"Joint {rows.joint + 1}",
         caption=f"{'Every row' if step == 1 else f'One row in {step}'} of {len(x)}.",
-        x=Axis(title=what, unit=turning if rows.unit != "N" else turning.replace("rad", "m")),
+        x=Axis(title=what, unit=unit if what == "position" else f"{unit}/s"),
         y=Axis(title="residual", unit="% of rms"),
         series=(
             Series(label="", mark=Mark.POINTS, tone=Tone.QUIET, x=values(x[::step]), y=values(y[::step])),

@@ -24,12 +24,13 @@ def clock_remarks(recording: Recording) -> list[Remark]:
     even = intervals[missing == 0.0]
     jitter = float(np.abs(even / usual - 1.0).max(initial=0.0))
     duration = float(recording.t[-1] - recording.t[0])
+    hertz = 1.0 / float(even.mean())  # controllers that log every 10 or 12 ms do so at a rate between the two
     rate = Remark(
         topic="rate",
         log=recording.name,
-        seen=f"{1.0 / usual:.4g} Hz, {len(recording.t)} samples, {duration:.4g} s",
-        grade=Grade.WEAK if 1.0 / usual < SLOW else Grade.GOOD,
-        advice=f"log at {SLOW:g} Hz or more, or lower --cutoff-hz" if 1.0 / usual < SLOW else None,
+        seen=f"{hertz:.4g} Hz, {len(recording.t)} samples, {duration:.4g} s",
+        grade=Grade.WEAK if hertz < SLOW else Grade.GOOD,
+        advice=f"log at {SLOW:g} Hz or more, or lower --cutoff-hz" if hertz < SLOW else None,
     )
     uneven = jitter > JITTERED
     steady = Remark(
@@ -48,10 +49,11 @@ def _gaps(recording: Recording, intervals: np.ndarray, usual: float, lost: int, 
     at = int(intervals.argmax())
     hole = intervals[at] > LARGEST_GAP * usual
     many = lost > FEW * (len(recording.t) + lost)
+    where = f"{lost} in {gaps} gap{'s' if gaps > 1 else ''}"
     return Remark(
         topic="missing samples",
         log=recording.name,
-        seen=f"{lost} in {gaps} gaps, the longest {intervals[at]:.3g} s at t = {recording.t[at]:.6g} s",
+        seen=f"{where}, the longest {intervals[at]:.3g} s at t = {recording.t[at]:.6g} s",
         grade=Grade.WRONG if hole or many else Grade.WEAK,
         advice="use one side of the hole" if hole else "record again with less else to do for the logging computer",
     )

@@ -88,6 +88,17 @@ def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(log):
     assert found.grade is Grade.WEAK  # 60 %
 
 
+def test_the_rate_of_a_clock_of_two_intervals_is_that_of_their_mean(log):
+    t = np.cumsum(np.where(np.arange(len(log.t)) % 3 == 2, 0.012, 0.010))  # two of 10 ms, one of 12: 93.75 Hz
+    found = told(clock_remarks(without(Recording(t, log.q, log.v), [700])), "rate")
+    assert float(found.seen.split()[0]) == pytest.approx(93.75, rel=1e-3)  # a gap of one interval less
+
+
+def test_one_gap_is_one(log):
+    found = told(clock_remarks(without(log, [300, 301])), "missing samples").seen
+    assert found.startswith("2 in 1 gap, the longest 0.024 s")  # three intervals of 8 ms
+
+
 def test_a_slow_log_is_weak(log):
     slow = Recording(log.t[::3], log.q[::3], log.v[::3])
     assert told(clock_remarks(slow), "rate").grade is Grade.WEAK

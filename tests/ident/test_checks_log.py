@@ -71,10 +71,13 @@ def test_missing_samples_are_counted_where_the_clock_shows_them(log):
 def test_a_hole_is_wrong_and_so_are_many_small_gaps(log):
     # ten intervals of 8 ms and a bit, beyond which nothing is interpolated
     assert told(clock_remarks(without(log, np.arange(500, 509))), "missing samples").grade is Grade.WEAK
-    assert told(clock_remarks(without(log, np.arange(500, 510))), "missing samples").grade is Grade.WRONG
+    hole = told(clock_remarks(without(log, np.arange(500, 510))), "missing samples")
+    assert (hole.grade, hole.advice) == (Grade.WRONG, "use one side of the hole")
     few, many = np.arange(40, 2400, 59), np.arange(40, 2400, 45)  # 40 and 53 of 2500 samples, 2 % are 50
     assert told(clock_remarks(without(log, few)), "missing samples").grade is Grade.WEAK
-    assert told(clock_remarks(without(log, many)), "missing samples").grade is Grade.WRONG
+    found = told(clock_remarks(without(log, many)), "missing samples")
+    assert found.grade is Grade.WRONG
+    assert str(found.advice).startswith("record again")
 
 
 def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(log):
@@ -89,8 +92,9 @@ def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(log):
 
 
 def test_a_slow_log_is_weak(log):
-    slow = Recording(log.t[::3], log.q[::3], log.v[::3])
-    assert told(clock_remarks(slow), "rate").grade is Grade.WEAK
+    for step, grade in ((2, Grade.GOOD), (3, Grade.WEAK)):  # 62.5 and 41.7 Hz
+        slow = Recording(log.t[::step], log.q[::step], log.v[::step])
+        assert told(clock_remarks(slow), "rate").grade is grade
 
 
 def test_samples_lost_behind_an_even_clock_are_found_where_they_are(log):
@@ -101,6 +105,15 @@ def test_samples_lost_behind_an_even_clock_are_found_where_they_are(log):
     found = told(sample_remarks(without(log, lost, even=True)), "lost samples")
     assert found.grade is Grade.WEAK
     assert "3 times, first after row 411, t = 3.28 s" in found.seen
+
+
+def test_samples_that_the_clock_shows_to_be_missing_are_not_lost_behind_it(log):
+    assert len(odd_steps(without(log, [411, 902, 903, 1700])).long) == 0
+
+
+def test_a_long_loss_hides_no_short_one_beside_it(log):
+    lost = [*range(500, 520), 523]  # a step of 21, two rows on one of 2
+    np.testing.assert_array_equal(odd_steps(without(log, lost, even=True)).long, [499, 502])
 
 
 def test_a_log_that_loses_more_than_one_step_in_five_hundred_is_wrong(log):
@@ -129,6 +142,11 @@ def test_one_coarse_encoder_is_no_lost_sample(log):
     q = log.q.copy()
     q[:, 3] = np.round(q[:, 3] / 0.004) * 0.004  # about one step a sample
     assert len(odd_steps(Recording(log.t, q, log.v)).long) == 0
+
+
+def test_an_arm_whose_encoders_all_are_coarse_loses_and_repeats_nothing(log):
+    odd = odd_steps(Recording(log.t, np.round(log.q / 0.02) * 0.02, log.v))  # a step in several samples
+    assert len(odd.long) == len(odd.still) == 0
 
 
 def test_one_joint_that_jumps_alone_is_no_lost_sample(log):
@@ -188,6 +206,14 @@ def test_noise_of_an_acceleration_is_that_of_the_filtered_noise(log):
     assert told(noise_remarks(log, OPTIONS), "noise of q").grade is Grade.GOOD
 
 
+def test_the_coarsest_encoder_is_named(log):
+    step = np.array([0.0, 0.0037, 0.0, 0.0, 0.0011, 0.0])
+    q = np.where(step > 0.0, np.round(log.q / np.where(step > 0.0, step, 1.0)) * step, log.q)
+    found = told(noise_remarks(Recording(log.t, q, log.v), OPTIONS), "encoder resolution")
+    assert found.seen == "steps of 0.0037 (q2)"
+    assert told(noise_remarks(log, OPTIONS), "encoder resolution").seen == "finer than noise"
+
+
 def test_noise_that_counts_is_weak_and_names_the_joint(log):
     q = log.q + np.array([0, 0, 0, 0, 2e-3, 0]) * np.random.default_rng(4).normal(size=log.q.shape)
     found = told(noise_remarks(Recording(log.t, q, log.v), OPTIONS), "noise of q")
@@ -206,6 +232,15 @@ def test_samples_in_a_row_at_an_extreme_value_are_clipped():
     assert clipped(v, 1.0) == 0
 
 
+def test_a_few_samples_at_the_extreme_of_a_long_log_are_a_peak():
+    for count, grade in ((7_000, Grade.WRONG), (9_000, Grade.GOOD)):  # one in 2000 are 3.5 and 4.5
+        t = 0.004 * np.arange(count)
+        v = np.sin(7.3 * t)[:, None]
+        v[2_000:2_004] = 1.7
+        (found,) = clipping_remarks(Recording(t, np.sin(0.9 * t)[:, None], v))
+        assert found.grade is grade
+
+
 @pytest.mark.parametrize(("sign", "word"), [(1.0, "largest"), (-1.0, "smallest")])
 def test_a_clipped_current_is_named_with_its_limit(log, sign, word):
     v = log.v.copy()
@@ -214,6 +249,8 @@ def test_a_clipped_current_is_named_with_its_limit(log, sign, word):
     (found,) = clipping_remarks(Recording(log.t, log.q, v))
     assert (found.grade, found.joint) == (Grade.WRONG, 3)
     assert f"v4 stays at its {word} value {sign * limit:.4g}" in found.seen
+    first = log.t[np.flatnonzero(sign * log.v[:, 3] >= limit)[0]]
+    assert found.seen.endswith(f", first at t = {first:.6g} s")
 
 
 def test_a_coarse_current_is_not_clipped(log):

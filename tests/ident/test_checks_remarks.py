@@ -68,7 +68,9 @@ def test_a_reading_with_some_evidence_is_perhaps_so(compared):
 
 
 def test_of_readings_without_evidence_those_that_have_little_against_them_are_not_excluded(compared):
-    found = compared(("q3 negated", 19.5), ("q5 negated", -19.5), ("q2 negated", -20.5), ("every length times 0.8", 3.0))
+    found = compared(
+        ("q3 negated", 19.5), ("q5 negated", -19.5), ("q2 negated", -20.5), ("every length times 0.8", 3.0)
+    )
     assert best(found).grade is Grade.GOOD
     assert best(found).seen.endswith("; unexplained: 4, 31, 5, 20, 6, 7 % of rms")
     (line,) = told(found, "these logs do not tell")

@@ -158,7 +158,9 @@ def test_one_joint_that_jumps_alone_is_no_lost_sample(log):
 def test_currents_that_are_logged_more_slowly_are_told(log):
     held = Recording(log.t, log.q, np.repeat(log.v[::2], 2, axis=0))
     assert told(sample_remarks(held), "held currents").grade is Grade.WEAK
-    assert not [each for each in sample_remarks(log) if each.topic == "held currents"]
+    one = np.where(np.arange(6) == 3, held.v, log.v)
+    for other in (log.v, one):  # a current that holds alone is coarse, or logged on its own
+        assert not [each for each in sample_remarks(replace(log, v=other)) if each.topic == "held currents"]
 
 
 def test_noise_is_that_which_was_added_whatever_moves_beneath(rng):
@@ -267,6 +269,14 @@ def test_motion_in_place_of_a_current_is_named(log, what):
     (found,) = column_remarks(Recording(log.t, log.q, v), OPTIONS)
     assert (found.grade, found.joint) == (Grade.WRONG, 2)
     assert f"v3 is the {what} of joint 3" in found.seen
+    assert str(found.advice).startswith("log the current")
+
+
+def test_a_current_that_is_nearly_all_viscous_friction_is_no_speed(log):
+    rate, v = np.gradient(log.q[:, 2], log.t), log.v.copy()
+    v[:, 2] = 7.0 * rate + 0.05 * np.std(7.0 * rate) * np.sign(rate)  # dry friction leaves 3 %
+    (found,) = column_remarks(Recording(log.t, log.q, v), OPTIONS)
+    assert found.seen == "none is a copy of another"
 
 
 @pytest.mark.parametrize("kind", ["q", "v"])
@@ -276,6 +286,10 @@ def test_a_column_that_is_there_twice_is_named(log, kind):
     (found,) = column_remarks(replace(log, **{kind: x}), OPTIONS)
     assert f"{kind}5 and {kind}2 hold the same numbers" in found.seen
     assert found.grade is Grade.WRONG
+    assert str(found.advice).startswith({"q": "log each joint's own", "v": "log the current"}[kind])
+    x[:, 4] += 0.03 * np.std(x[:, 4]) * np.sin(5.3 * log.t)  # two joints that move alike
+    (found,) = column_remarks(replace(log, **{kind: x}), OPTIONS)
+    assert found.grade is Grade.GOOD
 
 
 def test_how_a_joint_moved_is_that_of_the_motion(ur):

@@ -10,7 +10,7 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, fourier, known_logs, u
 from ident.checks.clipping import clipped, clipping_remarks
 from ident.checks.clock import clock_remarks
 from ident.checks.columns import column_remarks
-from ident.checks.lateness import BENT, delay_remark, lateness
+from ident.checks.lateness import BENT, Lateness, delay_remark, lateness
 from ident.checks.motion import joint_motions, motion_remarks
 from ident.checks.noise import acceleration_noise, noise_remarks, noise_std, quantum
 from ident.checks.remark import Grade, Remark, worst
@@ -380,3 +380,41 @@ def test_every_fault_of_a_log_is_listed_not_the_first_alone(log):
     found = [str(each) for each in log_faults(Recording(log.t, q, v, "x"))]
     assert ["q2 jumps" in found[0], "v4 = " in found[1], len(found)] == [True, True, 2]
     assert list(log_faults(log)) == []
+
+
+def test_a_delay_and_its_deviation_are_those_of_the_peak_of_the_likelihood(ur, log, monkeypatch):
+    def peaked(observed, behind, shifted):
+        delay = log.period * (np.arange(len(shifted)) - len(shifted) // 2)
+        return 17.0 - 0.5 * ((delay - 0.0112) / 0.005) ** 2  # of a normal variable
+
+    monkeypatch.setattr("ident.checks.lateness._likelihood", peaked)
+    found = lateness(log, observe(log, ur, OPTIONS), OPTIONS)
+    assert found is not None
+    # A parabola through three points is the parabola itself.
+    np.testing.assert_allclose(
+        (found.value, found.std, found.evidence),
+        (0.0112, np.hypot(0.005, BENT), 0.5 * (0.0112 / 0.005) ** 2),
+        rtol=1e-9,
+    )
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "evidence", "grade"),
+    [
+        (0.0087, 0.004, 12.1, Grade.WEAK),
+        (-0.0087, 0.004, 12.1, Grade.WEAK),
+        (0.0087, 0.004, 11.9, Grade.GOOD),
+        (0.0077, 0.004, 99.0, Grade.GOOD),
+        (-0.0123, 0.004, 99.0, Grade.WRONG),
+        (0.0116, 0.004, 99.0, Grade.WEAK),
+        (3.1 * BENT, None, 99.0, Grade.WRONG),
+    ],
+)
+def test_a_delay_is_told_where_it_is_beyond_two_deviations_and_sure(log, monkeypatch, value, std, evidence, grade):
+    monkeypatch.setattr("ident.checks.lateness.lateness", lambda *_: Lateness(value, std, evidence))
+    found = delay_remark(log, None, OPTIONS)
+    assert found.grade is grade
+    assert (found.advice is None) == (grade is Grade.GOOD)
+    assert found.seen.startswith(f"{1e3 * value:.2g} ms" + ("" if std is None else ", 2 sigma 8"))
+    if grade is not Grade.GOOD:
+        assert found.seen.endswith(f"({'later' if value > 0 else 'earlier'} than the positions)")

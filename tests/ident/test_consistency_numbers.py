@@ -4,13 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from consistency_logs import evidence_of, logs_of, problem_of
+from known_logs import BRICK
 from linear_solutions import MadeUp, linear_evidence, linear_solution
+from real_friction import Truth
 from scipy import stats
 
-from ident.consistency import bare
+from ident.consistency import bare, joints
 from ident.consistency.curves import residual_curve
 from ident.consistency.difference import difference_std, judged_difference
 from ident.consistency.hidden import hidden_effect
+from ident.consistency.part import part_of
 from ident.consistency.stretches import stretches
 from ident.rows import Rows
 
@@ -145,3 +149,62 @@ def test_what_is_left_of_a_later_motion_is_louder_or_quieter_by_the_ratio_of_its
     # Half of the rows, less unknowns, count: 31.5 and 40.5; F of the later motion's over that of the first.
     chance = stats.f.cdf(factor**2, 40.5, 31.5)
     np.testing.assert_allclose(stats.norm.sf(found.z), min(chance, 1.0 - chance), rtol=1e-9)
+
+
+def test_each_joint_alone_is_held_against_all_with_what_the_model_grants_its_gain(evidence, monkeypatch):
+    solution = evidence.estimate.solution
+    granted = np.array([[0.3, -0.4], [0.05, 0.12]])
+    evidence = replace(
+        evidence, estimate=replace(evidence.estimate, solution=replace(solution, model=granted))
+    )  # of norms 0.5 and 0.13
+    told = dict[str, dict[int, float]]()
+    monkeypatch.setattr(joints, "judged_difference", lambda check, z, change, *words: told.update(z=z, change=change))
+    joints.check_joints(evidence)
+    groups = {j: np.repeat([j == 0, j == 1], 2) for j in (0, 1)}
+    parts = {j: part_of(evidence.fit, groups[j], [j]) for j in (0, 1)}
+    residual = parts[0].residual + parts[1].residual  # each zero on the other's rows
+    for j, size in ((0, 0.5), (1, 0.13)):
+        alone = parts[j].changes[j]
+        relative = alone.value / solution.inverse[j]
+        std = difference_std(evidence, alone.influence, residual) / abs(solution.inverse[j])
+        np.testing.assert_allclose(told["z"][j], abs(relative) / np.hypot(std, size), rtol=1e-12)  # rounding
+        np.testing.assert_allclose(told["change"][j], -100.0 * relative, rtol=1e-12)  # of a gain, which is 1/x
+
+
+def test_states_of_rows_are_those_at_the_middle_of_their_filters(axes):
+    logs = logs_of(Truth())
+    evidence = evidence_of(problem_of(axes, logs))
+    rows = evidence.estimate.solution.rows
+    for joint in range(3):
+        q, dq = evidence.states(joint)
+        own, first = rows.of(joint), 0
+        for motion, log in enumerate(logs):
+            observed = evidence.problem.motions[motion].observation.joints[joint]
+            here = rows.position[own][rows.motion[own] == motion]
+            t = observed.t[np.searchsorted(observed.position, here)]
+            part = slice(first, first := first + len(t))
+            # Filtered positions beside logged ones: motions of 1 rad below 1 Hz; a filter is half a second long.
+            np.testing.assert_allclose(q[part], np.interp(t, log.t, log.q[:, joint]), rtol=0, atol=3e-3)
+            rate = np.gradient(log.q[:, joint], log.t)
+            np.testing.assert_allclose(dq[part], np.interp(t, log.t, rate), rtol=0, atol=0.05)
+        assert first == len(q) == len(dq)
+
+
+def test_what_is_stated_of_a_payload_changes_currents_by_the_torque_of_its_deviation(axes):
+    unsure = replace(BRICK, mass_std=0.0, com_std=(0.0, 0.002, 0.0))
+    evidence = evidence_of(problem_of(axes, logs_of(Truth()), (None, unsure)))
+    rows, x = evidence.estimate.solution.rows, evidence.estimate.solution.inverse
+    moved = replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, 0.002, 0.0))))
+    change = moved.known_part().chi - BRICK.known_part().chi
+    expected = np.zeros(len(rows.V))
+    for joint in range(3):
+        observed = evidence.problem.motions[1].observation.joints[joint]
+        own = np.flatnonzero((rows.joint == joint) & (rows.motion == 1))
+        at = np.searchsorted(observed.position, rows.position[own])
+        expected[own] = x[joint] * (observed.W_L[at] @ change)
+    assert x[1] < 0.0
+    found = evidence.stated
+    seen = np.flatnonzero(found.any(axis=0))
+    assert len(seen) == 1
+    # To first order; the inertia of a brick whose centre is 5 cm away changes by the square of 2 mm as well.
+    np.testing.assert_allclose(found[:, seen[0]], expected, rtol=0, atol=0.03 * np.abs(expected).max())

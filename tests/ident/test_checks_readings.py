@@ -219,3 +219,7 @@ def test_ratios_are_searched_only_where_one_joint_is_out_of_reach(ur, logs):
     assert motor_side(prepared(ur, logs, OPTIONS)) == ()
     both = changed(logs, lambda q: q * [1, 100, 80, 1, 1, 1])
     assert motor_side(prepared(ur, both, OPTIONS)) == ()
+    sliding = replace(limited(ur.arm, -2.0, 2.5), revolute=np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0]))
+    far = changed(logs, lambda q: q * [1, 1, 7, 1, 1, 1])
+    assert unreachable(sliding, far, as_it_is(sliding)) == (2,)
+    assert motor_side(prepared(replace(ur, arm=sliding), far, OPTIONS)) == ()

@@ -66,7 +66,7 @@ def test_a_doubled_name_is_refused_where_it_is_wanted(tmp_path):
         read_recording(path, SAID)
 
 
-def test_seventeen_times_four_joints_are_too_many(tmp_path):
+def test_one_joint_more_than_sixty_four_is_too_many(tmp_path):
     many = {"t": T} | {f"{kind}{j}": T * (1.0 + j) for kind in "qv" for j in range(1, 66)}
     path = csv(tmp_path / "log.csv", many)
     with pytest.raises(RecordingError, match="65 joints; recordings of up to 64 are read"):

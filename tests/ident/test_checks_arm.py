@@ -91,18 +91,14 @@ def test_the_wrist_turned_is_told_first_where_friction_brakes(ur, logs):
 
 
 def test_a_current_negated_shows_by_friction_alone(ur, logs):
-    found = checked(changed(logs, v=lambda v: v * [1, 1, 1, -1, 1, 1]), ur)
+    expected = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
+    bad = changed(logs[:1], v=lambda v: v * expected)
+    found = checked(bad, ur)
     assert found.backward == (3,)
     assert found.named == ()
     (line,) = lines(found, "friction")
     assert (line.grade, line.joint) == (Grade.WEAK, 3)
-    expected = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
-    assert checked(changed(logs, v=lambda v: v * expected), ur, about=expected).backward == ()
-
-
-def test_a_joint_that_friction_drives_in_one_log_and_brakes_in_another_is_not_backward(ur, logs):
-    (bad,) = changed(logs[1:], v=lambda v: v * [1, 1, 1, -1, 1, 1])
-    assert checked([logs[0], bad], ur).backward == ()
+    assert checked(bad, ur, about=expected).backward == ()
 
 
 def test_positions_that_no_joint_reaches_are_wrong_whatever_explains_them(ur, logs):
@@ -217,6 +213,18 @@ def test_the_deviation_that_is_predicted_is_that_of_the_loaded_motion(ur, logs):
     expected = [joint.predicted_rel_std for joint in found.joints]
     # currents of the loaded motion are larger, and 5 % of them is the floor; its uncertainty allows for stretches
     np.testing.assert_allclose(predicted, expected, rtol=0.4)
+    wired = np.abs(UR_GAIN) * [1, -1, 1, -1, -1, 1]
+    assert predicted_rel_std(bare, BRICK, wired, GAINS) == predicted
+
+
+def test_joints_whose_gain_would_not_be_good_enough_are_listed():
+    options = replace(GAINS, max_rel_std=0.07)
+    (line,) = excitation_remarks("bare", (0.0123, None, 0.071, 0.069, 0.5), options)
+    assert (line.grade, line.log) == (Grade.WEAK, "bare")
+    assert line.seen.endswith("joint by joint: 1.2, -, 7.1, 6.9, 50 %")
+    assert str(line.advice).endswith("for joint 2, 3, 5")
+    (line,) = excitation_remarks("bare", (0.0123, 0.069), options)
+    assert (line.grade, line.advice) == (Grade.GOOD, None)
 
 
 @pytest.mark.slow

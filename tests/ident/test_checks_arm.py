@@ -8,6 +8,7 @@ import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 from ident.arm import load_arm
+from ident.checks import payload_decides
 from ident.checks.check import Checked, check
 from ident.checks.comparison import prepared, single_readings
 from ident.checks.excitation import excitation_remarks, predicted_rel_std
@@ -197,6 +198,15 @@ def test_what_a_payload_says_takes_the_evidence_of_instants_that_show_a_joint(ur
         assert (line.grade is Grade.WRONG) == (gain * given.freedom[5] > EVIDENCE)
         told.add(line.grade)
     assert told == {Grade.GOOD, Grade.WRONG}
+
+
+def test_friction_and_offset_may_be_others_in_every_motion_after_the_first(rng):
+    own, motion = rng.normal(size=(7, 84)), np.array([0, 0, 1, 1, 1, 2, 2])
+    expected = np.zeros((7, 6))
+    last_three = own[:, 14 * 2 + 11 : 14 * 3]
+    expected[2:5, :3], expected[5:, 3:] = last_three[2:5], last_three[5:]
+    np.testing.assert_array_equal(payload_decides._again(own, 2, motion), expected)
+    assert payload_decides._again(own[:2], 2, motion[:2]).shape == (2, 0)
 
 
 def test_a_check_with_a_payload_asks_it(ur, logs):

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
-from ident.checks.comparison import _alternative, compared, prepared, same_as_it_is, single_readings
+from ident.checks.comparison import Logs, _alternative, compared, prepared, same_as_it_is, single_readings
 from ident.checks.further_readings import further_readings
 from ident.checks.gear_ratio import motor_side
 from ident.checks.reach import unreachable
 from ident.checks.sameness import fingerprint, same
-from ident.explanation import Explanation, unknowns_of
+from ident.explanation import Explanation, unknowns_of, unknowns_under_any
 from ident.observation import ObserveOptions
 from ident.readings import as_it_is
 from ident.recording import Recording
@@ -167,7 +167,8 @@ def test_without_limits_two_turns_either_way_are_in_reach(ur, logs):
 def test_another_unit_that_leaves_a_joint_standing_still_is_out_of_reach(ur, logs):
     assert unreachable(ur.arm, logs, named(ur.arm, "q4 in degrees")) == (3,)
     still = Recording(logs[0].t, logs[0].q * [1, 1, 1, 1e-3, 1, 1], logs[0].v)
-    assert unreachable(ur.arm, [still], as_it_is(ur.arm)) == ()  # the log says so
+    for words in ("the log as it is", "q4 negated"):  # the log says so
+        assert unreachable(ur.arm, [still], named(ur.arm, words)) == ()
 
 
 def test_joints_that_slide_have_no_turns(ur, logs):
@@ -204,6 +205,13 @@ def test_evidence_counts_the_instants_of_each_column_whatever_joint_it_is_of(ur)
     gain = np.log([2.0, 0.2 / 0.2, 2.0, 2.0, 0.4 / 0.1, 2.0])
     np.testing.assert_allclose(found.gain, gain, rtol=1e-12, atol=1e-15)  # rounding
     np.testing.assert_allclose(found.evidence, gain @ [100, 200, 300, 400, 200, 600], rtol=1e-12)
+
+
+def test_a_reading_of_another_gravity_is_solved_for_all_that_shows_under_any(ur):
+    made = Logs(ur, unknowns_of(ur), unknowns_under_any(ur), (), ())
+    assert made.unknowns_under(named(ur.arm, "q3 negated")) is made.unknowns
+    assert made.unknowns_under(named(ur.arm, "gravity along (0, 0, 1) of the base")) is made.aslant
+    assert len(made.aslant.arm[0]) > len(made.unknowns.arm[0])  # the first axis is upright
 
 
 def test_joints_that_were_exchanged_are_told_from_positions_that_were(ur, logs):

@@ -7,6 +7,7 @@ import pytest
 from foreign_logs import SAID, Q, T, channels, csv, table
 
 from ident.errors import RecordingError
+from ident.logs.columns import listed
 from ident.logs.description import Channels
 from ident.recording_files import read_recording
 
@@ -74,3 +75,11 @@ def test_one_joint_more_than_sixty_four_is_too_many(tmp_path):
     for kind in "qv":
         del many[f"{kind}65"]
     assert read_recording(csv(path, many)).n == 64
+
+
+def test_names_are_listed_up_to_eight_of_them_and_two_hundred_letters():
+    assert listed(["a", "b"]) == "a, b"
+    assert listed([str(k) for k in range(8)]) == "0, 1, 2, 3, 4, 5, 6, 7"
+    assert listed([str(k) for k in range(9)]) == "0, 1, 2, 3, 4, 5, 6, 7, .."
+    assert listed(["x" * 150, "y" * 48]) == "x" * 150 + ", " + "y" * 48
+    assert listed(["x" * 150, "y" * 49]) == "x" * 150 + ", " + "y" * 48 + ", .."

@@ -10,14 +10,14 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from ident.arm import load_arm
 from ident.checks import payload_decides
 from ident.checks.check import Checked, check
-from ident.checks.comparison import prepared, single_readings
+from ident.checks.comparison import Comparison, prepared, single_readings
 from ident.checks.excitation import excitation_remarks, predicted_rel_std
 from ident.checks.payload_decides import explained_with_payload, moved_gains, payload_remarks
 from ident.checks.remark import Grade
 from ident.errors import RecordingError
 from ident.estimators import ls_2011
 from ident.evidence import EVIDENCE
-from ident.explanation import unknowns_of
+from ident.explanation import Explanation, unknowns_of
 from ident.identification import ALONE_OPTIONS
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
@@ -119,7 +119,9 @@ def test_a_log_that_cannot_be_filtered_is_wrong_and_not_compared(ur, logs):
     assert found.comparison is None
     assert found.grade is Grade.WRONG
     assert found.named == ()
-    assert all("not compared" in each.seen for each in lines(found, "model"))
+    assert {each.log for each in lines(found, "model")} == {log.name for log in logs}
+    assert all(each.seen.startswith("not compared: ") for each in lines(found, "model"))
+    assert not any(f"{each.log}: " in each.seen for each in lines(found, "model"))
     assert checked([short[0], logs[0]], ur).comparison is not None
 
 
@@ -135,6 +137,23 @@ def test_each_log_is_observed_once(ur, logs, monkeypatch):
     found = checked(logs[:1], ur)
     assert asked == [logs[0].name]
     assert found.logs[0].observed is not None
+
+
+def test_a_check_hands_on_what_each_usable_log_carries_and_the_ratio_that_fits(ur, logs, monkeypatch):
+    asked = {}
+    left = Explanation(as_it_is(ur.arm), np.full(6, 0.03), np.full(6, 900))
+    nothing = Comparison(given=left, unreachable=(), same=(), alternatives=())
+    stubs = {
+        "motor_side": lambda logs: ("a ratio",),
+        "compared": lambda logs, more: asked.update(more=more) or nothing,
+        "payload_remarks": lambda logs, carrying, payload, same: asked.update(carrying=carrying) or [],
+    }
+    for name, stub in stubs.items():
+        monkeypatch.setattr(f"ident.checks.check.{name}", stub)
+    short = Recording(logs[0].t[:60], logs[0].q[:60], logs[0].v[:60], "short")
+    found = checked([short, logs[1], logs[0]], ur, payload=BRICK, loaded=[False, True, False], about=np.abs(UR_GAIN))
+    assert asked == {"more": ("a ratio",), "carrying": [True, False]}
+    assert lines(found, "excitation") == []  # the first that is usable carries it already
 
 
 def test_a_log_of_another_number_of_joints_is_refused(ur, logs):
@@ -166,8 +185,9 @@ def test_the_payload_as_drawn_decides_about_the_zero_of_the_last_joint(ur, logs)
     (line,) = payload_remarks(wrong, [False, True], BRICK, last)
     assert line.grade is Grade.WRONG
     assert line.seen.startswith("q6 plus 90 degrees fits the payload's torque better")
-    (line,) = payload_remarks(alone, [False], BRICK, last)
-    assert "a bare and a loaded recording with this payload tell" in line.seen
+    for seen, carrying in ((alone, [False]), (wrong, [False, False]), (wrong, [True, True])):
+        (line,) = payload_remarks(seen, carrying, BRICK, last)
+        assert "a bare and a loaded recording with this payload tell" in line.seen
     assert payload_remarks(wrong, [False, True], replace(BRICK, known="mass"), last) == []
     assert payload_remarks(wrong, [False, True], BRICK, [reading(ur, "q1 plus 90 degrees")]) == []
 

@@ -45,6 +45,7 @@ def changed(logs, change):
         ("all positions in degrees", np.rad2deg(LOG), LOG),
         ("q3 in degrees", LOG * [1, 1, 180 / np.pi, 1, 1, 1], LOG),
         ("all positions in revolutions", LOG / (2 * np.pi), LOG),
+        ("all positions in milliradians", LOG * 1e3, LOG),
         ("columns q in reverse order", LOG[::-1], LOG),
         ("joints shifted, the first one last", np.roll(LOG, -1), LOG),
         ("joints shifted, the last one first", np.roll(LOG, 1), LOG),

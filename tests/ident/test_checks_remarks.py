@@ -80,6 +80,13 @@ def test_of_readings_without_evidence_those_that_have_little_against_them_are_no
     assert line.seen == "q1 negated; q2 negated; q3 negated; q4 negated; 2 more"
 
 
+def test_what_explains_the_same_is_told_and_is_no_mistake(compared, by_words):
+    found = compared(same=(by_words["q1 plus 90 degrees"], by_words["q6 negated"]))
+    assert best(found).grade is Grade.GOOD
+    (line,) = told(found, "no motion tells")
+    assert (line.grade, line.seen) == (Grade.GOOD, "q1 plus 90 degrees, q6 negated: the same by the kinematics")
+
+
 def test_a_joint_of_too_few_instants_has_no_share_left(compared):
     found = compared(left=np.where(np.arange(6) == 1, np.inf, LEFT))
     assert best(found).seen.endswith("unexplained: 4, -, 5, 20, 6, 7 % of rms")

@@ -161,6 +161,14 @@ def test_links_with_backlash_hang_on_the_side_that_gravity_pulls_them_to():
     assert {*np.sign(np.round(gravity, 9))} == {-1.0, 0.0, 1.0}
 
 
+def test_rounding_pulls_no_link_out_of_the_middle_of_its_play(rng):
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE, backlash=3e-3))
+    model = plant_model(plant, loaded=False, step=1e-3)
+    for q in rng.uniform(-2.0, 2.0, (6, 6)):  # the centre of the last link is on its axis
+        state = resting(plant, model, q)
+        np.testing.assert_allclose(state[[0, 5]], q[[0, 5]], rtol=0, atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("values", "drives", "message"),
     [

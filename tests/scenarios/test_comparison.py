@@ -2,12 +2,12 @@
 
 import hashlib
 import json
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
+from here import HERE
 from places import ROOT
 from printed import printed
 from quick import RANDOM, quick_scenario
@@ -30,10 +30,8 @@ from scenarios.run import run_scenario
 from scenarios.studies.comparison import comparison
 from scenarios.studies.coverage import coverage
 from scenarios.studies.study import carry_out, study_identity
-from scenarios.workers.kinds import Workers
 
 QUIET = Console(quiet=True)
-THREADS = Workers(lambda: ThreadPoolExecutor(2), lambda: 2)
 LIMITS = Limits(time_s=60.0)
 STUBS = ("method_stubs:least_squares", "method_stubs:constant", "method_stubs:refuses", "method_stubs:raises")
 
@@ -274,7 +272,7 @@ def study(scenario, count: int, *texts: str):
 @pytest.fixture(scope="module")
 def finished(scenario, tmp_path_factory):
     folder = tmp_path_factory.mktemp("compared") / "study"
-    return carry_out(study(scenario, 4, *STUBS), folder, THREADS, command="", console=QUIET)
+    return carry_out(study(scenario, 4, *STUBS), folder, HERE, command="", console=QUIET)
 
 
 def test_every_method_has_a_row_for_each_trial_and_joint(finished):
@@ -324,21 +322,21 @@ def test_a_trial_that_cannot_be_simulated_is_no_method_s_fault(finished):
 
 def test_an_interrupted_comparison_goes_on_where_it_stopped(scenario, tmp_path, finished):
     two, rows = STUBS[1:3], finished.table()
-    first = carry_out(study(scenario, 2, *two), tmp_path / "s", THREADS, command="", console=QUIET)
+    first = carry_out(study(scenario, 2, *two), tmp_path / "s", HERE, command="", console=QUIET)
     assert first.table()["trial"].nunique() == 2
-    whole = carry_out(study(scenario, 4, *two), tmp_path / "s", THREADS, command="", console=QUIET).table()
+    whole = carry_out(study(scenario, 4, *two), tmp_path / "s", HERE, command="", console=QUIET).table()
     same = rows[rows[METHOD].isin(two)].reset_index(drop=True)
     pd.testing.assert_frame_equal(whole.drop(columns="seconds"), same.drop(columns="seconds"), check_exact=True)
 
 
 def test_other_methods_other_limits_and_changed_files_are_another_study(scenario, tmp_path, monkeypatch):
-    carry_out(study(scenario, 1, STUBS[1]), tmp_path / "s", THREADS, command="", console=QUIET)
+    carry_out(study(scenario, 1, STUBS[1]), tmp_path / "s", HERE, command="", console=QUIET)
     with pytest.raises(OtherStudy, match="methods"):
-        carry_out(study(scenario, 1, STUBS[2]), tmp_path / "s", THREADS, command="", console=QUIET)
+        carry_out(study(scenario, 1, STUBS[2]), tmp_path / "s", HERE, command="", console=QUIET)
     loaded, method = load_scenario(str(scenario)), method_of(STUBS[1])
     slow = comparison(loaded, [method], Limits(time_s=61.0), 1, seed=5)
     with pytest.raises(OtherStudy, match=r"limits\.time_s"):
-        carry_out(slow, tmp_path / "s", THREADS, command="", console=QUIET)
+        carry_out(slow, tmp_path / "s", HERE, command="", console=QUIET)
     edited = comparison(loaded, [replace(method, digests=(("method_stubs.py", "0" * 16),))], LIMITS, 1, seed=5)
     assert study_identity(edited) != study_identity(study(scenario, 1, STUBS[1]))
 

@@ -5,6 +5,8 @@ BIN := .venv/bin
 # Small matrices gain nothing from a threaded BLAS, and stall now and then.
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
+# Many processes import the same modules: each is compiled once.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation methods coverage predicted protocols robots verify schemas lock clean
 
@@ -15,7 +17,7 @@ demo: .venv/ready
 	@echo 'Next: .venv/bin/rx90 shows what else one can do.'
 
 test: .venv/ready
-	$(BIN)/pytest --numprocesses logical --dist worksteal
+	$(BIN)/pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
 
 test-slow: .venv/ready
 	$(BIN)/pytest -m slow

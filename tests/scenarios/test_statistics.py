@@ -111,7 +111,7 @@ def test_plots_and_table_are_written_even_of_a_study_without_any_gain(tmp_path):
 @pytest.mark.parametrize("trials", [15, pytest.param(60, marks=pytest.mark.slow)])
 def test_the_nominal_scenario_keeps_its_accuracy(trials):
     # One choice of seeds in 100 would fail a method with the wanted pass rate; these seeds are fixed.
-    rules = assert_scenario("nominal", seeds=range(trials), threads=2)
+    rules = assert_scenario("nominal", seeds=range(trials))
     assert [rule.trials for rule in rules] == [trials] * 6
 
 
@@ -120,7 +120,7 @@ def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
     path = tmp_path / "strict.toml"
     path.write_text(quick.read_text().replace("gain = [0.2,", "pass_rate = 0.5\ngain = [1e-6,"))
     with pytest.raises(AssertionError) as caught:
-        assert_scenario(str(path), seeds=range(8), false_alarm=0.1)
+        assert_scenario(str(path), seeds=range(8), false_alarm=0.1, threads=2)
     lines = str(caught.value).splitlines()
     assert lines[0] == "scenario strict: 1 joint passes less often than asked for"
     assert lines[1].startswith("  joint 1: 8 of 8 missed, 7 allowed at a pass rate of 0.5; seed ")

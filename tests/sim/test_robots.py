@@ -52,7 +52,7 @@ def recordings_of(robot: Robot, **errors):
         rotor_inertia=tuple(robot.drives.rotor_inertia.tolist()),
     )
     plain = experiment(plant=plant_of(robot, **errors), trajectory=motion_of(robot), belief=belief)
-    return record([plain, replace(plain, loaded=True)], streams(0, 1), threads=2)
+    return record([plain, replace(plain, loaded=True)], streams(0, 1), threads=1)
 
 
 @pytest.mark.parametrize("joints", [1, 3, 7])

@@ -162,8 +162,8 @@ def _grouped(
 
 def _alike(left: Array, others: Sequence[Array]) -> list[int]:
     """Which of others leave the same as one does, of every column."""
-    beside = np.array(others)
-    return np.flatnonzero((np.abs(left - beside) <= ALIKE * np.abs(beside)).all(axis=1)).tolist()
+    alike = np.isclose(left, np.array(others), rtol=ALIKE, atol=0.0)  # where too few instants tell, all are infinite
+    return np.flatnonzero(alike.all(axis=1)).tolist()
 
 
 def _alternative(given: Explanation, group: Sequence[Explanation]) -> Alternative:

@@ -4,6 +4,7 @@ import json
 import math
 import shlex
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import page_folders
@@ -11,6 +12,7 @@ import pytest
 from page_parts import Elements, identified
 
 from ident.estimate import RefusedGain
+from ident.problem import Motion
 from scenarios.again import differences, identified_again
 from scenarios.cli import main
 from scenarios.errors import DamagedResult, ForeignResult, UnfinishedResult
@@ -80,30 +82,44 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
     again = identified_again(saved)
     assert again.differences == ()
     assert [gain.estimate is None for gain in again.result.gains] == [False, False, False, True, False, True]
-    evidence = again.evidence
-    start = begins(evidence)
+    evidence, logs = again.evidence, [motion.recording for motion in again.motions]
+    start = begins(logs)
     assert start[0] == 0.0
-    rows = fit_rows(evidence, 1, start)
+    rows = fit_rows(evidence, 1, logs)
     own = evidence.estimate.solution.rows.of(1)
     np.testing.assert_array_equal(rows.V, evidence.estimate.solution.rows.V[own])
     seen = [motion.observation for motion in evidence.problem.motions]
     for k, observed in enumerate(seen):
         # Rows of a motion are as far from each other on the page as in the log, and lie inside it.
-        t = rows.t[rows.motion == k]
-        behind, log = observed.full_rate, again.motions[k].recording
-        first = log.t[0] + (behind.edge + 0.5 * (behind.group - 1)) * log.period  # time of the first filtered sample
-        np.testing.assert_allclose(t - start[k], observed.joints[1].t - first, rtol=0, atol=1e-9)  # rounding
+        t, log, behind = rows.t[rows.motion == k], logs[k], observed.full_rate
+        np.testing.assert_array_equal(rows.stamp[rows.motion == k], observed.joints[1].t)
+        np.testing.assert_allclose(t - start[k], observed.joints[1].t - log.t[0], rtol=0, atol=1e-9)  # rounding
         assert start[k] < t[0] < t[-1] < start[k + 1]
         still = [(a, b) for a, b in rows.still if start[k] <= a < start[k + 1]]
         shaded = sum(b - a for a, b in still) / behind.period
         assert round(shaded) == int((~behind.moving[:, 1]).sum())
         # Where the shading ends, the joint has just passed the speed below which samples are left out.
-        edge = round((still[0][1] - start[k]) / behind.period)
+        first = (behind.edge + 0.5 * (behind.group - 1)) * log.period  # of the filtered samples, since the log began
+        edge = round((still[0][1] - start[k] - first) / behind.period)
         assert behind.moving[edge, 1]
         assert not behind.moving[edge - 1, 1]
     gain = again.found.estimate.joints[1]
     assert (rows.scale, rows.unit) == (gain.value, "N m")
-    assert fit_rows(evidence, 3, start).unit == "drive units"
+    assert fit_rows(evidence, 3, logs).unit == "drive units"
+
+
+def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(saved):
+    again = identified_again(saved)
+    bare, heavy = again.problem.motions
+    joints = tuple(replace(each, t=each.t + 1200.25) for each in heavy.observation.joints)
+    moved = Motion(replace(heavy.observation, joints=joints), heavy.payload)
+    logs = [motion.recording for motion in again.motions]
+    later = [logs[0], replace(logs[1], t=logs[1].t + 1200.25)]
+    evidence = replace(again.evidence, problem=replace(again.problem, motions=(bare, moved)))
+    here, there = fit_rows(again.evidence, 2, logs), fit_rows(evidence, 2, later)
+    np.testing.assert_allclose(there.stamp - here.stamp, 1200.25 * here.motion, rtol=0, atol=1e-9)  # rounding
+    np.testing.assert_allclose(there.t, here.t, rtol=0, atol=1e-9)  # rounding
+    np.testing.assert_allclose(there.still, here.still, rtol=0, atol=1e-9)  # rounding
 
 
 def test_the_page_says_at_the_top_what_is_not_as_it_was_saved(copied):

@@ -56,6 +56,7 @@ def rows_of(residual: np.ndarray, **more) -> FitRows:
         "unit": "N m",
         "turning": True,
         "t": 0.05 * np.arange(n),
+        "stamp": 0.05 * np.arange(n),
         "V": np.full(n, 4.0),
         "residual": residual,
         "q": np.linspace(-1.0, 2.0, n),
@@ -127,11 +128,12 @@ def test_outliers_are_listed_the_farthest_first_with_what_accident_would_give():
     residual[[7, 60]] = -2.25, 3.5  # 4.5 and 7 deviations
     residual[8] = FAR * 0.5
     motion = np.repeat([0, 1], 50)
-    said, table = outliers([rows_of(residual, motion=motion)], ("bare", "heavy"), (0.0, 2.5, 5.0))
+    stamp = np.r_[0.05 * np.arange(50), 1200.25 + 0.05 * np.arange(50)]  # the second log's clock is another
+    said, table = outliers([rows_of(residual, motion=motion, stamp=stamp)], ("bare", "heavy"))
     assert said.text.startswith("2 of 100 rows are off by more than 4 ")
     assert f"{100 * 2 * stats.norm.sf(4):.1f} would be" in said.text
     assert [[cell.text for cell in row] for row in table.rows] == [
-        ["3", "heavy", "0.50", "+7.0", "+8.75 N m"],
+        ["3", "heavy", "1200.75", "+7.0", "+8.75 N m"],
         ["3", "bare", "0.35", "-4.5", "-5.62 N m"],
     ]
 

@@ -31,6 +31,8 @@ from scenarios.reports.pages.monte_carlo import NORMAL
 from scenarios.reports.pages.paper import same
 from scenarios.reports.pages.still import with_picture
 from scenarios.reports.plot import Plot
+from scenarios.store import study_folder
+from scenarios.store.parts import checked_part
 
 
 def test_results_differ_where_a_number_or_a_refusal_does():
@@ -265,10 +267,15 @@ def test_what_is_no_whole_result_of_this_version_is_refused_in_one_line(spoil, e
     assert not (copied.parent / "out.html").exists()
 
 
-def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path):
+def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkeypatch):
     folder = page_folders.study(tmp_path)
     assert kind_of(folder) == "monte-carlo"
+    looked = list[str]()
+    monkeypatch.setattr(
+        study_folder, "checked_part", lambda path, n: (looked.append(path.name), checked_part(path, n))[1]
+    )
     report = page_of(folder)
+    assert sorted(looked) == sorted(path.name for path in (folder / "trials").iterdir())  # each once
     commands = [part.text for part in report.parts if isinstance(part, Line)]
     assert commands[0].startswith("rx90 run ")
     rows = next(part for part in report.parts if isinstance(part, Table) and part.columns[0].title == "Seed").rows

@@ -29,8 +29,9 @@ Kind = Literal["run", "identification", "check"]
 class RecordFile(ProblemFile):
     """A problem, what was made of it, and the digests of the folder's files.
 
-    `sources` are the names that the recordings had, `scenario` of a run what it was called by. Of a check, `payload`
-    is the one that was asked about, and `about` what the gains are about [N m / drive unit].
+    `sources` are the names that the recordings had, `scenario` of a run what it was called by, and `scene` what tells
+    its picture from that of another (`scenarios.store.scene`). Of a check, `payload` is the one that was asked about,
+    and `about` what the gains are about [N m / drive unit].
     """
 
     kind: Kind
@@ -39,6 +40,7 @@ class RecordFile(ProblemFile):
     created: str
     sources: tuple[str, ...]
     scenario: str | None = None
+    scene: str | None = None
     method: str | None = None
     options: dict[str, JsonValue] = Field(default_factory=dict)
     payload: Name | None = None

@@ -29,7 +29,7 @@ def payload_file(mounting: str) -> str:
     return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
 
 
-def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None) -> None:
+def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None, scene: str | None = None) -> None:
     """Write recordings, believed payloads, the arm, truth and result, and the record of all that.
 
     `identify_command` gives the same estimate on them, to the last digit.
@@ -39,6 +39,7 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
         folder: Where.
         command: That made it.
         named: What the scenario was called by.
+        scene: By `scene_digest`, of that scenario.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -58,7 +59,7 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     (folder / RESULT).write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
     robot = run.bench.experiments[0].plant.robot
     model = write_model(robot.model, robot.flange, folder)
-    record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named})
+    record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named, "scene": scene})
     write_record(record, folder)
 
 

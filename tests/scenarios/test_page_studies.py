@@ -123,6 +123,7 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
     assert plot.x.categories == ("1", "2", "3")
     tables = [part for part in report.parts if isinstance(part, Table)]
     said = [[[cell.text for cell in row] for row in table.rows] for table in tables]
+    assert said[0][0] == ["ls-2011", "1", "0.9000", "4.44", "identified"]
     assert [row[-1] for row in said[0]] == ["identified", "refused", "identified", "MethodTimedOut"]
     assert said[1] == [["slow", "all", "took longer than 60 s"], ["ls-2011", "2", "too light"]]
     assert said[2:] == [[["monday", "ab12"]], [["ls-2011: own.py", "cd34"]]]

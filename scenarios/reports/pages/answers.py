@@ -1,6 +1,7 @@
 """The page of answers to problems without a truth: gains of the methods side by side, and why some are none."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ident.naming import one_line
@@ -30,7 +31,7 @@ def page(folder: Path) -> Report:
     parts: list[Part] = [_counted(rows), Paragraph(UNKNOWN)]
     for problem in dict.fromkeys(row.problem for row in rows):
         own = [row for row in rows if row.problem == problem]
-        parts += [Heading(problem), *_drawn(own), *answers_report(own, path).parts[:1], *_reasons(own)]
+        parts += [Heading(problem), *_drawn(own), _table(own, path), *_reasons(own)]
     parts += _origin(rows)
     return Report(told.title, tuple(parts), told.document)
 
@@ -74,6 +75,12 @@ def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
         series=tuple(series),
     )
     return [plot]
+
+
+def _table(rows: Sequence[AnswerRow], path: Path) -> Table:
+    """What methods answered to a problem, without its name in every row."""
+    (told,) = (part for part in answers_report(rows, path).parts if isinstance(part, Table))
+    return replace(told, columns=told.columns[1:], rows=tuple(row[1:] for row in told.rows))
 
 
 def _reasons(rows: Sequence[AnswerRow]) -> list[Table]:

@@ -78,7 +78,10 @@ def test_a_torque_is_the_gain_times_what_is_measured_and_what_the_model_makes_of
     assert measured.y == (2.5, 5.0, 7.5, 10.0, 12.5, 15.0)
     assert left.y == (1.25, -0.625, 0.3125, 0.0, 1.875, -1.25)
     np.testing.assert_allclose(predicted.y, np.subtract(measured.y, left.y), rtol=1e-4)  # five digits
-    assert [(each.label, each.at) for each in plot.references] == [("bare", 0.0), ("heavy", 0.2)]
+    assert [(each.label, each.at, each.upright) for each in plot.references] == [
+        ("bare", 0.0, True),
+        ("heavy", 0.2, True),
+    ]
     assert plot.bands == ((0.2, 0.3),)
     share = np.linalg.norm(residual) / np.linalg.norm(np.arange(1.0, 7.0))
     assert f"{100 * share:.2g} % of its rms is left. Drawn is every row of 6" in plot.caption

@@ -35,6 +35,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.store.claim import claim
     from scenarios.store.gains_file import gains_file
     from scenarios.store.run_folder import identify_command, origin, run_files, save_run
+    from scenarios.store.scene import scene_digest
 
     prepared, held = bench(load_scenario(options.scenario)), None
     if options.save is not None:
@@ -47,7 +48,8 @@ def main(options: argparse.Namespace) -> Status:
         gains_files.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
         with held.writing():
-            save_run(result, held.folder, command=options.command_line, named=options.scenario)
+            scene = scene_digest(prepared.scenario)
+            save_run(result, held.folder, command=options.command_line, named=options.scenario, scene=scene)
         saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
         again = Line(identify_command(result.bench, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))

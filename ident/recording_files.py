@@ -1,7 +1,7 @@
 """Recordings from and to files: one row a sample, columns `t`, `q1` .., `v1` .. or what they are said to be."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,10 +76,9 @@ def read_unchecked(path: str | Path, description: LogDescription) -> Log:
         found[:] = [resolved(path, names, description)]
         return found[0].chosen
 
-    meant = re.compile("|".join((OURS.pattern, ur_rtde.COLUMNS, *map(re.escape, _said(description)))))
     request = Request(
         chosen=chosen,
-        known=lambda names: sum(bool(meant.fullmatch(name) or OURS.fullmatch(name.lower())) for name in names),
+        known=known_names(description),
         text=description.text,
         topic=description.topic,
         joints=description.joints,
@@ -87,6 +86,12 @@ def read_unchecked(path: str | Path, description: LogDescription) -> Log:
     table = format_of(path).read(path, request)
     recording = converted(path, table, found[0].description)
     return Log(recording, found[0], notes_of(found[0]))
+
+
+def known_names(description: LogDescription) -> Callable[[Sequence[str]], int]:
+    """How many of some names are those of columns of a log, by which its header is found."""
+    meant = re.compile("|".join((OURS.pattern, ur_rtde.COLUMNS, *map(re.escape, _said(description)))))
+    return lambda names: sum(bool(meant.fullmatch(name) or OURS.fullmatch(name.lower())) for name in names)
 
 
 def _said(description: LogDescription) -> list[str]:

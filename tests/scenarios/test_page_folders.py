@@ -200,7 +200,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path):
     told = json.loads((folder / "result.json").read_text())
     known = sum(each["ratio"] is not None for each in told["joints"])
     assert (told["consistent"], "without masses" in told["consistent_reason"]) == (None, True)  # a folder's model
-    assert report.parts[0].text.startswith(f"Ratios of {known} of 6 gains over that of joint {told['reference']}")
+    assert report.parts[0].text.startswith(f"Ratios of {known} of 6 gains, over that of joint {told['reference']}")
     titles = [part.title for part in report.parts if isinstance(part, Table)]
     assert any(title.startswith("If the same motions were repeated with the payload of") for title in titles)
     assert not [part for part in report.parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]

@@ -78,9 +78,7 @@ def _verdict(saved: dict[str, JsonValue]) -> Paragraph:
     joints = saved["joints"]
     assert isinstance(joints, list), "written with a list of joints"
     known = sum(isinstance(each, dict) and each["ratio"] is not None for each in joints)
-    text = (
-        f"Ratios of {known} of {len(joints)} gains, over that of joint {saved['reference']}, from bare motions alone."
-    )
+    text = f"Ratios of {known} of {len(joints)} gains, over that of joint {saved['reference']}, by bare motions."
     return Paragraph(text, Mood.PLAIN, strong=True)
 
 

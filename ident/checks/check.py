@@ -87,10 +87,8 @@ class Checked:
 
     @property
     def named(self) -> tuple[str, ...]:
-        """Readings that surely explain the logs better, in words; none where more is wrong than anyone can say."""
-        if self.several is not None:
-            return tuple(each.words for each in self.several.changes) if self.several.settled else ()
-        if self.comparison is None:
+        """Readings that surely explain the logs better, in words; none where more than one thing is wrong."""
+        if self.comparison is None or self.several is not None:
             return ()
         found = named_readings(self.comparison, self.backward)
         return tuple(reading.words for each in found for reading in each.readings)
@@ -137,7 +135,7 @@ def check(
     logs = prepared(structure, usable, observing)
     comparison = compared(logs, motor_side(logs))
     sure = named_readings(comparison, backward)
-    several = several_mistakes(logs, sure[0], observing) if sure else None
+    several = several_mistakes(logs, sure, observing)
     more = None if several is None else several_remark(several)
     remarks = [*arm_remarks(comparison, backward, more), *friction_remarks(backward)]
     carrying = [loaded is not None and loaded[k] for k in observed]

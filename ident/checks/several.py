@@ -1,27 +1,24 @@
 """Whether more than one thing is wrong with logs: what explains them better is mended, and they are looked at again.
 
-With two mistakes the single change that explains most need not be one of them: what a second look names is tried first
-as well, and the pair that leaves least counts. It is named only where a last look finds nothing more; otherwise nobody
-can say what is wrong, but that it is more than one thing.
+With two mistakes the single change that explains most need not be one of them: it may be the best that one change can
+do. Where a second look still finds something that surely explains more, no change is therefore named as sure; which
+joint to begin with is told, and what may be wrong.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.arrays import Array, Mask
-from ident.checks.arm_remarks import MEND, TOPIC, named_readings
-from ident.checks.comparison import Alternative, Comparison, Logs, compared, prepared
+from ident.arrays import Mask
+from ident.checks.arm_remarks import MEND, NAMED, TOPIC, named_readings
+from ident.checks.comparison import Alternative, Logs, compared, prepared
 from ident.checks.gear_ratio import motor_side
 from ident.checks.remark import Grade, Remark
-from ident.evidence import NOTHING
 from ident.observation import ObserveOptions
 from ident.readings import Reading
 from ident.recording import Recording
 from ident.structure import structure_of
-
-TURNS = 3
-"""Times that the second change of a pair is tried as the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,42 +26,31 @@ class Several:
     """More than one mistake.
 
     Attributes:
-        changes: What undoes them, one after the other.
-        settled: Whether nothing explains the logs better after them; if not, they may be others.
+        first: The single change that explains most; it need not undo one of them.
+        second: What explains most after it.
     """
 
-    changes: tuple[Reading, Reading]
-    settled: bool
+    first: Reading
+    second: Reading
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Pair:
-    """Two changes, one after the other, and the sum of logarithms of what they leave."""
-
-    changes: tuple[Reading, Reading]
-    left: float
-
-
-def several_mistakes(logs: Logs, first: Alternative, options: ObserveOptions) -> Several | None:
-    """Two changes that explain logs better than the best single one does; None if that one is enough.
+def several_mistakes(logs: Logs, sure: Sequence[Alternative], options: ObserveOptions) -> Several | None:
+    """What a second look finds; None if a single change is enough.
 
     Args:
         logs: As they are.
-        first: The single change that surely explains them best.
+        sure: Changes that surely explain them better, equally good, the best one first.
         options: Filters.
     """
-    pair = _second(logs, first.readings[0], options)
-    if pair is None:
-        return None
-    best = pair
-    for _ in range(TURNS):
-        turned = _second(logs, pair.changes[1], options)
-        if turned is None or turned.changes[1].words == pair.changes[0].words:
-            break
-        pair, best = turned, min(best, turned, key=lambda each: each.left)
-    both = mended(mended(logs, best.changes[0], options), best.changes[1], options)
-    last = _looked_at(both)
-    return Several(best.changes, settled=_surest(last) is None and not last.unreachable)
+    found = list[Several]()
+    for each in sure[:NAMED]:
+        first = each.readings[0]
+        after = mended(logs, first, options)
+        second = named_readings(compared(after, motor_side(after)), ())
+        if not second:
+            return None
+        found.append(Several(first, second[0].readings[0]))
+    return found[0] if found else None
 
 
 def mended(logs: Logs, reading: Reading, options: ObserveOptions) -> Logs:
@@ -82,57 +68,27 @@ def mended(logs: Logs, reading: Reading, options: ObserveOptions) -> Logs:
         )
     recordings = [
         Recording(
-            each.t, reading.factor * each.q[:, reading.q_order] + reading.zero, each.v[:, reading.v_order], each.name
+            each.t,
+            reading.factor * each.q[:, reading.q_order] + reading.zero,
+            each.v[:, reading.v_order],
+            each.name,
         )
         for each in logs.recordings
     ]
     return prepared(structure, recordings, options)
 
 
-def _second(logs: Logs, first: Reading, options: ObserveOptions) -> _Pair | None:
-    """A change and the best one after it; None if nothing more explains the logs surely better."""
-    after = _looked_at(mended(logs, first, options))
-    second = _surest(after)
-    if second is None:
-        return None
-    left = _sum_of_logarithms(after.given.column_left) - float(second.gain.sum())
-    return _Pair((first, second.readings[0]), left)
-
-
-def _looked_at(logs: Logs) -> Comparison:
-    return compared(logs, motor_side(logs))
-
-
-def _surest(found: Comparison) -> Alternative | None:
-    return next(iter(named_readings(found, ())), None)
-
-
-def _sum_of_logarithms(left: Array) -> float:
-    known = left[np.isfinite(left)]
-    return float(np.log(np.maximum(known, NOTHING)).sum())
-
-
 def several_remark(found: Several) -> Remark:
     """The line on more than one mistake."""
-    first, second = found.changes
-    joint = int(np.flatnonzero(touched(first))[0]) if touched(first).any() else None
-    if found.settled:
-        return Remark(
-            topic=TOPIC,
-            joint=joint,
-            seen=f"more than one thing is wrong: {first.words}, and then {second.words}, explain the currents",
-            grade=Grade.WRONG,
-            advice=f"{MEND}, first the one, then the other, and check again",
-        )
-    begin = "the base or the lengths" if joint is None else f"joint {joint + 1}"
+    joints = np.flatnonzero(touched(found.first))
+    named = " and ".join(str(j + 1) for j in joints)
+    where = f"joint{'' if len(joints) == 1 else 's'} {named}" if 0 < len(joints) <= 2 else "order, base and units"
     return Remark(
         topic=TOPIC,
-        joint=joint,
-        seen="more than one thing is wrong: no two changes explain the currents",
+        joint=int(joints[0]) if len(joints) else None,
+        seen=f"more than one thing is wrong; perhaps {found.first.words}, and then {found.second.words}",
         grade=Grade.WRONG,
-        advice=f"begin with sign, zero and columns of {begin}, and check again"
-        if joint is not None
-        else f"begin with {begin}, and check again",
+        advice=f"begin with {where}, {MEND}, and check again",
     )
 
 

@@ -1,8 +1,8 @@
 """How much joints warmed, by logs that have temperatures, and what that may do to gains.
 
 Per kelvin magnets weaken by up to `GAIN`, dry friction falls by up to `COULOMB` and viscous friction by `VISCOUS`: the
-largest that the error budgets of this project draw (`gain and heat`, `friction and heat`). Friction of its own for every
-motion, which the default estimator has, takes up what differs between motions, not what drifts within one.
+largest that the error budgets of this project draw (`gain and heat`, `friction and heat`). Friction of its own for
+every motion, which the default estimator has, takes up what differs between motions, not what drifts within one.
 """
 
 from collections.abc import Sequence

@@ -7,9 +7,9 @@ import numpy as np
 
 from ident.arrays import Array
 from ident.logs import format_of
-from ident.logs.columns import Chosen, Request
+from ident.logs.columns import Chosen
 from ident.logs.description import LogDescription
-from ident.recording_files import known_names
+from ident.recording_files import request_of
 
 NAMES = {"T1, T2, ..": ("T{}", 1), "joint_temperatures_0, ..": ("joint_temperatures_{}", 0)}
 """Patterns of the columns, and the number of the first joint's."""
@@ -38,15 +38,8 @@ def read_temperatures(path: Path, description: LogDescription, joints: int) -> A
                 return Chosen(wanted)
         raise _NotThere
 
-    request = Request(
-        chosen=chosen,
-        known=known_names(description),
-        text=description.text,
-        topic=description.topic,
-        joints=description.joints,
-    )
     try:
-        table = format_of(path).read(path, request)
+        table = format_of(path).read(path, request_of(description, chosen))
     except _NotThere:
         return None
     return np.column_stack(list(table.values()))

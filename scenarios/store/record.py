@@ -23,7 +23,7 @@ from scenarios.store.documents import to_json
 from scenarios.store.problem_folder import GivenProblem, Name, ProblemFile, given_problem, read_stated
 
 RECORD, RESULT = "record.json", "result.json"
-Kind = Literal["run", "identification", "check"]
+Kind = Literal["run", "identification", "check", "bare"]
 
 
 class RecordFile(ProblemFile):
@@ -31,7 +31,8 @@ class RecordFile(ProblemFile):
 
     `sources` are the names that the recordings had, `scenario` of a run what it was called by, and `scene` what tells
     its picture from that of another (`scenarios.store.scene`). Of a check, `payload` is the one that was asked about,
-    and `about` what the gains are about [N m / drive unit].
+    and `about` what the gains are about [N m / drive unit]. Of bare motions, `payload` is the one that would be
+    mounted, and `believed` the gains that were given.
     """
 
     kind: Kind
@@ -45,6 +46,7 @@ class RecordFile(ProblemFile):
     options: dict[str, JsonValue] = Field(default_factory=dict)
     payload: Name | None = None
     about: tuple[float, ...] | None = None
+    believed: Name | None = None
     versions: dict[str, str] = Field(default_factory=dict)
     files: dict[str, str] = Field(min_length=1)
 
@@ -116,7 +118,9 @@ def identify_words(folder: Path, record: RecordFile) -> str:
     """The command that identifies the same from a folder, wherever it is."""
     words = ["rx90", "identify", "--model", str(folder / record.robot.model), *motion_words(folder, record.motions)]
     words += [] if record.method is None else ["--method", record.method]
-    return shlex.join([*words, *_believed(record)])
+    words += [] if record.believed is None else ["--gains", str(folder / record.believed)]
+    words += [] if record.kind != "bare" or record.payload is None else ["--if-loaded", str(folder / record.payload)]
+    return shlex.join([*words, *_stated(record)])
 
 
 def check_words(folder: Path, record: RecordFile) -> str:
@@ -128,9 +132,9 @@ def check_words(folder: Path, record: RecordFile) -> str:
     if loaded:
         words += ["--loaded", *loaded]
     words += [] if record.payload is None else ["--payload", str(folder / record.payload)]
-    return shlex.join([*words, *_believed(record)])
+    return shlex.join([*words, *_stated(record)])
 
 
-def _believed(record: RecordFile) -> list[str]:
+def _stated(record: RecordFile) -> list[str]:
     options = option_words(record.observe, record.gains, record.options)
     return [*coupling_words(record.robot.couplings), *options]

@@ -3,6 +3,7 @@
 from pydantic import Field
 
 from scenarios.files.result_schemas.open_object import OpenObject
+from scenarios.patching.link_document import Links
 
 
 class BareParameter(OpenObject):
@@ -42,6 +43,32 @@ class BareJoint(OpenObject):
     friction: list[BareParameter]
 
 
+class ExpectedJoint(OpenObject):
+    """What a payload would make of a joint's gain.
+
+    Attributes:
+        joint: Its number, from 1.
+        rel_std: Relative standard deviation to expect of the gain, null if it would be refused.
+        reason: Why there is none, null if there is one.
+    """
+
+    joint: int = Field(ge=1)
+    rel_std: float | None
+    reason: str | None
+
+
+class ExpectedGains(OpenObject):
+    """What to expect of the gains if the same motions were repeated with a payload.
+
+    Attributes:
+        mass: Of the payload [kg].
+        joints: One entry a joint, in their order.
+    """
+
+    mass: float
+    joints: list[ExpectedJoint]
+
+
 class BareResult(OpenObject):
     """What `rx90 identify --json` prints of bare recordings alone.
 
@@ -50,6 +77,10 @@ class BareResult(OpenObject):
         joints: One entry a joint, in their order.
         base_parameters: Of the arm, over the gain of the reference joint.
         base_parameters_si: The same with gains that are given, null without any.
+        if_loaded: What a payload would add, null unless `--if-loaded` asks.
+        consistent: Links that bodies can have, nearest to the model's; null without `--gains`, or if the model has no
+            bodies.
+        consistent_reason: Why there are none, null if there are.
         notes: What the method chose and what one should know.
     """
 
@@ -57,4 +88,7 @@ class BareResult(OpenObject):
     joints: list[BareJoint]
     base_parameters: list[BareParameter]
     base_parameters_si: list[BareParameter] | None
+    if_loaded: ExpectedGains | None
+    consistent: Links | None
+    consistent_reason: str | None
     notes: list[str]

@@ -14,6 +14,7 @@ PAGES = {
     "run": "identification",
     "identification": "identification",
     "check": "check",
+    "bare": "bare",
     "monte-carlo": "monte_carlo",
     "sensitivity": "sensitivity",
     "comparison": "comparison",

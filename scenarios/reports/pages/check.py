@@ -4,12 +4,15 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.arm import Arm
 from ident.checks.check import Checked, LogRead, check
+from ident.checks.remark import Grade, Remark
+from ident.checks.warming import TOPIC
 from ident.errors import IdentificationError
 from ident.payload import Payload
 from ident.payload_files import read_payload
@@ -53,6 +56,7 @@ def page(folder: Path) -> Report:
     except IdentificationError as error:
         raise DamagedResult(f"{folder / RECORD}: the files of this folder cannot be checked: {error}") from error
     saved = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+    found = replace(found, remarks=(*found.remarks, *_of_temperature(saved)))
     told = check_report(found, given.arm)
     asked = {} if record.payload is None or payload is None else {record.payload: payload}
     said = sorted(told.parts[:-1], key=lambda part: not isinstance(part, Paragraph))  # what to do, then the lines
@@ -67,6 +71,22 @@ def _differences(saved: object, now: Mapping[str, object]) -> list[Part]:
         return []
     text = f"Checked again, these files give other lines than {RESULT}; the page shows those of now."
     return [Paragraph(text, Mood.BAD, strong=True)]
+
+
+def _of_temperature(saved: Mapping[str, list[dict[str, Any]]]) -> list[Remark]:
+    """Lines on temperatures as they were told: the folder's recordings have none."""
+    return [
+        Remark(
+            topic=TOPIC,
+            log=each["log"],
+            joint=each["joint"] - 1,
+            seen=each["seen"],
+            grade=Grade(each["verdict"]),
+            advice=each["advice"],
+        )
+        for each in saved["lines"]
+        if each["what"] == TOPIC
+    ]
 
 
 def _plots(found: Checked, arm: Arm) -> list[Part]:

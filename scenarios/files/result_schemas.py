@@ -359,7 +359,8 @@ class PayloadDesign(_Open):
 
     scenario: str
     residual: float
-    rated_load: float = Field(description="[kg]")
+    rated_load: float | None = Field(description="[kg]; null where the robot's file does not say")
+    own_is_better: bool = Field(description="whether the scenario's own payload shows the worst joint better")
     flange: str | None
     before: DesignedPayload
     after: DesignedPayload

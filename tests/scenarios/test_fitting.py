@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from invented_arm import invented_problem
 
-from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Problem, excess_in_words
+from scenarios.design.excitation import EXCESS, FITTED_HZ, SMALL_SIZES, Design, Problem, excess_in_words
 from scenarios.design.fitting import APART, best_fitted, first_fitted, with_better
 from scenarios.design.limits import SHARE
 from scenarios.design.search import Found, Series
@@ -58,11 +58,12 @@ def test_the_best_motion_is_taken_a_tenth_smaller_at_most_whatever_else_was_kept
     assert fitted.reason == ""
 
 
-def test_a_best_motion_that_a_tenth_less_does_not_fit_is_shrunk_farther_and_the_reason_told(problem, series):
+@pytest.mark.parametrize("size", [0.9, 0.76])
+def test_a_best_motion_that_a_tenth_less_does_not_fit_is_shrunk_farther_and_the_reason_told(problem, series, size):
     best = point(series, 8, -9.7)
-    design = allowing(problem, series.motion(best.x), 0.76)
+    design = allowing(problem, series.motion(best.x), size)
     fitted = best_fitted(design, series, (best,))
-    np.testing.assert_allclose(size_of(fitted.motion, series.motion(best.x)), 0.76, rtol=1e-12)
+    np.testing.assert_allclose(size_of(fitted.motion, series.motion(best.x)), size, rtol=1e-12)
     assert design.keeps_limits(fitted.motion)
     assert fitted.reason.startswith("the motion exceeds its share of the speed of joint ")
 
@@ -97,7 +98,7 @@ def test_of_the_best_made_small_and_an_earlier_motion_that_fits_the_one_that_cos
 def test_earlier_motions_that_cost_more_than_the_best_made_small_are_not_looked_at(problem, series, monkeypatch):
     best = point(series, 8, -9.7)
     design = allowing(problem, series.motion(best.x), 0.6)
-    small = design.cost(design.fitted(series.motion(best.x), np.array([0.6])))
+    small = design.cost(design.fitted(series.motion(best.x), SMALL_SIZES))
     looked_at: list[np.ndarray] = []
     fitted = Design.fitted
 
@@ -128,8 +129,11 @@ def test_only_better_motions_are_kept_best_last_and_near_ones_make_room():
     for cost in (0.5, 0.7, 0.5, 0.496, 0.4935, 0.487, 0.3, 0.31):
         kept = with_better(kept, found(cost))
     assert [each.cost for each in kept] == [0.5, 0.487, 0.3]
-    edge = with_better((found(0.5), found(0.5 - APART)), found(0.4))
-    assert [each.cost for each in edge] == [0.5, 0.5 - APART, 0.4]
+    assert len(with_better(kept, found(0.3))) == len(kept)
+    near = with_better((found(0.5), found(0.495)), found(0.3))
+    assert [each.cost for each in near] == [0.5, 0.3]
+    edge = with_better((found(APART), found(0.0)), found(-0.4))
+    assert [each.cost for each in edge] == [APART, 0.0, -0.4]
 
 
 def test_searches_are_made_until_the_best_of_one_is_fitted(problem, series):
@@ -137,6 +141,7 @@ def test_searches_are_made_until_the_best_of_one_is_fitted(problem, series):
     searches = {
         "refused": (impossible(series, 5, -4.8),),
         "earlier": (point(series, 4, -4.1), impossible(series, 6, -4.9)),
+        "another": (point(series, 6, -4.2), impossible(series, 6, -4.9)),
         "fits": (point(series, 3, -4.0),),
     }
 
@@ -151,8 +156,23 @@ def test_searches_are_made_until_the_best_of_one_is_fitted(problem, series):
     assert made == ["refused", "earlier", "fits"]
     found = first_fitted(design, series, of("earlier", "refused"))
     np.testing.assert_array_equal(found.sine, series.motion(searches["earlier"][0].x).sine)
+    cheaper, dearer = sorted(("earlier", "another"), key=lambda name: design.cost(series.motion(searches[name][0].x)))
+    for order in ((cheaper, dearer), (dearer, cheaper)):
+        found = first_fitted(design, series, of(*order))
+        np.testing.assert_array_equal(found.sine, series.motion(searches[cheaper][0].x).sine)
     with pytest.raises(TrajectoryError, match="of 1 motions that"):
         first_fitted(design, series, of("refused", "refused"))
+
+
+@pytest.mark.parametrize(("factor", "kept"), [(0.99, False), (1.01, True)])
+def test_a_speed_that_is_reached_between_the_samples_of_the_search_counts(problem, factor, kept):
+    cosine = np.zeros((3, 30))
+    cosine[:, -1] = 0.02, 0.03, -0.01  # 5 Hz: at rest at every sample of 10 Hz
+    motion = FourierTrajectory(np.array([0.2, 0.3, -0.1]), np.zeros((3, 30)), cosine, 6.0)
+    fastest = 10.0 * np.pi * np.abs(cosine[:, -1])
+    free = replace(problem.limits, acceleration=np.full(3, 1e3), torque=np.full(3, 1e5))
+    design = Design(replace(problem, limits=replace(free, velocity=factor * fastest / USED)))
+    assert design.keeps_limits(motion) is kept
 
 
 def test_what_is_broken_most_is_named_with_its_joint():

@@ -12,12 +12,12 @@ from threadpoolctl import threadpool_limits
 from scenarios.build import bench, cell
 from scenarios.design.excitation import SMALL_SIZES, Design
 from scenarios.design.fitting import best_fitted, with_better
+from scenarios.design.own_motion import worst_deviation
 from scenarios.design.problem import design_problem
 from scenarios.design.search import STEP, Found, Judge, Series, judge_here, random_point, search
 from scenarios.design.start import starts
 from scenarios.files.loading import load_scenario
 from sim.errors import TrajectoryError
-from sim.trajectory import FourierTrajectory
 
 HOME = Path(__file__).parent
 OUT = Path("out") / "excitation"
@@ -77,11 +77,6 @@ class Row:
         )
 
 
-def worst(design: Design, motion: FourierTrajectory) -> float:
-    """Largest predicted deviation of a wanted gain."""
-    return float(design.deviations(design.rows(motion)).total[design.problem.joints].max())
-
-
 def random_motions(design: Design, series: Series, at: np.ndarray, seed: int) -> list[float]:
     """Deviations of the random motions that can be fitted."""
     rng = np.random.default_rng(seed)
@@ -89,7 +84,7 @@ def random_motions(design: Design, series: Series, at: np.ndarray, seed: int) ->
     for k in range(RANDOM):
         motion = series.motion(series.drawn(at[k % len(at)], rng))
         try:
-            found.append(worst(design, design.fitted(motion, np.append(1.0, SMALL_SIZES))))
+            found.append(worst_deviation(design, design.fitted(motion, np.append(1.0, SMALL_SIZES))))
         except TrajectoryError:
             continue
     return found
@@ -114,8 +109,8 @@ def row(name: str) -> Row:
         scenario=name,
         random=min(random, default=None),
         fitted=len(random),
-        own=worst(design, bench(scenario).experiments[0].trajectory),
-        searched=worst(design, motion),
+        own=worst_deviation(design, bench(scenario).experiments[0].trajectory),
+        searched=worst_deviation(design, motion),
         tried=tried,
         seconds=time.process_time() - began,
     )

@@ -4,6 +4,7 @@ import argparse
 import math
 import shlex
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from scenarios.design.excitation import Design, Problem
     from scenarios.design.own_motion import OwnMotion
     from scenarios.files.schema import Scenario
+    from scenarios.reports.content import Report
+    from scenarios.store.searched_motion import SearchedMotion
     from sim.trajectory import FourierTrajectory
 
 OPTIONS = ("seed", "harmonics", "duration", "evaluations")
@@ -58,7 +61,6 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.design.prediction import RESIDUAL
     from scenarios.design.search import Series
     from scenarios.files.loading import load_scenario
-    from scenarios.reports.content import Report
     from scenarios.store.searched_motion import SearchedMotion, Unfinished, unfinished, write_searched
     from sim.errors import TrajectoryError
 
@@ -101,16 +103,22 @@ def main(options: argparse.Namespace) -> Status:
     if interrupt is not None:
         complain(f"stopped; the best so far is in {options.out}, the same command goes on from there")
         return ending(interrupt)
-    said = f"{options.out}: predicted standard deviation of the gains [%]: {result.predicted}"
+    show(_report(result, first.cost, found.cost, options.out), options)
+    return Status.PASSED
+
+
+def _report(result: "SearchedMotion", start: float, cost: float, out: Path) -> "Report":
+    from scenarios.reports.content import Report
+
+    said = f"{out}: predicted standard deviation of the gains [%]: {result.predicted}"
     document = {
-        "out": str(options.out),
+        "out": str(out),
         "tried": result.tried,
-        "cost_of_start": first.cost,
-        "cost": found.cost,
+        "cost_of_start": start,
+        "cost": cost,
         "predicted_rel_std": [std if math.isfinite(std) else None for std in result.deviations.tolist()],
     }
-    show(Report(said, (), document), options)
-    return Status.PASSED
+    return Report(said, (), document)
 
 
 def _problem(scenario: "Scenario", prepared: "Cell", options: argparse.Namespace) -> "Problem":

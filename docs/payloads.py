@@ -74,12 +74,12 @@ def kept(name: str) -> Mapping[str, Any]:
 
 
 def main() -> None:
-    """Design what is not designed yet, one scenario after another, and write the page."""
+    """Design what is not designed yet, one scenario after another, and write the page with each."""
     rows = []
     for name in SCENARIOS:
         rows.append(row(kept(name)))
         print(rows[-1], flush=True)
-    (HOME / "payloads.md").write_text(HEAD + "\n".join(rows) + "\n", encoding="utf-8")
+        (HOME / "payloads.md").write_text(HEAD + "\n".join(rows) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation methods coverage predicted protocols robots verify schemas lock clean
+.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation payloads methods coverage predicted protocols robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -50,8 +50,11 @@ pictures: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/case.py
 	$(BIN)/python docs/accuracy.py
 
-excitation: .venv/ready  # random against searched motions, a table for every built-in robot: minutes each
+excitation: .venv/ready  # random against searched motions, on every built-in robot; ten minutes, goes on from what out/excitation holds
 	$(BIN)/python docs/excitation.py
+
+payloads: .venv/ready  # the weight that rx90 payload finds for every built-in robot; ten minutes, goes on from what out/payloads holds
+	$(BIN)/python docs/payloads.py
 
 COMPARED ?= $(wildcard out/methods/*)
 

@@ -169,6 +169,10 @@ class MotionTooFine(ScenarioError):
     """Harmonics that a search does not see between its samples."""
 
 
+class OtherSeries(ScenarioError):
+    """A motion that is to be improved is none of those that are searched."""
+
+
 class NoFilm(ScenarioError):
     """A file of pictures whose kind is unknown, or cannot be written here."""
 

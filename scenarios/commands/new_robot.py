@@ -11,9 +11,8 @@ from scenarios.commands.status import Status
 from scenarios.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
-    from ident.arrays import Array
     from scenarios.design.excitation import Design
-    from scenarios.design.search import Series
+    from scenarios.design.search import Found, Series
 
 EVALUATIONS = arguments.count_from(1, 10**6, "that takes an hour")
 
@@ -53,8 +52,8 @@ def main(options: argparse.Namespace) -> Status:
     return Status.PASSED
 
 
-def _searched(options: argparse.Namespace, design: "Design", series: "Series", attempt: int) -> "Array":
-    """The best point that a search with another seed each time finds.
+def _searched(options: argparse.Namespace, design: "Design", series: "Series", attempt: int) -> "tuple[Found, ...]":
+    """Better and better motions that a search with another seed each time finds.
 
     Raises:
         KeyboardInterrupt: If it is stopped.
@@ -63,6 +62,6 @@ def _searched(options: argparse.Namespace, design: "Design", series: "Series", a
         seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs, quiet=options.quiet
     )
     outcome = searched(design, series, chosen, None)
-    if outcome.interrupt is not None or outcome.found is None:
+    if outcome.interrupt is not None or not outcome.kept:
         raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
-    return outcome.found.x
+    return outcome.kept

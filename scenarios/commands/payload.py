@@ -74,6 +74,7 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
         KeyboardInterrupt: If the search is stopped.
     """
     from scenarios.design.excitation import Design
+    from scenarios.design.fitting import best_fitted
     from scenarios.design.payload_search import along, problem_with
     from scenarios.design.search import Series
 
@@ -81,7 +82,7 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
     outcome = searched(design, series, options, None)
-    if outcome.interrupt is not None or outcome.found is None:
+    if outcome.interrupt is not None or not outcome.kept:
         raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
-    motion = design.fitted(series.motion(outcome.found.x))
+    motion = best_fitted(design, series, outcome.kept).motion
     return replace(found, again=along(found.best, design, motion)), motion

@@ -69,6 +69,7 @@ class PayloadDesign(OpenObject):
     scenario: str
     residual: float
     rated_load: float | None = Field(description="largest mass that the arm may carry, null if its file says none [kg]")
+    own_is_better: bool = Field(description="whether the scenario's own payload shows the worst joint better")
     flange: str | None
     before: DesignedPayload
     after: DesignedPayload

@@ -73,7 +73,8 @@ def read(folder: Path) -> Study:
         name=told["scenario"]["name"],
         method=table["identification"]["method"],
         version=told["versions"]["rx90-drive-gain-testbench"],
-        asked=told["command"],
+        asked=f"rx90 sensitivity {told['scenario']['name']} "
+        f"--repeats {told['repeats']} --samples {told['samples']} --seed {told['seed']}",
         trials=told["trials"],
         failed=rows[rows["failure"].notna()]["trial"].nunique(),
         least=alone.groupby("source")["trial"].nunique().min(),

@@ -33,6 +33,7 @@ bench: .venv/ready
 	$(BIN)/python bench/effects.py
 	$(BIN)/python bench/doors.py
 	$(BIN)/python bench/studies.py
+	$(BIN)/python bench/trials.py
 
 scale: .venv/ready  # what a million trials need from the process that writes them, into docs/scaling.md; ten minutes
 	$(BIN)/python -m bench.scale --write

@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation payloads methods coverage predicted protocols robots verify schemas lock clean
+.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation payloads methods coverage predicted error-budget protocols robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -35,6 +35,7 @@ bench: .venv/ready
 	$(BIN)/python bench/effects.py
 	$(BIN)/python bench/doors.py
 	$(BIN)/python bench/studies.py
+	$(BIN)/python bench/trials.py
 
 scale: .venv/ready  # what a million trials need from the process that writes them, into docs/scaling.md; ten minutes
 	$(BIN)/python -m bench.scale --write
@@ -61,6 +62,11 @@ COMPARED ?= $(wildcard out/methods/*)
 methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
 	$(BIN)/python docs/methods.py $(COMPARED)
 
+BUDGETS ?= out/budget out/budget-field
+
+error-budget: .venv/ready  # from the folders that rx90 sensitivity left
+	$(BIN)/python docs/error_budget.py $(BUDGETS)
+
 PROTOCOLS := $(basename $(notdir $(wildcard docs/protocols/*.toml)))
 
 protocols: .venv/ready  # half an hour; goes on from what out/protocols holds
@@ -72,7 +78,7 @@ COVERED ?= $(wildcard out/coverage/*)
 coverage: .venv/ready  # from the folders that rx90 monte-carlo left, those of out/coverage unless COVERED names others
 	$(BIN)/python docs/coverage.py $(COVERED)
 
-STUDIES ?= nominal out/budget
+STUDIES ?= nominal out/budget field out/budget-field
 
 predicted: .venv/ready  # scenarios, each with the folder that rx90 sensitivity left of it
 	$(BIN)/python docs/predicted.py $(STUDIES)

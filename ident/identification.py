@@ -17,7 +17,7 @@ from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.plausibility import check_different, check_load, check_positions, residual_notes
+from ident.plausibility import SamenessCheck, check_different, check_load, check_positions, residual_notes
 from ident.problem import Motion, Problem
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
@@ -93,6 +93,7 @@ def identify_motions(
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
     wiring: WiringCheck = check_wiring,
+    sameness: SamenessCheck = check_different,
     checks: Mapping[str, Check] = CHECKS,
 ) -> Identification:
     """Identify drive gains from any number of motions, bare and with one or more mountings of a payload.
@@ -105,6 +106,7 @@ def identify_motions(
         observing: Filters and thresholds.
         gains: When a gain counts as identifiable, and how its uncertainty is found.
         wiring: What makes sure that the logs are of this arm; `known_wiring` where nobody doubts it.
+        sameness: What makes sure that no recording is given twice; `repeatable` where motions are simulated.
         checks: Consistency tests of the estimate; `UNCHECKED` where nobody reads what they say.
 
     Raises:
@@ -115,7 +117,7 @@ def identify_motions(
     structure = robot if isinstance(robot, Structure) else structure_of(robot)
     for motion in motions:
         check_positions(structure.arm, motion.recording)
-    check_different([motion.recording for motion in motions])
+    sameness([motion.recording for motion in motions])
     observed = tuple(Motion(observe(each.recording, structure, observing), each.payload) for each in motions)
     for first, second in _compared(motions):
         wiring(structure, first.recording, second.recording, observing)

@@ -4,8 +4,9 @@ Each raises one error that says what the data look like and what to do, before o
 otherwise look like an answer.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,6 +20,9 @@ LOAD_Z = 4.0
 """Standard deviations that 1/g must differ from zero by on some joint for a load to be there."""
 LARGE_RESIDUAL = 0.15
 """Share of a joint's current above which its residual is worth a note."""
+
+SamenessCheck: TypeAlias = Callable[[Sequence[Recording]], None]
+"""All recordings; raises if two are one."""
 
 
 def check_positions(arm: Arm, recording: Recording) -> None:
@@ -48,7 +52,7 @@ def check_positions(arm: Arm, recording: Recording) -> None:
 
 
 def check_different(recordings: Sequence[Recording]) -> None:
-    """Refuse one recording given for two motions.
+    """Refuse one recording given for two motions: its rows would count twice.
 
     Raises:
         NotIdentifiable: If two hold the same samples.
@@ -58,6 +62,10 @@ def check_different(recordings: Sequence[Recording]) -> None:
             raise NotIdentifiable(
                 f"{first.name} and {second.name} hold the same motion; record one with the payload mounted"
             )
+
+
+def repeatable(recordings: Sequence[Recording]) -> None:
+    """Trust that each is of a motion of its own: simulated ones repeat to the last digit where nothing is random."""
 
 
 def check_load(estimate: GainEstimate) -> None:

@@ -12,6 +12,7 @@ from ident.consistency.finding import Finding
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate
 from ident.identification import Recorded, identify_motions
+from ident.plausibility import repeatable
 from ident.recording import Recording
 from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
@@ -223,6 +224,7 @@ def _identified(
             observing=chosen.observe,
             gains=chosen.gains,
             wiring=known_wiring,
+            sameness=repeatable,
             checks=checks,
         )
     except IdentificationError as error:

@@ -10,6 +10,7 @@ from ident.identification import Identification, identify_motions
 from ident.naming import nearest, shown
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table, options_from_words, table_from_words
+from ident.plausibility import repeatable
 from ident.wiring import known_wiring
 from scenarios.errors import UnknownMethod
 from scenarios.methods.method import INSIDE, Method
@@ -53,6 +54,7 @@ def identified(text: str, problem: GivenProblem) -> Identification:
         observing=_overlaid(problem.observing, chosen.observing),
         gains=_overlaid(problem.gains, chosen.gains),
         wiring=known_wiring,
+        sameness=repeatable,
         checks=UNCHECKED,
     )
 

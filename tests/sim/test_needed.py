@@ -192,6 +192,16 @@ def test_plants_that_differ_in_friction_and_drives_alone_share_their_rigid_model
     assert rigid() != rigid(rotor_inertia=1.01 * RX90.drives.rotor_inertia)
 
 
+def test_a_payload_counts_where_it_is_mounted_and_only_there():
+    def needed(loaded, mass):
+        motion = motion_of(loaded=loaded)
+        plant = replace(motion.plant, payload=replace(BODY, mass=mass))
+        return needed_currents(replace(motion, plant=plant), RATE)
+
+    np.testing.assert_array_equal(needed(False, 2.3), needed(False, 3.1))
+    assert np.abs(needed(True, 2.3) - needed(True, 3.1)).max() > 1.0
+
+
 def driven(motions):
     """What is logged of motions under a controller that knows the drives: as good as perfect."""
     believed = replace(BELIEF, gain=tuple(GAIN.tolist()))

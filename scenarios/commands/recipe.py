@@ -7,7 +7,7 @@ from scenarios.commands import COMMANDS
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.parser import printable
 from scenarios.commands.status import Status
-from scenarios.store.claim import claim
+from scenarios.commands.writing import right_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Prepare the scenario, write the page."""
-    held = claim(options.out.parent, [options.out.name], command="rx90 recipe", force=options.force)
+    held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 recipe")
     from scenarios.build import bench
     from scenarios.files.loading import load_scenario
     from scenarios.reports.content import Report

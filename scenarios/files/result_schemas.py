@@ -158,6 +158,7 @@ class FoundPayload(_Open):
     body: list[Quantity]
     refused: dict[str, str] = Field(description="reasons")
     possible: bool | None = Field(description="whether a body can have these parameters")
+    joints: list[Weighed] = Field(description="the mass from each joint alone against that from all; empty if not sure")
     notes: list[str]
 
 

@@ -132,8 +132,50 @@ def test_an_unknown_payload_is_found_with_the_gains(cell, capsys):
         parts = [body[name][f"{share}_std"] for share in ("residual", "gain", "model")]
         np.testing.assert_allclose(body[name]["std"], np.linalg.norm(parts), rtol=1e-9)
     assert len(found["parameters"]) == len(found["covariance"]) == 10
+    assert {each["verdict"] for each in found["joints"]} <= {"agrees", "says nothing"}
     assert main(words) == 0
-    assert "mass " in capsys.readouterr().out
+    assert "mass " in (said := capsys.readouterr().out)
+    assert "disagree" not in said
+
+
+def weighed(cell: Path, *more: str, loaded: str = "light", unloaded: str = "unloaded", gains: str = "gains.toml"):
+    run = cell / "run"
+    return ["payload-of", str(run / f"{loaded}.parquet"), "--gains", str(cell / gains), "--model", MODEL,
+            "--unloaded", str(run / f"{unloaded}.parquet"), *more]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("loaded", "unloaded", "words"),
+    [
+        ("unloaded", "light", "probably swapped"),
+        ("heavy", "unloaded", "the gains were found from this recording"),
+        ("light", "heavy", "given as bare, but it carried a payload when the gains were found"),
+    ],
+)
+def test_a_payload_is_not_found_from_what_cannot_show_it(cell, capsys, loaded, unloaded, words):
+    if words == "probably swapped":  # which the gains file would tell, did it know the recordings
+        file = read_gains(cell / "gains.toml").model_dump(mode="json", exclude_none=True)
+        (cell / "stranger.json").write_text(json.dumps(file | {"recordings": []}))
+    gains = "stranger.json" if words == "probably swapped" else "gains.toml"
+    assert main(weighed(cell, loaded=loaded, unloaded=unloaded, gains=gains)) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_joints_that_disagree_on_the_mass_are_named(cell, capsys):
+    off(cell, 2, 2.0, "doubled.json")
+    assert main(weighed(cell, gains="doubled.json")) == 0
+    assert "WARNING: joints disagree on the mass: alone, " in (words := capsys.readouterr().out)
+    assert "joint 2 says" in words
+
+
+@pytest.mark.parametrize("command", ["torque", "convert"])
+def test_a_log_is_not_written_over_by_what_is_made_of_it(cell, tmp_path, capsys, command):
+    log = tmp_path / "log.parquet"
+    log.write_bytes((cell / "run" / "light.parquet").read_bytes())
+    gains = ["--gains", str(cell / "gains.toml")] if command == "torque" else []
+    assert main([command, str(log), *gains, "--out", str(tmp_path / "." / "log.parquet"), "--force"]) == 2
+    assert f"log.parquet: rx90 {command} reads this file" in capsys.readouterr().err
+    assert log.read_bytes() == (cell / "run" / "light.parquet").read_bytes()
 
 
 def test_torques_are_written_with_units_and_intervals(cell, capsys):
@@ -158,7 +200,7 @@ def test_torques_are_written_with_units_and_intervals(cell, capsys):
     assert document["joints"] == [entry.joint for entry in gains.gains if entry.identifiable]
     assert document["samples"] == len(recording.t)
     assert main(["torque", str(log), "--gains", str(cell / "gains.toml"), "--out", str(cell / "gains.toml")]) == 2
-    assert "did not write this file" in capsys.readouterr().err
+    assert "rx90 torque reads this file" in capsys.readouterr().err
 
 
 def test_torques_of_joints_in_another_order_than_the_gains_are_refused(cell, capsys):

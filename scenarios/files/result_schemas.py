@@ -182,8 +182,9 @@ class Patched(_Open):
 class Moved(_Open):
     """A gain that may have changed, by its logarithm."""
 
-    rel_change: float
-    std: float
+    rel_change: float = Field(description="g_B / g_A - 1")
+    std: float = Field(description="of the logarithm")
+    rel_std: float = Field(description="of rel_change")
     turned: bool = Field(description="whether its sign is another")
     moved: bool = Field(description="whether it changed beyond its interval")
 
@@ -209,6 +210,7 @@ class GainComparison(_Open):
     moved: bool
     joints: list[MovedJoint]
     scale: Moved
+    scale_joints: list[int] = Field(description="that have the scale in common; empty if fewer than half have one")
     together: ChiSquare
     pattern: ChiSquare | None
     missing: list[dict[str, int | str]] = Field(description="joints that one of both has")

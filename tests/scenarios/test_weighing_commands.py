@@ -247,6 +247,19 @@ def test_gains_that_moved_are_named(cell, capsys):
     assert "both are from heavy.parquet, unloaded.parquet" in said
 
 
+def test_gains_written_by_hand_are_compared_and_verdicts_have_their_measure(tmp_path, capsys):
+    for name, values, extra in (("A", (2.0, 3.0, 5.0), 'name = "shoulder"'), ("B", (2.05, 3.0, 5.0), "")):
+        entries = [f"[[gains]]\njoint = {k}\nestimate = {x}\nstd = {0.0075 * x}\n" for k, x in enumerate(values, 1)]
+        (tmp_path / f"{name}.toml").write_text(entries[0] + f"{extra}\n" + "".join(entries[1:]))
+    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "shoulder" in said
+    assert "MOVED beyond 2.39 deviations" in said
+    assert "SAME: no gain moved beyond its interval, joint 1 beyond 2 sigma" in said  # 2.3 deviations
+    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml"), "--json"]) == 0
+    assert printed(capsys, "compare-gains")["scale_joints"] == [1, 2, 3]
+
+
 def test_run_writes_the_gains_as_well(cell, tmp_path, capsys):
     out = tmp_path / "g.json"
     assert main(["run", str(cell / "quick.toml"), "--gains-out", str(out)]) in (0, 1)

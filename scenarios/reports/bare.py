@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from ident.arm import Arm
 from ident.bare import BareArm, GainRatios, OffRatio, Parameter
 from ident.cross_validation import JointPrediction
-from scenarios.reports.content import NONE, Column, Paragraph, Part, Report, Table, cells, percent
+from ident.plausibility import prediction_warnings
+from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import sentence
 
 RATIOS = (
@@ -49,6 +50,8 @@ def bare_report(
             "motions from the others."
         )
     )
+    warnings = prediction_warnings(predicted)
+    parts += [Paragraph(sentence(f"Warning: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings]
     parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
     shown = found if in_si is None else in_si
@@ -120,7 +123,7 @@ def _document(
         ],
         "base_parameters": [_parameter(each) for each in found.inertial],
         "base_parameters_si": None if in_si is None else [_parameter(each) for each in in_si.inertial],
-        "notes": list(found.selected.remarks),
+        "notes": [*prediction_warnings(predicted), *found.selected.remarks],
     }
 
 

@@ -284,6 +284,7 @@ def test_bare_recordings_alone_give_ratios(cell, capsys):
     assert len(found["joints"]) == 6
     shown = [each for each in found["joints"] if each["ratio"] is not None]
     assert len(shown) >= 2
+    assert not any("is predicted within" in each for each in found["notes"])
     reference = found["joints"][found["reference"] - 1]
     assert (reference["ratio"], reference["rel_std"]) == (1.0, 0.0)
     assert main([*words, "--gains", str(cell / "gains.toml")]) == 0

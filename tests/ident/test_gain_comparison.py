@@ -106,7 +106,7 @@ def test_where_no_scale_is_common_to_more_than_half_there_is_none():
     found = compared(A, B)  # two of four have one scale
     assert not len(found.sharing)
     np.testing.assert_allclose(found.scale.log, np.log([1.5, 2.5]).sum() / 4.0, rtol=1e-12)
-    chance = gains([0, 1, 2, 3], [2.0, 2.0, 2.0, 2.09], [0.01] * 4)  # p = 0.0013: chance, one time in 800
+    chance = gains([0, 1, 2, 3], [2.0, 2.0, 2.0, 2.12], [0.01] * 4)  # chi2 12.7 of 3: one time in 190
     assert compared(A, chance).sharing.tolist() == [0, 1, 2, 3]
 
 

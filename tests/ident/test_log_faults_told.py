@@ -83,6 +83,9 @@ def test_a_transposed_array_is_named(tmp_path: Path):
     np.save(tmp_path / "log.npy", np.zeros((5, 10_000)))
     with pytest.raises(RecordingError, match="the array has 5 rows of 10000 numbers"):
         read_recording(tmp_path / "log.npy")
+    square = np.sin(0.1 * np.arange(1.0, 6.0)[:, None] * np.arange(1.0, 6.0))
+    np.savez(tmp_path / "square.npz", t=T[:5], q=square, v=square)
+    assert read_recording(tmp_path / "square.npz").n == 5
     np.savez(tmp_path / "good.npz", t=T, q=Q, v=V)
     np.testing.assert_array_equal(read_recording(tmp_path / "good.npz").q, Q)
     np.save(tmp_path / "names.npy", ROWS)

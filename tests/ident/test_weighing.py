@@ -272,6 +272,7 @@ def test_joints_agree_on_a_mass_unless_a_gain_is_off(structure, heavy, rng):
     right, wrong = known(rel_std=rel_std), known(GAIN * np.array([1.0, 2.0, 1.0, 1.0, 1.0, 1.0]), rel_std)
     found = payload_of(noisy, right, PLAIN)
     agreed = accord(found, body_of(found), right)
+    assert all(each.mass is not None for each in agreed)  # with the centre found, wrist joints show the mass too
     assert len(agreed) == 6
     assert DIFFERS not in [each.verdict for each in agreed]
     found = payload_of(noisy, wrong, PLAIN)

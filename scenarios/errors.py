@@ -141,6 +141,10 @@ class NotOurs(ScenarioError):
     """A file that a command would write over, although it did not write it, or not so."""
 
 
+class OverInput(ScenarioError):
+    """A file that a command would write over, although it reads it."""
+
+
 class WrongFiles(ScenarioError):
     """Recordings and payloads on a command line that do not go together."""
 
@@ -210,7 +214,7 @@ class ForeignAnswers(ScenarioError):
 
 
 class SeenBefore(ScenarioError):
-    """A recording that is to prove gains, and that they were found from."""
+    """A recording that is to prove gains, or to be weighed with them, and that they were found from."""
 
 
 class WrongGains(ScenarioError):

@@ -3,16 +3,26 @@
 import numpy as np
 
 from ident.checks.remark import Grade, Remark
+from ident.observation import ObserveOptions
 from ident.recording import JITTER_TOL, LARGEST_GAP, Recording
 
 LOST = 1.5
 """Interval, in medians, from which on a sample is missing."""
 FEW = 0.02
 """Share of missing samples that straight lines between the others stand in for."""
-SLOW = 60.0
-"""Rate [Hz] below which the default filters leave little room."""
+ROOM = 4.0
+"""Samples in a period of the highest cut-off below which filters have little room."""
 JITTERED = 0.5
 """Largest deviation of an interval, as a share, that does not come of missing samples but is worth a word."""
+
+
+def slowest_hz(observing: ObserveOptions) -> float:
+    """Rate of a log [Hz] below which filters have little room."""
+    return ROOM * max(observing.cutoff_hz, observing.decimation_cutoff_hz)
+
+
+SLOW = slowest_hz(ObserveOptions())
+"""Likewise of the default filters."""
 
 
 def clock_remarks(recording: Recording) -> list[Remark]:

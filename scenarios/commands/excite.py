@@ -13,7 +13,7 @@ from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.parser import complain, printable
 from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
 from scenarios.commands.status import Status
-from scenarios.store.claim import claim
+from scenarios.commands.writing import right_to_write
 from scenarios.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Search, write the motion, tell what it predicts; of a search that is stopped, write the best so far."""
-    held = claim(options.out.parent, [options.out.name], command="rx90 excite", force=options.force)
+    held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 excite")
     check_harmonics(options)
     PROCESSES.prepare()
     from scenarios.build import cell

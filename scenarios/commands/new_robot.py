@@ -34,13 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario by rules of thumb, find a motion, tell what is assumed."""
     PROCESSES.prepare()
+    from scenarios.commands.writing import right_to_write
     from scenarios.design.new_robot import described, moved
     from scenarios.files.motions import write_motion
     from scenarios.reports.new_robot import new_robot_report
-    from scenarios.store.claim import claim
     from scenarios.store.new_robot import FILES, MOTION, SCENARIO, scenario_text, write_robot
 
-    held = claim(options.out, FILES, command="rx90 new-robot", force=options.force)
+    held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
     new = described(options.model, options.out, flange=options.flange, name=options.name)
     with held.writing():
         robot = write_robot(new, held.folder)

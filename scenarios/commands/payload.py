@@ -9,7 +9,7 @@ from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.progress import console
 from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
 from scenarios.commands.status import Status
-from scenarios.store.claim import claim
+from scenarios.commands.writing import right_to_write
 from scenarios.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def main(options: argparse.Namespace) -> Status:
     held = None
     if options.out is not None:
         names = FILES + MOTION * options.excite
-        held = claim(options.out, names, command="rx90 payload", force=options.force)
+        held = right_to_write(options, options.out, names, command="rx90 payload")
     if options.excite:
         PROCESSES.prepare()
     from scenarios.build import bench

@@ -28,18 +28,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Simulate, identify, judge; 1 if a tolerance is missed."""
     from scenarios.build import bench
+    from scenarios.commands.writing import right_to_write
     from scenarios.files.loading import load_scenario
     from scenarios.reports.content import Line, Paragraph
     from scenarios.reports.run import run_report
     from scenarios.run import run
-    from scenarios.store.claim import claim
     from scenarios.store.gains_file import gains_file
     from scenarios.store.run_folder import identify_command, origin, run_files, save_run
     from scenarios.store.scene import scene_digest
 
     prepared, held = bench(load_scenario(options.scenario)), None
     if options.save is not None:
-        held = claim(options.save, run_files(prepared), command="rx90 run --save", force=options.force)
+        held = right_to_write(options, options.save, run_files(prepared), command="rx90 run --save")
     out = gains_files.claimed(options, "rx90 run")
     with under_way(options, "preparing") as stages:
         result = run(prepared, options.seed, stages=stages)

@@ -1,5 +1,6 @@
 """A run as a folder, that of `--save`, and the command that identifies the same from it."""
 
+import os
 import shlex
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -100,8 +101,15 @@ def origin(run: Run) -> Origin:
 def model_words(prepared: Bench) -> list[str]:
     """The model file of the arm, and the options that say what is believed of it: flange and couplings."""
     robot = prepared.experiments[0].plant.robot
-    words = [str(robot.model)] if robot.flange is None else [str(robot.model), "--flange", robot.flange]
+    model = short_path(robot.model)
+    words = [model] if robot.flange is None else [model, "--flange", robot.flange]
     return [*words, *coupling_words(prepared.scenario.table.belief.couplings)]
+
+
+def short_path(path: Path) -> str:
+    """A path without detours, where it is the same file without them."""
+    short = Path(os.path.normpath(path))
+    return str(short if short.exists() and short.samefile(path) else path)
 
 
 def identify_command(prepared: Bench, folder: Path) -> str:

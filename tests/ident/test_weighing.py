@@ -8,15 +8,16 @@ from exact import GAIN, TRUSTING, exact_problem, lopsided
 from scipy.stats import norm
 
 from ident.all_joints.selection import Rival
-from ident.errors import GainsError, NotIdentifiable, PayloadError
+from ident.errors import GainsError, NegativeMass, NotIdentifiable, PayloadError
 from ident.estimators.nls import AllJointsOptions
 from ident.held_gains import gain_sensitivity
 from ident.known_gains import KnownGains
 from ident.parameters import INERTIAL
 from ident.payload import Payload, standard_parameters
 from ident.problem import Problem
+from ident.weighing.accord import accord, check_mass
 from ident.weighing.alone import NoMass, _solved, masses_alone
-from ident.weighing.body import Quantity, body_of, body_values
+from ident.weighing.body import FoundBody, Quantity, body_of, body_values
 from ident.weighing.together import payload_of, separable
 from ident.weighing.verification import AGREES, DIFFERS, SAYS_NOTHING, verified
 
@@ -338,3 +339,46 @@ def test_what_shows_only_with_others_is_refused_by_name(problem):
     assert body.of("x") is not None
     with pytest.raises(NotIdentifiable, match="the payload's YY: this arm shows it only"):
         found.at("YY")
+
+
+def test_joints_agree_on_a_mass_unless_a_gain_is_off(structure, heavy, rng):
+    noisy, rel_std = weighed(structure, heavy, rng, noise=0.005), np.full(6, 0.003)
+    right, wrong = known(rel_std=rel_std), known(GAIN * np.array([1.0, 2.0, 1.0, 1.0, 1.0, 1.0]), rel_std)
+    found = payload_of(noisy, right, PLAIN)
+    agreed = accord(found, body_of(found), right)
+    assert all(each.mass is not None for each in agreed)  # with the centre found, wrist joints show the mass too
+    assert len(agreed) == 6
+    assert DIFFERS not in [each.verdict for each in agreed]
+    found = payload_of(noisy, wrong, PLAIN)
+    off = accord(found, body_of(found), wrong)[1]
+    assert off.verdict == DIFFERS
+    # The centre moved with the gains too; the mass of the joint is doubled to within a tenth all the same.
+    np.testing.assert_allclose(off.mass.value, 2.0 * heavy.mass, rtol=0.1)
+
+
+def a_mass(value: float, *more: Quantity) -> FoundBody:
+    shares = {"residual_std": 0.1, "gain_std": 0.0, "model_std": 0.0}
+    return FoundBody(
+        quantities=(Quantity(name="mass", unit="kg", value=value, **shares), *more), refused={}, possible=None
+    )
+
+
+def test_a_mass_below_zero_beyond_doubt_is_refused():
+    with pytest.raises(NegativeMass, match=r"is -0\.31 kg, 2 sigma 0\.2 kg: .* probably swapped"):
+        check_mass(a_mass(-0.31))
+    for value in (-0.29, 0.31):  # three deviations are 0.3
+        check_mass(a_mass(value))
+
+
+@pytest.mark.parametrize("value", [-0.29, 0.29, 2001.0])
+def test_of_a_mass_that_is_not_sure_joints_say_nothing(problem, value):
+    assert accord(payload_of(problem, known(), PLAIN), a_mass(value), known()) == ()
+
+
+def test_without_a_centre_joints_are_asked_for_the_mass_alone(problem, heavy):
+    found = payload_of(problem, known(), PLAIN)
+    far = [Quantity(name=axis, unit="m", value=4.9, residual_std=0.2, gain_std=0.0, model_std=0.0) for axis in "xyz"]
+    stated = Payload(mass=heavy.mass, mass_std=0.1, known="mass")
+    expected = [each.mass for each in verified(found, stated, known()).joints]
+    for body in (a_mass(heavy.mass), a_mass(heavy.mass, *far)):
+        assert [each.mass for each in accord(found, body, known())] == expected

@@ -40,10 +40,12 @@ class Moved(OpenObject):
     Attributes:
         rel_change: Relative change of its size, g_B / g_A - 1.
         std: Standard deviation of log |g_B / g_A|, of small changes the same as that of the relative change.
+        rel_std: Standard deviation of `rel_change`, `std` times g_B / g_A; relative, without unit.
     """
 
     rel_change: float
     std: float
+    rel_std: float
     turned: bool = Field(description="whether its sign is another")
     moved: bool = Field(description="whether it changed beyond its interval")
 
@@ -80,7 +82,8 @@ class GainComparison(OpenObject):
     Attributes:
         moved: Whether anything did: a joint beyond its interval, or all together.
         joints: Those that have a gain in both.
-        scale: The change common to all joints.
+        scale: The change common to most joints, or to all if no majority has one.
+        scale_joints: Numbers of those that have it in common; empty if fewer than half have one.
         together: Whether the changes of all joints are more than chance.
         pattern: Whether what is left beside the common change is more than chance, null for a single joint.
     """
@@ -88,6 +91,7 @@ class GainComparison(OpenObject):
     moved: bool
     joints: list[MovedJoint]
     scale: Moved
+    scale_joints: list[int]
     together: ChiSquare
     pattern: ChiSquare | None
     missing: list[dict[str, int | str]] = Field(description="joints that one of both has")

@@ -132,6 +132,7 @@ class FoundPayload(OpenObject):
         covariance: Of `parameters`, in their order and in products of their units [kg m^2, kg m, kg]; of all parts of
             the deviations together.
         body: Mass, centre and inertia about it, as many as follow from the parameters.
+        joints: The mass from each joint alone against that from all; empty if it is not sure.
         notes: What the method chose and what one should know.
     """
 
@@ -140,4 +141,5 @@ class FoundPayload(OpenObject):
     body: list[Quantity]
     refused: dict[str, str] = Field(description="reasons why parameters or quantities have no value, by their names")
     possible: bool | None = Field(description="whether a body can have these parameters, null if not all are known")
+    joints: list[Weighed]
     notes: list[str]

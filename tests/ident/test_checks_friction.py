@@ -16,8 +16,8 @@ NAMES = ("XX3", "Fc3", "off3", "Fv3")
 def rows_of(W: np.ndarray, V: np.ndarray) -> JointRows:
     r = len(V)
     return JointRows(
-        joint=2, names=NAMES, W=W, W_L=np.zeros((0, r, 10)), V=V, motion=np.zeros(r, dtype=int), position=np.arange(r),
-        loaded=np.zeros(r, dtype=bool),
+        joint=2, names=NAMES, W=W, W_L=np.zeros((0, r, 10)), V=V, weight=np.ones(r), motion=np.zeros(r, dtype=int),
+        position=np.arange(r), loaded=np.zeros(r, dtype=bool),
     )  # fmt: skip
 
 

@@ -263,7 +263,7 @@ def test_a_motion_that_is_searched_beats_its_start_and_is_written_once(tmp_path,
     output = capsys.readouterr()
     document = json.loads(output.out)
     fits(document, "excite")
-    costs = output.err.splitlines()[-1].replace(",", "").split()
+    (costs,) = (each.replace(",", "").split() for each in output.err.splitlines() if "cost of the start" in each)
     start, found = (float(costs[costs.index(word) + 1]) for word in ("start", "found"))
     assert found <= start
     np.testing.assert_allclose([document["cost_of_start"], document["cost"]], [start, found], atol=1e-4)  # as printed

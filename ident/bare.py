@@ -26,6 +26,9 @@ from ident.problem import Problem
 from ident.rows import Rows
 from ident.uncertainty import UNCERTAINTIES
 
+RUNAWAY = 1e6
+"""Ratio of two gains that no drives of one arm have: a wrong unit makes 1e3, a slide beside a hinge 1e2."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GainRatios:
@@ -104,6 +107,7 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
             "at once, or mount a payload"
         )
     ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given)
+    _check_size(ratios)
     inertial, C = _inertial(problem, selected, float(h[best]), unit=f"/ g{best + 1}", gains=None)  # h of size 1
     return BareArm(
         ratios=ratios,
@@ -135,6 +139,21 @@ def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) ->
         friction=_friction(problem, selected, gains),
         selected=selected,
     )
+
+
+def _check_size(ratios: GainRatios) -> None:
+    """Refuse ratios that no two drives have: a gain ran away while parameters of its own took over.
+
+    Raises:
+        NotIdentifiable: Naming joint and ratio.
+    """
+    for joint in np.flatnonzero(ratios.given):
+        if abs(np.log(np.abs(ratios.value[joint]))) > np.log(RUNAWAY):
+            raise NotIdentifiable(
+                f"the gain of joint {joint + 1} ran away from that of joint {ratios.reference + 1}, to "
+                f"{ratios.value[joint]:.2g} times its size: the model does not hold for joint {joint + 1}; look at its "
+                "coupling, its friction and its unit, or let data choose the friction"
+            )
 
 
 def _braked(problem: Problem, options: AllJointsOptions) -> GivenGain:

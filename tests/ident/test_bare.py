@@ -7,7 +7,7 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
 from ident.all_joints.selection import Rival
-from ident.bare import GainRatios, _covariance, _rival_friction, arm_in_SI, gain_ratios
+from ident.bare import GainRatios, _check_size, _covariance, _rival_friction, arm_in_SI, gain_ratios
 from ident.errors import GainsError, NotIdentifiable
 from ident.estimators.nls import AllJointsOptions
 from ident.known_gains import KnownGains
@@ -106,6 +106,17 @@ def test_motions_that_show_no_ratio_are_refused(structure, chi, rng):
     strict = replace(problem, options=replace(TRUSTING, max_rel_std=1e-6))
     with pytest.raises(NotIdentifiable, match="bare motions give no ratio of gains"):
         gain_ratios(strict, AllJointsOptions())
+
+
+@pytest.mark.parametrize(("ratio", "refused"), [(3e5, False), (-4e6, True), (2e-7, True)])
+def test_a_ratio_that_no_drives_have_is_refused_unless_it_is_none_already(ratio, refused):
+    value, given = np.array([0.7, 1.3, ratio, 1e9]), np.array([True, True, True, False])
+    ratios = GainRatios(reference=1, value=value, rel_std=np.full(4, 0.05), given=given)
+    if refused:
+        with pytest.raises(NotIdentifiable, match="gain of joint 3 ran away from that of joint 2"):
+            _check_size(ratios)
+    else:
+        _check_size(ratios)
 
 
 def test_known_gains_give_the_arm_in_si_with_their_deviations(structure, chi, rng):

@@ -61,7 +61,7 @@ def refusal(error: ValidationError, where: str, place: str) -> WrongValue:
         place: Of the table in it, empty for the whole scenario.
     """
     first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
-    below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str"))]
+    below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str", "bool"))]
     what = first["msg"][0].lower() + first["msg"][1:]
     got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
     return WrongValue(f"{where}: {'.'.join([place, *below] if place else below)}: {what}{got}")
@@ -142,11 +142,12 @@ def _check_payloads(table: ScenarioTable, path: str) -> None:
         by_mounting(table.belief.payload, table.belief.payloads),
     )
     check_protocol(table.experiment.protocol, plant, belief, path)
-    for name in table.belief.known if isinstance(table.belief.known, Mapping) else ():
-        if name not in belief:
-            raise UnknownName(
-                f"{path}: belief.known: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
-            )
+    for key, named in (("known", table.belief.known), ("exact", table.belief.exact)):
+        for name in named if isinstance(named, Mapping) else ():
+            if name not in belief:
+                raise UnknownName(
+                    f"{path}: belief.{key}: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
+                )
 
 
 def _check_draws(table: ScenarioTable, path: str) -> None:

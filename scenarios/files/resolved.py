@@ -14,6 +14,7 @@ from ident.naming import nearest, shown
 from ident.payload import INERTIA_KEYS, Payload
 from ident.payload_files import payload_from_table, payload_to_table, read_payload
 from scenarios.errors import UnknownName, WrongPayload
+from scenarios.files.exactness import is_exact
 from scenarios.files.mountings import LOADED, by_mounting, mountings
 from scenarios.files.schema import BeliefTable, BodyTable, InertiaTable, Scenario
 from scenarios.robots import robot
@@ -43,7 +44,7 @@ def resolved(scenario: Scenario) -> Resolved:
     plant, belief = (_mounted(payloads, table.experiment.protocol) for payloads in (true, believed))
     update = {
         "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
-        "belief": table.belief.model_copy(update=belief),
+        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # what was, is stated as zero now
     }
     return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation)
 
@@ -68,7 +69,11 @@ def _believed(key: str, stated: str | Mapping[str, object], belief: BeliefTable,
         payload = _named_payload(stated, name) if isinstance(stated, str) else payload_from_table(stated)
         use = known.get(key) if isinstance(known, Mapping) else known
         payload = payload if use is None else replace(payload, known=use)
-        return replace(payload, mass_std=0.0, com_std=NOTHING, inertia_std=2 * NOTHING) if belief.exact else payload
+        return (
+            replace(payload, mass_std=0.0, com_std=NOTHING, inertia_std=2 * NOTHING)
+            if is_exact(belief.exact, key)
+            else payload
+        )
     except PayloadError as error:
         where = "" if key == LOADED else f"payloads.{key}: "
         raise WrongPayload(f"{name}: belief.{where}{error}") from error

@@ -145,7 +145,8 @@ class BeliefTable(_Table):
         payload: As weighed and drawn: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
         payloads: The same of others, by the names that the protocol calls them.
         known: Overrides what payloads say themselves, for all or by name, as `{ light = "mass" }`.
-        exact: Take the stated deviations of payloads as zero, as befits a scenario that draws no error of a payload.
+        exact: Take the deviations of payloads as zero, as befits a scenario that draws no error of a payload; for all
+            or by name, as `{ light = true }`. Deviations that a file states count over an `exact` that it inherits.
     """
 
     controller_gain: Vector
@@ -153,7 +154,7 @@ class BeliefTable(_Table):
     payload: str | dict[str, object] | None = None
     payloads: dict[str, str | dict[str, object]] = {}
     known: Known | dict[str, Known] | None = None
-    exact: bool = False
+    exact: bool | dict[str, bool] = False
 
 
 class IdentificationTable(_Table):

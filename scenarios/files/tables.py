@@ -7,6 +7,7 @@ from ident.file_access import check_file
 from ident.naming import nearest, shown
 from ident.toml_files import DEEPEST, LARGEST, read_toml
 from scenarios.errors import ScenarioError, UnknownName, UnreadableFile, WrongExtends
+from scenarios.files.exactness import check_exact, exactness
 
 CATALOG = Path(__file__).parents[1] / "catalog"
 """Folder of the built-in scenarios."""
@@ -57,6 +58,7 @@ def scenario_table(
     if len(below) >= DEEPEST:
         raise WrongExtends(f"{path}: more than {DEEPEST} files extend one another")
     table = read_table(path)
+    check_exact(table, path)
     parent = table.pop("extends", None)
     if parent is None:
         return table, path
@@ -68,7 +70,8 @@ def scenario_table(
         if below or str(error).startswith(str(path)):
             raise
         raise WrongExtends(f"{path}: extends: {error}") from error
-    return overlaid(base, table), path
+    merged, exact = overlaid(base, table), exactness(base, table)
+    return (merged if exact is None else overlaid(merged, {"belief": {"exact": exact}})), path
 
 
 def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -> str:

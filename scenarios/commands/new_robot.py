@@ -36,19 +36,17 @@ def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario by rules of thumb, find a motion, tell what is assumed."""
     PROCESSES.prepare()
     from scenarios.design.new_robot import described, moved
-    from scenarios.files.motions import write_motion
     from scenarios.reports.new_robot import new_robot_report
     from scenarios.store.claim import claim
-    from scenarios.store.new_robot import FILES, MOTION, SCENARIO, scenario_text, write_robot
+    from scenarios.store.new_robot import FILES, as_read, check_no_other_robot, write_new_robot
 
     held = claim(options.out, FILES, command="rx90 new-robot", force=options.force)
+    if not options.force:
+        check_no_other_robot(options.out, options.model)
     new = described(options.model, options.out, flange=options.flange, name=options.name)
+    found = moved(new, as_read(new), partial(_searched, options))
     with held.writing():
-        robot = write_robot(new, held.folder)
-        found = moved(new, robot, partial(_searched, options))
-        comments = ["Found by rx90 new-robot, within the limits of robot.toml; rx90 excite finds a better one"]
-        write_motion(found.motion, held.folder / MOTION, comments)
-        (held.folder / SCENARIO).write_text(scenario_text(new, found), encoding="utf-8")
+        write_new_robot(new, found, held.folder)
     show(new_robot_report(new, found, held.folder), options)
     return Status.PASSED
 

@@ -12,11 +12,16 @@ from printed import fits, printed
 from random_arms import write_random_arm
 from robot_folders import arm_xml
 
+import scenarios.design.new_robot as new_robot_module
+import scenarios.store.new_robot as store_module
 from scenarios.cli import main
 from scenarios.commands.status import Status
 from scenarios.design.model_facts import ModelFacts, model_facts
+from scenarios.design.new_robot import Found
 from scenarios.design.rules_of_thumb import home_by_rule
+from sim.errors import TrajectoryError
 from sim.robot_files import read_robot
+from sim.trajectory import at_rest
 
 
 def made(path, folder, capsys, *words):
@@ -84,7 +89,7 @@ def test_a_home_that_is_not_clear_says_so_and_is_the_farthest(arm):
     np.testing.assert_array_equal(clear.value, np.zeros(arm.n))
 
 
-def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_its_own(tmp_path, capsys):
+def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_its_own(tmp_path, capsys, still):
     path = written(tmp_path, "arm.urdf", ros(more=GRIPPER))
     told = made(path, tmp_path / "mine", capsys, "--flange", "tool0", "--name", "lift arm")
     robot = read_robot(tmp_path / "mine/robot.toml")
@@ -98,7 +103,7 @@ def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_it
     assert told["joints"] == ["shoulder", "elbow", "wrist"]
 
 
-def test_a_robot_file_that_its_owner_has_improved_is_not_written_over(servo_arm, tmp_path, capsys):
+def test_a_robot_file_that_its_owner_has_improved_is_not_written_over(servo_arm, tmp_path, capsys, still):
     made(servo_arm, tmp_path / "mine", capsys)
     path = tmp_path / "mine/robot.toml"
     path.write_text(path.read_text().replace("80", "75"))
@@ -116,6 +121,62 @@ def test_an_arm_that_can_hardly_hold_itself_is_refused_with_the_joint(tmp_path, 
     assert not (tmp_path / "mine/robot.toml").exists()
 
 
+@pytest.fixture
+def still(monkeypatch):
+    """A search that takes no time: the motion stays, its gains are those of nobody."""
+
+    def found(new, *_):
+        n = new.arm.n
+        return Found(motion=at_rest(np.zeros(n), np.zeros((n, 2)), np.zeros((n, 2)), 5.0), predicted=np.full(n, 0.013))
+
+    monkeypatch.setattr(new_robot_module, "moved", found)
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_search_that_finds_nothing_leaves_what_was_there_and_begins_no_folder(
+    servo_arm, tmp_path, capsys, still, monkeypatch
+):
+    made(servo_arm, tmp_path / "mine", capsys)
+    before = contents(tmp_path / "mine")
+
+    def nothing(*_):
+        raise TrajectoryError("no motion")
+
+    monkeypatch.setattr(new_robot_module, "moved", nothing)
+    for name in ("mine", "fresh"):
+        assert main(["new-robot", str(servo_arm), "--out", str(tmp_path / name), "--name", "late"]) == Status.BAD_INPUT
+    assert contents(tmp_path / "mine") == before
+    assert not (tmp_path / "fresh").exists()
+
+
+def test_files_that_cannot_all_be_written_are_none(servo_arm, tmp_path, capsys, still, monkeypatch):
+    made(servo_arm, tmp_path / "mine", capsys)
+    before = contents(tmp_path / "mine")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(store_module, "write_motion", full)
+    assert main(["new-robot", str(servo_arm), "--out", str(tmp_path / "mine"), "--name", "late"]) == Status.BAD_INPUT
+    assert contents(tmp_path / "mine") == before
+
+
+def test_the_folder_of_another_robot_is_refused_unless_forced(servo_arm, tmp_path, capsys, still):
+    made(servo_arm, tmp_path / "mine", capsys, "--name", "first")
+    before = contents(tmp_path / "mine")
+    other = written(tmp_path, "other.urdf", ros(more=GRIPPER))
+    words = ["new-robot", str(other), "--flange", "tool0", "--out", str(tmp_path / "mine")]
+    assert main(words) == Status.BAD_INPUT
+    assert "robot.toml: is of another robot, 'first' from '../arm.xml'; name another" in capsys.readouterr().err
+    assert contents(tmp_path / "mine") == before
+    made(servo_arm, tmp_path / "mine", capsys, "--name", "second")
+    assert main([*words, "--force"]) == Status.PASSED
+    assert tomllib.loads((tmp_path / "mine/robot.toml").read_text())["model"] == "../other.urdf"
+
+
 @pytest.mark.slow
 def test_a_payload_that_shows_no_gain_is_refused(tmp_path, capsys, monkeypatch):
     import scenarios.design.new_robot as module
@@ -126,7 +187,7 @@ def test_a_payload_that_shows_no_gain_is_refused(tmp_path, capsys, monkeypatch):
     assert "the largest torques leave room for" in capsys.readouterr().err
 
 
-def test_axes_of_joints_that_do_not_move_are_not_read(tmp_path, capsys):
+def test_axes_of_joints_that_do_not_move_are_not_read(tmp_path, capsys, still):
     text = ros().replace('<origin xyz="0 0 0.1"/></joint>', '<origin xyz="0 0 0.1"/><axis xyz="0 0 0"/></joint>')
     assert text.count('<axis xyz="0 0 0"/>') == 1
     made(written(tmp_path, "arm.urdf", text), tmp_path / "mine", capsys)

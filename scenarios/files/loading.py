@@ -13,6 +13,7 @@ from ident.estimators import ESTIMATORS
 from ident.naming import nearest, shown
 from scenarios.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, WrongValue
 from scenarios.files.mountings import LOADED, by_mounting, check_protocol
+from scenarios.files.places import BUILT_IN
 from scenarios.files.schema import DRAWABLE, TABLES_OF_TABLES, DrawTable, Scenario, ScenarioTable, SourceTable
 from scenarios.files.tables import scenario_table, stating_file
 
@@ -25,7 +26,9 @@ def load_scenario(name: str) -> Scenario:
     """
     table, path = scenario_table(name)
     loaded = scenario_from_table(table, path.stem, path.parent, str(path))
-    return replace(loaded, expectation=stating_file(name, ("tolerance", "identifiable")))
+    wanted = stating_file(name, ("tolerance", "identifiable"))
+    asking = {key: str(stating_file(name, tuple(key.split("."))) or path) for key in BUILT_IN}
+    return replace(loaded, expectation="" if wanted is None else wanted.name, asking=asking)
 
 
 def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:

@@ -17,7 +17,7 @@ from scenarios.errors import UnknownName, WrongPayload
 from scenarios.files.exactness import is_exact
 from scenarios.files.mountings import LOADED, by_mounting, mountings
 from scenarios.files.schema import BeliefTable, BodyTable, InertiaTable, Scenario
-from scenarios.robots import robot
+from scenarios.named_files import robot_of
 from sim.drives import DriveTruth
 
 NOTHING = (0.0, 0.0, 0.0)
@@ -46,7 +46,7 @@ def resolved(scenario: Scenario) -> Resolved:
         "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
         "belief": table.belief.model_copy(update={**belief, "exact": False}),  # what was, is stated as zero now
     }
-    return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation)
+    return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation, scenario.asking)
 
 
 def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
@@ -98,7 +98,7 @@ def stated_table(scenario: Scenario) -> dict[str, object]:
 
 def _nominal_drives(scenario: Scenario) -> dict[str, object]:
     """What of the drives is not stated, by field."""
-    plant, nominal = scenario.table.plant, robot(scenario.table.robot, scenario.folder).drives
+    plant, nominal = scenario.table.plant, robot_of(scenario).drives
     return {
         field.name: tuple(getattr(nominal, field.name).tolist())
         for field in fields(DriveTruth)

@@ -1,6 +1,7 @@
 """A scenario as one validated value: what is true, what is done, what is believed, what is tolerated."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -266,9 +267,11 @@ class Scenario:
         folder: Where its file lies; motions are looked up there too.
         table: Its content.
         expectation: Name of the file, its own or one it extends, that says which joints' gains the data should give.
+        asking: Path of the file, its own or one it extends, that names a robot or motion, by key.
     """
 
     name: str
     folder: Path
     table: ScenarioTable
     expectation: str = ""
+    asking: Mapping[str, str] = field(default_factory=dict[str, str])

@@ -27,8 +27,11 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Report
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
+    from sim.bearable import check_bearable
 
-    report = recipe_report(bench(load_scenario(options.scenario)), options.scenario, COMMANDS)
+    prepared = bench(load_scenario(options.scenario))
+    check_bearable(prepared.experiments)
+    report = recipe_report(prepared, options.scenario, COMMANDS)
     with held.writing():
         write_markdown(report, options.out)
     show(Report(printable(f"{options.out}: {report.title}"), (), {"out": str(options.out)}), options)

@@ -63,7 +63,8 @@ def test_motions_that_are_drawn_are_places_too_and_other_choices_are_not(group):
         "number": {"target": "plant.gain", "distribution": "norm"},
     }
     found = seen_from({group: draws}, Path("/lab/arm"), Path("/lab/studies"))[group]
-    assert found == {**draws, "motion": {"target": ["experiment.motion"], "choice": ["../arm/slow.toml", "drive-gains"]}}
+    moved = {"target": ["experiment.motion"], "choice": ["../arm/slow.toml", "drive-gains"]}
+    assert found == {**draws, "motion": moved}
 
 
 def test_an_absolute_place_stays_where_it_is():

@@ -10,7 +10,7 @@ from ident.parameters import INERTIAL, STANDARD, labels
 from ident.regressor import regressor
 from ident.structure import PROBE_SEED, Structure
 from scenarios.design.against import Added, nothing_added
-from scenarios.design.limits import CLEARANCE, Limits, excess_of, largest_scale
+from scenarios.design.limits import CLEARANCE, Limits, excess_of, largest_scale, worst_of
 from scenarios.design.prediction import Deviations, Prediction
 from scenarios.design.rows import ROWS_PER_SECOND, ArmModel, Carried, MotionRows
 from sim.clearance import Clearance, Solid
@@ -94,6 +94,16 @@ class Design:
         """Share by which each position (N, n) falls short of the clearance, shape (N,)."""
         return np.maximum((CLEARANCE - self._clearance(q)) / CLEARANCE, 0.0)
 
+    def broken(self, rows: MotionRows) -> str:
+        """What a motion breaks most, in words."""
+        torques, q = rows.torques(self.problem.carried.chi), rows.motion[0]
+        over, near = excess_of(self.problem.limits, rows.motion, torques), self.too_near(q)
+        if over.max() >= near.max():
+            return worst_of(over, self.problem.structure.arm.joint_names)
+        least = 1e3 * float(self._clearance(q).min())
+        how = f"comes as near as {least:.0f} mm to" if least > 0.0 else f"reaches {-least:.0f} mm into"
+        return f"{how} floor or arm, where {1e3 * CLEARANCE:g} mm are wanted between"
+
     def cost(self, trajectory: FourierTrajectory) -> float:
         """The objective of the wanted gains, plus a penalty on excess."""
         rows = self.rows(trajectory, SEARCHED_HZ)
@@ -112,14 +122,13 @@ class Design:
         Raises:
             TrajectoryError: If a tenth less is not enough.
         """
-        worst = np.inf
+        smaller = trajectory
         for scale in np.arange(1.0, 0.9, -0.01):
             sine, cosine = scale * trajectory.sine, scale * trajectory.cosine
             smaller = FourierTrajectory(trajectory.center, sine, cosine, trajectory.duration)
-            worst = self.excess(self.rows(smaller, FITTED_HZ)).max()
-            if worst <= EXCESS:
+            if self.excess(self.rows(smaller, FITTED_HZ)).max() <= EXCESS:
                 return smaller
-        raise TrajectoryError(f"the motion exceeds a limit or comes too near by {100 * worst:.0f} %")
+        raise TrajectoryError(f"even a tenth smaller, the motion {self.broken(self.rows(smaller, FITTED_HZ))}")
 
 
 def arm_model(plant: Plant, structure: Structure) -> ArmModel:

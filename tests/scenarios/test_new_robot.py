@@ -1,6 +1,7 @@
 """From a model file to a scenario: what is written, where each number is from, and that it runs."""
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -12,10 +13,12 @@ from printed import fits, printed
 from random_arms import write_random_arm
 from robot_folders import arm_xml
 
+import scenarios.commands.new_robot as command_module
 import scenarios.design.new_robot as new_robot_module
 import scenarios.store.new_robot as store_module
 from scenarios.cli import main
 from scenarios.commands.status import Status
+from scenarios.design.excitation import Design
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.design.new_robot import Found
 from scenarios.design.rules_of_thumb import home_by_rule
@@ -39,7 +42,9 @@ def servo_arm(tmp_path):
     return written(tmp_path, "arm.xml", menagerie(tail=HOME))
 
 
-def test_what_a_model_file_states_is_published_and_the_rest_is_assumed_with_its_rule(servo_arm, tmp_path, capsys):
+def test_what_a_model_file_states_is_published_and_the_rest_is_assumed_with_its_rule(
+    servo_arm, tmp_path, capsys, still
+):
     made(servo_arm, tmp_path / "mine", capsys)
     table = tomllib.loads((tmp_path / "mine/robot.toml").read_text())
     drives = table["drives"]
@@ -125,7 +130,7 @@ def test_an_arm_that_can_hardly_hold_itself_is_refused_with_the_joint(tmp_path, 
 def still(monkeypatch):
     """A search that takes no time: the motion stays, its gains are those of nobody."""
 
-    def found(new, *_):
+    def found(new, *_, advice):
         n = new.arm.n
         return Found(motion=at_rest(np.zeros(n), np.zeros((n, 2)), np.zeros((n, 2)), 5.0), predicted=np.full(n, 0.013))
 
@@ -142,7 +147,7 @@ def test_a_search_that_finds_nothing_leaves_what_was_there_and_begins_no_folder(
     made(servo_arm, tmp_path / "mine", capsys)
     before = contents(tmp_path / "mine")
 
-    def nothing(*_):
+    def nothing(*_, advice):
         raise TrajectoryError("no motion")
 
     monkeypatch.setattr(new_robot_module, "moved", nothing)
@@ -175,6 +180,50 @@ def test_the_folder_of_another_robot_is_refused_unless_forced(servo_arm, tmp_pat
     made(servo_arm, tmp_path / "mine", capsys, "--name", "second")
     assert main([*words, "--force"]) == Status.PASSED
     assert tomllib.loads((tmp_path / "mine/robot.toml").read_text())["model"] == "../other.urdf"
+
+
+def test_advice_after_a_search_that_found_nothing_is_followed_literally(tmp_path, capsys, monkeypatch):
+    fitted = Design.fitted
+
+    def too_few(design, motion):
+        if "--evaluations" not in words or words[-1] == "1":
+            raise TrajectoryError(f"even a tenth smaller, the motion {design.broken(design.rows(motion))}")
+        return fitted(design, motion)
+
+    monkeypatch.setattr(command_module, "USUAL", 40)
+    monkeypatch.setattr(Design, "fitted", too_few)  # a motion of so few is refused whatever it is
+    path = written(tmp_path, "arm.xml", menagerie(tail=HOME))
+    words = ["new-robot", str(path), "--out", str(tmp_path / "mine"), "--jobs", "1", "--evaluations", "1"]
+    assert main(words) == Status.BAD_INPUT
+    error = capsys.readouterr().err
+    assert "none of 3 searches found a motion within the limits: even a tenth smaller, the motion " in error
+    advised = re.search(r"try more motions, (--evaluations \d+)", error)
+    assert advised is not None
+    words = [*words[:-2], *advised[1].split()]
+    assert int(words[-1]) == 40
+    assert main(words) == Status.PASSED
+
+
+def test_a_home_that_is_given_is_taken_and_one_that_is_none_of_the_arm_s_is_refused(servo_arm, tmp_path, capsys, still):
+    made(servo_arm, tmp_path / "mine", capsys, "--home", "0.31", "-0.42", "0.53")
+    home = tomllib.loads((tmp_path / "mine/robot.toml").read_text())["home"]
+    assert home["value"] == [0.31, -0.42, 0.53]
+    assert home["source"] == "the pose that rx90 new-robot was given"
+    refused = ((["0.3", "0.4"], "2 positions, but the arm has 3 joints"), (["0.3", "0.4", "9"], " at 9: expected "))
+    for pose, said in refused:
+        assert main(["new-robot", str(servo_arm), "--out", str(tmp_path / "x"), "--home", *pose]) == Status.BAD_INPUT
+        assert said in capsys.readouterr().err
+
+
+def test_a_home_that_is_not_clear_is_told_on_the_screen(servo_arm, tmp_path, capsys, still):
+    words = ["new-robot", str(servo_arm), "--out", str(tmp_path / "mine"), "--force"]
+    main(words)
+    assert "Home" not in capsys.readouterr().out
+    for near, said in ((0.0123, "Home comes as near as 12 mm to floor"), (-0.0344, "Home reaches 34 mm into floor")):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(new_robot_module.Clearance, "__call__", lambda _, q, near=near: np.full(len(q), near))
+            main(words)
+        assert said in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from robot_folders import arm_xml
 
 import scenarios.commands.new_robot as command_module
 import scenarios.design.new_robot as new_robot_module
+import scenarios.design.search as search_module
 import scenarios.store.new_robot as store_module
 from scenarios.cli import main
 from scenarios.commands.status import Status
@@ -190,6 +191,7 @@ def test_advice_after_a_search_that_found_nothing_is_followed_literally(tmp_path
             raise TrajectoryError(f"even a tenth smaller, the motion {design.broken(design.rows(motion))}")
         return fitted(design, motion)
 
+    monkeypatch.setattr(search_module, "FIRST", 3)
     monkeypatch.setattr(command_module, "USUAL", 40)
     monkeypatch.setattr(Design, "fitted", too_few)  # a motion of so few is refused whatever it is
     path = written(tmp_path, "arm.xml", menagerie(tail=HOME))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ident.model_files.xml_tree import Element, read_xml
 from sim.drawn import full_spec
+from sim.errors import ModelFileError
 from sim.meshes import drop_missing_meshes
 from sim.quiet import quiet
 
@@ -45,7 +46,11 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
     Raises:
         ModelFileError: If the file holds no arm.
     """
-    spec = mujoco.MjSpec.from_file(str(path))
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise ModelFileError(f"robot model {path}: MuJoCo cannot read it: {reason}") from error
     own = {joint.name: float(joint.actfrcrange[1]) for joint in spec.joints if joint.actfrcrange[1] > 0.0}
     driven = _of_actuators(spec)  # MuJoCo keeps both
     torque = {name: min(own.get(name, np.inf), driven.get(name, np.inf)) for name in {**own, **driven}}

@@ -20,6 +20,7 @@ from scenarios.design.prediction import prediction_of
 from scenarios.design.rows import drawn
 from scenarios.design.rules_of_thumb import Load, Stated, drives_by_rule, given_home, home_by_rule, load_by_rule
 from scenarios.design.search import Series
+from scenarios.design.stated_numbers import check_stated_numbers
 from scenarios.robot_models import check_same_payload, read_arm
 from sim.clearance import Clearance
 from sim.drives import DriveTruth
@@ -108,6 +109,7 @@ def described(
         SimulationError: One of its kinds, if links lack an inertia, or joints are too weak for the arm.
     """
     arm = read_arm(path, (), flange=flange)
+    check_stated_numbers(path)
     facts = model_facts(path, flange)
     drives = drives_by_rule(arm, path, flange, facts)
     load = load_by_rule(arm, path, flange, drives)

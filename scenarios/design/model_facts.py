@@ -13,6 +13,9 @@ from sim.errors import ModelFileError
 from sim.meshes import drop_missing_meshes
 from sim.quiet import quiet
 
+LEFT = {"damping": "damping", "frictionloss": "friction loss", "armature": "armature"}
+"""What a joint states of its drive, by MuJoCo's name, which reads a URDF's <dynamics> so too, and in words."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFacts:
@@ -25,6 +28,8 @@ class ModelFacts:
         home_name: Name of that keyframe.
         from_shapes: Links whose inertia comes from their shapes, because the file states none.
         missing_meshes: Files of meshes that are not there; shapes made of them are left out.
+        left: What of a drive the file states and nobody takes over, as friction loss: many files state what keeps a
+            simulation calm, one number for all joints, and which do is not told.
     """
 
     torque: Mapping[str, float]
@@ -33,6 +38,7 @@ class ModelFacts:
     home_name: str
     from_shapes: tuple[str, ...]
     missing_meshes: tuple[str, ...]
+    left: tuple[str, ...]
 
 
 @quiet()
@@ -61,6 +67,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         torque = _stated(limits, "effort")
         velocity = _stated(limits, "velocity")
     home, home_name = _keyframe(spec)
+    left = tuple(word for name, word in LEFT.items() if any(np.any(getattr(joint, name)) for joint in spec.joints))
     arm = full_spec(path, flange)
     missing = drop_missing_meshes(spec, path)
     bodies = [body for body in arm.bodies[1:] if body.geoms and not body.explicitinertial]
@@ -72,6 +79,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         home_name=home_name,
         from_shapes=tuple(body.name for body in bodies if id(body) in moved),
         missing_meshes=missing,
+        left=left,
     )
 
 

@@ -79,7 +79,7 @@ def test_largest_torques_of_an_mjcf_are_the_least_that_joint_and_actuator_allow_
 
 
 def test_a_home_that_is_not_clear_says_so_and_is_the_farthest(arm):
-    facts = ModelFacts(torque={}, velocity={}, home={}, home_name="", from_shapes=(), missing_meshes=())
+    facts = ModelFacts(torque={}, velocity={}, home={}, home_name="", from_shapes=(), missing_meshes=(), left=())
 
     def clearance(q):
         return 0.012 - 0.001 * np.linalg.norm(q - 1.1, axis=1)
@@ -226,6 +226,17 @@ def test_a_home_that_is_not_clear_is_told_on_the_screen(servo_arm, tmp_path, cap
             patch.setattr(new_robot_module.Clearance, "__call__", lambda _, q, near=near: np.full(len(q), near))
             main(words)
         assert said in " ".join(capsys.readouterr().out.split())
+
+
+def test_friction_and_armature_of_a_model_file_are_told_to_be_left(tmp_path, capsys, still):
+    assert model_facts(written(tmp_path, "zeros.urdf", ros()), None).left == ()
+    rubs = arm_xml(3).replace('name="axis2"', 'frictionloss="0.3" armature="0.13" name="axis2"')
+    assert model_facts(written(tmp_path, "rubs.xml", rubs), None).left == ("friction loss", "armature")
+    damped = ros().replace('damping="0.0" friction="0.0"', 'damping="3.3" friction="0.4"', 1)
+    path = written(tmp_path, "damped.urdf", damped)
+    main(["new-robot", str(path), "--out", str(tmp_path / "mine")])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "The file's damping, friction loss of joints are left there: they may" in said
 
 
 @pytest.mark.slow

@@ -9,11 +9,10 @@ from ident.arrays import Array
 from ident.payload import Payload
 from ident.structure import Structure
 from scenarios.errors import WrongLength
-from scenarios.files.motions import read_motion
 from scenarios.files.mountings import BARE, by_mounting, motion_names, mountings
 from scenarios.files.resolved import Resolved, believed_payloads, resolved
 from scenarios.files.schema import BodyTable, Scenario
-from scenarios.robots import robot
+from scenarios.named_files import motion_of, robot_of
 from scenarios.robots import structure as believed_structure
 from sim.controller import ControllerBelief
 from sim.drives import DriveTruth
@@ -84,7 +83,7 @@ def cell(scenario: Scenario) -> Cell:
     """
     ready = resolved(scenario)
     table = ready.table
-    arm = robot(table.robot, scenario.folder)
+    arm = robot_of(ready)
     if len(table.tolerance.gain) != arm.n:
         raise WrongLength(
             f"{scenario.name}: tolerance.gain has {len(table.tolerance.gain)} values, but robot {arm.name} has {arm.n} "
@@ -104,7 +103,7 @@ def bench(scenario: Scenario) -> Bench:
     ready = cell(scenario)
     table, plant = ready.scenario.table, ready.plant
     protocol, n = table.experiment.protocol, plant.robot.n
-    motion = read_motion(table.experiment.motion, scenario.folder)
+    motion = motion_of(scenario)
     if motion.n != n:
         raise WrongLength(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
     belief = ControllerBelief(
@@ -135,7 +134,7 @@ def bench(scenario: Scenario) -> Bench:
 
 def true_plants(scenario: Resolved) -> dict[str, Plant]:
     """The truth of a scenario, by mounting: one robot, with the payload that it carries then."""
-    stated, arm = scenario.table.plant, robot(scenario.table.robot, scenario.folder)
+    stated, arm = scenario.table.plant, robot_of(scenario)
     drives = DriveTruth(**{field.name: np.array(getattr(stated, field.name)) for field in fields(DriveTruth)})
     return {
         name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=stated.errors)

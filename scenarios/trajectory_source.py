@@ -14,6 +14,7 @@ from scenarios.files.motions import KEYS, read_motion
 from scenarios.motion_formats.limits import MotionLimits
 from scenarios.motion_formats.sampled import SampledMotion, sampled
 from scenarios.robot_models import read_arm
+from sim.bearable import check_bearable
 from sim.trajectory import FourierTrajectory
 
 
@@ -52,6 +53,7 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
     Raises:
         NoSuchMotion: If a scenario is given a second model.
         ScenarioError: One of its kinds, if the file is neither.
+        Saturated: If the scenario's motion asks more of a drive than it has.
     """
     path = Path(name)
     if path.suffix == ".toml" and KEYS[1] in read_toml(path, error=UnreadableFile):
@@ -63,7 +65,9 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
         return Source(name=name, motion=motion, arm=arm, limits=limits)
     if model is not None or flange is not None:
         raise NoSuchMotion(f"{name}: a scenario names its own robot; --model and --flange go with a motion file")
-    return scenario_source(bench(load_scenario(name)))
+    prepared = bench(load_scenario(name))
+    check_bearable(prepared.experiments)
+    return scenario_source(prepared)
 
 
 def scenario_source(prepared: Bench) -> Source:

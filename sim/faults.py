@@ -1,5 +1,7 @@
 """Why a run is no recording: it diverged, a drive stood at its limit, a joint left its range."""
 
+from dataclasses import dataclass
+
 import mujoco
 import numpy as np
 
@@ -28,7 +30,33 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
 
 def _saturated(e: Experiment, model: mujoco.MjModel, v: Array) -> Saturated | None:
     rate, limit = e.controller.rate_hz, e.plant.drives.current_limit
-    run = max(1, round(SATURATED_TOO_LONG * rate))
+    stood = first_at_limit(v, limit, rate)
+    if stood is None:
+        return None
+    return Saturated(
+        f"{e.name}: drive of {model.joint(stood.joint).name} at its limit of {limit[stood.joint]:g} for more than "
+        f"{SATURATED_TOO_LONG:g} s from t = {stood.time:.3f} s; "
+        + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class AtLimit:
+    """A drive that stands at its limit for too long: its joint, from 0, and since when [s]."""
+
+    joint: int
+    time: float
+
+
+def first_at_limit(v: Array, limit: Array, rate_hz: float) -> AtLimit | None:
+    """The first drive that needs its largest current, or more, for `SATURATED_TOO_LONG`; None if there is none.
+
+    Args:
+        v: Currents [drive units], shape (N, n).
+        limit: Largest ones [drive units], shape (n,).
+        rate_hz: Samples a second [Hz].
+    """
+    run = max(1, round(SATURATED_TOO_LONG * rate_hz))
     at_limit = np.abs(v) >= limit
     if not at_limit.any():
         return None
@@ -38,11 +66,7 @@ def _saturated(e: Experiment, model: mujoco.MjModel, v: Array) -> Saturated | No
     if not long.any():
         return None
     k, j = np.argwhere(long)[0]
-    return Saturated(
-        f"{e.name}: drive of {model.joint(j).name} at its limit of {limit[j]:g} for more than "
-        f"{SATURATED_TOO_LONG:g} s from t = {k / rate:.3f} s; "
-        + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
-    )
+    return AtLimit(joint=int(j), time=float(k / rate_hz))
 
 
 def _left_range(e: Experiment, model: mujoco.MjModel, q: Array) -> LimitReached | None:

@@ -1,5 +1,6 @@
 """A URDF reduced to links and joints, every number checked with its line, the tree checked before a reader sees it."""
 
+import math
 from pathlib import Path
 
 from ident.errors import RobotModelError
@@ -12,6 +13,9 @@ from ident.naming import nearest, one_line, shown
 MOVING = ("revolute", "continuous", "prismatic")
 MOST_LINKS = 1000
 """Links of a robot; the readers behind recurse."""
+FARTHEST_TURN, ENDLESS = 4.0 * math.pi, 1000.0
+"""Ends of a turning joint between these are degrees [rad]: cables of arms bear two turns each way at most, and larger
+numbers stand in some files for a joint without ends."""
 OTHER = ("fixed", "floating", "planar")
 PARTS = ("parent", "child", "origin", "axis", "limit", "mimic")
 """Elements of a joint that decide its kinematics."""
@@ -118,6 +122,12 @@ def _limit(joint: Element, limit: Element | None) -> dict[str, str]:
     if limit is None:
         raise RobotModelError(f"{joint.title}: limit is missing; a joint without limits is of type continuous")
     lower, upper = (vector(limit, key, 1, largest=float("1e300")) or (0.0,) for key in ("lower", "upper"))
+    for key, (value,) in (("lower", lower), ("upper", upper)):
+        if joint.attributes.get("type") == "revolute" and FARTHEST_TURN < abs(value) <= ENDLESS:
+            raise RobotModelError(
+                f"{limit.where}: limit: {key} = {value:g} rad is {abs(value) / math.tau:.2g} turns; a URDF is in "
+                "radians, and a joint that turns without end is of type continuous"
+            )
     if lower > upper:
         raise RobotModelError(f"{limit.where}: limit: lower = {lower[0]:g} is above upper = {upper[0]:g}")
     return {"lower": f"{lower[0]!r}", "upper": f"{upper[0]!r}", "effort": "0", "velocity": "0"}

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from scenarios.design.search import Found, Series
 
 EVALUATIONS = arguments.count_from(1, 10**6, "that takes an hour")
+USUAL = 400
+"""Motions that are tried."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,8 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.folder, required=True, metavar="DIR", help="folder for robot, scenario and motion")
     add("--flange", metavar="BODY", help="last body of the arm, where the file has more; joints beyond are held")
     add("--name", help="of the robot (default: that of the model)")
+    what = "pose to begin from [rad, m], a number a joint (default: the file's, or the first that is clear)"
+    add("--home", type=arguments.number, nargs="+", metavar="Q", help=what)
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
-    add("--evaluations", type=EVALUATIONS, default=400, help="motions to try (default 400)")
+    add("--evaluations", type=EVALUATIONS, default=USUAL, help="motions to try (default %(default)d)")
     add("--jobs", type=PROCESSES.checked, metavar=PROCESSES.metavar, help=PROCESSES.help)
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
@@ -36,18 +40,18 @@ def main(options: argparse.Namespace) -> Status:
     PROCESSES.prepare()
     from scenarios.commands.writing import right_to_write
     from scenarios.design.new_robot import described, moved
-    from scenarios.files.motions import write_motion
     from scenarios.reports.new_robot import new_robot_report
-    from scenarios.store.new_robot import FILES, MOTION, SCENARIO, scenario_text, write_robot
+    from scenarios.store.new_robot import FILES, as_read, check_no_other_robot, write_new_robot
 
     held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
-    new = described(options.model, options.out, flange=options.flange, name=options.name)
+    if not options.force:
+        check_no_other_robot(options.out, options.model)
+    new = described(options.model, options.out, flange=options.flange, name=options.name, home=options.home)
+    more = max(USUAL, 4 * options.evaluations)
+    advice = f"try more motions, --evaluations {more}, or others: --seed, or about another pose, --home"
+    found = moved(new, as_read(new), partial(_searched, options), advice=advice)
     with held.writing():
-        robot = write_robot(new, held.folder)
-        found = moved(new, robot, partial(_searched, options))
-        comments = ["Found by rx90 new-robot, within the limits of robot.toml; rx90 excite finds a better one"]
-        write_motion(found.motion, held.folder / MOTION, comments)
-        (held.folder / SCENARIO).write_text(scenario_text(new, found), encoding="utf-8")
+        write_new_robot(new, found, held.folder)
     show(new_robot_report(new, found, held.folder), options)
     return Status.PASSED
 

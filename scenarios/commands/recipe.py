@@ -36,9 +36,11 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Paragraph, Report
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
+    from sim.bearable import check_bearable
 
     scenario = load_scenario(options.scenario)
     prepared, stated = bench(scenario), stated_payloads(scenario)
+    check_bearable(prepared.experiments)
     payloads = {mounting: stated[mounting] for mounting in prepared.payloads if mounting in prepared.protocol}
     report = recipe_report(prepared, payloads, options.scenario, COMMANDS)
     with held.writing():

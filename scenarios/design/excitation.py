@@ -10,7 +10,7 @@ from ident.parameters import INERTIAL, STANDARD, labels
 from ident.regressor import regressor
 from ident.structure import PROBE_SEED, Structure
 from scenarios.design.against import Added, nothing_added
-from scenarios.design.limits import CLEARANCE, LIMITED, Limits, excess_of, largest_scale
+from scenarios.design.limits import CLEARANCE, Limits, excess_of, largest_scale, worst_of
 from scenarios.design.prediction import Deviations, Prediction
 from scenarios.design.rows import ROWS_PER_SECOND, ArmModel, Carried, MotionRows
 from sim.clearance import Clearance, Solid
@@ -98,6 +98,16 @@ class Design:
         """Share by which each position (N, n) falls short of the clearance, shape (N,)."""
         return np.maximum((CLEARANCE - self._clearance(q)) / CLEARANCE, 0.0)
 
+    def broken(self, rows: MotionRows) -> str:
+        """What a motion breaks most, in words."""
+        torques, q = rows.torques(self.problem.carried.chi), rows.motion[0]
+        over, near = excess_of(self.problem.limits, rows.motion, torques), self.too_near(q)
+        if over.max() >= near.max():
+            return worst_of(over, self.problem.structure.arm.joint_names)
+        least = 1e3 * float(self._clearance(q).min())
+        how = f"comes as near as {least:.0f} mm to" if least > 0.0 else f"reaches {-least:.0f} mm into"
+        return f"{how} floor or arm, where {1e3 * CLEARANCE:g} mm are wanted between"
+
     def cost(self, trajectory: FourierTrajectory) -> float:
         """The objective of the wanted gains, plus a penalty on excess."""
         rows = self.rows(trajectory, SEARCHED_HZ)
@@ -126,21 +136,12 @@ class Design:
             smaller = FourierTrajectory(trajectory.center, sine, cosine, trajectory.duration)
             if self.keeps_limits(smaller):
                 return smaller
-        raise TrajectoryError(f"the motion {excess_in_words(self.excess(self.rows(smaller, FITTED_HZ)), smaller.n)}")
+        broken = self.broken(self.rows(smaller, FITTED_HZ))
+        raise TrajectoryError(f"even at {100.0 * sizes[-1]:.0f} % of its size, the motion {broken}")
 
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
         """Whether it does on a fine grid; a coarse one finds most of those that do not at a twentieth of the cost."""
         return all(self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in (SEARCHED_HZ, FITTED_HZ))
-
-
-def excess_in_words(excess: Array, n: int) -> str:
-    """What a motion of n joints breaks most, of what `Design.excess` gives of it."""
-    worst = int(np.argmax(excess))
-    kind, at = divmod(worst, len(excess) // (len(LIMITED) * n + 1) * n)
-    share = f"{100.0 * excess[worst]:.0f} %"
-    if kind == len(LIMITED):
-        return f"comes too near to floor or arm by {share}"
-    return f"exceeds its share of the {LIMITED[kind]} of joint {at % n + 1} by {share}"
 
 
 def arm_model(plant: Plant, structure: Structure) -> ArmModel:

@@ -18,8 +18,8 @@ TORQUE_SHARE = 0.8
 """Share of the torque at the current limit."""
 CLEARANCE = 0.03
 """Smallest distance to the floor and to the arm itself [m]."""
-LIMITED = ("range", "speed", "acceleration", "torque")
-"""Of a joint, in the order of `excess_of`."""
+KINDS = (("range", RANGE_SHARE), ("speed", SHARE), ("acceleration", SHARE), ("torque", TORQUE_SHARE))
+"""Limits in the order of `excess_of`, and the share of each that a motion may use."""
 HALF_TURN = np.pi
 """Way from home to either side of a joint that turns without end [rad]; assumed, cables are wound up."""
 
@@ -85,6 +85,20 @@ def excess_of(limits: Limits, motion: tuple[Array, Array, Array], torques: Array
         np.abs(torques).max(axis=0) / limits.torque - TORQUE_SHARE,
     ]
     return np.maximum(np.concatenate(over), 0.0)
+
+
+def worst_of(excess: Array, names: tuple[str, ...]) -> str:
+    """Which limit a motion breaks most, in words.
+
+    Args:
+        excess: That of `excess_of`, shape (4 N, n).
+        names: Of the joints.
+    """
+    by_kind = excess.reshape(len(KINDS), -1, len(names))
+    kind, _, joint = np.unravel_index(int(by_kind.argmax()), by_kind.shape)
+    what, share = KINDS[int(kind)]
+    used = 100.0 * (float(excess.max()) + share)
+    return f"takes {used:.0f} % of the {what} of joint {names[int(joint)]}, where {100.0 * share:g} % may be used"
 
 
 def largest_scale(limits: Limits, trajectory: FourierTrajectory) -> Array:

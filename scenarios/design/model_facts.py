@@ -9,11 +9,14 @@ import numpy as np
 
 from ident.model_files.xml_tree import Element, read_xml
 from sim.drawn import full_spec
+from sim.errors import ModelFileError
 from sim.meshes import drop_missing_meshes
 from sim.quiet import quiet
 
 OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 """What an actuator pulls at; both are the same for a joint of one axis."""
+LEFT = {"damping": "damping", "frictionloss": "friction loss", "armature": "armature"}
+"""What a joint states of its drive, by MuJoCo's name, which reads a URDF's <dynamics> so too, and in words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,6 +30,8 @@ class ModelFacts:
         home_name: Name of that keyframe.
         from_shapes: Links whose inertia comes from their shapes, because the file states none.
         missing_meshes: Files of meshes that are not there; shapes made of them are left out.
+        left: What of a drive the file states and nobody takes over, as friction loss: many files state what keeps a
+            simulation calm, one number for all joints, and which do is not told.
     """
 
     torque: Mapping[str, float]
@@ -35,6 +40,7 @@ class ModelFacts:
     home_name: str
     from_shapes: tuple[str, ...]
     missing_meshes: tuple[str, ...]
+    left: tuple[str, ...]
 
 
 @quiet()
@@ -48,7 +54,11 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
     Raises:
         ModelFileError: If the file holds no arm.
     """
-    spec = mujoco.MjSpec.from_file(str(path))
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        raise ModelFileError(f"robot model {path}: MuJoCo cannot read it: {reason}") from error
     own = {joint.name: float(joint.actfrcrange[1]) for joint in spec.joints if joint.actfrcrange[1] > 0.0}
     driven = _of_actuators(spec)  # MuJoCo keeps both
     torque = {name: min(own.get(name, np.inf), driven.get(name, np.inf)) for name in {**own, **driven}}
@@ -59,6 +69,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         torque = _stated(limits, "effort")
         velocity = _stated(limits, "velocity")
     home, home_name = _keyframe(spec)
+    left = tuple(word for name, word in LEFT.items() if any(np.any(getattr(joint, name)) for joint in spec.joints))
     arm = full_spec(path, flange)
     missing = drop_missing_meshes(spec, path)
     bodies = [body for body in arm.bodies[1:] if body.geoms and not body.explicitinertial]
@@ -70,6 +81,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         home_name=home_name,
         from_shapes=tuple(body.name for body in bodies if id(body) in moved),
         missing_meshes=missing,
+        left=left,
     )
 
 

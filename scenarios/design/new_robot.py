@@ -19,9 +19,10 @@ from scenarios.design.limits import CLEARANCE, robot_limits
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.design.prediction import prediction_of
 from scenarios.design.rows import drawn
-from scenarios.design.rules_of_thumb import Load, Stated, drives_by_rule, home_by_rule, load_by_rule
+from scenarios.design.rules_of_thumb import Load, Stated, drives_by_rule, given_home, home_by_rule, load_by_rule
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series
+from scenarios.design.stated_numbers import check_stated_numbers
 from scenarios.robot_models import check_same_payload, read_arm
 from sim.clearance import Clearance
 from sim.drives import DriveTruth
@@ -34,6 +35,8 @@ HARMONICS, DURATION = 6, 20.0
 """Of the motion; period [s]."""
 ATTEMPTS = 3
 """Searches from other random numbers, if a motion cannot be fitted to its limits."""
+CLEAR = 2.0 * CLEARANCE
+"""Smallest distance to floor and arm of a home that is clear [m]."""
 SHOWN = 0.08
 """Largest predicted relative deviation of a gain that the scenario wants; beyond 0.1 a gain is refused."""
 
@@ -55,6 +58,7 @@ class NewRobot:
         drives: By table of a robot file's `[drives]`.
         home: Pose that the search for a motion starts from.
         load: Payload.
+        home_clearance: Smallest distance of that pose to floor and arm [m], negative for an overlap.
     """
 
     name: str
@@ -66,6 +70,7 @@ class NewRobot:
     drives: Mapping[str, Stated]
     home: Stated
     load: Load
+    home_clearance: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,7 +96,9 @@ class Found:
         return tuple(bool(each <= SHOWN) for each in self.predicted)
 
 
-def described(path: Path, folder: Path, *, flange: str | None, name: str | None) -> NewRobot:
+def described(
+    path: Path, folder: Path, *, flange: str | None, name: str | None, home: Sequence[float] | None = None
+) -> NewRobot:
     """Read a model file, and state what it leaves open by rules of thumb.
 
     Args:
@@ -99,12 +106,15 @@ def described(path: Path, folder: Path, *, flange: str | None, name: str | None)
         folder: Of the robot file that will name it.
         flange: Last body of the arm; joints that do not lead to it are held.
         name: Of the robot; that of the model if None.
+        home: Pose to begin from [rad or m]; one by rule if None.
 
     Raises:
         RobotModelError: If the file is no arm, or is read differently by identification and simulation.
+        RobotError: If `home` is no pose of the arm.
         SimulationError: One of its kinds, if links lack an inertia, or joints are too weak for the arm.
     """
     arm = read_arm(path, (), flange=flange)
+    check_stated_numbers(path)
     facts = model_facts(path, flange)
     drives = drives_by_rule(arm, path, flange, facts)
     load = load_by_rule(arm, path, flange, drives)
@@ -118,12 +128,14 @@ def described(path: Path, folder: Path, *, flange: str | None, name: str | None)
         drives=drives,
         home=Stated(np.zeros(arm.n), ("assumed",) * arm.n, "zero"),
         load=load,
+        home_clearance=0.0,
     )
     robot = as_robot(new)
     check_same_payload(arm, robot)
     plant = Plant(robot=robot, drives=robot.drives, payload=load.body)
-    home = home_by_rule(arm, facts, Clearance(plant, margin=3.0 * CLEARANCE), far=2.0 * CLEARANCE)
-    return replace(new, home=home)
+    clearance = Clearance(plant, margin=3.0 * CLEARANCE)
+    pose = home_by_rule(arm, facts, clearance, far=CLEAR) if home is None else given_home(arm, home)
+    return replace(new, home=pose, home_clearance=float(clearance(pose.value[None])[0]))
 
 
 def as_robot(new: NewRobot) -> Robot:
@@ -142,16 +154,17 @@ def as_robot(new: NewRobot) -> Robot:
     )
 
 
-def moved(new: NewRobot, robot: Robot, searched: Searching) -> Found:
+def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> Found:
     """Search for a motion that shows all gains.
 
     Args:
         new: The robot's description.
         robot: The same as its file is read.
         searched: Gives what the search with this number finds.
+        advice: What to do if none is found within the limits.
 
     Raises:
-        TrajectoryError: If none is found within the limits.
+        TrajectoryError: If none is.
         RobotError: If the payload that the arm can bear shows no gain.
     """
     plant, body = Plant(robot=robot, drives=robot.drives, payload=new.load.body), new.load.body
@@ -169,8 +182,7 @@ def moved(new: NewRobot, robot: Robot, searched: Searching) -> Found:
         motion = first_fitted(design, series, (searched(design, series, attempt) for attempt in range(ATTEMPTS)))
     except TrajectoryError as error:
         raise TrajectoryError(
-            f"robot {new.name}: no motion about home keeps clear of limits, floor and arm: {error}; state another "
-            f"home in robot.toml, then rx90 excite"
+            f"robot {new.name}: none of {ATTEMPTS} searches found a motion within the limits: {error}; {advice}"
         ) from error
     found = Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
     if any(found.identifiable):

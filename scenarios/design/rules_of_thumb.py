@@ -3,7 +3,7 @@
 They make a start, not a robot: every number is written into a file of the user's, with its origin, to be replaced.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -175,6 +175,21 @@ def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array
         f"{what}; none of those tried is clear of floor and arm by {1e3 * far:g} mm; this is the farthest, "
         f"{1e3 * distance[farthest]:.0f} mm",
     )
+
+
+def given_home(arm: Arm, pose: Sequence[float]) -> Stated:
+    """A pose that somebody names.
+
+    Raises:
+        RobotError: If it is none of the arm's.
+    """
+    if len(pose) != arm.n:
+        raise RobotError(f"home: {len(pose)} positions, but the arm has {arm.n} joints: {', '.join(arm.joint_names)}")
+    lower, upper = _ends(arm)
+    for name, q, low, high in zip(arm.joint_names, pose, lower, upper, strict=True):
+        if not low <= q <= high:
+            raise RobotError(f"home: joint {name} at {q:g}: expected {low:.4g} to {high:.4g}, its range")
+    return assumed(np.array(pose), "the pose that rx90 new-robot was given")
 
 
 def moving_mass(arm: Arm, model: Path, flange: str | None) -> float:

@@ -13,6 +13,7 @@ from ident.estimators import ESTIMATORS
 from ident.naming import nearest, shown
 from scenarios.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, WrongValue
 from scenarios.files.mountings import LOADED, by_mounting, check_protocol
+from scenarios.files.places import BUILT_IN
 from scenarios.files.schema import DRAWABLE, TABLES_OF_TABLES, DrawTable, Scenario, ScenarioTable, SourceTable
 from scenarios.files.tables import scenario_table, stating_file
 
@@ -25,7 +26,9 @@ def load_scenario(name: str) -> Scenario:
     """
     table, path = scenario_table(name)
     loaded = scenario_from_table(table, path.stem, path.parent, str(path))
-    return replace(loaded, expectation=stating_file(name, ("tolerance", "identifiable")))
+    wanted = stating_file(name, ("tolerance", "identifiable"))
+    asking = {key: str(stating_file(name, tuple(key.split("."))) or path) for key in BUILT_IN}
+    return replace(loaded, expectation="" if wanted is None else wanted.name, asking=asking)
 
 
 def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:
@@ -61,7 +64,7 @@ def refusal(error: ValidationError, where: str, place: str) -> WrongValue:
         place: Of the table in it, empty for the whole scenario.
     """
     first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
-    below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str"))]
+    below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str", "bool"))]
     what = first["msg"][0].lower() + first["msg"][1:]
     got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
     return WrongValue(f"{where}: {'.'.join([place, *below] if place else below)}: {what}{got}")
@@ -142,11 +145,12 @@ def _check_payloads(table: ScenarioTable, path: str) -> None:
         by_mounting(table.belief.payload, table.belief.payloads),
     )
     check_protocol(table.experiment.protocol, plant, belief, path)
-    for name in table.belief.known if isinstance(table.belief.known, Mapping) else ():
-        if name not in belief:
-            raise UnknownName(
-                f"{path}: belief.known: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
-            )
+    for key, named in (("known", table.belief.known), ("exact", table.belief.exact)):
+        for name in named if isinstance(named, Mapping) else ():
+            if name not in belief:
+                raise UnknownName(
+                    f"{path}: belief.{key}: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
+                )
 
 
 def _check_draws(table: ScenarioTable, path: str) -> None:

@@ -14,9 +14,10 @@ from ident.naming import nearest, shown
 from ident.payload import INERTIA_KEYS, Payload
 from ident.payload_files import payload_from_table, payload_to_table, read_payload
 from scenarios.errors import UnknownName, WrongPayload
+from scenarios.files.exactness import is_exact
 from scenarios.files.mountings import LOADED, by_mounting, mountings
 from scenarios.files.schema import BeliefTable, BodyTable, InertiaTable, Scenario
-from scenarios.robots import robot
+from scenarios.named_files import robot_of
 from sim.drives import DriveTruth
 
 NOTHING = (0.0, 0.0, 0.0)
@@ -43,9 +44,9 @@ def resolved(scenario: Scenario) -> Resolved:
     plant, belief = (_mounted(payloads, table.experiment.protocol) for payloads in (true, believed))
     update = {
         "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
-        "belief": table.belief.model_copy(update=belief),
+        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # what was, is stated as zero now
     }
-    return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation)
+    return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation, scenario.asking)
 
 
 def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
@@ -55,8 +56,11 @@ def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
         UnknownName: If one is the name of none.
         WrongPayload: If one is impossible.
     """
-    exact = {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING} if scenario.table.belief.exact else {}
-    return {key: replace(payload, **exact) for key, payload in stated_payloads(scenario).items()}
+    exact, certain = scenario.table.belief.exact, {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING}
+    return {
+        key: replace(payload, **certain) if is_exact(exact, key) else payload
+        for key, payload in stated_payloads(scenario).items()
+    }
 
 
 def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
@@ -98,7 +102,7 @@ def stated_table(scenario: Scenario) -> dict[str, object]:
 
 def _nominal_drives(scenario: Scenario) -> dict[str, object]:
     """What of the drives is not stated, by field."""
-    plant, nominal = scenario.table.plant, robot(scenario.table.robot, scenario.folder).drives
+    plant, nominal = scenario.table.plant, robot_of(scenario).drives
     return {
         field.name: tuple(getattr(nominal, field.name).tolist())
         for field in fields(DriveTruth)

@@ -1,6 +1,7 @@
 """A scenario as one validated value: what is true, what is done, what is believed, what is tolerated."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -145,7 +146,8 @@ class BeliefTable(_Table):
         payload: As weighed and drawn: a name of `rx90_mjcf.PAYLOADS` or a table in the format of payload files.
         payloads: The same of others, by the names that the protocol calls them.
         known: Overrides what payloads say themselves, for all or by name, as `{ light = "mass" }`.
-        exact: Take the stated deviations of payloads as zero, as befits a scenario that draws no error of a payload.
+        exact: Take the deviations of payloads as zero, as befits a scenario that draws no error of a payload; for all
+            or by name, as `{ light = true }`. Deviations that a file states count over an `exact` that it inherits.
     """
 
     controller_gain: Vector
@@ -153,7 +155,7 @@ class BeliefTable(_Table):
     payload: str | dict[str, object] | None = None
     payloads: dict[str, str | dict[str, object]] = {}
     known: Known | dict[str, Known] | None = None
-    exact: bool = False
+    exact: bool | dict[str, bool] = False
 
 
 class IdentificationTable(_Table):
@@ -265,9 +267,11 @@ class Scenario:
         folder: Where its file lies; motions are looked up there too.
         table: Its content.
         expectation: Name of the file, its own or one it extends, that says which joints' gains the data should give.
+        asking: Path of the file, its own or one it extends, that names a robot or motion, by key.
     """
 
     name: str
     folder: Path
     table: ScenarioTable
     expectation: str = ""
+    asking: Mapping[str, str] = field(default_factory=dict[str, str])

@@ -68,7 +68,7 @@ def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Resolved
     update = {key: _changed(getattr(ready.table, key), inner, key, ready.name) for key, inner in changes.items()}
     table = ready.table.model_copy(update={**update, "random": {}})
     check_lengths(table, ready.name)
-    return Resolved(ready.name, ready.folder, table, ready.expectation)
+    return Resolved(ready.name, ready.folder, table, ready.expectation, ready.asking)
 
 
 def _changed(node: object, changes: object, place: str, name: str) -> object:

@@ -7,10 +7,8 @@ from ident.file_access import check_file
 from ident.naming import nearest, shown
 from ident.toml_files import DEEPEST, LARGEST, read_toml
 from scenarios.errors import ScenarioError, UnknownName, UnreadableFile, WrongExtends
-
-CATALOG = Path(__file__).parents[1] / "catalog"
-"""Folder of the built-in scenarios."""
-
+from scenarios.files.exactness import check_exact, exactness
+from scenarios.files.places import CATALOG, seen_from
 
 PARTS = CATALOG / "parts"
 """Folder of what scenarios may extend, and nobody can run by itself."""
@@ -46,7 +44,7 @@ def scenario_table(
         below: Files already being read, to catch a circle.
 
     Returns:
-        The merged table without `extends`, and the file it came from.
+        The merged table without `extends`, its places relative to the file's folder, and the file it came from.
 
     Raises:
         ScenarioError: If a file is missing or no TOML, or `extends` runs in a circle.
@@ -57,22 +55,25 @@ def scenario_table(
     if len(below) >= DEEPEST:
         raise WrongExtends(f"{path}: more than {DEEPEST} files extend one another")
     table = read_table(path)
+    check_exact(table, path)
     parent = table.pop("extends", None)
     if parent is None:
         return table, path
     if not isinstance(parent, str):
         raise WrongExtends(f"{path}: extends = {shown(parent)}; expected the name of one scenario")
     try:
-        base, _ = scenario_table(parent, path.parent, (*below, path))
+        base, there = scenario_table(parent, path.parent, (*below, path))
     except ScenarioError as error:
         if below or str(error).startswith(str(path)):
             raise
         raise WrongExtends(f"{path}: extends: {error}") from error
-    return overlaid(base, table), path
+    base = seen_from(base, there.parent, path.parent)
+    merged, exact = overlaid(base, table), exactness(base, table)
+    return (merged if exact is None else overlaid(merged, {"belief": {"exact": exact}})), path
 
 
-def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -> str:
-    """Name of the file that states a key: the scenario's own, or the nearest that it extends; empty if none does.
+def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -> Path | None:
+    """The file that states a key: the scenario's own, or the nearest that it extends; None if none does.
 
     Args:
         name: Of a scenario whose files have been read before.
@@ -87,7 +88,7 @@ def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -
     parent = table.get("extends")
     if inner is None and isinstance(parent, str):
         return stating_file(parent, keys, path.parent)
-    return "" if inner is None else path.name
+    return None if inner is None else path
 
 
 def find_scenario(name: str, folder: Path | None = None) -> Path:

@@ -9,9 +9,11 @@ from scipy import stats
 from ident.arrays import Array, Indices
 from ident.errors import IdentificationError
 from ident.estimate import RefusedGain
+from scenarios.build import bench
 from scenarios.errors import ScenarioError
 from scenarios.files.schema import Scenario
 from scenarios.prediction.predictor import NO_SPECTRUM, OTHER, Cost, Predictor, predictor_of
+from sim.bearable import check_bearable
 from sim.errors import SimulationError
 
 
@@ -65,7 +67,12 @@ class PredictedBudget:
 
 
 def predicted_budget(scenario: Scenario) -> PredictedBudget:
-    """Predict the error budget of a scenario; raises as `predictor_of`."""
+    """Predict the error budget of a scenario.
+
+    Raises:
+        Saturated: If its motion asks more of a drive than it has; else as `predictor_of`.
+    """
+    check_bearable(bench(scenario).experiments)
     predictor = predictor_of(scenario)
     estimate, costs, unpredicted = predictor.linear.estimate, list[Cost](), list[Unpredicted]()
     for name, source in scenario.table.sources.items():

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.design.new_robot import Found, NewRobot
+from scenarios.design.new_robot import CLEAR, Found, NewRobot
 from scenarios.reports.content import NONE, Column, Line, Paragraph, Part, Report, Table, cells, percent
 from scenarios.store.new_robot import FILES, SCENARIO
 
@@ -50,6 +50,17 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         ),
         Paragraph(f"Payload: {body.mass:g} kg, centre {list(body.com)} m in the frame of the last link."),
     ]
+    if new.home_clearance < CLEAR:
+        near = 1e3 * new.home_clearance
+        how = f"comes as near as {near:.0f} mm to" if near > 0.0 else f"reaches {-near:.0f} mm into"
+        parts.append(Paragraph(f"Home {how} floor or arm; name a pose that is clear of both, --home."))
+    if new.facts.left:
+        parts.append(
+            Paragraph(
+                f"The file's {', '.join(new.facts.left)} of joints are left there: they may be what keeps a simulation "
+                "calm. Friction and rotors stand in robot.toml by rules of thumb; correct them if you measured."
+            )
+        )
     if new.facts.from_shapes:
         parts.append(
             Paragraph(

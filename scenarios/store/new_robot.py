@@ -1,11 +1,18 @@
 """A robot of the user's as a folder: `robot.toml`, `scenario.toml`, a motion; every number with where it comes from."""
 
+import os
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from ident.naming import shown
+from ident.toml_files import read_toml
 from scenarios.design.new_robot import Found, NewRobot
 from scenarios.design.rules_of_thumb import Stated
+from scenarios.errors import NotOurs, UnreadableFile
+from scenarios.files.motions import write_motion
 from scenarios.files.schema_line import schema_line
 from scenarios.files.toml_values import toml_value
 from sim.robot import Robot
@@ -13,6 +20,7 @@ from sim.robot_files import read_robot
 
 ROBOT, SCENARIO, MOTION = "robot.toml", "scenario.toml", "motion.toml"
 FILES = (ROBOT, SCENARIO, MOTION)
+MADE = "Found by rx90 new-robot, within the limits of robot.toml; rx90 excite finds a better one"
 UNITS = {
     "gain": ("N m / drive unit", "N / drive unit"),
     "rotor_inertia": ("kg m^2", "kg"),
@@ -92,10 +100,45 @@ shared = true
 """
 
 
-def write_robot(new: NewRobot, folder: Path) -> Robot:
-    """Write the robot file, and read it as everyone else will."""
-    (folder / ROBOT).write_text(robot_text(new), encoding="utf-8")
-    return read_robot(folder / ROBOT)
+def as_read(new: NewRobot) -> Robot:
+    """The robot as everyone will read it from its file; nothing is left where it will be."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / ROBOT
+        path.write_text(robot_text(replace(new, model=str(new.path.resolve()))), encoding="utf-8")
+        return read_robot(path)
+
+
+def write_new_robot(new: NewRobot, found: Found, folder: Path) -> None:
+    """Write all files, or none: each is complete before the first takes its place.
+
+    Raises:
+        OSError: If something cannot be written.
+    """
+    with TemporaryDirectory(dir=folder, prefix=".new-robot-") as staging:
+        there = Path(staging)
+        (there / ROBOT).write_text(robot_text(new), encoding="utf-8")
+        (there / SCENARIO).write_text(scenario_text(new, found), encoding="utf-8")
+        write_motion(found.motion, there / MOTION, [MADE])
+        for name in FILES:
+            os.replace(there / name, folder / name)
+
+
+def check_no_other_robot(folder: Path, model: Path) -> None:
+    """Check that a folder holds no robot of another model file.
+
+    Raises:
+        NotOurs: If it does.
+    """
+    path = folder / ROBOT
+    try:
+        table = read_toml(path, error=UnreadableFile)
+    except UnreadableFile:  # nothing there, or nothing that anyone could lose
+        return
+    name, there = table.get("name"), table.get("model")
+    if isinstance(there, str) and (folder / there).resolve() != model.resolve():
+        raise NotOurs(
+            f"{path}: is of another robot, {shown(name)} from {shown(there)}; name another place, or add --force"
+        )
 
 
 def _stated(stated: Stated) -> list[str]:

@@ -1,6 +1,7 @@
 """From a model file to a scenario: what is written, where each number is from, and that it runs."""
 
 import json
+import re
 import tomllib
 from pathlib import Path
 
@@ -13,11 +14,19 @@ from printed import fits, printed
 from random_arms import write_random_arm
 from robot_folders import arm_xml
 
+import scenarios.commands.new_robot as command_module
+import scenarios.design.new_robot as new_robot_module
+import scenarios.design.search as search_module
+import scenarios.store.new_robot as store_module
 from scenarios.cli import main
 from scenarios.commands.status import Status
+from scenarios.design.excitation import SIZES, Design
 from scenarios.design.model_facts import ModelFacts, model_facts
+from scenarios.design.new_robot import Found
 from scenarios.design.rules_of_thumb import home_by_rule
+from sim.errors import TrajectoryError
 from sim.robot_files import read_robot
+from sim.trajectory import at_rest
 
 
 def made(path, folder, capsys, *words):
@@ -35,7 +44,9 @@ def servo_arm(tmp_path):
     return written(tmp_path, "arm.xml", menagerie(tail=HOME))
 
 
-def test_what_a_model_file_states_is_published_and_the_rest_is_assumed_with_its_rule(servo_arm, tmp_path, capsys):
+def test_what_a_model_file_states_is_published_and_the_rest_is_assumed_with_its_rule(
+    servo_arm, tmp_path, capsys, still
+):
     made(servo_arm, tmp_path / "mine", capsys)
     table = tomllib.loads((tmp_path / "mine/robot.toml").read_text())
     drives = table["drives"]
@@ -95,7 +106,7 @@ def test_actuators_of_one_joint_add_as_in_mujoco_and_one_without_a_limit_leaves_
 
 
 def test_a_home_that_is_not_clear_says_so_and_is_the_farthest(arm):
-    facts = ModelFacts(torque={}, velocity={}, home={}, home_name="", from_shapes=(), missing_meshes=())
+    facts = ModelFacts(torque={}, velocity={}, home={}, home_name="", from_shapes=(), missing_meshes=(), left=())
 
     def clearance(q):
         return 0.012 - 0.001 * np.linalg.norm(q - 1.1, axis=1)
@@ -111,7 +122,7 @@ def test_a_home_that_is_not_clear_says_so_and_is_the_farthest(arm):
     np.testing.assert_array_equal(clear.value, np.zeros(arm.n))
 
 
-def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_its_own(tmp_path, capsys):
+def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_its_own(tmp_path, capsys, still):
     path = written(tmp_path, "arm.urdf", ros(more=GRIPPER))
     told = made(path, tmp_path / "mine", capsys, "--flange", "tool0", "--name", "lift arm")
     robot = read_robot(tmp_path / "mine/robot.toml")
@@ -125,7 +136,7 @@ def test_limits_of_a_urdf_are_its_efforts_and_speeds_and_a_slide_has_units_of_it
     assert told["joints"] == ["shoulder", "elbow", "wrist"]
 
 
-def test_a_robot_file_that_its_owner_has_improved_is_not_written_over(servo_arm, tmp_path, capsys):
+def test_a_robot_file_that_its_owner_has_improved_is_not_written_over(servo_arm, tmp_path, capsys, still):
     made(servo_arm, tmp_path / "mine", capsys)
     path = tmp_path / "mine/robot.toml"
     path.write_text(path.read_text().replace("80", "75"))
@@ -143,6 +154,119 @@ def test_an_arm_that_can_hardly_hold_itself_is_refused_with_the_joint(tmp_path, 
     assert not (tmp_path / "mine/robot.toml").exists()
 
 
+@pytest.fixture
+def still(monkeypatch):
+    """A search that takes no time: the motion stays, its gains are those of nobody."""
+
+    def found(new, *_, advice):
+        n = new.arm.n
+        return Found(motion=at_rest(np.zeros(n), np.zeros((n, 2)), np.zeros((n, 2)), 5.0), predicted=np.full(n, 0.013))
+
+    monkeypatch.setattr(new_robot_module, "moved", found)
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_a_search_that_finds_nothing_leaves_what_was_there_and_begins_no_folder(
+    servo_arm, tmp_path, capsys, still, monkeypatch
+):
+    made(servo_arm, tmp_path / "mine", capsys)
+    before = contents(tmp_path / "mine")
+
+    def nothing(*_, advice):
+        raise TrajectoryError("no motion")
+
+    monkeypatch.setattr(new_robot_module, "moved", nothing)
+    for name in ("mine", "fresh"):
+        assert main(["new-robot", str(servo_arm), "--out", str(tmp_path / name), "--name", "late"]) == Status.BAD_INPUT
+    assert contents(tmp_path / "mine") == before
+    assert not (tmp_path / "fresh").exists()
+
+
+def test_files_that_cannot_all_be_written_are_none(servo_arm, tmp_path, capsys, still, monkeypatch):
+    made(servo_arm, tmp_path / "mine", capsys)
+    before = contents(tmp_path / "mine")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(store_module, "write_motion", full)
+    assert main(["new-robot", str(servo_arm), "--out", str(tmp_path / "mine"), "--name", "late"]) == Status.BAD_INPUT
+    assert contents(tmp_path / "mine") == before
+
+
+def test_the_folder_of_another_robot_is_refused_unless_forced(servo_arm, tmp_path, capsys, still):
+    made(servo_arm, tmp_path / "mine", capsys, "--name", "first")
+    before = contents(tmp_path / "mine")
+    other = written(tmp_path, "other.urdf", ros(more=GRIPPER))
+    words = ["new-robot", str(other), "--flange", "tool0", "--out", str(tmp_path / "mine")]
+    assert main(words) == Status.BAD_INPUT
+    assert "robot.toml: is of another robot, 'first' from '../arm.xml'; name another" in capsys.readouterr().err
+    assert contents(tmp_path / "mine") == before
+    made(servo_arm, tmp_path / "mine", capsys, "--name", "second")
+    assert main([*words, "--force"]) == Status.PASSED
+    assert tomllib.loads((tmp_path / "mine/robot.toml").read_text())["model"] == "../other.urdf"
+
+
+def test_advice_after_a_search_that_found_nothing_is_followed_literally(tmp_path, capsys, monkeypatch):
+    fitted = Design.fitted
+
+    def too_few(design, motion, sizes=SIZES):
+        if "--evaluations" not in words or words[-1] == "1":
+            raise TrajectoryError(f"even at 91 % of its size, the motion {design.broken(design.rows(motion))}")
+        return fitted(design, motion, sizes)
+
+    monkeypatch.setattr(search_module, "FIRST", 3)
+    monkeypatch.setattr(command_module, "USUAL", 40)
+    monkeypatch.setattr(Design, "fitted", too_few)  # a motion of so few is refused whatever it is
+    path = written(tmp_path, "arm.xml", menagerie(tail=HOME))
+    words = ["new-robot", str(path), "--out", str(tmp_path / "mine"), "--jobs", "1", "--evaluations", "1"]
+    assert main(words) == Status.BAD_INPUT
+    error = capsys.readouterr().err
+    assert "none of 3 searches found a motion within the limits: of " in error
+    assert "even at 91 % of its size, the motion " in error
+    advised = re.search(r"try more motions, (--evaluations \d+)", error)
+    assert advised is not None
+    words = [*words[:-2], *advised[1].split()]
+    assert int(words[-1]) == 40
+    assert main(words) == Status.PASSED
+
+
+def test_a_home_that_is_given_is_taken_and_one_that_is_none_of_the_arm_s_is_refused(servo_arm, tmp_path, capsys, still):
+    made(servo_arm, tmp_path / "mine", capsys, "--home", "0.31", "-0.42", "0.53")
+    home = tomllib.loads((tmp_path / "mine/robot.toml").read_text())["home"]
+    assert home["value"] == [0.31, -0.42, 0.53]
+    assert home["source"] == "the pose that rx90 new-robot was given"
+    refused = ((["0.3", "0.4"], "2 positions, but the arm has 3 joints"), (["0.3", "0.4", "9"], " at 9: expected "))
+    for pose, said in refused:
+        assert main(["new-robot", str(servo_arm), "--out", str(tmp_path / "x"), "--home", *pose]) == Status.BAD_INPUT
+        assert said in capsys.readouterr().err
+
+
+def test_a_home_that_is_not_clear_is_told_on_the_screen(servo_arm, tmp_path, capsys, still):
+    words = ["new-robot", str(servo_arm), "--out", str(tmp_path / "mine"), "--force"]
+    main(words)
+    assert "Home" not in capsys.readouterr().out
+    for near, said in ((0.0123, "Home comes as near as 12 mm to floor"), (-0.0344, "Home reaches 34 mm into floor")):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(new_robot_module.Clearance, "__call__", lambda _, q, near=near: np.full(len(q), near))
+            main(words)
+        assert said in " ".join(capsys.readouterr().out.split())
+
+
+def test_friction_and_armature_of_a_model_file_are_told_to_be_left(tmp_path, capsys, still):
+    assert model_facts(written(tmp_path, "zeros.urdf", ros()), None).left == ()
+    rubs = arm_xml(3).replace('name="axis2"', 'frictionloss="0.3" armature="0.13" name="axis2"')
+    assert model_facts(written(tmp_path, "rubs.xml", rubs), None).left == ("friction loss", "armature")
+    damped = ros().replace('damping="0.0" friction="0.0"', 'damping="3.3" friction="0.4"', 1)
+    path = written(tmp_path, "damped.urdf", damped)
+    main(["new-robot", str(path), "--out", str(tmp_path / "mine")])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "The file's damping, friction loss of joints are left there: they may" in said
+
+
 @pytest.mark.slow
 def test_a_payload_that_shows_no_gain_is_refused(tmp_path, capsys, monkeypatch):
     import scenarios.design.new_robot as module
@@ -153,7 +277,7 @@ def test_a_payload_that_shows_no_gain_is_refused(tmp_path, capsys, monkeypatch):
     assert "the largest torques leave room for" in capsys.readouterr().err
 
 
-def test_axes_of_joints_that_do_not_move_are_not_read(tmp_path, capsys):
+def test_axes_of_joints_that_do_not_move_are_not_read(tmp_path, capsys, still):
     text = ros().replace('<origin xyz="0 0 0.1"/></joint>', '<origin xyz="0 0 0.1"/><axis xyz="0 0 0"/></joint>')
     assert text.count('<axis xyz="0 0 0"/>') == 1
     made(written(tmp_path, "arm.urdf", text), tmp_path / "mine", capsys)

@@ -1,0 +1,83 @@
+"""Files that a scenario names lie beside the file that says so, whoever extends it."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from robot_folders import robot_folder
+
+from scenarios.build import bench
+from scenarios.errors import UnknownName, UnreadableFile
+from scenarios.files.loading import load_scenario
+from scenarios.files.places import CATALOG, seen_from
+from scenarios.named_files import motion_of, robot_of
+
+MOTION = CATALOG / "motions" / "drive-gains.toml"
+
+
+@pytest.fixture
+def parent(tmp_path) -> Path:
+    """A folder with a scenario whose robot and motion lie beside it."""
+    folder = tmp_path / "arm"
+    folder.mkdir()
+    robot_folder(folder, 6)
+    shutil.copy(MOTION, folder / "motion.toml")
+    text = 'extends = "nominal"\nrobot = "robot.toml"\n[experiment]\nmotion = "motion.toml"\n'
+    (folder / "scenario.toml").write_text(text)
+    return folder
+
+
+def child(parent: Path, text: str = "") -> str:
+    below = parent.parent / "studies" / "heavy"
+    below.mkdir(parents=True)
+    (below / "mine.toml").write_text(f'extends = "../../arm/scenario.toml"\n{text}')
+    return str(below / "mine.toml")
+
+
+def test_robot_and_motion_of_a_parent_lie_beside_the_parent_even_where_the_child_has_files_of_these_names(parent):
+    path = child(parent)
+    for name in ("robot.toml", "motion.toml"):
+        (Path(path).parent / name).write_text("")
+    scenario = load_scenario(path)
+    assert scenario.table.robot == "../../arm/robot.toml"  # relative, so that records hold on another machine
+    assert robot_of(scenario).model == robot_of(load_scenario(str(parent / "scenario.toml"))).model
+    assert (motion_of(scenario).sine == motion_of(load_scenario(str(parent / "scenario.toml"))).sine).all()
+
+
+def test_a_child_s_own_places_are_beside_itself_and_names_stay_names(parent):
+    path = child(parent, 'robot = "own.toml"\n[experiment]\nmotion = "drive-gains"\n')
+    shutil.copy(parent / "scenario.toml", Path(path).parent / "unused.toml")
+    table = load_scenario(path).table
+    assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
+    over = Path(path).with_name("further.toml")
+    over.write_text('extends = "mine.toml"\n')
+    table = load_scenario(str(over)).table
+    assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
+
+
+@pytest.mark.parametrize("group", ["random", "sources"])
+def test_motions_that_are_drawn_are_places_too_and_other_choices_are_not(group):
+    draws = {
+        "motion": {"target": ["experiment.motion"], "choice": ["slow.toml", "drive-gains"]},
+        "weight": {"target": "belief.payload", "choice": ["slow.toml"]},
+        "number": {"target": "plant.gain", "distribution": "norm"},
+    }
+    found = seen_from({group: draws}, Path("/lab/arm"), Path("/lab/studies"))[group]
+    moved = {"target": ["experiment.motion"], "choice": ["../arm/slow.toml", "drive-gains"]}
+    assert found == {**draws, "motion": moved}
+
+
+def test_an_absolute_place_stays_where_it_is():
+    table = {"robot": "/lab/robot.toml", "experiment": {"motion": "/lab/m.toml"}}
+    assert seen_from(table, Path("/lab/arm"), Path("/lab/studies")) == table
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "error"),
+    [("robot.toml", "robot", UnreadableFile), ("motion.toml", "experiment.motion", UnknownName)],
+)
+def test_a_file_that_is_not_there_is_told_with_the_file_and_the_key_that_ask_for_it(parent, name, key, error):
+    path = child(parent)
+    (parent / name).unlink()
+    with pytest.raises(error, match=rf"^{parent}/scenario\.toml: {key}: .*arm/{name}"):
+        bench(load_scenario(path))

@@ -84,7 +84,7 @@ def test_weights_have_the_deviations_that_are_stated_on_the_page_and_in_files(tm
     light = (
         "[belief.payloads.light]\nmass = 2.4\nmass_std = 0.03\ncom = [0.1, 0.2, 0.3]\ncom_std = [0.01, 0.02, 0.04]\n"
     )
-    (tmp_path / "cell.toml").write_text(TEXT + "[belief]\nexact = true\n" + light)
+    (tmp_path / "cell.toml").write_text(TEXT + light)
     (tmp_path / "payload-heavy.toml").write_text("mine")
     for _ in range(2):  # files of payloads stay, whoever wrote them
         assert main(["recipe", str(tmp_path / "cell.toml"), "--out", str(tmp_path / "recipe.md")]) == 0

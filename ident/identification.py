@@ -15,13 +15,14 @@ from ident.estimate import GainEstimate
 from ident.estimators import DEFAULT, estimator, ls_2011
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
+from ident.one_log import check_scales, check_units, countings
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import check_different, check_load, check_positions, residual_notes
 from ident.problem import Motion, Problem
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
-from ident.wiring import WiringCheck, check_wiring
+from ident.wiring import WiringCheck, check_wiring, known_wiring
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 ALONE = "larger"
@@ -117,9 +118,12 @@ def identify_motions(
         check_positions(structure.arm, motion.recording)
     check_different([motion.recording for motion in motions])
     observed = tuple(Motion(observe(each.recording, structure, observing), each.payload) for each in motions)
+    problem = Problem(structure, observed, gains)
+    counted = countings(problem, [each.recording.name for each in motions]) if wiring is not known_wiring else []
+    check_units(counted)
     for first, second in _compared(motions):
         wiring(structure, first.recording, second.recording, observing)
-    problem = Problem(structure, observed, gains)
+    check_scales(counted)
     alone = joint_by_joint(problem)
     if alone is not None:
         _check_alone(problem, alone)

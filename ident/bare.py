@@ -68,12 +68,14 @@ class BareArm:
     Attributes:
         ratios: Gains beside each other; None where gains are held.
         inertial: Base parameters, over the reference gain or in SI.
+        inertial_covariance: Of their values, shape (k, k).
         friction: Each joint's own friction and offset [drive units], n tuples.
         selected: The model, and its fit.
     """
 
     ratios: GainRatios | None
     inertial: tuple[Parameter, ...]
+    inertial_covariance: Array
     friction: tuple[tuple[Parameter, ...], ...]
     selected: Selected
 
@@ -102,10 +104,11 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
             "at once, or mount a payload"
         )
     ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given)
-    scale = float(h[best])  # of size 1
+    inertial, C = _inertial(problem, selected, float(h[best]), unit=f"/ g{best + 1}", gains=None)  # h of size 1
     return BareArm(
         ratios=ratios,
-        inertial=_inertial(problem, selected, scale, unit=f"/ g{best + 1}", gains=None),
+        inertial=inertial,
+        inertial_covariance=C,
         friction=_friction(problem, selected, None),
         selected=selected,
     )
@@ -124,9 +127,11 @@ def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) ->
     """
     gains.check_arm(problem.structure.arm)
     selected = _fitted(problem, options, held(gains))
+    inertial, C = _inertial(problem, selected, 1.0, unit="", gains=gains)
     return BareArm(
         ratios=None,
-        inertial=_inertial(problem, selected, 1.0, unit="", gains=gains),
+        inertial=inertial,
+        inertial_covariance=C,
         friction=_friction(problem, selected, gains),
         selected=selected,
     )
@@ -170,27 +175,28 @@ def _beside(C: Array) -> Array:
 
 def _inertial(
     problem: Problem, selected: Selected, scale: float, *, unit: str, gains: KnownGains | None
-) -> tuple[Parameter, ...]:
+) -> tuple[tuple[Parameter, ...], Array]:
     names, arm, fit = problem.structure.base.names, shared_parameters(problem).arm.tolist(), selected.final.fit
     influence, belief = fit.theta_influence[: len(arm)], fit.theta_belief[: len(arm)]
     rivals = [_rival(each)[: len(arm)] for each in selected.rivals]
-    std = _std(problem, fit.rows, influence, np.column_stack([belief[:, :0], *rivals]), belief, gains)
-    return tuple(
+    C = _covariance(problem, fit.rows, influence, np.column_stack([belief[:, :0], *rivals]), belief, gains)
+    std, felt = _std(C), np.flatnonzero(influence.any(axis=1))
+    found = tuple(
         Parameter(
-            name=names[place],
-            unit=f"{UNITS[names[place].rstrip('0123456789')]}{' ' if unit else ''}{unit}",
+            name=names[arm[k]],
+            unit=f"{UNITS[names[arm[k]].rstrip('0123456789')]}{' ' if unit else ''}{unit}",
             value=float(fit.found.theta[k] * scale),
             std=float(std[k] * abs(scale)),
         )
-        for k, place in enumerate(arm)
-        if influence[k].any()
+        for k in felt
     )
+    return found, C[np.ix_(felt, felt)] * scale**2
 
 
-def _std(
+def _covariance(
     problem: Problem, rows: Rows, influence: Array, rivals: Array, belief: Array, gains: KnownGains | None
 ) -> Array:
-    """Standard deviations of parameters, shape (p,): of residuals, of rivals and beliefs, of gains that are held.
+    """Covariance of parameters, shape (p, p): of residuals, of rivals and beliefs, of gains that are held.
 
     Args:
         problem: With its options.
@@ -205,6 +211,11 @@ def _std(
     C = UNCERTAINTIES[options.uncertainty](rows, influence, options.serial_s) + model @ model.T
     if gains is not None:
         C = C + gain_covariance(belief, gains)
+    return C
+
+
+def _std(C: Array) -> Array:
+    """Standard deviations; a variance that rounding made negative is none."""
     return np.sqrt(np.maximum(np.diag(C), 0.0))
 
 
@@ -226,7 +237,7 @@ def _friction(problem: Problem, selected: Selected, gains: KnownGains | None) ->
         zip(final.own, final.fit.phi, final.fit.phi_influence, final.fit.phi_belief, strict=True)
     ):
         rivals = np.column_stack([belief[:, :0], *(_rival_friction(each, joint) for each in selected.rivals)])
-        std = _std(problem, final.fit.rows, influence, rivals, belief, gains)
+        std = _std(_covariance(problem, final.fit.rows, influence, rivals, belief, gains))
         found.append(
             tuple(
                 Parameter(
@@ -257,39 +268,3 @@ def _friction_unit(name: str) -> str:
     if name.startswith("load"):
         return "1"
     return f"units {FRICTION_UNITS[name]}" if name in FRICTION_UNITS else "units"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OffRatio:
-    """A gain beside what another joint says of it, against gains believed beforehand.
-
-    Attributes:
-        joint: The joint, from 0.
-        rel: (g_j / g_r) here over that of the gains believed, less 1.
-        std: Its standard deviation, that of the gains believed included.
-    """
-
-    joint: int
-    rel: float
-    std: float
-
-
-def off_ratios(ratios: GainRatios, believed: KnownGains) -> tuple[OffRatio, ...]:
-    """Ratios of gains against those of gains believed beforehand; none if the reference has no such gain.
-
-    Args:
-        ratios: From bare motions.
-        believed: Gains of the same arm, as from data sheets.
-    """
-    at = {int(joint): k for k, joint in enumerate(believed.joints)}
-    if ratios.reference not in at:
-        return ()
-    r, C = at[ratios.reference], believed.log_covariance
-    found = list[OffRatio]()
-    for joint, k in at.items():
-        if joint != ratios.reference and ratios.given[joint]:
-            expected = float(believed.value[k] / believed.value[r])
-            spread = float(C[k, k] + C[r, r] - 2.0 * C[k, r])
-            std = float(np.sqrt(ratios.rel_std[joint] ** 2 + max(spread, 0.0)))
-            found.append(OffRatio(joint=joint, rel=float(ratios.value[joint]) / expected - 1.0, std=std))
-    return tuple(found)

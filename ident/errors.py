@@ -41,6 +41,10 @@ class Contradiction(IdentificationError):
     """Data that fit no arm of this model with this payload: a sign, a zero, a column or the model is mistaken."""
 
 
+class NoBody(IdentificationError):
+    """A link that no rigid body can be, where one is needed."""
+
+
 class GainsError(IdentificationError):
     """Drive gains that no drives have, that are of another arm, or that are missing where they are needed."""
 

@@ -1,7 +1,7 @@
 """Recordings from and to files: one row a sample, columns `t`, `q1` .., `v1` .. or what they are said to be."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -76,17 +76,26 @@ def read_unchecked(path: str | Path, description: LogDescription) -> Log:
         found[:] = [resolved(path, names, description)]
         return found[0].chosen
 
+    table = format_of(path).read(path, request_of(description, chosen))
+    recording = converted(path, table, found[0].description)
+    return Log(recording, found[0], notes_of(found[0]))
+
+
+def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str]], Chosen]) -> Request:
+    """What is asked of a file of which something is said.
+
+    Args:
+        description: What is said; the header of a text is found by the columns that it or a known layout names.
+        chosen: Of the names of all columns, those to read.
+    """
     meant = re.compile("|".join((OURS.pattern, ur_rtde.COLUMNS, *map(re.escape, _said(description)))))
-    request = Request(
+    return Request(
         chosen=chosen,
         known=lambda names: sum(bool(meant.fullmatch(name) or OURS.fullmatch(name.lower())) for name in names),
         text=description.text,
         topic=description.topic,
         joints=description.joints,
     )
-    table = format_of(path).read(path, request)
-    recording = converted(path, table, found[0].description)
-    return Log(recording, found[0], notes_of(found[0]))
 
 
 def _said(description: LogDescription) -> list[str]:

@@ -19,14 +19,15 @@ MEND = "mend the log, or the model if it is the model that is so"
 TOPIC = "signs, zeros, order, base"
 
 
-def arm_remarks(found: Comparison, backward: Sequence[int]) -> list[Remark]:
+def arm_remarks(found: Comparison, backward: Sequence[int], several: Remark | None = None) -> list[Remark]:
     """Lines on the model, the most important one first.
 
     Args:
         found: The comparison.
         backward: Joints, from 0, whose friction drives.
+        several: That more than one thing is wrong, None if that is not so.
     """
-    return [_best(found, backward), *_out_of_reach(found), *_untold(found), *_not_excluded(found)]
+    return [several or _best(found, backward), *_out_of_reach(found), *_untold(found), *_not_excluded(found)]
 
 
 def named_readings(found: Comparison, backward: Sequence[int]) -> tuple[Alternative, ...]:

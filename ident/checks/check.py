@@ -18,6 +18,8 @@ from ident.checks.noise import noise_remarks
 from ident.checks.payload_decides import payload_remarks
 from ident.checks.remark import Grade, Remark, worst
 from ident.checks.samples import sample_remarks
+from ident.checks.several import Several, several_mistakes, several_remark
+from ident.checks.warming import Warmth, warming_remarks
 from ident.errors import RecordingError
 from ident.observation import Observation, ObserveOptions, observe
 from ident.options import GainOptions
@@ -63,12 +65,14 @@ class Checked:
         logs: Each log.
         comparison: Of the logs that can be compared, None where there is none.
         backward: Joints, from 0, whose friction drives.
+        several: That more than one thing is wrong, None if that is not so.
         remarks: On the model and all logs together.
     """
 
     logs: tuple[LogRead, ...]
     comparison: Comparison | None
     backward: tuple[int, ...]
+    several: Several | None
     remarks: tuple[Remark, ...]
 
     @property
@@ -83,8 +87,8 @@ class Checked:
 
     @property
     def named(self) -> tuple[str, ...]:
-        """Readings that surely explain the logs better, in words."""
-        if self.comparison is None:
+        """Readings that surely explain the logs better, in words; none where more than one thing is wrong."""
+        if self.comparison is None or self.several is not None:
             return ()
         found = named_readings(self.comparison, self.backward)
         return tuple(reading.words for each in found for reading in each.readings)
@@ -99,6 +103,7 @@ def check(
     loaded: Sequence[bool] | None = None,
     payload: Payload | None = None,
     about: Array | None = None,
+    warmths: Sequence[Warmth] = (),
 ) -> Checked:
     """Check recordings of one arm.
 
@@ -110,6 +115,7 @@ def check(
         loaded: Which of them carry `payload`, None where none surely does.
         payload: That one has, None where that is not asked.
         about: What the gains are about [N m / drive unit], shape (n,), None where nobody knows.
+        warmths: Temperatures of those that have them.
 
     Raises:
         RecordingError: If a recording has other joints than the arm.
@@ -121,20 +127,26 @@ def check(
     read = [_log_read(each, structure, observing) for each in recordings]
     observed = {k: each.observed for k, each in enumerate(read) if each.observed is not None}
     usable = [recordings[k] for k in observed]
+    warm = warming_remarks(warmths)
     if not usable:
-        return Checked(logs=tuple(read), comparison=None, backward=(), remarks=())
+        return Checked(logs=tuple(read), comparison=None, backward=(), several=None, remarks=tuple(warm))
     problems = [Problem(structure, (Motion(each, None),), gains) for each in observed.values()]
     backward = backward_joints(problems, about)
     logs = prepared(structure, usable, observing)
     comparison = compared(logs, motor_side(logs))
-    remarks = [*arm_remarks(comparison, backward), *friction_remarks(backward)]
+    sure = named_readings(comparison, backward)
+    several = several_mistakes(logs, sure, observing)
+    more = None if several is None else several_remark(several)
+    remarks = [*arm_remarks(comparison, backward, more), *friction_remarks(backward)]
     carrying = [loaded is not None and loaded[k] for k in observed]
     if payload is not None:
         remarks += payload_remarks(logs, carrying, payload, comparison.same)
     if payload is not None and about is not None and not carrying[0]:
         first = problems[0].motions[0].observation
         remarks += excitation_remarks(usable[0].name, predicted_rel_std(first, payload, about, gains), gains)
-    return Checked(logs=tuple(read), comparison=comparison, backward=backward, remarks=tuple(remarks))
+    return Checked(
+        logs=tuple(read), comparison=comparison, backward=backward, several=several, remarks=(*remarks, *warm)
+    )
 
 
 def _log_read(recording: Recording, structure: Structure, options: ObserveOptions) -> LogRead:

@@ -5,8 +5,10 @@ from collections.abc import Sequence
 
 from ident.identification import Recorded
 from ident.structure import Structure
+from scenarios.commands.saving import save
 from scenarios.errors import WrongFiles
 from scenarios.reports.content import Report
+from scenarios.store.claim import Claim
 
 
 def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
@@ -22,46 +24,69 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
     bare = not loaded and not any("gain" in word.partition("=")[0] for word in options.option)
     if not bare and options.gains is not None:
         raise WrongFiles("--gains goes with bare recordings alone; with a payload the gains are found, not given")
+    if not bare and options.if_loaded is not None:
+        raise WrongFiles("--if-loaded goes with bare recordings alone; here the gains themselves are found")
     if bare and options.gains_out is not None:
         raise WrongFiles("--gains-out: bare recordings give ratios of gains alone; add --loaded B --payload P.toml")
-    if bare and options.save is not None:
-        raise WrongFiles("--save: bare recordings give ratios of gains alone; add --loaded B --payload P.toml")
+    if options.if_loaded is not None and options.gains is None:
+        raise WrongFiles(
+            "--if-loaded: how a payload shows beside the noise takes the size of the gains; add --gains G, "
+            "a data sheet's will do"
+        )
     return bare
 
 
-def found(options: argparse.Namespace, structure: Structure, motions: Sequence[Recorded]) -> Report:
-    """Ratios, base parameters and friction.
+def found(
+    options: argparse.Namespace, structure: Structure, motions: Sequence[Recorded], saving: Claim | None
+) -> Report:
+    """Ratios, base parameters and friction, saved if that is asked for.
 
     Raises:
         IdentificationError: If the recordings cannot be those of this arm, or show no ratio.
         OptionError: If the method is not `nls`.
     """
-    from ident.bare import arm_in_SI, gain_ratios, off_ratios
-    from ident.cross_validation import predicted
     from ident.estimators.nls import NAME, AllJointsOptions
-    from ident.observation import ObserveOptions, observe
+    from ident.observation import ObserveOptions
     from ident.options import GainOptions, options_from_words
-    from ident.plausibility import check_different, check_positions
-    from ident.problem import Motion, Problem
+    from ident.payload_files import read_payload
+    from scenarios.bare import bare_answer
     from scenarios.commands.options import chosen
     from scenarios.files.gains import read_gains
+    from scenarios.patching.known_links import known_links
     from scenarios.reports.bare import bare_report
+    from scenarios.store.log_folder import Done
 
     if options.method != NAME:
         raise WrongFiles(f"--method {options.method} needs a payload; of bare recordings alone {NAME} gives the ratios")
-    for each in motions:
-        check_positions(structure.arm, each.recording)
-    check_different([each.recording for each in motions])
-    observing = chosen(ObserveOptions, options)
-    observed = tuple(Motion(observe(each.recording, structure, observing), None) for each in motions)
-    problem, own = (
-        Problem(structure, observed, chosen(GainOptions, options)),
-        options_from_words(AllJointsOptions, options.option),
+    payload = None if options.if_loaded is None else read_payload(options.if_loaded)
+    observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
+    own = options_from_words(AllJointsOptions, options.option)
+    answer = bare_answer(
+        motions,
+        structure,
+        observing=observing,
+        gains=limits,
+        options=own,
+        known=None if options.gains is None else read_gains(options.gains).known,
+        payload=payload,
     )
-    ratios, off, in_si = gain_ratios(problem, own), (), None
-    if options.gains is not None:
-        known = read_gains(options.gains).known
-        in_si = arm_in_SI(problem, own, known)
-        assert ratios.ratios is not None, "ratios were asked for"
-        off = off_ratios(ratios.ratios, known)
-    return bare_report(ratios, predicted(ratios.selected.final.fit.rows), off, in_si, structure.arm)
+    report = bare_report(answer, known_links(answer.in_si, structure, options.model, options.flange), structure.arm)
+    if saving is not None:
+        done = Done(
+            kind="bare",
+            title=f"Bare motions of {structure.arm.name}",
+            command=options.command_line,
+            model=options.model,
+            flange=options.flange,
+            couplings=options.coupling,
+            motions=motions,
+            observing=observing,
+            gains=limits,
+            document=report.document,
+            method=options.method,
+            options=own,
+            payload=payload,
+            believed=options.gains,
+        )
+        save(done, saving)
+    return report

@@ -42,10 +42,12 @@ def main(options: argparse.Namespace) -> Status:
 
     from ident.checks.check import check
     from ident.checks.remark import Grade
+    from ident.checks.warming import Warmth
     from ident.identification import Recorded
     from ident.options import GainOptions
     from ident.payload_files import read_payload
     from ident.recording_files import read_unchecked
+    from ident.temperature_files import read_temperatures
     from scenarios.errors import WrongFiles
     from scenarios.named_robot import named_robot
     from scenarios.reports.check import check_report
@@ -60,7 +62,14 @@ def main(options: argparse.Namespace) -> Status:
         robot = named_robot(options.robot, couplings, flange=options.flange)
         said = log_description(options, robot.structure.arm.joint_names)
         payload = None if options.payload is None else read_payload(options.payload)
-        recordings = told([read_unchecked(path, said) for path in (*options.log, *options.loaded)])
+        paths = (*options.log, *options.loaded)
+        recordings = told([read_unchecked(path, said) for path in paths])
+        temperatures = [read_temperatures(path, said, robot.structure.arm.n) for path in paths]
+        warmths = [
+            Warmth(recording.name, celsius)
+            for recording, celsius in zip(recordings, temperatures, strict=True)
+            if celsius is not None
+        ]
         found = check(
             recordings,
             robot.structure,
@@ -69,6 +78,7 @@ def main(options: argparse.Namespace) -> Status:
             loaded=[k >= len(options.log) for k in range(len(recordings))],
             payload=payload,
             about=robot.gain,
+            warmths=warmths,
         )
     report = check_report(found, robot.structure.arm)
     if saving is not None:

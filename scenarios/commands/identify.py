@@ -3,6 +3,7 @@
 import argparse
 import time
 
+import scenarios.commands.arguments as arguments
 from ident.estimators import DEFAULT, ESTIMATORS
 from ident.identification import Recorded, identify_motions
 from ident.logs.description import LogDescription
@@ -31,6 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
     add_gains_argument(parser, needed=False, said="with bare recordings alone: gains that are known, or believed")
+    said = "with bare recordings alone and --gains: a payload; how well each gain would come out with it mounted"
+    add("--if-loaded", type=arguments.file, metavar="P", help=said)
     add_save_argument(parser)
     gains_files.add_gains_out(parser)
     add_form_arguments(parser)
@@ -55,7 +58,7 @@ def main(options: argparse.Namespace) -> Status:
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
     if alone:
         with under_way(options, "identifying"), threadpool_limits(1):
-            report = bare.found(options, structure, motions)
+            report = bare.found(options, structure, motions, saving)
         show(report, options)
         return Status.PASSED
     own = options_from_words(ESTIMATORS[options.method].options, options.option)

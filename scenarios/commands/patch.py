@@ -28,6 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--nominal", type=gains_files.gains_path, metavar="N", help=f"{said}it efforts are left alone")
     said = "what identify --json prints of bare recordings: friction and armature; without it both are left alone"
     add("--arm", type=arguments.file, metavar="A", help=said)
+    said = "write mass, centre and inertia of every link as well, of bodies nearest to MODEL's; takes --arm of --gains"
+    add("--links", action="store_true", help=said)
     within = arguments.number_from(1e-6, 1.0, "", "a share of the number itself")
     said = "relative deviation up to which a number is taken (default %(default)s)"
     add("--max-rel-std", type=within, default=0.1, metavar="X", help=said)
@@ -45,6 +47,8 @@ def main(options: argparse.Namespace) -> Status:
     from ident.structure import structure_of
     from scenarios.files.gains import read_gains
     from scenarios.patching.bare_file import read_bare
+    from scenarios.patching.drawn_links import drawn_links
+    from scenarios.patching.link_values import link_values
     from scenarios.patching.patch import patched_model
     from scenarios.patching.values import joint_values
     from scenarios.reports.patch import patch_report
@@ -54,9 +58,15 @@ def main(options: argparse.Namespace) -> Status:
     structure, gains = structure_of(read_arm(options.model, (), flange=options.flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)
     bare = None if options.arm is None else read_bare(options.arm)
-    found = patched_model(options.model, joint_values(structure, gains, nominal, bare, most=options.max_rel_std))
-    contents = [found.content, ros_parameters(gains, structure.arm.joint_names).encode()]
-    for path, right, content in zip(written, held, contents, strict=False):  # the second one only if it is asked for
+    links = None
+    if options.links:
+        links = link_values(bare, structure.arm, drawn_links(options.model, options.flange))
+    joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
+    found = patched_model(options.model, joints, links)
+    contents = [found.content]
+    if options.ros_params is not None:
+        contents.append(ros_parameters(gains, structure.arm.joint_names).encode())
+    for path, right, content in zip(written, held, contents, strict=True):
         with right.writing():
             path.write_bytes(content)
     show(patch_report(found.changes, options.out, options.ros_params), options)

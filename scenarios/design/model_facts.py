@@ -12,6 +12,9 @@ from sim.drawn import full_spec
 from sim.meshes import drop_missing_meshes
 from sim.quiet import quiet
 
+OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+"""What an actuator pulls at; both are the same for a joint of one axis."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFacts:
@@ -71,17 +74,22 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
 
 
 def _of_actuators(spec: mujoco.MjSpec) -> dict[str, float]:
-    """Largest torque by the joint that an actuator of the file drives."""
+    """Largest torque by the joint that actuators of the file drive: MuJoCo adds those of one joint.
+
+    Where one of several states no limit there is none for the joint.
+    """
     found: dict[str, float] = {}
+    unlimited = set[str]()
     for actuator in spec.actuators:
         gear = abs(float(actuator.gear[0])) or 1.0
         force = max(0.0, float(actuator.forcerange[1]))
         servo = any(actuator.biasprm[1:3])  # told a position or a speed, others a force
         if not force and not servo and actuator.ctrlrange[1] > 0.0:
             force = float(actuator.ctrlrange[1]) * abs(float(actuator.gainprm[0]))
-        if actuator.trntype == mujoco.mjtTrn.mjTRN_JOINT and force:
-            found[actuator.target] = force * gear
-    return found
+        if actuator.trntype in OF_JOINTS:
+            found[actuator.target] = found.get(actuator.target, 0.0) + force * gear
+            unlimited |= set() if force else {actuator.target}
+    return {name: torque for name, torque in found.items() if name not in unlimited}
 
 
 def _stated(limits: list[tuple[str, Element]], key: str) -> dict[str, float]:

@@ -6,6 +6,7 @@ Every object may have more keys than these; those that stand here are a contract
 from pydantic import BaseModel, ConfigDict, Field
 
 from scenarios.comparison.statistics import MethodSummary
+from scenarios.patching.link_document import Links
 from scenarios.patching.places import Change
 from scenarios.store.answers import AnswerRow
 from scenarios.studies.budget import SourceCost
@@ -387,6 +388,21 @@ class BareJoint(_Open):
     friction: list[BareParameter]
 
 
+class ExpectedJoint(_Open):
+    """What a payload would make of a joint's gain."""
+
+    joint: int = Field(ge=1)
+    rel_std: float | None = Field(description="standard deviation to expect as a share of the gain, null if refused")
+    reason: str | None = Field(description="why there is none")
+
+
+class ExpectedGains(_Open):
+    """What to expect of the gains if the same motions were repeated with a payload."""
+
+    mass: float = Field(description="of the payload [kg]")
+    joints: list[ExpectedJoint]
+
+
 class BareResult(_Open):
     """What `rx90 identify --json` prints of bare recordings alone."""
 
@@ -394,6 +410,9 @@ class BareResult(_Open):
     joints: list[BareJoint]
     base_parameters: list[BareParameter]
     base_parameters_si: list[BareParameter] | None
+    if_loaded: ExpectedGains | None = Field(description="null unless --if-loaded asks")
+    consistent: Links | None = Field(description="null without --gains, or if the model has no bodies")
+    consistent_reason: str | None
     notes: list[str]
 
 

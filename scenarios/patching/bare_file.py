@@ -8,6 +8,7 @@ from ident.file_access import read_bytes
 from ident.naming import one_line
 from ident.toml_files import LARGEST
 from scenarios.errors import WrongBareFile
+from scenarios.patching.link_document import Links
 
 
 class _Part(BaseModel):
@@ -39,11 +40,15 @@ class BareFile(_Part):
         reference: Joint, from 1, whose gain is the unit of the base parameters.
         joints: In their order.
         base_parameters: Over the gain of the reference.
+        consistent: Links that bodies can have, None where there are none.
+        consistent_reason: Why there are none.
     """
 
     reference: int = Field(ge=1)
     joints: tuple[JointPart, ...] = Field(min_length=1)
     base_parameters: tuple[Found, ...]
+    consistent: Links | None = None
+    consistent_reason: str | None = None
 
 
 def read_bare(path: Path) -> BareFile:

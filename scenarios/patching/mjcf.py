@@ -63,6 +63,8 @@ def mjcf_changes(content: bytes, tags: Sequence[Tag], joints: Sequence[JointValu
         for name, known in (
             ("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)
         ):  # fmt: skip
+            if known is None:
+                continue
             before = file.resolved(tag, name)
             if isinstance(known, Unknown):
                 found.append(left(joint.name, name, before, known.reason))

@@ -43,14 +43,14 @@ class JointValues:
         effort: Gain found over that of the data sheet, without sign.
         damping: Viscous friction [N m s/rad or N s/m].
         friction: Coulomb friction [N m or N].
-        armature: Inertia of rotor and gear, joint side [kg m^2 or kg].
+        armature: Inertia of rotor and gear, joint side [kg m^2 or kg]; None where links are stated, with which it goes.
     """
 
     name: str
     effort: Known
     damping: Known
     friction: Known
-    armature: Known
+    armature: Known | None
 
 
 def joint_values(

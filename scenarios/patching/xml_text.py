@@ -80,14 +80,14 @@ def attribute_edit(content: bytes, tag: Tag, name: str, value: str) -> Edit:
     for found in ATTRIBUTE.finditer(content, tag.start, tag.end):
         if found[1] == name.encode():
             return Edit(found.start(2) + 1, found.end(2) - 1, value)
-    at = tag.end - (2 if _is_empty(content, tag) else 1)
+    at = tag.end - (2 if is_empty(content, tag) else 1)
     at -= len(content[tag.start : at]) - len(content[tag.start : at].rstrip())
     return Edit(at, at, f' {name}="{value}"')
 
 
 def child_edit(content: bytes, parent: Tag, text: str) -> Edit:
     """The edit that puts an element into another one as its first, in a line of its own where the others are."""
-    if _is_empty(content, parent):
+    if is_empty(content, parent):
         return Edit(parent.end - 2, parent.end, f">{text}</{parent.name}>")
     space = re.compile(rb"\s*").match(content, parent.end)
     before = b"" if space is None or b"\n" not in space[0] else space[0]
@@ -103,5 +103,11 @@ def edited(content: bytes, edits: Iterable[Edit]) -> bytes:
     return b"".join([*parts, content[at:]])
 
 
-def _is_empty(content: bytes, tag: Tag) -> bool:
+def comment_edit(content: bytes, parent: Tag, text: str) -> Edit:
+    """The edit that puts a comment into an element as its first."""
+    return child_edit(content, parent, f"<!-- {text} -->")
+
+
+def is_empty(content: bytes, tag: Tag) -> bool:
+    """Whether an element ends with its start tag."""
     return content[tag.end - 2 : tag.end] == b"/>"

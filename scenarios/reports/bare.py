@@ -3,10 +3,16 @@
 from collections.abc import Sequence
 
 from ident.arm import Arm
-from ident.bare import BareArm, GainRatios, OffRatio, Parameter
+from ident.bare import GainRatios, Parameter
 from ident.cross_validation import JointPrediction
+from ident.off_ratios import OffRatio
+from scenarios.bare import BareAnswer
+from scenarios.patching.link_document import Links
+from scenarios.patching.values import Unknown
+from scenarios.reports.bare_links import links_parts
 from scenarios.reports.content import NONE, Column, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import sentence
+from scenarios.reports.if_loaded import if_loaded_document, if_loaded_parts
 
 RATIOS = (
     Column(title="Joint"),
@@ -27,21 +33,18 @@ ESSENTIAL = 0.1
 """Relative deviation under which a parameter is essential: the usual limit of IDIM-LS."""
 
 
-def bare_report(
-    found: BareArm, predicted: Sequence[JointPrediction], off: Sequence[OffRatio], in_si: BareArm | None, arm: Arm
-) -> Report:
-    """Ratios, what they say of gains believed beforehand, parameters and friction.
+def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
+    """Ratios, what they say of gains believed beforehand, what a payload would add, parameters, friction, links.
 
     Args:
-        found: With ratios.
-        predicted: How well parts of the motions follow from the others.
-        off: Ratios against gains believed beforehand, if there are any.
-        in_si: The arm with gains that are given, None without any.
+        answer: What the motions say.
+        links: Physically consistent set, or why there is none.
         arm: The arm.
     """
+    found, in_si, off = answer.found, answer.in_si, answer.off
     ratios = found.ratios
     assert ratios is not None, "asked of motions whose gains are not held"
-    parts: list[Part] = [_ratio_table(ratios, predicted, arm)]
+    parts: list[Part] = [_ratio_table(ratios, answer.predicted, arm)]
     parts.append(
         Paragraph(
             f"Gains over that of joint {ratios.reference + 1}, from the links that joints share. Bare motions have no "
@@ -51,6 +54,7 @@ def bare_report(
     )
     parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
+    parts += [] if answer.if_loaded is None else if_loaded_parts(answer.if_loaded, arm)
     shown = found if in_si is None else in_si
     unit = "in SI" if in_si is not None else f"over the gain of joint {ratios.reference + 1}"
     rows = tuple(cells(*_numbers(each)) for each in shown.inertial if _essential(each))
@@ -61,7 +65,8 @@ def bare_report(
     )
     own = tuple(cells(str(j), *_numbers(each)) for j, all_of in enumerate(found.friction, 1) for each in all_of)
     parts.append(Table(title="Friction and offset, in drive units", columns=FRICTION, rows=own))
-    return Report("Bare motions", tuple(parts), _document(found, predicted, off, in_si, arm))
+    parts += links_parts(links)
+    return Report("Bare motions", tuple(parts), _document(answer, links, arm))
 
 
 def _ratio_table(ratios: GainRatios, predicted: Sequence[JointPrediction], arm: Arm) -> Table:
@@ -94,13 +99,12 @@ def _numbers(each: Parameter) -> tuple[str, str, str, str]:
     return each.name, f"{each.value:.4f}", f"{2.0 * each.std:.4f}", each.unit
 
 
-def _document(
-    found: BareArm, predicted: Sequence[JointPrediction], off: Sequence[OffRatio], in_si: BareArm | None, arm: Arm
-) -> dict[str, object]:
+def _document(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> dict[str, object]:
+    found, in_si = answer.found, answer.in_si
     ratios = found.ratios
     assert ratios is not None, "asked of motions whose gains are not held"
-    moved = {each.joint: each for each in off}
-    share = {each.joint: each for each in predicted}
+    moved = {each.joint: each for each in answer.off}
+    share = {each.joint: each for each in answer.predicted}
     return {
         "reference": ratios.reference + 1,
         "joints": [
@@ -120,6 +124,9 @@ def _document(
         ],
         "base_parameters": [_parameter(each) for each in found.inertial],
         "base_parameters_si": None if in_si is None else [_parameter(each) for each in in_si.inertial],
+        "if_loaded": None if answer.if_loaded is None else if_loaded_document(answer.if_loaded),
+        "consistent": None if isinstance(links, Unknown) else links.model_dump(mode="json"),
+        "consistent_reason": links.reason if isinstance(links, Unknown) else None,
         "notes": list(found.selected.remarks),
     }
 

@@ -17,7 +17,9 @@ from scenarios.store.record import RECORD, RESULT, Kind, RecordFile, digests_of,
 from scenarios.versions import versions
 
 ASKED = "payload.toml"
-"""The payload that a check was asked about."""
+"""The payload that a check was asked about, or that would be mounted."""
+BELIEVED = {".toml": "gains.toml", ".json": "gains.json"}
+"""The gains that were given, by the ending of their file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -37,8 +39,9 @@ class Done:
         document: The result for programs.
         method: Of an identification.
         options: The method's own, a dataclass.
-        payload: That a check was asked about.
+        payload: That a check was asked about, or that would be mounted on a bare flange.
         about: What the gains of a check are about [N m / drive unit].
+        believed: File of gains that were given with bare motions.
     """
 
     kind: Kind
@@ -55,11 +58,12 @@ class Done:
     options: object | None = None
     payload: Payload | None = None
     about: tuple[float, ...] | None = None
+    believed: Path | None = None
 
 
 def log_files(motions: int) -> tuple[str, ...]:
     """Names of the files that may be written of so many recordings."""
-    return (*motion_files(motions), ASKED, *MODELS, RESULT, RECORD)
+    return (*motion_files(motions), ASKED, *BELIEVED.values(), *MODELS, RESULT, RECORD)
 
 
 def save_logs(done: Done, folder: Path) -> None:
@@ -72,9 +76,12 @@ def save_logs(done: Done, folder: Path) -> None:
     model = write_model(done.model, done.flange, folder)
     if done.payload is not None:
         write_payload(done.payload, folder / ASKED)
+    believed = None if done.believed is None else BELIEVED[done.believed.suffix.lower()]
+    if done.believed is not None and believed is not None:
+        (folder / believed).write_bytes(done.believed.read_bytes())
     (folder / RESULT).write_text(to_json(done.document) + "\n", encoding="utf-8")
     named = [name for each in motions for name in (each.recording, each.payload) if name is not None]
-    named += [model, RESULT, *([] if done.payload is None else [ASKED])]
+    named += [model, RESULT, *([] if done.payload is None else [ASKED]), *([] if believed is None else [believed])]
     record = RecordFile(
         format=1,
         kind=done.kind,
@@ -90,6 +97,7 @@ def save_logs(done: Done, folder: Path) -> None:
         options=_changed(done.options),
         payload=None if done.payload is None else ASKED,
         about=done.about,
+        believed=believed,
         versions=versions(),
         files=digests_of(folder, list(dict.fromkeys(named))),
     )

@@ -26,14 +26,15 @@ from scenarios.store.documents import to_json
 from scenarios.store.problem_folder import GivenProblem, Name, ProblemFile, given_problem, read_stated
 
 RECORD, RESULT = "record.json", "result.json"
-Kind = Literal["run", "identification", "check"]
+Kind = Literal["run", "identification", "check", "bare"]
 
 
 class RecordFile(ProblemFile):
     """A problem, what was made of it, and the digests of the folder's files.
 
     `sources` are the names that the recordings had, `scenario` of a run what it was called by. Of a check, `payload`
-    is the one that was asked about, and `about` what the gains are about [N m / drive unit].
+    is the one that was asked about, and `about` what the gains are about [N m / drive unit]. Of bare motions, `payload`
+    is the one that would be mounted, and `believed` the gains that were given.
     """
 
     kind: Kind
@@ -46,6 +47,7 @@ class RecordFile(ProblemFile):
     options: dict[str, JsonValue] = Field(default_factory=dict)
     payload: Name | None = None
     about: tuple[float, ...] | None = None
+    believed: Name | None = None
     versions: dict[str, str] = Field(default_factory=dict)
     files: dict[str, str] = Field(min_length=1)
 
@@ -120,6 +122,8 @@ def identify_words(folder: Path, record: RecordFile) -> str:
         words += ["--unloaded" if payload is None else "--loaded", *(str(folder / each.recording) for each in motions)]
         words += [] if payload is None else ["--payload", str(folder / payload)]
     words += [] if record.method is None else ["--method", record.method]
+    words += [] if record.believed is None else ["--gains", str(folder / record.believed)]
+    words += [] if record.kind != "bare" or record.payload is None else ["--if-loaded", str(folder / record.payload)]
     return shlex.join([*words, *coupling_words(record), *option_words(record)])
 
 

@@ -7,10 +7,11 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
 from ident.all_joints.selection import Rival
-from ident.bare import GainRatios, _rival_friction, _std, arm_in_SI, gain_ratios, off_ratios
+from ident.bare import GainRatios, _covariance, _rival_friction, arm_in_SI, gain_ratios
 from ident.errors import GainsError, NotIdentifiable
 from ident.estimators.nls import AllJointsOptions
 from ident.known_gains import KnownGains
+from ident.off_ratios import off_ratios
 from ident.problem import Problem
 
 NAMES = tuple(f"joint{j}" for j in range(1, 7))
@@ -151,9 +152,9 @@ def test_what_rivals_change_is_a_deviation_beside_the_others(structure, chi, rng
     fit = gain_ratios(problem, AllJointsOptions()).selected.final.fit
     influence, belief = fit.phi_influence[2], fit.phi_belief[2]
     changes = np.array([[0.3, -0.4], [0.0, 0.05], [0.02, 0.0], [-0.7, 0.1], [0.0, 0.0]])  # five columns, two rivals
-    alone = _std(problem, fit.rows, influence, changes[:, :0], belief, None)
-    found = _std(problem, fit.rows, influence, changes, belief, None)
-    np.testing.assert_allclose(found**2 - alone**2, np.sum(changes**2, axis=1), rtol=1e-9, atol=1e-12)  # rounding
+    alone = _covariance(problem, fit.rows, influence, changes[:, :0], belief, None)
+    found = _covariance(problem, fit.rows, influence, changes, belief, None)
+    np.testing.assert_allclose(found - alone, changes @ changes.T, rtol=1e-9, atol=1e-12)  # rounding
 
 
 def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure, chi, rng):

@@ -4,6 +4,7 @@ import json
 import tomllib
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pandas as pd
 import pytest
@@ -65,6 +66,32 @@ def test_largest_torques_of_an_mjcf_are_the_least_that_joint_and_actuator_allow_
         text = text.replace(f'name="axis{j}"', f'actuatorfrcrange="-{most} {most}" name="axis{j}"')
     facts = model_facts(written(tmp_path, "arm.xml", text), None)
     assert facts.torque == {"axis1": 19.0, "axis2": 77.0, "axis4": 17.0, "axis5": 29.0}
+
+
+SEVERAL = """<actuator>
+  <motor joint="axis1" ctrlrange="-7 7" gear="3"/>
+  <motor joint="axis1" ctrlrange="-2 2" gear="-5"/>
+  <position joint="axis2" kp="5000" forcerange="-13 17" ctrlrange="-3 3"/>
+  <velocity joint="axis2" kv="100"/>
+  <motor jointinparent="axis3" ctrlrange="-4 4" gear="2.5"/>
+  <motor joint="axis4" ctrlrange="-9 9"/>
+  <motor joint="axis4" ctrlrange="-6 6"/>
+</actuator>"""
+
+
+def test_actuators_of_one_joint_add_as_in_mujoco_and_one_without_a_limit_leaves_none(tmp_path):
+    text = arm_xml(5, extra=SEVERAL).replace('name="axis4"', 'actuatorfrcrange="-11 11" name="axis4"', 1)
+    path = written(tmp_path, "arm.xml", text)
+    facts = model_facts(path, None)
+    assert set(facts.torque) == {"axis1", "axis3", "axis4"}
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    data.ctrl[:] = np.where(model.actuator_gear[:, 0] > 0.0, 1.0, -1.0) * 1e3  # clamped
+    mujoco.mj_forward(model, data)
+    for name, torque in facts.torque.items():
+        seen = data.qfrc_actuator[model.joint(name).dofadr[0]]
+        np.testing.assert_allclose(torque, seen, rtol=1e-12)  # rounding
+    assert facts.torque["axis4"] == 11.0
 
 
 def test_a_home_that_is_not_clear_says_so_and_is_the_farthest(arm):

@@ -29,6 +29,7 @@ from scenarios.reports.pages.monte_carlo import NORMAL
 from scenarios.reports.pages.paper import same
 from scenarios.reports.pages.still import with_picture
 from scenarios.reports.plot import Plot
+from scenarios.store.record import digests_of
 
 
 def test_results_differ_where_a_number_or_a_refusal_does():
@@ -111,7 +112,6 @@ def test_the_page_says_at_the_top_what_is_not_as_it_was_saved(copied):
     result["gains"][2]["estimate"] *= 1.001
     (copied / "result.json").write_text(json.dumps(result))
     record = json.loads((copied / "record.json").read_text())
-    from scenarios.store.record import digests_of
 
     record["files"] |= digests_of(copied, ["result.json"])
     (copied / "record.json").write_text(json.dumps(record))
@@ -186,11 +186,38 @@ def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path, capsy
     assert "--cutoff-hz 14.0" in [part.text for part in report.parts if isinstance(part, Line)][1]
 
 
-def test_bare_recordings_alone_are_not_saved(saved, tmp_path, capsys):
-    words = ["--model", str(saved / "robot.xml"), "--unloaded", str(saved / "unloaded.parquet")]
-    assert main(["identify", *words, "--save", str(tmp_path / "new")]) == 2
-    assert "--save: bare recordings give ratios" in capsys.readouterr().err
-    assert not (tmp_path / "new").exists()
+def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path):
+    sheet = tmp_path / "sheet.toml"
+    known = "\n".join(f'[[gains]]\njoint = {j}\nname = "joint{j}"\nestimate = 1.1\nstd = 0.1\n' for j in range(1, 7))
+    sheet.write_text(known)
+    words = ["--model", str(saved / "robot.xml"), "--unloaded", str(saved / "unloaded.parquet"), "--max-rel-std", "0.5"]
+    words += ["--option", "friction=viscous-coulomb", "--gains", str(sheet), "--if-loaded", str(saved / "payload.toml")]
+    folder = tmp_path / "new"
+    assert main(["identify", *words, "--save", str(folder)]) == 0
+    assert kind_of(folder) == "bare"
+    sheet.unlink()
+    report = page_of(folder)
+    told = json.loads((folder / "result.json").read_text())
+    known = sum(each["ratio"] is not None for each in told["joints"])
+    assert (told["consistent"], "without masses" in told["consistent_reason"]) == (None, True)  # a folder's model
+    assert report.parts[0].text.startswith(f"Ratios of {known} of 6 gains, over that of joint {told['reference']}")
+    titles = [part.title for part in report.parts if isinstance(part, Table)]
+    assert any(title.startswith("If the same motions were repeated with the payload of") for title in titles)
+    assert not [part for part in report.parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]
+    again = [part.text for part in report.parts if isinstance(part, Line)][1]
+    given = shlex.split(again)
+    for option in ("--gains", "--if-loaded", "--unloaded"):
+        assert given[given.index(option) + 1].startswith(str(folder))
+    assert "--loaded" not in given
+    path = folder / "result.json"
+    other = next(each for each in told["joints"] if each["ratio"] not in (None, 1.0))
+    other["ratio"] *= 1.0 + 1e-7
+    path.write_text(json.dumps(told))
+    record = json.loads((folder / "record.json").read_text())
+    record["files"] |= digests_of(folder, ["result.json"])
+    (folder / "record.json").write_text(json.dumps(record))
+    (said,) = [part for part in page_of(folder).parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]
+    assert "give other ratios than result.json" in said.text
 
 
 def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved, tmp_path, capsys):

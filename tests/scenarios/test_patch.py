@@ -111,6 +111,20 @@ def test_all_else_of_a_urdf_stays_byte_for_byte(cell):
     assert "effort = '142.8'" in after  # its own spaces and quotes; 150 * 11.9 / 12.5
 
 
+def test_ros_parameters_are_made_only_when_they_are_asked_for(cell, monkeypatch):
+    asked = list[object]()
+
+    def rendered(*given: object) -> str:
+        asked.append(given)
+        return "x"
+
+    monkeypatch.setattr("scenarios.store.ros_parameters.ros_parameters", rendered)
+    assert main(patched(cell, "arm.urdf")) == 0
+    assert not asked
+    assert main(patched(cell, "arm.urdf", "--ros-params", str(cell / "gains.yaml"), out="again.urdf")) == 0
+    assert len(asked) == 1
+
+
 def test_without_a_data_sheet_efforts_stay(cell, capsys):
     assert main(patched(cell, "arm.urdf", "--json")) == 0
     changes = json.loads(capsys.readouterr().out)["changes"]

@@ -229,20 +229,35 @@ def test_bare_recordings_alone_give_ratios(cell, capsys):
     assert len(found["joints"]) == 6
     shown = [each for each in found["joints"] if each["ratio"] is not None]
     assert len(shown) >= 2
+    assert (found["if_loaded"], found["consistent"]) == (None, None)
+    assert "--gains" in found["consistent_reason"]
     reference = found["joints"][found["reference"] - 1]
     assert (reference["ratio"], reference["rel_std"]) == (1.0, 0.0)
     assert main([*words, "--gains", str(cell / "gains.toml")]) == 0
     said = capsys.readouterr().out
     assert f"what joint {found['reference']} says" in said
     assert "Essential base parameters, in SI" in said
+    assert "Links as bodies, in SI" in said
+    assert "If the same motions" not in said
+    payload = str(cell / "run" / "payload-heavy.toml")
+    assert main([*words, "--gains", str(cell / "gains.toml"), "--if-loaded", payload, "--json"]) == 0
+    found = printed(capsys, "identify-bare")
+    assert found["if_loaded"]["mass"] > 0.0
+    assert [each["joint"] for each in found["if_loaded"]["joints"]] == [1, 2, 3, 4, 5, 6]
+    assert all((each["rel_std"] is None) == (each["reason"] is not None) for each in found["if_loaded"]["joints"])
+    assert [each["mass"] > 0.0 for each in found["consistent"]["links"]] == [True] * 6
+    assert found["consistent_reason"] is None
     for more, complaint in (
         (["--gains-out", str(cell / "none.toml")], "bare recordings give ratios of gains alone"),
         (["--method", "ls-2011"], "--method ls-2011 needs a payload"),
+        (["--if-loaded", payload], "takes the size of the gains"),
     ):
         assert main([*words, *more]) == 2
         assert complaint in capsys.readouterr().err
     assert main([*identified(cell), "--gains", str(cell / "gains.toml")]) == 2
     assert "--gains goes with bare recordings alone" in capsys.readouterr().err
+    assert main([*identified(cell), "--if-loaded", payload]) == 2
+    assert "--if-loaded goes with bare recordings alone" in capsys.readouterr().err
 
 
 def test_options_that_the_gains_were_found_with_hold_until_others_are_given(cell, capsys):

@@ -13,6 +13,7 @@ PAGES = {
     "run": "identification",
     "identification": "identification",
     "check": "check",
+    "bare": "bare",
     "monte-carlo": "monte_carlo",
     "sensitivity": "sensitivity",
     "comparison": "comparison",

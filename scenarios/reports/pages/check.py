@@ -1,14 +1,18 @@
 """The page of a check: its verdict, the lines, what to do, each log's motion and currents."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.arm import Arm
 from ident.checks.check import Checked, LogRead, check
+from ident.checks.remark import Grade, Remark
+from ident.checks.warming import TOPIC
 from ident.errors import IdentificationError
 from ident.payload_files import read_payload
 from ident.structure import structure_of
@@ -52,6 +56,7 @@ def page(folder: Path) -> Report:
     except IdentificationError as error:
         raise DamagedResult(f"{folder / RECORD}: the files of this folder cannot be checked: {error}") from error
     saved = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+    found = replace(found, remarks=(*found.remarks, *_of_temperature(saved)))
     told = check_report(found, given.arm)
     said = sorted(told.parts[:-1], key=lambda part: not isinstance(part, Paragraph))  # what to do, then the lines
     parts = [told.parts[-1], *_differences(saved, found, given.arm), *said, *_plots(found, given.arm)]
@@ -65,6 +70,22 @@ def _differences(saved: object, found: Checked, arm: Arm) -> list[Part]:
         return []
     text = f"Checked again, these files give other lines than {RESULT}; the page shows those of now."
     return [Paragraph(text, Mood.BAD, strong=True)]
+
+
+def _of_temperature(saved: Mapping[str, list[dict[str, Any]]]) -> list[Remark]:
+    """Lines on temperatures as they were told: the folder's recordings have none."""
+    return [
+        Remark(
+            topic=TOPIC,
+            log=each["log"],
+            joint=each["joint"] - 1,
+            seen=each["seen"],
+            grade=Grade(each["verdict"]),
+            advice=each["advice"],
+        )
+        for each in saved["lines"]
+        if each["what"] == TOPIC
+    ]
 
 
 def _plots(found: Checked, arm: Arm) -> list[Part]:

@@ -1,0 +1,41 @@
+"""What `rx90 identify` says of links that bodies can have."""
+
+from scenarios.patching.link_document import Links
+from scenarios.patching.link_values import FAR
+from scenarios.patching.values import Unknown
+from scenarios.reports.content import Column, Mood, Paragraph, Part, Table, cells
+
+COLUMNS = (
+    Column(title="Joint"),
+    Column(title="Mass", unit="kg"),
+    Column(title="Centre", unit="m", words=True),
+    Column(title="ixx iyy izz ixy ixz iyz", unit="kg m^2", words=True),
+    Column(title="Motor", unit="kg m^2"),
+)
+
+
+def links_parts(links: Links | Unknown) -> list[Part]:
+    """The set as a table, and how far data had to give way; why there is none."""
+    if isinstance(links, Unknown):
+        return [Paragraph(f"No mass, centre and inertia of every link: {links.reason}.")]
+    rows = tuple(
+        cells(
+            str(each.joint),
+            f"{each.mass:.4g}",
+            " ".join(f"{x:.4f}" for x in each.com),
+            " ".join(f"{x:.4g}" for x in each.inertia.six),
+            f"{each.motor_inertia:.4g}",
+        )
+        for each in links.links
+    )
+    title = "Links as bodies, in SI, each in the frame of its joint"
+    far = links.farthest_deviations
+    words = (
+        "Only base parameters are determined by data; of all links with these, or the nearest that bodies can have, "
+        f"these are nearest to the model's. {links.farthest_parameter} gave way most, by {far:.2g} deviations."
+    )
+    doubt = "" if far <= FAR else " That is more than its deviation explains: model, gains or data are mistaken."
+    return [
+        Table(title=title, columns=COLUMNS, rows=rows),
+        Paragraph(words + doubt, Mood.DOUBTFUL if doubt else Mood.PLAIN),
+    ]

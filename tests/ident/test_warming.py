@@ -1,0 +1,94 @@
+"""Lines on temperatures: how much joints warmed, from when on that is too much, what is no temperature."""
+
+import numpy as np
+import pytest
+
+from ident.checks.remark import Grade
+from ident.checks.warming import Warmth, warming_remarks
+from ident.logs.description import LogDescription
+from ident.recording import Recording
+from ident.recording_files import read_recording, write_recording
+from ident.temperature_files import read_temperatures
+
+
+def warmth(log: str, start: list[float], rise: list[float], samples: int = 400) -> Warmth:
+    """A log whose joints warm steadily."""
+    return Warmth(log, np.array(start) + np.linspace(0.0, 1.0, samples)[:, None] * np.array(rise))
+
+
+def test_without_temperatures_nothing_is_said():
+    assert warming_remarks([]) == []
+
+
+def test_every_joint_s_rise_within_a_log_is_told_and_half_of_it_counts():
+    (line,) = warming_remarks([warmth("a", [31.0, 28.0, 33.0], [0.5, 4.2, -1.5])])
+    # Medians of a twentieth at either end: 0.95 of a steady rise.
+    assert "warmed by 0.5, 4.0, -1.4 K" in line.seen
+    assert (line.joint, line.log, line.grade, line.advice) == (1, "a", Grade.GOOD, None)
+    assert "joint 2: up to 0.2 % of gain, 2 and 6 % of friction" in line.seen  # 4.0 / 2 times 0.1, 1 and 3 %/K
+
+
+@pytest.mark.parametrize(("rise", "grade"), [(6.9, Grade.GOOD), (7.2, Grade.WEAK), (-7.2, Grade.WEAK)])
+def test_a_tenth_of_the_friction_within_a_log_is_weak(rise, grade):
+    (line,) = warming_remarks([warmth("a", [31.0, 28.0], [0.2, rise])])  # 3 %/K times 0.95 times half of the rise
+    assert line.grade is grade
+    assert (line.advice is None) == (grade is Grade.GOOD)
+
+
+@pytest.mark.parametrize(("rise", "grade"), [(3.2, Grade.GOOD), (3.5, Grade.WEAK), (-3.5, Grade.WEAK)])
+def test_between_logs_the_whole_rise_counts(rise, grade):
+    logs = [warmth("a", [31.0, 28.0], [0.0, 0.0]), warmth("b", [31.4, 28.0 + rise], [0.0, 0.0])]
+    line = warming_remarks(logs)[-1]
+    assert f"beside a warmer by 0.4, {rise:.1f} K" in line.seen
+    assert (line.joint, line.log, line.grade) == (1, "b", grade)
+
+
+def test_a_third_log_is_held_against_the_first():
+    logs = [warmth(name, [20.0 + k, 30.0], [0.0, 0.0]) for k, name in enumerate("abc")]
+    lines = warming_remarks(logs)
+    assert [each.log for each in lines] == ["a", "b", "c", "b", "c"]
+    assert "beside a warmer by 2.0, 0.0 K" in lines[-1].seen
+
+
+@pytest.mark.parametrize("value", [305.0, -41.0, np.nan])
+def test_what_is_no_temperature_of_a_drive_is_not_looked_at(value):
+    strange = warmth("a", [31.0, 28.0], [0.1, 0.2])
+    strange.celsius[200:, 1] = value
+    lines = warming_remarks([strange, warmth("b", [31.0, 28.0], [0.1, 0.2]), warmth("c", [31.0, 28.0], [0.1, 0.2])])
+    assert (lines[0].joint, lines[0].grade) == (1, Grade.WEAK)
+    assert "is no temperature" in lines[0].seen
+    assert [each.log for each in lines[1:]] == ["b", "c", "c"]
+    assert "beside b" in lines[-1].seen
+
+
+def test_a_column_that_jumps_is_no_temperature():
+    torque = warmth("a", [31.0, 28.0], [0.1, 0.2])
+    torque.celsius[::2, 0] += 5.1
+    assert "joint 1 is no temperature" in warming_remarks([torque])[0].seen
+
+
+def log() -> Recording:
+    t = np.arange(9) * 0.02
+    q, v = np.random.default_rng(2).normal(size=(2, 9, 2))
+    return Recording(t, q, v, "log")
+
+
+@pytest.mark.parametrize("names", [("T1", "T2"), ("joint_temperatures_0", "joint_temperatures_1")])
+def test_temperatures_are_read_by_their_columns_in_the_order_of_joints(tmp_path, names):
+    path = tmp_path / "log.csv"
+    write_recording(log(), path)
+    lines = path.read_text().splitlines()
+    cells = [f"{30.5 + k},{21.5 + 2 * k}" for k in range(9)]
+    more = [f"{names[1]},{names[0]}", *cells]
+    path.write_text("\n".join(f"{line},{cell}" for line, cell in zip(lines, more, strict=True)))
+    found = read_temperatures(path, LogDescription(), 2)
+    np.testing.assert_array_equal(found, [[21.5 + 2 * k, 30.5 + k] for k in range(9)])
+    np.testing.assert_array_equal(read_recording(path).q, log().q)
+    assert read_temperatures(path, LogDescription(), 3) is None  # not of every joint
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_a_log_without_temperatures_has_none(tmp_path, ending):
+    path = tmp_path / f"log.{ending}"
+    write_recording(log(), path)
+    assert read_temperatures(path, LogDescription(), 2) is None

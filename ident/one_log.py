@@ -21,6 +21,8 @@ FRICTION_FACTOR = 2.0
 """Factor of friction that agrees with it."""
 SIGN_Z = 5.0
 """Deviations below zero from which a scale is negative."""
+SAME_FRICTION = 0.3
+"""Share of a friction that is left of it on the warmest day; a negative one is of another sign."""
 AMOUNT = 0.07
 """Relative difference of scales that is worth a refusal: friction between weeks differs by as much."""
 WITNESSED_Z, ALIKE_Z = 3.5, 2.5
@@ -30,6 +32,10 @@ The arm's own torque alone reached 5.3 on sound recordings with weeks between th
 """
 COMMON_Z, COMMON_SPREAD = 3.5, 0.1
 """The same of one scale of all joints, and how far each joint's friction may be from it."""
+ALONE, DOUBTFUL_Z = 5.0, 1.5
+"""How many times the others' spread one joint's friction must be off, and deviations of the scale, for a note."""
+LEAST_SPREAD = 0.01
+"""Of the friction of the others."""
 ADVICE = "bring both logs to one unit and sign"
 
 
@@ -105,6 +111,30 @@ def check_scales(found: Sequence[Counting]) -> None:
             )
 
 
+def scale_notes(found: Sequence[Counting]) -> tuple[str, ...]:
+    """A note on every joint whose friction alone changed, where its own torque does not contradict another scale."""
+    return tuple(
+        f"{each.second}: friction of joint {scale.joint + 1} alone is {scale.friction:.3g} times that in {each.first}, "
+        f"and the arm's own torque would have v{scale.joint + 1} count {scale.value:.3g} times: did friction change, "
+        "or has one log another scale? The gain is as wrong as that"
+        for each in found
+        for scale in each.scales
+        if _doubtful(scale, each.scales)
+    )
+
+
+def _doubtful(scale: Scale, scales: Sequence[Scale]) -> bool:
+    others = [each.friction for each in scales if each.friction is not None and each is not scale]
+    if scale.friction is None or len(others) < 2:
+        return False
+    middle = float(np.median(others))
+    spread = max(LEAST_SPREAD, float(np.median(np.abs(np.array(others) - middle))))
+    off = scale.friction - middle
+    alone = abs(off) > max(ALONE * spread, AMOUNT)
+    alike = abs(scale.value - scale.friction) < ALIKE_Z * scale.std and (scale.value - 1.0) * off > 0.0
+    return alone and alike and abs(scale.value - 1.0) > DOUBTFUL_Z * scale.std
+
+
 def _far(scale: Scale) -> bool:
     size = abs(scale.value)
     if not (size > FACTOR or size < 1.0 / FACTOR) or scale.evidence < FACTOR_EVIDENCE:
@@ -116,8 +146,9 @@ def _far(scale: Scale) -> bool:
 
 
 def _turned(scale: Scale) -> bool:
-    by_torque = scale.value < -SIGN_Z * scale.std
-    return by_torque and (scale.friction is None or scale.friction < 0.0)
+    if scale.friction is None:
+        return scale.value < -SIGN_Z * scale.std
+    return scale.value < 0.0 and scale.friction < -SAME_FRICTION
 
 
 def _odd(scale: Scale) -> bool:

@@ -17,6 +17,7 @@ from ident.arrays import Array
 from ident.evidence import NOTHING, gain_over
 from ident.explanation import Explanation, Unknowns, joint_columns, reading_columns, shares_left
 from ident.instants import Instants, thinned
+from ident.parameters import STANDARD
 from ident.readings import Reading, as_it_is
 
 APART = 0.03
@@ -25,6 +26,8 @@ LOOKS_BETTER = 0.02
 """Sum of logarithms by which a reading must be better on few instants to be looked at again."""
 SMALL = 2.0
 """Zero [degrees] that is not worth a word beside a sign."""
+BRAKES = np.array([STANDARD.index(name) for name in ("Fv", "Fc")])
+"""Friction among a joint's own columns."""
 FEW = 100
 """Instants of each motion that zeros are searched on."""
 GRID = np.arange(0.0, 360.0, 15.0)
@@ -47,7 +50,7 @@ def one_log_explanations(
     apart = _explained(arm, unknowns, motions, own, as_it_is(arm), apart=True)
     if gain_over(given.left, apart.left).sum() < APART:
         return []
-    found = [_backward(arm, unknowns, motions, own, given, joint) for joint in range(arm.n)]
+    found = [_backward(arm, unknowns, motions, own, names, given, joint) for joint in range(arm.n)]
     few = [thinned(each, FEW) for each in motions]
     own_few = [reading_columns(arm, [each], as_it_is(arm)) for each in few]
     given_few = _explained(arm, unknowns, few, own_few, as_it_is(arm))
@@ -127,16 +130,27 @@ def _backward(
     unknowns: Unknowns,
     motions: Sequence[Instants],
     own: Sequence[Array],
+    names: Sequence[str],
     given: Explanation,
     joint: int,
 ) -> Explanation:
-    """A joint's currents of the first motion negated; which one it is, only friction tells."""
+    """A joint's currents of the first motion negated; which of the logs it is, only friction tells."""
     W, v = _joint(unknowns, motions, own, joint)
     first = int(motions[0].moving[:, joint].sum())
     left = given.left.copy()
     left[joint] = shares_left(W, np.where(np.arange(len(v)) < first, -v, v)[:, None])[0]
-    words = f"v{joint + 1} negated in one of the logs alone"
+    drives = [name for k, name in enumerate(names) if _friction(unknowns, own[k], motions[k], joint) < 0.0]
+    words = f"v{joint + 1} negated in {drives[0] if len(drives) == 1 else 'one of the logs'} alone"
     return Explanation(replace(as_it_is(arm), words=words), left, given.freedom)
+
+
+def _friction(unknowns: Unknowns, own: Array, motion: Instants, joint: int) -> float:
+    """Friction of a joint at usual speed in one motion [drive units], whatever is mounted: more of its links."""
+    chosen, kept = unknowns.arm[joint], motion.moving[:, joint]
+    W = own[kept, joint][:, chosen]
+    size = np.linalg.norm(W, axis=0)
+    found = np.linalg.lstsq(W / np.where(size > 0.0, size, 1.0), motion.v[kept, joint], rcond=1e-9)[0]
+    return float(found[np.isin(chosen, len(STANDARD) * joint + BRAKES)].sum())
 
 
 def _joint(

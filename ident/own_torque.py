@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg, optimize
 
-from ident.arrays import Array, Indices
+from ident.arrays import Array, Indices, readonly
 from ident.base import independent_columns
 from ident.gain_system import JointRows, joint_rows
 from ident.problem import Problem
@@ -86,7 +86,8 @@ class _Log:
     @property
     def reduced(self) -> Array:
         """The triangle that sums of squares of `A x - v` need, shape (at most a + 1, a + 1)."""
-        return linalg.qr(np.column_stack((self.A, self.v)), mode="r", check_finite=False)[0][: self.A.shape[1] + 1]
+        R = linalg.qr(np.column_stack((self.A, self.v)), mode="r", check_finite=False)[0]
+        return readonly(R[: self.A.shape[1] + 1])
 
 
 def own_scales(problem: Problem, first: int, second: int) -> list[Scale]:
@@ -171,7 +172,7 @@ def _stacked(triangles: Sequence[Array], s: float) -> tuple[Array, Array]:
 
 def _solved(triangles: Sequence[Array], s: float) -> Array:
     M, y = _stacked(triangles, s)
-    return np.linalg.lstsq(M, y, rcond=1e-9)[0]
+    return readonly(np.linalg.lstsq(M, y, rcond=1e-9)[0])
 
 
 def _left(triangles: Sequence[Array], s: float) -> float:
@@ -216,4 +217,4 @@ def _basis(columns: Array) -> Array:
     if not kept.shape[1]:
         return kept
     Q, R, _ = linalg.qr(kept, mode="economic", pivoting=True)
-    return Q[:, np.abs(np.diag(R)) > NEW]
+    return readonly(Q[:, np.abs(np.diag(R)) > NEW])

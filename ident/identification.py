@@ -11,7 +11,7 @@ from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
 from ident.consistency.joints import torn
 from ident.contradiction import check_shape, check_signs
-from ident.errors import Contradiction, NotIdentifiable
+from ident.errors import Contradiction, NotIdentifiable, OtherLengths
 from ident.estimate import GainEstimate
 from ident.estimators import DEFAULT, estimator, ls_2011
 from ident.lag import in_time, lag_notes, lags, with_suspects
@@ -123,8 +123,12 @@ def identify_motions(
     problem = Problem(structure, observed, gains)
     counted = countings(problem, [each.recording.name for each in motions]) if wiring is not known_wiring else []
     check_units(counted)
-    for first, second in _compared(motions):
-        wiring(structure, first.recording, second.recording, observing)
+    try:
+        for first, second in _compared(motions):
+            wiring(structure, first.recording, second.recording, observing)
+    except OtherLengths:
+        check_scales(counted)
+        raise
     check_scales(counted)
     alone = joint_by_joint(problem)
     if alone is not None:

@@ -1,18 +1,24 @@
 """Currents and positions that one of two logs counts otherwise are refused by name; sound logs are not."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from consistency_logs import logs_of, problem_of
+from known_logs import BRICK
 from real_friction import Truth
 
+from ident.checks.check import check
+from ident.checks.remark import Grade
 from ident.consistency.finding import Finding
 from ident.consistency.joints import TORN, TORN_Z, torn
-from ident.errors import Contradiction
+from ident.errors import Contradiction, OtherLengths
+from ident.identification import identify
 from ident.observation import ObserveOptions
 from ident.odd_gains import FAR, sign_notes, size_notes
 from ident.one_log import Counting, check_scales, check_units, countings, scale_notes
+from ident.options import GainOptions
 from ident.own_torque import Scale
 from ident.recording import Recording
 from ident.structure import Structure
@@ -111,6 +117,37 @@ def test_positions_and_currents_of_one_log_are_named_with_it(axes, logs):
         check_wiring(axes, one, times(two, -1.0, 1), ObserveOptions())
 
 
+def test_an_identification_looks_at_units_before_other_readings(axes, logs):
+    with pytest.raises(Contradiction, match=r"v1 counts .* times, v2 counts"):
+        identify(logs[0], times(logs[1], 1e-3), axes, BRICK, method="ls-2011")
+
+
+def test_another_length_is_named_only_where_no_log_counts_a_current_otherwise(axes, logs):
+    def longer(*_: object) -> None:
+        raise OtherLengths("a length")
+
+    with pytest.raises(Contradiction, match="all currents count"):
+        identify(logs[0], times(logs[1], 1.2), axes, BRICK, method="ls-2011", wiring=longer)
+    with pytest.raises(OtherLengths):
+        identify(*logs, axes, BRICK, method="ls-2011", wiring=longer)
+
+
+@pytest.mark.parametrize(
+    ("pick", "words"),
+    [
+        (lambda one, two: (one, one), "hold the same motion"),
+        (lambda one, two: (one, times(two, 1e-3, 1)), "v2 counts 0.00"),
+        (lambda one, two: (two, one), "negative mass|swapped"),
+    ],
+)
+def test_a_check_refuses_what_an_identification_refuses(axes, logs, pick, words):
+    found = check(
+        pick(*logs), axes, observing=ObserveOptions(), gains=GainOptions(), loaded=(False, True), payload=BRICK
+    )
+    wrong = [each.seen for each in found.remarks if each.grade is Grade.WRONG]
+    assert any(re.search(words, each) for each in wrong), wrong
+
+
 # Judgement of what was found
 
 
@@ -123,6 +160,7 @@ def test_own_torque_and_friction_must_say_the_same_amount_of_one_joint():
         replace(own, friction=0.72),
         replace(own, std=0.09),  # 3.1 deviations
         replace(own, friction=None),
+        replace(own, value=1.1, std=0.028, friction=1.05),  # friction between weeks differs by as much
     ):
         check_scales(said(SOUND[0], other, SOUND[2]))
 
@@ -130,6 +168,7 @@ def test_own_torque_and_friction_must_say_the_same_amount_of_one_joint():
 def test_friction_of_all_joints_that_changes_alone_is_no_other_scale():
     check_scales(said(*(replace(each, friction=0.7) for each in SOUND)))
     check_units(said(*(replace(each, friction=0.7) for each in SOUND)))
+    check_scales(said(*(replace(each, value=1.21, std=0.04, friction=0.83) for each in SOUND)))
 
 
 def test_a_large_factor_takes_friction_as_well():
@@ -150,6 +189,7 @@ def test_a_joint_whose_friction_alone_changed_gets_a_note_if_its_own_torque_agre
     assert "friction of joint 2 alone is 1.1 times that in one.csv" in note
     assert scale_notes(said(quiet[0], replace(odd, value=0.91), quiet[1])) == ()
     assert scale_notes(said(quiet[0], replace(odd, friction=1.05), quiet[1])) == ()
+    assert scale_notes(said(quiet[0], replace(odd, value=0.82, std=0.115), quiet[1])) == ()
     warm = [replace(each, friction=1.1) for each in quiet]
     assert scale_notes(said(warm[0], odd, warm[1])) == ()
 

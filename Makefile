@@ -5,8 +5,10 @@ BIN := .venv/bin
 # Small matrices gain nothing from a threaded BLAS, and stall now and then.
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
+# Many processes import the same modules: each is compiled once.
+unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation methods coverage predicted protocols robots verify schemas lock clean
+.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation payloads methods coverage predicted error-budget protocols robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -15,7 +17,7 @@ demo: .venv/ready
 	@echo 'Next: .venv/bin/rx90 shows what else one can do.'
 
 test: .venv/ready
-	$(BIN)/pytest --numprocesses logical --dist worksteal
+	$(BIN)/pytest --numprocesses logical --dist loadfile --no-loadscope-reorder
 
 test-slow: .venv/ready
 	$(BIN)/pytest -m slow
@@ -33,6 +35,7 @@ bench: .venv/ready
 	$(BIN)/python bench/effects.py
 	$(BIN)/python bench/doors.py
 	$(BIN)/python bench/studies.py
+	$(BIN)/python bench/trials.py
 
 scale: .venv/ready  # what a million trials need from the process that writes them, into docs/scaling.md; ten minutes
 	$(BIN)/python -m bench.scale --write
@@ -48,13 +51,21 @@ pictures: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/case.py
 	$(BIN)/python docs/accuracy.py
 
-excitation: .venv/ready  # random against searched motions, a table for every built-in robot: minutes each
+excitation: .venv/ready  # random against searched motions, on every built-in robot; ten minutes, goes on from what out/excitation holds
 	$(BIN)/python docs/excitation.py
+
+payloads: .venv/ready  # the weight that rx90 payload finds for every built-in robot; ten minutes, goes on from what out/payloads holds
+	$(BIN)/python docs/payloads.py
 
 COMPARED ?= $(wildcard out/methods/*)
 
 methods: .venv/ready  # from the folders that rx90 compare left, those of out/methods unless COMPARED names others
 	$(BIN)/python docs/methods.py $(COMPARED)
+
+BUDGETS ?= out/budget out/budget-field
+
+error-budget: .venv/ready  # from the folders that rx90 sensitivity left
+	$(BIN)/python docs/error_budget.py $(BUDGETS)
 
 PROTOCOLS := $(basename $(notdir $(wildcard docs/protocols/*.toml)))
 
@@ -67,7 +78,7 @@ COVERED ?= $(wildcard out/coverage/*)
 coverage: .venv/ready  # from the folders that rx90 monte-carlo left, those of out/coverage unless COVERED names others
 	$(BIN)/python docs/coverage.py $(COVERED)
 
-STUDIES ?= nominal out/budget
+STUDIES ?= nominal out/budget field out/budget-field
 
 predicted: .venv/ready  # scenarios, each with the folder that rx90 sensitivity left of it
 	$(BIN)/python docs/predicted.py $(STUDIES)

@@ -14,7 +14,7 @@ from ident.all_joints.columns import joint_columns, shared_parameters
 from ident.all_joints.friction import own_columns
 from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.selection import Rival, Selected
-from ident.all_joints.solution import GivenGain, setting
+from ident.all_joints.solution import Fitted, GivenGain, setting
 from ident.all_joints.start import friction_z
 from ident.arrays import Array, Mask
 from ident.errors import NotIdentifiable
@@ -236,7 +236,7 @@ def _friction(problem: Problem, selected: Selected, gains: KnownGains | None) ->
     for joint, (own, phi, influence, belief) in enumerate(
         zip(final.own, final.fit.phi, final.fit.phi_influence, final.fit.phi_belief, strict=True)
     ):
-        rivals = np.column_stack([belief[:, :0], *(_rival_friction(each, joint) for each in selected.rivals)])
+        rivals = np.column_stack([belief[:, :0], *(_rival_friction(each, joint, final) for each in selected.rivals)])
         std = _std(_covariance(problem, final.fit.rows, influence, rivals, belief, gains))
         found.append(
             tuple(
@@ -252,16 +252,18 @@ def _friction(problem: Problem, selected: Selected, gains: KnownGains | None) ->
     return tuple(found)
 
 
-def _rival_friction(each: Rival, joint: int) -> Array:
-    """What a rival changes of a joint's own columns, by their names.
+def _rival_friction(each: Rival, joint: int, final: Fitted) -> Array:
+    """What a rival changes of a joint's own columns in the final fit, by their names.
 
-    Zero for what only one of the two has: the two forms of load friction are no two values of one number.
+    Zero for what only one of the two has: the two forms of load friction are no two values of one number, and joints
+    are compared stiff and yielding before they have any.
     """
     one, other = (
         dict(zip(zip(fit.own[joint].names, fit.own[joint].motion, strict=True), fit.fit.phi[joint], strict=True))
         for fit in (each.final, each.other)
     )
-    return np.array([each.share * (other.get(key, value) - value) for key, value in one.items()])
+    keys = zip(final.own[joint].names, final.own[joint].motion, strict=True)
+    return np.array([each.share * (other[key] - one[key]) if key in one and key in other else 0.0 for key in keys])
 
 
 def _friction_unit(name: str) -> str:

@@ -61,11 +61,10 @@ def joint_delay(problem: Problem, rows: JointRows) -> Delay | None:
     freedom = len(rows.V) - basis.shape[1] - len(problem.motions)
     if freedom < FREEDOM:
         return None
-    weight = rows.W[:, rows.names.index(own[-1])]
-    smooth = (W[:, ~steps] @ x[~steps]) / np.where(weight > 0.0, weight, np.nan)
+    smooth = (W[:, ~steps] @ x[~steps]) / np.where(rows.weight > 0.0, rows.weight, np.nan)
     motions = np.arange(len(problem.motions))
     of_motion = rows.motion[:, None] == motions  # (r, motions)
-    fitted = (weight * _rate(smooth, rows, problem.row_period))[:, None] * of_motion
+    fitted = (rows.weight * _rate(smooth, rows, problem.row_period))[:, None] * of_motion
     logged = np.concatenate([motion.observation.joints[rows.joint].V_rate for motion in problem.motions])
     r, Z, D = (_left(basis, each) for each in (rows.V, fitted, logged[:, None] * of_motion))
     if np.linalg.cond(Z.T @ D) > BLIND:

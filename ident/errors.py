@@ -21,6 +21,10 @@ class NotIdentifiable(IdentificationError):
     """Data that cannot give a single drive gain, whatever the joint."""
 
 
+class NegativeMass(IdentificationError):
+    """A mass found that is below zero beyond doubt."""
+
+
 class OptionError(IdentificationError):
     """An option of the identification that does not exist or has a value that makes no sense."""
 

@@ -1,10 +1,12 @@
 """Two sets of gains of one kind of robot: what moved beyond its interval, joint by joint and together.
 
 x = log |g_B / g_A| with covariance C, that of both sets together. A scale common to all joints, as another payload
-scale or supply voltage makes it, is told apart: s = (1^T C^-1 x) / (1^T C^-1 1), the generalised mean.
+scale or supply voltage makes it, is told apart: s = (1^T C^-1 x) / (1^T C^-1 1), the generalised mean. A joint that
+moved alone would draw it along: where no scale is common to all, s is that of the most joints that have one.
 """
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import scipy
@@ -12,10 +14,14 @@ from scipy import linalg
 
 from ident.arrays import Array, Indices, Mask
 from ident.errors import GainsError
-from ident.known_gains import KnownGains
+from ident.known_gains import KnownGains, same_joint
 
 LEVEL = 0.05
 """How often one of the joints may be told to have moved where none has."""
+APART = 1e-3
+"""How rarely chance alone makes changes as different as those of joints that have no scale in common."""
+MOST_APART = 3
+"""Joints at most, and fewer than half, that a common scale may leave out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,9 +46,19 @@ class Moved:
         return float(np.expm1(self.log))
 
     @property
+    def rel_std(self) -> float:
+        """Standard deviation of `rel`, to first order: as `rel`, a share of the size of g_A."""
+        return float(np.exp(self.log)) * self.std
+
+    @property
     def moved(self) -> bool:
         """Whether it moved beyond its interval, or turned."""
         return self.turned or abs(self.log) > self.limit * self.std
+
+    @property
+    def beyond_two(self) -> bool:
+        """Whether it is more than two standard deviations of the change from none."""
+        return abs(self.rel) > 2.0 * self.rel_std
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +89,8 @@ class GainComparison:
         joints: The k joints that have a gain in both, from 0, shape (k,).
         each: Change of each of them.
         together: Whether any moved.
-        scale: Change common to all.
+        scale: Change common to all, or to the most that have one in common.
+        sharing: Joints, from 0, that have this scale, all or more than half; empty if not so many have one.
         apart: Change of each beside the common one.
         pattern: Whether they moved apart from the common one; None for a single joint.
         missing: Joints, from 0, that have a gain in one set only, with the name of the set, `A` or `B`, that has it.
@@ -83,6 +100,7 @@ class GainComparison:
     each: tuple[Moved, ...]
     together: Together
     scale: Moved
+    sharing: Indices
     apart: tuple[Moved, ...]
     pattern: Together | None
     missing: tuple[tuple[int, str], ...]
@@ -103,7 +121,7 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
     Raises:
         GainsError: If the joints differ, no joint has a gain in both, or a change has no deviation at all.
     """
-    if A.names != B.names:
+    if len(A.names) != len(B.names) or not all(map(same_joint, range(1, len(A.names) + 1), A.names, B.names)):
         raise GainsError(
             f"gains are of other joints: {', '.join(A.names)} against {', '.join(B.names)}; compare robots of one kind"
         )
@@ -116,24 +134,57 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
         joint = int(joints[np.argmin(std)]) + 1
         raise GainsError(f"joint {joint}: neither gain has a deviation; state one of them, or nothing can be told")
     x, turned = np.log(np.abs(B.value[b] / A.value[a])), A.value[a] * B.value[b] < 0.0
-    white = _whitening(C, std)
-    ones, y = white @ np.ones(len(x)), white @ x
-    weight = float(ones @ ones)
-    scale = float(ones @ y) / weight
-    apart = np.eye(len(x)) - np.outer(np.ones(len(x)), ones @ white) / weight  # x - s
+    y = _whitening(C, std) @ x
+    everyone = _scale(x, C)
+    sharing = _sharing(x, C)
+    common = everyone if len(sharing) in (0, len(x)) else _scale(x[sharing], C[np.ix_(sharing, sharing)])
+    w = np.zeros(len(x))
+    w[sharing if len(sharing) else slice(None)] = common.weights
+    apart = np.eye(len(x)) - np.outer(np.ones(len(x)), w)  # x - s
     left = np.sqrt(np.maximum(np.diag(apart @ C @ apart.T), 0.0))
     limit = float(scipy.stats.norm.isf(0.5 * LEVEL / len(x)))
     return GainComparison(
         joints=joints.astype(np.intp),
         each=_changes(x, std, limit, turned),
         together=_test(float(y @ y), len(x)),
-        scale=Moved(log=scale, std=weight**-0.5, limit=float(scipy.stats.norm.isf(0.5 * LEVEL))),
+        scale=Moved(log=common.value, std=common.std, limit=float(scipy.stats.norm.isf(0.5 * LEVEL))),
+        sharing=joints[sharing].astype(np.intp),
         apart=_changes(apart @ x, left, limit, turned),
-        pattern=_test(float(y @ y) - scale**2 * weight, len(x) - 1) if len(x) > 1 else None,
+        pattern=everyone.rest if len(x) > 1 else None,
         missing=tuple(
             (j, "A" if j in A.joints else "B") for j in np.setxor1d(A.joints, B.joints).astype(np.intp).tolist()
         ),
     )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Scale:
+    """A change common to some joints: s = w^T x, its deviation, and a test of what is left of x."""
+
+    value: float
+    std: float
+    weights: Array
+    rest: Together
+
+
+def _scale(x: Array, C: Array) -> _Scale:
+    white = _whitening(C, np.sqrt(np.diag(C)))
+    ones, y = white @ np.ones(len(x)), white @ x
+    weight = float(ones @ ones)
+    value = float(ones @ y) / weight
+    rest = _test(float(y @ y) - value**2 * weight, max(len(x) - 1, 1))
+    return _Scale(value=value, std=weight**-0.5, weights=ones @ white / weight, rest=rest)
+
+
+def _sharing(x: Array, C: Array) -> Indices:
+    """The most joints whose changes one scale explains, more than half; of as many, those that it explains best."""
+    for many in range(min((len(x) - 1) // 2, MOST_APART) + 1):
+        kept = [np.setdiff1d(np.arange(len(x)), out) for out in combinations(range(len(x)), many)]
+        tests = [_scale(x[each], C[np.ix_(each, each)]).rest for each in kept]
+        best = int(np.argmin([test.chi2 for test in tests]))
+        if tests[best].p >= APART:
+            return kept[best].astype(np.intp)
+    return np.zeros(0, dtype=np.intp)
 
 
 def _changes(x: Array, std: Array, limit: float, turned: Mask) -> tuple[Moved, ...]:

@@ -30,6 +30,7 @@ class JointRows:
         W: Their columns, shape (r, b).
         W_L: Columns of each payload, zero in the rows of other motions, shape (payloads, r, 10).
         V: Currents [drive units], shape (r,).
+        weight: What a constant becomes in each row, shape (r,).
         motion: Motion of each row, shape (r,).
         position: Number of each row in its motion, those left out counted, shape (r,).
         loaded: Which rows are of a motion with a payload, shape (r,).
@@ -40,6 +41,7 @@ class JointRows:
     W: Array
     W_L: Array
     V: Array
+    weight: Array
     motion: Indices
     position: Indices
     loaded: Mask
@@ -90,6 +92,7 @@ def joint_rows(problem: Problem, joint: int) -> JointRows:
         W=np.vstack([part.W[:, arm] for part in parts]),
         W_L=W_L,
         V=np.concatenate([part.V for part in parts]),
+        weight=np.concatenate([part.weight for part in parts]),
         motion=np.repeat(np.arange(len(parts)), lengths),
         position=np.concatenate([part.position for part in parts]),
         loaded=np.repeat([motion.payload is not None for motion in problem.motions], lengths),

@@ -20,7 +20,7 @@ from ident.odd_gains import odd_gain_notes
 from ident.one_log import check_scales, check_units, countings, scale_notes
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.plausibility import check_different, check_load, check_positions, residual_notes
+from ident.plausibility import SamenessCheck, check_different, check_load, check_positions, residual_notes
 from ident.problem import Motion, Problem
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
@@ -96,6 +96,7 @@ def identify_motions(
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
     wiring: WiringCheck = check_wiring,
+    sameness: SamenessCheck = check_different,
     checks: Mapping[str, Check] = CHECKS,
 ) -> Identification:
     """Identify drive gains from any number of motions, bare and with one or more mountings of a payload.
@@ -108,6 +109,7 @@ def identify_motions(
         observing: Filters and thresholds.
         gains: When a gain counts as identifiable, and how its uncertainty is found.
         wiring: What makes sure that the logs are of this arm; `known_wiring` where nobody doubts it.
+        sameness: What makes sure that no recording is given twice; `repeatable` where motions are simulated.
         checks: Consistency tests of the estimate; `UNCHECKED` where nobody reads what they say.
 
     Raises:
@@ -118,7 +120,7 @@ def identify_motions(
     structure = robot if isinstance(robot, Structure) else structure_of(robot)
     for motion in motions:
         check_positions(structure.arm, motion.recording)
-    check_different([motion.recording for motion in motions])
+    sameness([motion.recording for motion in motions])
     observed = tuple(Motion(observe(each.recording, structure, observing), each.payload) for each in motions)
     problem = Problem(structure, observed, gains)
     counted = countings(problem, [each.recording.name for each in motions]) if wiring is not known_wiring else []

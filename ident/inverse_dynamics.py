@@ -40,13 +40,29 @@ def inverse_dynamics(arm: Arm, chi: Array, q: Array, dq: Array, ddq: Array) -> A
     Returns:
         Joint torques [N m] or forces [N], shape (N, n).
     """
-    torque, n, p = np.empty_like(q), arm.n, len(STANDARD)
-    turns = [rotation_terms(arm, j) for j in range(n)]
+    torque = np.empty_like(q)
+    turns = [rotation_terms(arm, j) for j in range(arm.n)]
     for start in range(0, len(q), BLOCK):
         block = slice(start, start + BLOCK)
         torque[block] = _link_torques(arm, turns, chi, q[block].T, dq[block].T, ddq[block].T).T
+    return torque + drive_torques(arm, chi, dq, ddq)
+
+
+def drive_torques(arm: Arm, chi: Array, dq: Array, ddq: Array) -> Array:
+    """Torque of rotors, friction and offsets: what `inverse_dynamics` adds to that of links.
+
+    Args:
+        arm: The arm, n joints, c couplings.
+        chi: Standard parameters, shape (14 n + 3 c,).
+        dq: Joint velocities, shape (N, n).
+        ddq: Joint accelerations, shape (N, n).
+
+    Returns:
+        Shape (N, n).
+    """
+    n, p = arm.n, len(STANDARD)
     Ia, Fv, Fc, off = (chi[STANDARD.index(name) : p * n : p] for name in ("Ia", "Fv", "Fc", "off"))
-    torque += Ia * ddq + Fv * dq + Fc * np.sign(dq) + off
+    torque = Ia * ddq + Fv * dq + Fc * np.sign(dq) + off
     for c, (first, second) in enumerate(arm.couplings):
         Iam, Fvm, Fcm = chi[p * n + 3 * c : p * n + 3 * c + 3]
         pair, other = [first, second], [second, first]

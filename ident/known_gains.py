@@ -79,10 +79,15 @@ class KnownGains:
         if len(self.names) != arm.n:
             raise GainsError(f"gains of {len(self.names)} joints, but robot {arm.name} has {arm.n}")
         for number, (mine, its) in enumerate(zip(self.names, arm.joint_names, strict=True), 1):
-            if mine not in (its, str(number)):
+            if not same_joint(number, mine, its):
                 raise GainsError(f"gains: joint {number} is {mine}, but that of robot {arm.name} is {its}")
         if not len(self.joints):
             raise GainsError("gains: no joint has a gain; every one is refused")
+
+
+def same_joint(number: int, one: str, other: str) -> bool:
+    """Whether two names may be of one joint; one whose name is its number, from 1, has none."""
+    return one == other or str(number) in (one, other)
 
 
 def estimated_gains(estimate: GainEstimate) -> KnownGains:

@@ -94,6 +94,7 @@ class JointObservation:
         W: Base columns of the arm that act on the joint, shape (r, b).
         columns: Their indices in the structure's base columns, shape (b,).
         W_L: The payload's ten columns (zero torque if nothing is mounted), shape (r, 10).
+        weight: What a constant becomes in each row: less than 1 where reversals are left out, shape (r,).
         t: Time at the middle of each row's filter [s], shape (r,).
         position: Number of each row, those left out counted, shape (r,).
         row_period: Time from one row to the next [s].
@@ -104,6 +105,7 @@ class JointObservation:
     W: Array
     columns: Indices
     W_L: Array
+    weight: Array
     t: Array
     position: Indices
     row_period: float
@@ -243,13 +245,15 @@ def _kept(
 ) -> JointObservation:
     """The rows of joint j that lost little to reversals; V and W as `reduced` returns them."""
     own, columns = len(STANDARD) * j, structure.joint_columns[j]
-    keep = W[:, STANDARD.index("off")] >= options.min_weight  # the column of ones has become the weight left
+    weight = W[:, STANDARD.index("off")]  # the column of ones has become the weight left
+    keep = weight >= options.min_weight
     return JointObservation(
         V=readonly(V[keep, j]),
         V_rate=readonly(V[keep, structure.arm.n + j]),
         W=readonly(W[np.ix_(keep, structure.base.columns[columns] - own)]),
         columns=columns,
         W_L=readonly(W[np.ix_(keep, structure.payload_columns - own)]),
+        weight=readonly(weight[keep]),
         t=readonly(t[keep]),
         position=np.flatnonzero(keep),
         row_period=row_period,

@@ -9,6 +9,12 @@ from ident.payload import INERTIA_KEYS, MOMENTS, Known, Payload
 from ident.toml_files import read_toml
 
 KEYS = ("mass", "mass_std", "com", "com_std", "inertia", "inertia_std", "known")
+WIDE, WIDER = 0.35, 0.15
+"""Radius of gyration that no payload exceeds: 0.35 m + 0.15 m sqrt(mass / kg).
+
+A rod of steel of 1 m and 7 kg has 0.29 m of the 0.75 m; what is a thousand times the moment of a compact body of that
+mass has 0.85 m.
+"""
 
 
 def read_payload(path: str | Path) -> Payload:
@@ -46,7 +52,7 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
             raise PayloadError(f"payload: {key}_std is given, but {key} is missing")
     com, com_std = _vector(table, "com"), _vector(table, "com_std")
     inertia, inertia_std = _inertia(table, "inertia"), _inertia(table, "inertia_std")
-    return Payload(
+    payload = Payload(
         mass=_number(table["mass"], "mass"),
         mass_std=_number(table.get("mass_std", 0.0), "mass_std"),
         com=com,
@@ -55,6 +61,25 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
         inertia_std=inertia_std or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         known=_known(table.get("known", "all")),
     )
+    _check_gyration(payload)
+    return payload
+
+
+def _check_gyration(payload: Payload) -> None:
+    """Refuse an inertia that only another unit gives: bodies of that mass are not that wide.
+
+    Raises:
+        PayloadError: If the radius of gyration exceeds `WIDE` + `WIDER` sqrt(mass).
+    """
+    if payload.inertia is None:
+        return
+    key, moment = max(zip(MOMENTS, payload.inertia, strict=False), key=lambda pair: pair[1])
+    radius, most = (moment / payload.mass) ** 0.5, WIDE + WIDER * payload.mass**0.5
+    if radius > most:
+        raise PayloadError(
+            f"payload: inertia.{key} = {moment:g} gives {payload.mass:g} kg a radius of gyration of {radius:.3g} m, "
+            f"more than {most:.3g} m, which bodies of that mass stay below; expected kg m^2 about the centre of mass"
+        )
 
 
 def payload_to_table(payload: Payload) -> dict[str, object]:

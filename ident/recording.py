@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ident.arrays import Array, readonly
+from ident.arrays import Array, Indices, readonly
 from ident.errors import RecordingError
 
 LARGEST_GAP = 10.0
@@ -55,6 +55,10 @@ class Recording:
     def jitter(self) -> float:
         """Largest deviation of a sampling interval from their mean, as a share of it."""
         return float(np.abs(np.diff(self.t) / self.period - 1.0).max())
+
+
+NO_JOINT = "; leave out what is no joint of the arm, such as a gripper, by naming the others: q=NAME[{0..5}]"
+"""How columns of rows of numbers are read in part."""
 
 
 def resampled(recording: Recording) -> Recording:
@@ -110,14 +114,29 @@ def _check(recording: Recording) -> None:
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         k = int(back[0])
-        equal = len(back) > 1 and bool((np.diff(t)[back] == 0.0).all())
-        advice = f"; {len(back)} rows repeat the time of the row before, write t with more digits" if equal else ""
         raise RecordingError(
-            f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s{advice}"
+            f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s"
+            f"{_why_not_rising(recording, back)}"
         )
     for label, values in (("q", q), ("v", v)):
         flat = np.flatnonzero((values == values[0]).all(axis=0))
         if len(flat):
             raise RecordingError(
                 f"{name}: {label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"
+                f"{NO_JOINT if flat[0] + 1 == recording.n > 1 else ''}"
             )
+
+
+def _why_not_rising(recording: Recording, back: Indices) -> str:
+    """What rows whose time is not after that of the row before look like."""
+    t, q, v = recording.t, recording.q, recording.v
+    if (t[back + 1] < t[back]).all():
+        return (
+            "; if the file holds several recordings, take one of them, such as only = { episode_index = 0 } in a log "
+            "description"
+        )
+    if (t[back + 1] < t[back]).any():
+        return ""
+    if (q[back + 1] == q[back]).all() and (v[back + 1] == v[back]).all():
+        return f"; {len(back)} rows are those before them once more: drop the duplicates"
+    return f"; {len(back)} rows repeat the time of the row before, write t with more digits" if len(back) > 1 else ""

@@ -22,6 +22,7 @@ import scipy
 
 from ident.arrays import Array, Mask
 from ident.errors import RecordingError
+from ident.logs.units import ISO, TIME
 from ident.recording import Recording
 
 SLOWEST, FASTEST_CLOCK = 0.2, 1e-5
@@ -42,20 +43,24 @@ MIDDLE = (0.05, 0.95)
 TURNS = ((2.0 * np.pi, "2 pi", "np.unwrap(q, axis=0)"), (360.0, "360", "np.unwrap(q, period=360, axis=0)"))
 
 
-def check_log(recording: Recording) -> None:
+def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
     """Refuse a recording whose clock, positions or currents no robot can have.
+
+    Args:
+        recording: As read.
+        t_unit: What its time is said to have been in; None if nothing is said.
 
     Raises:
         RecordingError: Naming the channel and the rows, and what it looks like.
     """
-    for fault in log_faults(recording):
+    for fault in log_faults(recording, t_unit=t_unit):
         raise fault
 
 
-def log_faults(recording: Recording) -> Iterator[RecordingError]:
+def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[RecordingError]:
     """Everything of a recording that no robot can have, channel by channel, the clock first."""
     fastest = FASTEST * float(np.median(np.diff(recording.t)))
-    checks: list[Callable[[], None]] = [partial(_check_clock, recording)]
+    checks: list[Callable[[], None]] = [partial(_check_clock, recording, t_unit)]
     checks += [partial(_check_steps, recording, j) for j in range(recording.n)]
     checks += [partial(_check_currents, recording, j) for j in range(recording.n)]
     for j in range(recording.n):
@@ -68,10 +73,19 @@ def log_faults(recording: Recording) -> Iterator[RecordingError]:
             yield error
 
 
-def _check_clock(recording: Recording) -> None:
+def _check_clock(recording: Recording, t_unit: str | None) -> None:
     interval = float(np.median(np.diff(recording.t)))
     if FASTEST_CLOCK <= interval < SLOWEST:
         return
+    if t_unit is not None:
+        logged = interval / TIME[t_unit]
+        fitting = " or ".join(
+            unit for unit, scale in TIME.items() if unit != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST
+        )
+        raise RecordingError(
+            f"{recording.name}: t is said to be in {t_unit}, and advances by {logged:.3g} {t_unit} a row, which no log "
+            f"of a robot does; {f'is it in {fitting}?' if fitting else 'is it time?'}"
+        )
     units = ((1e5, "nanoseconds"), (100.0, "microseconds"), (SLOWEST, "milliseconds"), (0.0, "hours"))
     unit = next(name for least, name in units if interval >= least)
     counted = ", or the number of the row" if (np.diff(recording.t) == 1.0).all() else ""

@@ -13,6 +13,7 @@ from ident.logs.conversion import converted
 from ident.logs.description import LogDescription
 from ident.logs.notes import notes_of
 from ident.logs.resolution import Resolved, resolved
+from ident.logs.units import ISO
 from ident.recording import Recording
 from ident.recording_checks import check_log
 
@@ -59,7 +60,8 @@ def read_log(path: str | Path, description: LogDescription) -> Log:
         RecordingError: As `read_recording`.
     """
     log = read_unchecked(path, description)
-    check_log(log.recording)
+    said = log.read.description.t.unit
+    check_log(log.recording, t_unit=said[0] if said and description.t.unit and said[0] != ISO else None)
     return log
 
 

@@ -12,10 +12,11 @@ def refusal(predicted_rel_std: float, load_rms: float, max_rel_std: float, unit:
     """
     if predicted_rel_std <= max_rel_std:
         return None
-    return (
-        f"predicted standard deviation {_percent(predicted_rel_std)} of the gain exceeds {_percent(max_rel_std)}; "
-        f"the payload puts {load_rms:.3g} {unit} rms on this joint"
+    load = (
+        f"the payload puts {load_rms:.3g} {unit} rms on this joint" if load_rms > 0.0 else "no payload loads this joint"
     )
+    most = _percent(max_rel_std)
+    return f"predicted standard deviation {_percent(predicted_rel_std)} of the gain exceeds {most}; {load}"
 
 
 def _percent(share: float) -> str:

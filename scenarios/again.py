@@ -15,6 +15,7 @@ from ident.estimators import estimator
 from ident.identification import Identification, Recorded, identify_motions
 from ident.observation import observe
 from ident.options import options_from_table
+from ident.plausibility import repeatable
 from ident.problem import Motion, Problem
 from ident.structure import structure_of
 from ident.wiring import known_wiring
@@ -87,6 +88,7 @@ def identified_again(folder: Path) -> Again:
                 observing=given.observing,
                 gains=given.gains,
                 wiring=known_wiring,
+                sameness=repeatable,
             )
             observed = tuple(Motion(observe(m.recording, structure, given.observing), m.payload) for m in motions)
     except IdentificationError as error:

@@ -141,6 +141,10 @@ class NotOurs(ScenarioError):
     """A file that a command would write over, although it did not write it, or not so."""
 
 
+class OverInput(ScenarioError):
+    """A file that a command would write over, although it reads it."""
+
+
 class WrongFiles(ScenarioError):
     """Recordings and payloads on a command line that do not go together."""
 
@@ -167,6 +171,10 @@ class NoWeight(ScenarioError):
 
 class MotionTooFine(ScenarioError):
     """Harmonics that a search does not see between its samples."""
+
+
+class OtherSeries(ScenarioError):
+    """A motion that is to be improved is none of those that are searched."""
 
 
 class NoFilm(ScenarioError):
@@ -206,7 +214,7 @@ class ForeignAnswers(ScenarioError):
 
 
 class SeenBefore(ScenarioError):
-    """A recording that is to prove gains, and that they were found from."""
+    """A recording that is to prove gains, or to be weighed with them, and that they were found from."""
 
 
 class WrongGains(ScenarioError):

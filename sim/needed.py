@@ -18,10 +18,11 @@ from ident.arrays import Array
 from sim.compile import lean_model
 from sim.effects import EFFECTS
 from sim.effects.effect import ControlStep
+from sim.effects.temperature import varies as warmth_acts
 from sim.effects.temperature import warming
 from sim.errors import NoCurrent, SimulationError
 from sim.experiment import Experiment
-from sim.plant import Plant
+from sim.plant import PayloadBody, Plant
 from sim.rigid import Frictionless, frictionless, inertias, torque_along
 from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before
 from sim.trajectory import FourierTrajectory
@@ -35,6 +36,8 @@ MOTIONS_KEPT = 4
 """Motions kept as sampled; one of 20 s at 1 kHz has 4 MB."""
 PLANTS_KEPT = 128
 """Compiled plants kept, 50 kB each: a search asks for the same ones along thousands of motions."""
+NOT_MOUNTED = PayloadBody(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+"""Stands for a payload that a motion does not carry, whatever it is: plants that differ in it alone are one."""
 TABLES_KEPT = 64
 """Tables of torques kept; one of 20 s at 250 Hz has a quarter of a megabyte."""
 
@@ -109,16 +112,21 @@ def _warmed_up(experiment: Experiment, rate_hz: float) -> Array:
 def _needed(experiment: Experiment, rate_hz: float, warmth: Array) -> _Needed:
     plant, drives = experiment.plant, experiment.plant.drives
     states = states_of(experiment.trajectory, rate_hz)
-    rubbing = _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier)
+    rubbing = _rubbing_of(experiment)
     rigid = _rigid(rubbing.rigid, experiment.trajectory, rate_hz)
-    v, before, none = np.zeros_like(rigid), np.full_like(rigid, np.inf), np.zeros_like(rigid)
+    v, before = np.zeros_like(rigid), np.full_like(rigid, np.inf)
+    steady = not any(effect.varies(plant.errors) for effect in EFFECTS.values())  # nothing then depends on the current
+
+    def warmed(v: Array) -> Array:
+        load = (v / drives.current_limit) ** 2 if is_carried(experiment) else np.zeros_like(v)
+        return warming(plant.errors, warmth, load, 1.0 / rate_hz)
+
     for _ in range(FEEDBACK_ITERATIONS):
-        load = (v / drives.current_limit) ** 2 if is_carried(experiment) else none
-        warm = warming(plant.errors, warmth, load, 1.0 / rate_hz)
-        tau = rigid + _beside(rubbing.acts, states, v, rigid, warm[:-1])
+        warm = warmed(v)[:-1] if warmth_acts(plant.errors) else np.zeros_like(v)
+        tau = rigid + _beside(rubbing.acts, states, v, rigid, warm)
         v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
-        if np.abs(v - before).max() <= SETTLED * np.abs(v).max():
-            return _Needed(v, warm[-1])
+        if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
+            return _Needed(v, warmed(v)[-1])
         before = v
     raise NoCurrent(f"{experiment.name}: no current moves the arm: friction grows with it by as much as it gives")
 
@@ -132,8 +140,7 @@ def states_of(motion: FourierTrajectory, rate_hz: float) -> States:
 
 def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
     """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times."""
-    rubbing = _rubbing(experiment.plant, experiment.loaded, experiment.step, experiment.earlier)
-    return inertias(rubbing.rigid, experiment.trajectory, states_of(experiment.trajectory, rate_hz).t)
+    return inertias(_rubbing_of(experiment).rigid, experiment.trajectory, states_of(experiment.trajectory, rate_hz).t)
 
 
 def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array) -> Array:
@@ -181,6 +188,12 @@ def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
     fields = ("q", "dq", "v", "constant", "speed", "friction", "damping", "torque", "transmitted", "warmth")
     rows = ({name: getattr(step, name)[k : k + 1] for name in fields} for k in range(len(t)))
     return [replace(step, t=float(time), **row) for time, row in zip(t, rows, strict=True)]
+
+
+def _rubbing_of(experiment: Experiment) -> _Rubbing:
+    """What is compiled for an experiment; what is not mounted makes no difference."""
+    plant = experiment.plant if experiment.loaded else replace(experiment.plant, payload=NOT_MOUNTED)
+    return _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier)
 
 
 @lru_cache(maxsize=PLANTS_KEPT)

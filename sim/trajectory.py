@@ -1,6 +1,7 @@
 """Exciting motions as finite Fourier series that start and end at rest, in closed form."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -41,11 +42,20 @@ class FourierTrajectory:
             q, dq, ddq [rad, rad/s, rad/s^2], each (N, n).
         """
         rate = 2.0 * np.pi / self.duration * np.arange(1, self.sine.shape[1] + 1)  # (H,) rad/s
-        s, c = np.sin(np.outer(t, rate)), np.cos(np.outer(t, rate))  # (N, H)
+        s, c = _waves(rate.tobytes(), np.asarray(t, dtype=np.float64).tobytes())
         q = self.center + s @ self.sine.T + c @ self.cosine.T
         dq = c @ (rate * self.sine).T - s @ (rate * self.cosine).T
         ddq = -s @ (rate**2 * self.sine).T - c @ (rate**2 * self.cosine).T
         return q, dq, ddq
+
+
+@lru_cache(maxsize=2)
+def _waves(rate: bytes, t: bytes) -> tuple[Array, Array]:
+    """Sines and cosines of all harmonics, each (N, H), kept: a search asks for the same two grids all the time."""
+    angle = np.outer(np.frombuffer(t), np.frombuffer(rate))
+    s, c = np.sin(angle), np.cos(angle)
+    s.flags.writeable = c.flags.writeable = False
+    return s, c
 
 
 def at_rest(center: Array, sine: Array, cosine: Array, duration: float) -> FourierTrajectory:

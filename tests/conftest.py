@@ -14,6 +14,27 @@ from ident.payload import Payload
 from ident.payload_files import read_payload
 from ident.structure import Structure, structure_of
 
+LONG = (
+    "test_extending",
+    "test_interruptions",
+    "test_accuracy",
+    "test_comparison",
+    "test_dask",
+    "test_checks_arm",
+    "test_methods",
+    "test_estimators",
+    "test_monte_carlo",
+    "test_pages",
+    "test_scenarios",
+    "test_statistics",
+    "test_contract",
+)
+"""Modules of many seconds, which begin first: workers take modules as a whole, and are to end at about one time."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    items.sort(key=lambda item: LONG.index(item.path.stem) if item.path.stem in LONG else len(LONG))
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _one_blas_thread():

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from ident.all_joints.belief import Belief, likeliest
 from ident.all_joints.friction import Term
 from ident.all_joints.solution import Fitted, Setting, Terms, fit_with
 from ident.all_joints.stiffness import assumed_compliance
@@ -43,8 +44,8 @@ FIRST_ORDER = 0.15
 regrouped into its link's moves with the link (`docs/derivations.md`)."""
 LEAST_LOAD = 5e-3
 """Load friction that is worth a word."""
-LEAST_SPREAD, SPREAD_SHARE = 1e-3, 0.3
-"""Least deviation of load friction between joints that is believed, on its own and as a share of their mean."""
+SPREAD_SHARE = 0.3
+"""Least deviation of load friction between joints that is believed, as a share of their mean."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -86,15 +87,7 @@ class Selected:
         return np.column_stack([nothing, *(each.share * _log_ratio(each.other, each.final) for each in self.rivals)])
 
 
-@dataclass(frozen=True, slots=True)
-class _Belief:
-    """Mean and deviation of the coefficients of load friction of an arm's joints."""
-
-    mean: float
-    std: float
-
-
-ANY_DRIVE = _Belief(LOAD_MEAN, LOAD_STD)
+ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
 
 
 def selected(ready: Setting, *, yielding: bool = False) -> Selected:
@@ -138,7 +131,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     )
 
 
-def _load_words(form: str, belief: _Belief) -> str:
+def _load_words(form: str, belief: Belief) -> str:
     mean, spread = 100.0 * belief.mean, 100.0 * belief.std
     if belief.mean < LEAST_LOAD:
         allowed = f"{np.hypot(mean, spread):.2g} % of {LOAD_FORMS[form]}"
@@ -187,7 +180,7 @@ class _Loaded:
     """A fit with load friction, and the belief about it."""
 
     tried: _Tried
-    belief: _Belief
+    belief: Belief
 
 
 def _with_load(
@@ -202,30 +195,19 @@ def _with_load(
     return _Loaded(_tried(fit_with(ready, _grown(chosen, form, again, belief), again.softened, free)), belief)
 
 
-def _grown(chosen: Terms, form: str, columns: TermColumns, belief: _Belief) -> Terms:
+def _grown(chosen: Terms, form: str, columns: TermColumns, belief: Belief) -> Terms:
     return [
         {**terms, form: Term(own[form], belief.mean, belief.std)}
         for terms, own in zip(chosen, columns.own, strict=True)
     ]
 
 
-def _belief(free: Fitted, form: str) -> _Belief:
+def _belief(free: Fitted, form: str) -> Belief:
     """Mean and spread of the joints' coefficients, by the largest likelihood of what each joint shows alone."""
     at = [(j, own.names.index(form)) for j, own in enumerate(free.own) if form in own.names]
     seen = np.array([free.fit.phi[j][k] for j, k in at])
     influence = np.array([free.fit.phi_influence[j][k] for j, k in at])
     held = np.array([np.linalg.norm(free.fit.phi_belief[j][k]) for j, k in at])
     noise = np.hypot(np.sqrt(np.diag(cautious(free.fit.rows, influence, 0.0))), held)
-
-    def unlikely(x: Array) -> float:
-        mean, spread = x[0], np.exp(x[1])
-        variance = noise**2 + spread**2
-        return float(np.sum(np.log(variance) + (seen - mean) ** 2 / variance))
-
-    weights = noise**-2.0
-    start = max(0.0, float(weights @ seen / weights.sum()))
-    best = scipy.optimize.minimize(
-        unlikely, (start, np.log(0.01)), bounds=((0.0, 1.0), (np.log(LEAST_SPREAD), 0.0)), method="L-BFGS-B"
-    )
-    mean, spread = float(best.x[0]), float(np.exp(best.x[1]))
-    return _Belief(mean, max(spread, SPREAD_SHARE * mean))
+    found = likeliest(seen, noise)
+    return Belief(found.mean, max(found.std, SPREAD_SHARE * found.mean))

@@ -6,15 +6,14 @@ import numpy as np
 import scipy
 
 from ident.all_joints.columns import SharedParameters
+from ident.all_joints.displacement import States, displaced_torques
 from ident.arrays import Array, Indices
-from ident.inverse_dynamics import inverse_dynamics
+from ident.inverse_dynamics import drive_torques, inverse_dynamics
 from ident.problem import Motion, Problem
 from ident.structure import Structure
 
 TORQUE_RATE = 8.0
 """Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
-SOFTENING = 1e-6
-"""Compliance by which the derivative of torques is taken [rad / (N m)]: far below any real one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,21 +53,19 @@ def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: A
     stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
     t = np.arange(len(behind.q)) * behind.period
     at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
-    states = behind.q[at], behind.dq[at], behind.ddq[at]
-    rigid = scipy.interpolate.CubicSpline(t[at], inverse_dynamics(structure.arm, chi, *states))
+    states = States(behind.q[at], behind.dq[at], behind.ddq[at])
+    torque = inverse_dynamics(structure.arm, chi, states.q, states.dq, states.ddq)
+    rigid = scipy.interpolate.CubicSpline(t[at], torque)(t)
     if not compliance:
-        return Torques(rigid(t), np.zeros((0, structure.arm.n, structure.arm.n)))
-    link = chi.copy()
-    link[_rotors(structure)] = 0.0
-    stiff = inverse_dynamics(structure.arm, link, *states)
-    transmitted = scipy.interpolate.CubicSpline(t[at], stiff)
-    change = np.stack([transmitted(t[at], order) for order in range(3)])  # (3, samples, n)
-    softened = np.empty((len(at), structure.arm.n, structure.arm.n))
-    for k in range(structure.arm.n):
-        only = np.arange(structure.arm.n) == k
-        moved = [x - SOFTENING * each * only for x, each in zip(states, change, strict=True)]
-        softened[:, :, k] = (inverse_dynamics(structure.arm, link, *moved) - stiff) / SOFTENING
-    return Torques(rigid(t), scipy.interpolate.CubicSpline(t[at], softened)(t))
+        return Torques(rigid, np.zeros((0, structure.arm.n, structure.arm.n)))
+    rotors = np.zeros_like(chi)
+    rotors[_rotors(structure)] = chi[_rotors(structure)]
+    transmitted = scipy.interpolate.CubicSpline(
+        t[at], torque - drive_torques(structure.arm, rotors, states.dq, states.ddq)
+    )
+    behind_motor = States(*(-transmitted(t[at], order) for order in range(3)))
+    softened = displaced_torques(structure.arm, chi - rotors, states, behind_motor)
+    return Torques(rigid, scipy.interpolate.CubicSpline(t[at], softened)(t))
 
 
 def _rotors(structure: Structure) -> Indices:

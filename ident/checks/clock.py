@@ -3,16 +3,26 @@
 import numpy as np
 
 from ident.checks.remark import Grade, Remark
+from ident.observation import ObserveOptions
 from ident.recording import JITTER_TOL, LARGEST_GAP, Recording
 
 LOST = 1.5
 """Interval, in medians, from which on a sample is missing."""
 FEW = 0.02
 """Share of missing samples that straight lines between the others stand in for."""
-SLOW = 60.0
-"""Rate [Hz] below which the default filters leave little room."""
+ROOM = 4.0
+"""Samples in a period of the highest cut-off below which filters have little room."""
 JITTERED = 0.5
 """Largest deviation of an interval, as a share, that does not come of missing samples but is worth a word."""
+
+
+def slowest_hz(observing: ObserveOptions) -> float:
+    """Rate of a log [Hz] below which filters have little room."""
+    return ROOM * max(observing.cutoff_hz, observing.decimation_cutoff_hz)
+
+
+SLOW = slowest_hz(ObserveOptions())
+"""Likewise of the default filters."""
 
 
 def clock_remarks(recording: Recording) -> list[Remark]:
@@ -24,12 +34,13 @@ def clock_remarks(recording: Recording) -> list[Remark]:
     even = intervals[missing == 0.0]
     jitter = float(np.abs(even / usual - 1.0).max(initial=0.0))
     duration = float(recording.t[-1] - recording.t[0])
+    hertz = 1.0 / float(even.mean())  # controllers that log every 10 or 12 ms do so at a rate between the two
     rate = Remark(
         topic="rate",
         log=recording.name,
-        seen=f"{1.0 / usual:.4g} Hz, {len(recording.t)} samples, {duration:.4g} s",
-        grade=Grade.WEAK if 1.0 / usual < SLOW else Grade.GOOD,
-        advice=f"log at {SLOW:g} Hz or more, or lower --cutoff-hz" if 1.0 / usual < SLOW else None,
+        seen=f"{hertz:.4g} Hz, {len(recording.t)} samples, {duration:.4g} s",
+        grade=Grade.WEAK if hertz < SLOW else Grade.GOOD,
+        advice=f"log at {SLOW:g} Hz or more, or lower --cutoff-hz" if hertz < SLOW else None,
     )
     uneven = jitter > JITTERED
     steady = Remark(
@@ -48,10 +59,11 @@ def _gaps(recording: Recording, intervals: np.ndarray, usual: float, lost: int, 
     at = int(intervals.argmax())
     hole = intervals[at] > LARGEST_GAP * usual
     many = lost > FEW * (len(recording.t) + lost)
+    where = f"{lost} in {gaps} gap{'s' if gaps > 1 else ''}"
     return Remark(
         topic="missing samples",
         log=recording.name,
-        seen=f"{lost} in {gaps} gaps, the longest {intervals[at]:.3g} s at t = {recording.t[at]:.6g} s",
+        seen=f"{where}, the longest {intervals[at]:.3g} s at t = {recording.t[at]:.6g} s",
         grade=Grade.WRONG if hole or many else Grade.WEAK,
         advice="use one side of the hole" if hole else "record again with less else to do for the logging computer",
     )

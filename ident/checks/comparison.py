@@ -140,7 +140,7 @@ def _grouped(
 
     What is the same by the kinematics leaves the same of these currents; only where it does, the kinematics are asked.
     """
-    groups: list[list[Explanation]] = []
+    groups = [[given]]
     prints: dict[int, Fingerprint] = {}
 
     def known(each: Explanation) -> Fingerprint:
@@ -149,16 +149,21 @@ def _grouped(
             prints[id(each)] = fingerprint(logs.structure, unknowns, each.reading, motions=len(logs.seen))
         return prints[id(each)]
 
-    for each in (given, *others):
-        for members in groups:
-            alike = np.allclose(each.column_left, members[0].column_left, rtol=ALIKE, atol=0.0)
-            if alike and same(known(each), known(members[0])):
-                members.append(each)
+    for each in others:
+        for k in _alike(each.column_left, [members[0].column_left for members in groups]):
+            if same(known(each), known(groups[k][0])):
+                groups[k].append(each)
                 break
         else:
             groups.append([each])
     first, *rest = groups
     return first[1:], rest
+
+
+def _alike(left: Array, others: Sequence[Array]) -> list[int]:
+    """Which of others leave the same as one does, of every column."""
+    alike = np.isclose(left, np.array(others), rtol=ALIKE, atol=0.0)  # where too few instants tell, all are infinite
+    return np.flatnonzero(alike.all(axis=1)).tolist()
 
 
 def _alternative(given: Explanation, group: Sequence[Explanation]) -> Alternative:

@@ -32,11 +32,14 @@ def read_arrays(path: Path, request: Request) -> Columns:
     try:
         loaded = np.load(path, allow_pickle=False)
         if isinstance(loaded, np.ndarray):
+            _check_turned(path, {"the array": loaded}, MOST_COLUMNS)
             columns = _of_one(loaded)
         else:
             with loaded:
                 _check_archive(path, loaded)
-                columns = [each for name in loaded.files for each in _of_archive(name, loaded[name])]
+                arrays = {name: loaded[name] for name in loaded.files}
+                _check_turned(path, arrays, max((len(each) for each in arrays.values() if each.ndim == 1), default=0))
+                columns = [each for name, array in arrays.items() for each in _of_archive(name, array)]
     except RecordingError:
         raise
     except UNREADABLE as error:
@@ -76,6 +79,17 @@ def _numbers(path: Path, name: str, array: np.ndarray, *, dated: bool) -> Array:
             f"{one_line(path)}: {shown(name)} is {array.dtype}, expected {'datetime64' if dated else 'numbers'}"
         )
     return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _check_turned(path: Path, arrays: dict[str, np.ndarray], samples: int) -> None:
+    """Refuse an array whose rows are joints, and whose columns are at least as many as there are samples."""
+    for name, array in arrays.items():
+        if array.ndim == 2 and array.shape[0] < samples <= array.shape[1]:
+            rows, columns = array.shape
+            raise RecordingError(
+                f"{one_line(path)}: {one_line(name)} has {rows} rows of {columns} numbers; expected a row a sample: it "
+                "is transposed, save its .T"
+            )
 
 
 def _check_archive(path: Path, archive: "np.lib.npyio.NpzFile") -> None:

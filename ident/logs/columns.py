@@ -76,7 +76,7 @@ def used_columns(path: Path, header: Sequence[str]) -> list[str]:
     used = [name for name in header if OURS.fullmatch(name)]
     if len(set(used)) < len(used):
         doubled = next(name for name in used if used.count(name) > 1)
-        raise RecordingError(f"{one_line(path)}: column {doubled} appears twice in the header")
+        raise RecordingError(f"{one_line(path)}: column {doubled} appears twice")
     for name in header:
         if name in ("q0", "v0"):
             raise RecordingError(
@@ -88,7 +88,7 @@ def used_columns(path: Path, header: Sequence[str]) -> list[str]:
             )
     if not used:
         raise RecordingError(
-            f"{one_line(path)}: the header names no column t, q1.. or v1..; found {listed(header)}; say which columns "
+            f"{one_line(path)}: the file names no column t, q1.. or v1..; found {listed(header)}; say which columns "
             "they are (--columns, --log-description)"
         )
     return used

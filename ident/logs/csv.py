@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 SEPARATORS = (",", ";", "\t", "|", " ")
 _NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
+_QUOTED = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 _LINE = re.compile(rb"[^\r\n]*")
 _SIGN = re.compile(rb"(?<![eE0-9.])\+(?=[0-9.])")
 
@@ -102,7 +103,9 @@ def _layout(path: Path, text: bytes, request: Request) -> _Layout:
     first = next((row for row in rest if row.split(b"#", 1)[0].strip()), b"")
     if not first and not without_comments(text[start:]).strip():
         raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
-    decimal = "," if found.separator != "," and b"," in first.split(b"#", 1)[0] else "."
+    cells = _split(_decoded(first.split(b"#", 1)[0].strip()), found.separator)
+    quoted = len(cells) == len(found.header) and any(_QUOTED.fullmatch(cell) for cell in cells)
+    decimal = "," if quoted or (found.separator != "," and b"," in first.split(b"#", 1)[0]) else "."
     return _Layout(found.header, found.separator, said.decimal or decimal, line, start)
 
 
@@ -135,9 +138,11 @@ def _header(path: Path, text: bytes, request: Request) -> _Header:
         commented = line.strip().lstrip("#").strip() or commented
     else:
         raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
-    if said.header == 0:
-        separator = said.separator or max(SEPARATORS, key=lambda s: _numbers_in(words, s))
-        return _Header([str(k + 1) for k in range(len(_split(words, separator)))], separator, number - 1, start)
+    separator = said.separator or max(SEPARATORS, key=lambda s: _numbers_in(words, s))
+    counted = [str(k + 1) for k in range(len(_split(words, separator)))]
+    by_number = said.header is None and _split(words, separator) != counted and request.known(counted) > 1
+    if said.header == 0 or (by_number and _numbers_in(words, separator) == len(counted)):
+        return _Header(counted, separator, number - 1, start)
     if said.header is None and not _known(words, request):
         if _known(commented, request) > 1 and not re.search("[a-df-mo-zA-DF-MO-Z]", words):
             words, number, position = commented, number - 1, start  # as numpy.savetxt writes it: names are a comment
@@ -252,8 +257,8 @@ def _fault(path: Path, lines: list[bytes], layout: _Layout, wanted: _Wanted) -> 
             cell = cells[k] if k < len(cells) else ""
             if dated and not _date(cell):
                 return RecordingError(
-                    f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is no date; expected "
-                    "2031-07-19T09:41:07.125"
+                    f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is no date as ISO "
+                    "8601 writes it, year first, such as 2031-07-19T09:41:07.125"
                 )
             if not dated and not _NUMBER.fullmatch(cell.replace(",", ".", 1) if layout.decimal == "," else cell):
                 return RecordingError(

@@ -1,6 +1,6 @@
 """Which columns of a file are time, positions and currents, and in what units: what is said, the rest by its layout."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -115,33 +115,38 @@ def _column(path: Path, names: Sequence[str], name: str) -> str:
     if many == 1:
         return name
     if many > 1:
-        raise RecordingError(f"{one_line(path)}: column {shown(name)} appears twice in the header")
+        raise RecordingError(f"{one_line(path)}: column {shown(name)} appears twice")
     raise RecordingError(f"{one_line(path)}: no column {shown(name)}{nearest(name, names)}; found {listed(names)}")
 
 
 def _check_complete(path: Path, found: LogDescription, *, own: bool) -> None:
     place = one_line(path)
-    for kind, what in (("t", "time"), ("q", "positions"), ("v", "currents")):
-        channels: Channels = getattr(found, kind)
-        if not channels.columns:
-            raise RecordingError(
-                f"{place}: which column{'' if kind == 't' else 's'} {what} {'is' if kind == 't' else 'are'} is not "
-                f"said: {kind}=NAME.. of --columns, or [{kind}] of a log description"
-            )
-        if not channels.unit and not (kind == "v" and found.signal is None):
-            raise RecordingError(
-                f"{place}: the unit of {what} is not said: {kind}=NAME..[unit] of --columns, or unit of [{kind}] in a "
-                "log description"
-            )
-    if found.signal is None and (found.v.unit or not own):
-        raise RecordingError(
-            f"{place}: what {listed(found.v.columns, 3)} is has to be said, with --signal or in a log description: "
-            f"{kinds()}"
-        )
+    missing = list(_missing(found, own=own))
+    if missing:
+        raise RecordingError(f"{place}: {'; '.join(missing)}")
     if found.signal is not None and MEANINGS[found.signal].refused:
         raise RecordingError(f"{place}: v is {found.signal}: {MEANINGS[found.signal].refused}")
     _check_units(place, found)
     _check_joints(place, found)
+
+
+def _missing(found: LogDescription, *, own: bool) -> Iterator[str]:
+    """All that has still to be said, so that one more attempt is enough."""
+    unsaid = found.signal is None and (bool(found.v.unit) or not own)
+    for kind, what in (("t", "time"), ("q", "positions"), ("v", "currents")):
+        channels: Channels = getattr(found, kind)
+        if not channels.columns:
+            yield (
+                f"which column{'' if kind == 't' else 's'} {what} {'is' if kind == 't' else 'are'} is not "
+                f"said: {kind}=NAME.. of --columns, or [{kind}] of a log description"
+            )
+        if channels.columns and not channels.unit and not (kind == "v" and found.signal is None and not unsaid):
+            yield (
+                f"the unit of {what} is not said: {kind}=NAME..[unit] of --columns, or unit of [{kind}] in a "
+                "log description"
+            )
+    if unsaid and found.v.columns:
+        yield (f"what {listed(found.v.columns, 3)} is has to be said, with --signal or in a log description: {kinds()}")
 
 
 def _check_units(place: str, found: LogDescription) -> None:

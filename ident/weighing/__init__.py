@@ -4,4 +4,5 @@ together      all ten parameters from all joints, in the model that `nls` has of
 body          mass, centre and inertia of these parameters
 alone         the mass from each joint alone
 verification  a mass found against the scale
+accord        joints against each other, where there is no scale
 """

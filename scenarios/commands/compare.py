@@ -162,8 +162,8 @@ def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
 
 
 def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Limits") -> Status:
+    from scenarios.commands.writing import right_to_write
     from scenarios.files.loading import load_scenario
-    from scenarios.store.claim import claim
     from scenarios.studies.comparison import comparison
     from scenarios.studies.study import carry_out
 
@@ -174,7 +174,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise NothingToCompare(f"scenario {twice!r} is given twice; each has a folder of its name")
-    held = claim(options.out, (REPORT, DOCUMENT), command="rx90 compare --out", force=options.force)
+    held = right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
     studies = [comparison(scenario, methods, limits, options.trials, options.seed or 0) for scenario in loaded]
     command = _command(options)
     options.out.mkdir(parents=True, exist_ok=True)

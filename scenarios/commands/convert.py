@@ -6,7 +6,7 @@ import scenarios.commands.arguments as arguments
 from scenarios.commands.log_arguments import add_log_arguments, log_description
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
-from scenarios.store.claim import claim
+from scenarios.commands.writing import right_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,14 +23,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read, write, tell what was taken for what."""
-    held = claim(options.out.parent, [options.out.name], command="rx90 convert", force=options.force)
+    held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 convert")
     from ident.logs.notes import signal_of
+    from ident.plausibility import check_joints
     from ident.recording_files import read_log, write_recording
     from scenarios.reports.convert import log_report
     from scenarios.robot_models import read_arm
 
-    names = None if options.model is None else read_arm(options.model, (), flange=options.flange).joint_names
-    log = read_log(options.log, log_description(options, names))
+    arm = None if options.model is None else read_arm(options.model, (), flange=options.flange)
+    log = read_log(options.log, log_description(options, None if arm is None else arm.joint_names))
+    if arm is not None:
+        check_joints(arm, log.recording)
     with held.writing():
         write_recording(log.recording, options.out, signal=signal_of(log.read))
     show(log_report(log, options.out), options)

@@ -4,6 +4,8 @@ import argparse
 import math
 import shlex
 from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.lifetime import ending
@@ -11,8 +13,17 @@ from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.parser import complain, printable
 from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
 from scenarios.commands.status import Status
-from scenarios.store.claim import claim
+from scenarios.commands.writing import right_to_write
 from scenarios.workers.processes import PROCESSES
+
+if TYPE_CHECKING:
+    from scenarios.build import Cell
+    from scenarios.design.excitation import Design, Problem
+    from scenarios.design.own_motion import OwnMotion
+    from scenarios.files.schema import Scenario
+    from scenarios.reports.content import Report
+    from scenarios.store.searched_motion import SearchedMotion
+    from sim.trajectory import FourierTrajectory
 
 OPTIONS = ("seed", "harmonics", "duration", "evaluations")
 """Options that the motion depends on."""
@@ -32,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_search_arguments(parser)
     what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
+    add("--improve", action="store_true", help="begin with the scenario's own motion, and write no worse one")
     add("--against", choices=AGAINST, default="noise", help=f"errors to make small: {what} (default noise)")
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
@@ -39,42 +51,46 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Search, write the motion, tell what it predicts; of a search that is stopped, write the best so far."""
-    held = claim(options.out.parent, [options.out.name], command="rx90 excite", force=options.force)
+    held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 excite")
     check_harmonics(options)
     PROCESSES.prepare()
-    from scenarios.build import bench, cell
-    from scenarios.design.against import Sourced
-    from scenarios.design.excitation import SEARCHED_HZ, Design
+    from scenarios.build import cell
+    from scenarios.design.excitation import Design
+    from scenarios.design.fitting import best_fitted
+    from scenarios.design.own_motion import first_motion, own_motion
     from scenarios.design.prediction import RESIDUAL
-    from scenarios.design.problem import design_problem
     from scenarios.design.search import Series
     from scenarios.files.loading import load_scenario
-    from scenarios.reports.content import Report
-    from scenarios.store.searched_motion import SearchedMotion, unfinished, write_searched
+    from scenarios.store.searched_motion import SearchedMotion, Unfinished, unfinished, write_searched
     from sim.errors import TrajectoryError
 
     command = found_by(options)
     before = unfinished(options.out, command)
     scenario = load_scenario(options.scenario)
-    problem = design_problem(cell(scenario))
-    if options.against == "all":
-        sourced = Sourced(scenario, problem.joints).reduced(bench(scenario).experiments[0].trajectory, SEARCHED_HZ)
-        complain(f"searching against noise and {', '.join(sourced.names)}")
-        problem = replace(problem, added=sourced)
+    prepared = cell(scenario)
+    problem = _problem(scenario, prepared, options)
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
+    if options.improve and before is None:
+        before = Unfinished(motion=first_motion(prepared.scenario, series), tried=0)
+    own = own_motion(prepared.scenario, design)
     outcome = searched(design, series, options, before)
     first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
     if first is None or found is None:
         raise interrupt or AssertionError("a search that is not stopped finds a motion")
     complain(f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f}")
     try:
-        motion = design.fitted(series.motion(found.x))
+        fitted = best_fitted(design, series, outcome.kept)
     except TrajectoryError as error:
         if interrupt is None:
             raise
         complain(f"stopped; nothing is written: {error}")
         return ending(interrupt)
+    motion = fitted.motion
+    if fitted.reason:
+        complain(f"the best motion cannot be fitted to the robot ({fitted.reason}); the next best takes its place")
+    if own is not None and (options.improve or interrupt is None) and own.better_than(motion, design):
+        motion = _beside(own, motion, design, options)
     result = SearchedMotion(
         motion=motion,
         command=command,
@@ -87,16 +103,55 @@ def main(options: argparse.Namespace) -> Status:
     if interrupt is not None:
         complain(f"stopped; the best so far is in {options.out}, the same command goes on from there")
         return ending(interrupt)
-    said = f"{options.out}: predicted standard deviation of the gains [%]: {result.predicted}"
+    show(_report(result, first.cost, found.cost, options.out), options)
+    return Status.PASSED
+
+
+def _report(result: "SearchedMotion", start: float, cost: float, out: Path) -> "Report":
+    from scenarios.reports.content import Report
+
+    said = f"{out}: predicted standard deviation of the gains [%]: {result.predicted}"
     document = {
-        "out": str(options.out),
+        "out": str(out),
         "tried": result.tried,
-        "cost_of_start": first.cost,
-        "cost": found.cost,
+        "cost_of_start": start,
+        "cost": cost,
         "predicted_rel_std": [std if math.isfinite(std) else None for std in result.deviations.tolist()],
     }
-    show(Report(said, (), document), options)
-    return Status.PASSED
+    return Report(said, (), document)
+
+
+def _problem(scenario: "Scenario", prepared: "Cell", options: argparse.Namespace) -> "Problem":
+    """The problem, against the errors that the options name."""
+    from scenarios.build import bench
+    from scenarios.design.against import Sourced
+    from scenarios.design.excitation import SEARCHED_HZ
+    from scenarios.design.problem import design_problem
+
+    problem = design_problem(prepared)
+    if options.against != "all":
+        return problem
+    motion = bench(scenario).experiments[0].trajectory
+    sourced = Sourced(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
+    complain(f"searching against noise and {', '.join(sourced.names)}")
+    return replace(problem, added=sourced)
+
+
+def _beside(
+    own: "OwnMotion", found: "FourierTrajectory", design: "Design", options: argparse.Namespace
+) -> "FourierTrajectory":
+    """The motion to write where the scenario's own is the better one: that one if it was to be improved."""
+    from scenarios.design.own_motion import worst_deviation
+
+    said = (
+        f"the scenario's own motion shows the wanted gains better, the worst to {100.0 * own.worst:.3g} %, the motion "
+        f"found to {100.0 * worst_deviation(design, found):.3g} %"
+    )
+    if options.improve:
+        complain(f"{said}; it is written, as no better one was found")
+        return own.motion
+    complain(f"{said}; try more --evaluations, or --improve, which begins with it")
+    return found
 
 
 def found_by(options: argparse.Namespace) -> str:
@@ -104,5 +159,6 @@ def found_by(options: argparse.Namespace) -> str:
     words = ["rx90", "excite", options.scenario]
     for name in OPTIONS:
         words += [f"--{name}", f"{getattr(options, name):.12g}"]
+    words += ["--improve"] if options.improve else []
     words += ["--against", options.against] if options.against != "noise" else []
     return printable(shlex.join(words))

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.arguments import add_force_argument
-from scenarios.store.claim import Claim, claim
+from scenarios.commands.writing import right_to_write
+from scenarios.store.claim import Claim
 
 if TYPE_CHECKING:
     from scenarios.files.gains import GainsFile
@@ -43,7 +44,7 @@ def claimed(options: argparse.Namespace, command: str) -> Claim | None:
         OSError: If it cannot be written.
     """
     path: Path | None = options.gains_out
-    return None if path is None else claim(path.parent, [path.name], command=command, force=options.force)
+    return None if path is None else right_to_write(options, path.parent, [path.name], command=command)
 
 
 def write(file: "GainsFile", held: Claim) -> None:

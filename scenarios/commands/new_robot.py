@@ -11,9 +11,8 @@ from scenarios.commands.status import Status
 from scenarios.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
-    from ident.arrays import Array
     from scenarios.design.excitation import Design
-    from scenarios.design.search import Series
+    from scenarios.design.search import Found, Series
 
 EVALUATIONS = arguments.count_from(1, 10**6, "that takes an hour")
 
@@ -35,13 +34,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario by rules of thumb, find a motion, tell what is assumed."""
     PROCESSES.prepare()
+    from scenarios.commands.writing import right_to_write
     from scenarios.design.new_robot import described, moved
     from scenarios.files.motions import write_motion
     from scenarios.reports.new_robot import new_robot_report
-    from scenarios.store.claim import claim
     from scenarios.store.new_robot import FILES, MOTION, SCENARIO, scenario_text, write_robot
 
-    held = claim(options.out, FILES, command="rx90 new-robot", force=options.force)
+    held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
     new = described(options.model, options.out, flange=options.flange, name=options.name)
     with held.writing():
         robot = write_robot(new, held.folder)
@@ -53,8 +52,8 @@ def main(options: argparse.Namespace) -> Status:
     return Status.PASSED
 
 
-def _searched(options: argparse.Namespace, design: "Design", series: "Series", attempt: int) -> "Array":
-    """The best point that a search with another seed each time finds.
+def _searched(options: argparse.Namespace, design: "Design", series: "Series", attempt: int) -> "tuple[Found, ...]":
+    """Better and better motions that a search with another seed each time finds.
 
     Raises:
         KeyboardInterrupt: If it is stopped.
@@ -63,6 +62,6 @@ def _searched(options: argparse.Namespace, design: "Design", series: "Series", a
         seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs, quiet=options.quiet
     )
     outcome = searched(design, series, chosen, None)
-    if outcome.interrupt is not None or outcome.found is None:
+    if outcome.interrupt is not None or not outcome.kept:
         raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
-    return outcome.found.x
+    return outcome.kept

@@ -24,16 +24,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Repeat the experiment; 1 if a claim fails."""
+    from scenarios.commands.writing import right_to_write
     from scenarios.paper.experiment import run_paper
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.paper import paper_report
-    from scenarios.store.claim import claim
     from scenarios.store.paper_folder import FILES, write_raw_numbers
 
     held = None
     if options.out is not None:
         names = (TEXT, *FIGURES, *FILES)
-        held = claim(options.out, names, command="rx90 paper --out", force=options.force)
+        held = right_to_write(options, options.out, names, command="rx90 paper --out")
     with under_way(options, "preparing") as stages:
         result = run_paper(options.seed, stages=stages)
     report = paper_report(result)

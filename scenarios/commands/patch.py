@@ -10,8 +10,8 @@ from scenarios.commands import gains_files
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument
+from scenarios.commands.writing import right_to_write
 from scenarios.errors import WrongFiles
-from scenarios.store.claim import claim
 
 NAME = "rx90 patch"
 
@@ -43,7 +43,7 @@ def main(options: argparse.Namespace) -> Status:
     """Read, patch, write, tell every change."""
     written = [path for path in (options.out, options.ros_params) if path is not None]
     _check_files(options.model, written)
-    held = [claim(path.parent, [path.name], command=NAME, force=options.force) for path in written]
+    held = [right_to_write(options, path.parent, [path.name], command=NAME) for path in written]
     from ident.structure import structure_of
     from scenarios.files.gains import read_gains
     from scenarios.patching.bare_file import read_bare

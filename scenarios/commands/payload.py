@@ -9,7 +9,7 @@ from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.progress import console
 from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
 from scenarios.commands.status import Status
-from scenarios.store.claim import claim
+from scenarios.commands.writing import right_to_write
 from scenarios.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def main(options: argparse.Namespace) -> Status:
     held = None
     if options.out is not None:
         names = FILES + MOTION * options.excite
-        held = claim(options.out, names, command="rx90 payload", force=options.force)
+        held = right_to_write(options, options.out, names, command="rx90 payload")
     if options.excite:
         PROCESSES.prepare()
     from scenarios.build import bench
@@ -74,6 +74,7 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
         KeyboardInterrupt: If the search is stopped.
     """
     from scenarios.design.excitation import Design
+    from scenarios.design.fitting import best_fitted
     from scenarios.design.payload_search import along, problem_with
     from scenarios.design.search import Series
 
@@ -81,7 +82,7 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
     outcome = searched(design, series, options, None)
-    if outcome.interrupt is not None or outcome.found is None:
+    if outcome.interrupt is not None or not outcome.kept:
         raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
-    motion = design.fitted(series.motion(outcome.found.x))
+    motion = best_fitted(design, series, outcome.kept).motion
     return replace(found, again=along(found.best, design, motion)), motion

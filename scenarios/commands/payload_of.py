@@ -25,12 +25,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read, find the payload, tell."""
+    from ident.weighing.accord import accord, check_mass
     from ident.weighing.body import body_of
     from scenarios.files.gains import read_gains
     from scenarios.reports.payload_of import payload_report
 
     file = read_gains(options.gains)
     with under_way(options, "weighing"):
-        weighing = weigh(options, file, options.unloaded, options.logs)
-    show(payload_report(weighing.found, body_of(weighing.found)), options)
+        found = weigh(options, file, options.unloaded, options.logs)
+        body = body_of(found)
+        check_mass(body)
+        joints = accord(found, body, file.known)
+    show(payload_report(found, body, joints), options)
     return Status.PASSED

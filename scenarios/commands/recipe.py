@@ -1,35 +1,65 @@
 """`rx90 recipe`."""
 
 import argparse
+from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands import COMMANDS
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.parser import printable
 from scenarios.commands.status import Status
-from scenarios.store.claim import claim
+from scenarios.commands.writing import right_to_write
+from scenarios.store.claim import Claim
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from ident.payload import Payload
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives robot, motions, weights and options")
-    add("--out", type=arguments.file, required=True, metavar="FILE", help="page to write, Markdown")
+    said = "page to write, Markdown; beside it a file of each payload, where there is none"
+    add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
-    """Prepare the scenario, write the page."""
-    held = claim(options.out.parent, [options.out.name], command="rx90 recipe", force=options.force)
+    """Prepare the scenario, write the page, and files of its payloads where there are none."""
+    held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 recipe")
     from scenarios.build import bench
     from scenarios.files.loading import load_scenario
-    from scenarios.reports.content import Report
+    from scenarios.files.resolved import stated_payloads
+    from scenarios.reports.content import Paragraph, Report
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
 
-    report = recipe_report(bench(load_scenario(options.scenario)), options.scenario, COMMANDS)
+    scenario = load_scenario(options.scenario)
+    prepared, stated = bench(scenario), stated_payloads(scenario)
+    payloads = {mounting: stated[mounting] for mounting in prepared.payloads if mounting in prepared.protocol}
+    report = recipe_report(prepared, payloads, options.scenario, COMMANDS)
     with held.writing():
         write_markdown(report, options.out)
-    show(Report(printable(f"{options.out}: {report.title}"), (), {"out": str(options.out)}), options)
+    written = _write_payloads(payloads, held)
+    parts = tuple(Paragraph(printable(f"{name}: the payload as the scenario states it")) for name in written)
+    document = {"out": str(options.out), "payloads": written}
+    show(Report(printable(f"{options.out}: {report.title}"), parts, document), options)
     return Status.PASSED
+
+
+def _write_payloads(payloads: "Mapping[str, Payload]", held: Claim) -> list[str]:
+    """Describe payloads beside the page; a file that is there holds what was measured, and stays."""
+    from ident.payload_files import write_payload
+    from scenarios.files.schema_line import schema_line
+    from scenarios.store.run_folder import payload_file
+
+    written = list[str]()
+    for mounting, payload in payloads.items():
+        path = held.folder / payload_file(mounting)
+        if not path.exists():
+            write_payload(payload, path, comment=schema_line("payload"))
+            written.append(str(path))
+    return written

@@ -27,13 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read the folder, draw the page."""
+    from scenarios.commands.writing import right_to_write
     from scenarios.reports.pages import page_of
     from scenarios.reports.pages.still import with_picture
     from scenarios.reports.renderers import Page, renderer
-    from scenarios.store.claim import claim
 
     path: Path = options.out or options.folder / PAGE
-    held = claim(path.parent, [path.name], command="rx90 report", force=options.force)
+    held = right_to_write(options, path.parent, [path.name], command="rx90 report")
     with under_way(options, "drawing"):
         report = page_of(options.folder)
         if not options.no_picture:

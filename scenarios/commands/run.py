@@ -28,17 +28,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Simulate, identify, judge; 1 if a tolerance is missed."""
     from scenarios.build import bench
+    from scenarios.commands.writing import right_to_write
     from scenarios.files.loading import load_scenario
     from scenarios.reports.content import Line, Paragraph
     from scenarios.reports.run import run_report
     from scenarios.run import run
-    from scenarios.store.claim import claim
     from scenarios.store.gains_file import gains_file
     from scenarios.store.run_folder import identify_command, origin, run_files, save_run
+    from scenarios.store.scene import scene_digest
 
     prepared, held = bench(load_scenario(options.scenario)), None
     if options.save is not None:
-        held = claim(options.save, run_files(prepared), command="rx90 run --save", force=options.force)
+        held = right_to_write(options, options.save, run_files(prepared), command="rx90 run --save")
     out = gains_files.claimed(options, "rx90 run")
     with under_way(options, "preparing") as stages:
         result = run(prepared, options.seed, stages=stages)
@@ -47,7 +48,8 @@ def main(options: argparse.Namespace) -> Status:
         gains_files.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
         with held.writing():
-            save_run(result, held.folder, command=options.command_line, named=options.scenario)
+            scene = scene_digest(prepared.scenario)
+            save_run(result, held.folder, command=options.command_line, named=options.scenario, scene=scene)
         saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
         again = Line(identify_command(result.bench, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))

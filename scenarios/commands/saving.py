@@ -4,7 +4,8 @@ import argparse
 from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
-from scenarios.store.claim import Claim, claim
+from scenarios.commands.writing import right_to_write
+from scenarios.store.claim import Claim
 
 if TYPE_CHECKING:
     from scenarios.store.log_folder import Done
@@ -36,7 +37,7 @@ def claimed_folder(options: argparse.Namespace, motions: int, command: str) -> C
         return None
     from scenarios.store.log_folder import log_files
 
-    return claim(options.save, log_files(motions), command=command, force=options.force)
+    return right_to_write(options, options.save, log_files(motions), command=command)
 
 
 def save(done: "Done", held: Claim) -> None:

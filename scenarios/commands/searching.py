@@ -55,11 +55,13 @@ class Outcome:
     Attributes:
         first: What it began with, None if it was stopped before.
         found: The best motion, the same or better.
+        kept: Better and better motions, that one last; empty if there is none.
         interrupt: What stopped it, None if it came to its end.
     """
 
     first: "Found | None"
     found: "Found | None"
+    kept: "tuple[Found, ...]"
     interrupt: KeyboardInterrupt | None
 
 
@@ -74,11 +76,12 @@ def searched(design: "Design", series: "Series", options: argparse.Namespace, be
     """
     import numpy as np
 
+    from scenarios.design.fitting import with_better
     from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search
     from scenarios.design.start import starts
     from scenarios.workers.search_progress import search_progress
 
-    first, found = None, None
+    first, found, kept = None, None, ()
     try:
         with _judge(design, series, options) as judge:
             if before is None:
@@ -90,10 +93,11 @@ def searched(design: "Design", series: "Series", options: argparse.Namespace, be
             done = 0 if before is None else before.tried
             with search_progress("motions", options.evaluations, console(options), done) as say:
                 for found in search(first, step, options.seed + first.tried, left, judge):
+                    kept = with_better(kept, found)
                     say(found.tried, lambda best=found: _worst(design, series, best))
     except KeyboardInterrupt as interrupt:
-        return Outcome(first=first, found=found, interrupt=interrupt)
-    return Outcome(first=first, found=found, interrupt=None)
+        return Outcome(first=first, found=found, kept=kept, interrupt=interrupt)
+    return Outcome(first=first, found=found, kept=kept, interrupt=None)
 
 
 def _worst(design: "Design", series: "Series", found: "Found") -> str:

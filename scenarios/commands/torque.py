@@ -8,7 +8,7 @@ from scenarios.commands.log_arguments import add_log_arguments, log_description,
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument
-from scenarios.store.claim import claim
+from scenarios.commands.writing import right_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read, multiply, write."""
-    held = claim(options.out.parent, [options.out.name], command="rx90 torque", force=options.force)
+    held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 torque")
     from ident.joint_torque import joint_torque
     from scenarios.files.gains import read_gains
     from scenarios.reports.torque import torque_report

@@ -7,9 +7,9 @@ import scenarios.commands.arguments as arguments
 from ident.naming import one_line
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
+from scenarios.commands.writing import right_to_write
 from scenarios.errors import NoSuchMotion
 from scenarios.motion_formats import ENDINGS, FORMATS
-from scenarios.store.claim import claim
 
 RATE = 125.0
 """Samples a second unless said otherwise: a rate that drivers of most arms take."""
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Sample, write, tell how each joint moves."""
     form = options.form or _form(options.out)
-    held = claim(options.out.parent, [options.out.name], command="rx90 trajectory", force=options.force)
+    held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 trajectory")
     from scenarios.motion_formats import writer
     from scenarios.reports.trajectory import trajectory_report
     from scenarios.trajectory_source import from_source

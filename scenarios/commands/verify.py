@@ -39,7 +39,6 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     from ident.weighing.verification import verified
     from scenarios.files.gains import read_gains
     from scenarios.reports.verify import verification_report
-    from scenarios.weighing.problem import check_unseen
 
     mounted = [each for each in files if each.payload is not None]
     if len(mounted) != 1 or mounted[0].payload is None:
@@ -47,9 +46,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     file, payload = read_gains(options.gains), read_payload(mounted[0].payload)
     unloaded = [path for each in files if each.payload is None for path in each.recordings]
     with under_way(options, "weighing"):
-        weighing = weigh(options, file, unloaded, mounted[0].recordings)
-        check_unseen(file, weighing.loaded)
-        found = verified(weighing.found, payload, file.known)
+        found = verified(weigh(options, file, unloaded, mounted[0].recordings), payload, file.known)
     show(verification_report(found), options)
     return Status.PASSED if found.passed else Status.MISSED
 

@@ -41,10 +41,10 @@ def main(options: argparse.Namespace) -> Status:
         os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo asks for a screen unless it is told, when it is imported
     _check_opengl()
     from scenarios.build import bench
+    from scenarios.commands.writing import right_to_write
     from scenarios.files.loading import load_scenario
     from scenarios.reports.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
-    from scenarios.store.claim import claim
     from scenarios.workers.stages import counted
     from sim.viewer import pictures, scene, watch
 
@@ -56,7 +56,7 @@ def main(options: argparse.Namespace) -> Status:
     if path is None:
         watch(shown)
         return Status.PASSED
-    held = claim(path.parent, [path.name], command="rx90 view", force=options.force)
+    held = right_to_write(options, path.parent, [path.name], command="rx90 view")
     times = frames(shown.duration, options.fps)
     if path.suffix.lower() == ".png":
         times = (0.5 * shown.duration if options.at is None else options.at,)

@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,6 @@ from scenarios.commands.log_arguments import log_description, read_recordings
 from scenarios.commands.robot_model import named_structure
 
 if TYPE_CHECKING:
-    from ident.recording import Recording
     from ident.weighing.together import FoundPayload
     from scenarios.files.gains import GainsFile
 
@@ -33,31 +31,25 @@ def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Weighing:
-    """A payload weighed with the gains of a file.
+def weigh(
+    options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
+) -> "FoundPayload":
+    """Read recordings and find their payload with the gains of a file.
 
-    Attributes:
-        found: Its parameters.
-        loaded: The recordings that carry it.
+    Raises:
+        SeenBefore: If the gains were found from a loaded recording, or with a payload in a bare one.
+        IdentificationError: If the payload cannot be found.
     """
-
-    found: "FoundPayload"
-    loaded: "tuple[Recording, ...]"
-
-
-def weigh(options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]) -> Weighing:
-    """Read recordings and find their payload with the gains of a file."""
     from threadpoolctl import threadpool_limits
 
     from ident.weighing.together import payload_of
-    from scenarios.weighing.problem import model_options, observe_options, weighing_problem
+    from scenarios.weighing.problem import check_unseen, model_options, observe_options, weighing_problem
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         arm = named_structure(options)
         said = log_description(options, arm.arm.joint_names)
         bare, heavy = (read_recordings(each, said) for each in (unloaded, loaded))
+        check_unseen(file, bare, heavy)
         observing = observe_options(file, options.observe)
         problem = weighing_problem(arm, bare, heavy, file, observing)
-        found = payload_of(problem, file.known, model_options(file, options.option))
-    return Weighing(found=found, loaded=tuple(heavy))
+        return payload_of(problem, file.known, model_options(file, options.option))

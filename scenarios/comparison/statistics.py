@@ -34,12 +34,15 @@ class MethodJoint:
         joint: Joint number, from 1.
         expected: Trials whose data should give the gain.
         gains: Trials in which it gave one.
-        bias, spread, rms: Mean, standard deviation and root mean square of the relative error.
-        p95: 95th percentile of its magnitude.
+        bias: Mean of the relative error.
+        spread: Standard deviation of the relative error.
+        rms: Root mean square of the relative error.
+        p95: 95th percentile of the magnitude of the relative error.
         cover_1, cover_2: How often 1 and 2 stated deviations held the truth (normal: 0.683 and 0.954).
         claimed: Root mean square of the stated relative deviation.
         bound: Smallest relative deviation that the injected noise allows.
-        claimed_over_bound, spread_over_bound: What is stated, and what it is, over that.
+        claimed_over_bound: Ratio of `claimed` to that bound.
+        spread_over_bound: Ratio of `spread` to that bound.
     """
 
     joint: int
@@ -65,11 +68,13 @@ class MethodSummary:
         method: Its text.
         trials: Trials that it was given.
         wanted: Gains that their data should give.
-        score: Gains solved within `RANKED_BY` less wrong claims, over those wanted. Who refuses everything has 0.
-        solved: Share of the gains wanted that are within each of `SOLVED`.
+        score: Gains solved within `RANKED_BY`, 3 %, less wrong claims, as a share of those wanted. Who refuses
+            everything has 0.
+        solved: Share of the gains wanted that are within each of `SOLVED`, 1, 3 and 10 %.
         refused_rightly: Gains not claimed that the data cannot give.
         refused_wrongly: Gains not claimed that the data should give, in answers that were read.
-        wrong_claims: Gains claimed that are wrong as `FAR` and `SURE` say.
+        wrong_claims: Gains claimed that are off by more than `FAR`, 10 %, and by more than `SURE`, 3, of their own
+            deviations; gains that the data should not give unless they err, and may err, by less than both.
         wrong_signs: Gains claimed with the wrong sign.
         crashes, time_outs, misfits: Calls that ended so, or with an answer that cannot be read.
         failures: All of these by kind.

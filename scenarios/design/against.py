@@ -20,7 +20,7 @@ from scenarios.files.mountings import PAIR
 from scenarios.files.schema import DrawTable, Scenario
 from scenarios.files.settings import Value, with_settings
 from scenarios.prediction.moments import points_of
-from scenarios.studies.sensitivity import settings_with, sources_of
+from scenarios.studies.sources import settings_with, sources_of
 from sim.experiment import Experiment
 from sim.needed import needed_currents
 from sim.trajectory import FourierTrajectory

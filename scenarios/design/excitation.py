@@ -10,7 +10,7 @@ from ident.parameters import INERTIAL, STANDARD, labels
 from ident.regressor import regressor
 from ident.structure import PROBE_SEED, Structure
 from scenarios.design.against import Added, nothing_added
-from scenarios.design.limits import CLEARANCE, Limits, excess_of, largest_scale
+from scenarios.design.limits import CLEARANCE, LIMITED, Limits, excess_of, largest_scale
 from scenarios.design.prediction import Deviations, Prediction
 from scenarios.design.rows import ROWS_PER_SECOND, ArmModel, Carried, MotionRows
 from sim.clearance import Clearance, Solid
@@ -28,6 +28,10 @@ SEARCHED_HZ = 10.0
 """Samples a second while a motion is searched."""
 FITTED_HZ = 200.0
 """Samples a second that a found motion keeps its limits at."""
+SIZES = np.arange(1.0, 0.9, -0.01)
+"""Of a found motion, tried in this order until one keeps its limits."""
+SMALL_SIZES = np.arange(0.9, 0.3, -0.02)
+"""Of a motion for which these are not enough; smaller ones show little."""
 
 
 def objective(deviations: Array) -> float:
@@ -106,20 +110,37 @@ class Design:
         """Factor on each joint's motion about its centre that just keeps range, velocity and acceleration, (n,)."""
         return largest_scale(self.problem.limits, trajectory)
 
-    def fitted(self, trajectory: FourierTrajectory) -> FourierTrajectory:
+    def fitted(self, trajectory: FourierTrajectory, sizes: Array = SIZES) -> FourierTrajectory:
         """The motion, shrunk about its centre until it keeps every limit on a fine grid.
 
+        Args:
+            trajectory: The motion.
+            sizes: Factors that are tried, in this order.
+
         Raises:
-            TrajectoryError: If a tenth less is not enough.
+            TrajectoryError: If none of them will do.
         """
-        worst = np.inf
-        for scale in np.arange(1.0, 0.9, -0.01):
-            sine, cosine = scale * trajectory.sine, scale * trajectory.cosine
+        smaller = trajectory
+        for size in sizes:
+            sine, cosine = size * trajectory.sine, size * trajectory.cosine
             smaller = FourierTrajectory(trajectory.center, sine, cosine, trajectory.duration)
-            worst = self.excess(self.rows(smaller, FITTED_HZ)).max()
-            if worst <= EXCESS:
+            if self.keeps_limits(smaller):
                 return smaller
-        raise TrajectoryError(f"the motion exceeds a limit or comes too near by {100 * worst:.0f} %")
+        raise TrajectoryError(f"the motion {excess_in_words(self.excess(self.rows(smaller, FITTED_HZ)), smaller.n)}")
+
+    def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
+        """Whether it does on a fine grid; a coarse one finds most of those that do not at a twentieth of the cost."""
+        return all(self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in (SEARCHED_HZ, FITTED_HZ))
+
+
+def excess_in_words(excess: Array, n: int) -> str:
+    """What a motion of n joints breaks most, of what `Design.excess` gives of it."""
+    worst = int(np.argmax(excess))
+    kind, at = divmod(worst, len(excess) // (len(LIMITED) * n + 1) * n)
+    share = f"{100.0 * excess[worst]:.0f} %"
+    if kind == len(LIMITED):
+        return f"comes too near to floor or arm by {share}"
+    return f"exceeds its share of the {LIMITED[kind]} of joint {at % n + 1} by {share}"
 
 
 def arm_model(plant: Plant, structure: Structure) -> ArmModel:

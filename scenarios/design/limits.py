@@ -18,6 +18,8 @@ TORQUE_SHARE = 0.8
 """Share of the torque at the current limit."""
 CLEARANCE = 0.03
 """Smallest distance to the floor and to the arm itself [m]."""
+LIMITED = ("range", "speed", "acceleration", "torque")
+"""Of a joint, in the order of `excess_of`."""
 HALF_TURN = np.pi
 """Way from home to either side of a joint that turns without end [rad]; assumed, cables are wound up."""
 

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,11 +14,13 @@ from ident.estimators import DEFAULT
 from ident.payload import Payload
 from ident.structure import structure_of
 from scenarios.design.excitation import Design, Problem
+from scenarios.design.fitting import first_fitted
 from scenarios.design.limits import CLEARANCE, robot_limits
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.design.prediction import prediction_of
 from scenarios.design.rows import drawn
 from scenarios.design.rules_of_thumb import Load, Stated, drives_by_rule, home_by_rule, load_by_rule
+from scenarios.design.search import Found as Point
 from scenarios.design.search import Series
 from scenarios.robot_models import check_same_payload, read_arm
 from sim.clearance import Clearance
@@ -34,6 +36,9 @@ ATTEMPTS = 3
 """Searches from other random numbers, if a motion cannot be fitted to its limits."""
 SHOWN = 0.08
 """Largest predicted relative deviation of a gain that the scenario wants; beyond 0.1 a gain is refused."""
+
+Searching = Callable[[Design, Series, int], Sequence[Point]]
+"""Better and better motions that the search with this number finds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -137,13 +142,13 @@ def as_robot(new: NewRobot) -> Robot:
     )
 
 
-def moved(new: NewRobot, robot: Robot, searched: Callable[[Design, Series, int], Array]) -> Found:
+def moved(new: NewRobot, robot: Robot, searched: Searching) -> Found:
     """Search for a motion that shows all gains.
 
     Args:
         new: The robot's description.
         robot: The same as its file is read.
-        searched: Gives the best point of a series that the search with this number finds.
+        searched: Gives what the search with this number finds.
 
     Raises:
         TrajectoryError: If none is found within the limits.
@@ -160,21 +165,17 @@ def moved(new: NewRobot, robot: Robot, searched: Callable[[Design, Series, int],
     )
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=HARMONICS, duration=DURATION)
-    reasons = list[TrajectoryError]()
-    for attempt in range(ATTEMPTS):
-        try:
-            motion = design.fitted(series.motion(searched(design, series, attempt)))
-        except TrajectoryError as error:
-            reasons.append(error)
-        else:
-            found = Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
-            if any(found.identifiable):
-                return found
-            raise RobotError(
-                f"robot {new.name}: the largest torques leave room for {body.mass:.2g} kg, which show no gain better "
-                f"than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or masses of the links"
-            )
-    raise TrajectoryError(
-        f"robot {new.name}: no motion about home keeps clear of limits, floor and arm: {reasons[-1]}; state another "
-        f"home in robot.toml, then rx90 excite"
+    try:
+        motion = first_fitted(design, series, (searched(design, series, attempt) for attempt in range(ATTEMPTS)))
+    except TrajectoryError as error:
+        raise TrajectoryError(
+            f"robot {new.name}: no motion about home keeps clear of limits, floor and arm: {error}; state another "
+            f"home in robot.toml, then rx90 excite"
+        ) from error
+    found = Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
+    if any(found.identifiable):
+        return found
+    raise RobotError(
+        f"robot {new.name}: the largest torques leave room for {body.mass:.2g} kg, which show no gain better "
+        f"than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or masses of the links"
     )

@@ -86,6 +86,10 @@ class PayloadDesign:
         """Which joints' gains identification would not refuse, shape (n,)."""
         return deviations.noise <= self.shown_below
 
+    def worst(self, deviations: Deviations) -> float:
+        """Largest deviation of a wanted gain from noise, whatever is known of the payload."""
+        return float(deviations.noise[self.problem.joints].max())
+
 
 def design_payload(
     prepared: Bench, *, density: float, seed: int, tell: Callable[[int, Callable[[], str]], None]

@@ -66,10 +66,11 @@ class Series:
         return np.concatenate((start, shares, (fade * rng.standard_normal((2, self.n, self.harmonics))).ravel()))
 
     def point(self, motion: FourierTrajectory) -> Array:
-        """The point of a motion of this series; a joint that moves less than its least share moves that."""
+        """The point of a motion of at most these harmonics; a joint that moves less than its least share moves that."""
         room = largest_scale(self.limits, motion)
         share = (np.clip(1.0 / room, LEAST_SHARE + 1e-3, 1.0 - 1e-3) - LEAST_SHARE) / (1.0 - LEAST_SHARE)
-        coefficients = np.stack((motion.sine, motion.cosine))  # (2, n, harmonics)
+        coefficients = np.zeros((2, self.n, self.harmonics))
+        coefficients[..., : motion.sine.shape[1]] = motion.sine, motion.cosine
         size = np.sqrt(np.mean(coefficients**2, axis=(0, 2), keepdims=True))
         usual = np.sqrt(np.mean(1.0 / np.arange(1, self.harmonics + 1)))
         return np.concatenate((motion.center, special.logit(share), (usual * coefficients / size).ravel()))

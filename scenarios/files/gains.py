@@ -43,13 +43,15 @@ class GainEntry(_Table):
     name: str | None = Field(None, description="of the joint in the robot's model")
     unit: Literal["N m / drive unit", "N / drive unit"] = TURNING
     identifiable: bool = True
-    estimate: float | None = Field(None, description="joint torque or force per drive unit; left out if refused")
-    std: Deviation | None = Field(
-        None, description="standard deviation, all shares together; 0 for a gain taken as exact"
+    estimate: float | None = Field(
+        None, description="joint torque or force per drive unit, in `unit`; left out if refused"
     )
-    residual_std: Deviation | None = Field(None, description="share of the residuals")
-    payload_std: Deviation | None = Field(None, description="share of what is stated of the payloads")
-    model_std: Deviation | None = Field(None, description="share of what the model takes for granted")
+    std: Deviation | None = Field(
+        None, description="standard deviation, all shares together, in `unit`; 0 for a gain taken as exact"
+    )
+    residual_std: Deviation | None = Field(None, description="share of the residuals, in `unit`")
+    payload_std: Deviation | None = Field(None, description="share of what is stated of the payloads, in `unit`")
+    model_std: Deviation | None = Field(None, description="share of what the model takes for granted, in `unit`")
     reason: str | None = Field(None, description="why a joint is refused")
 
 
@@ -110,7 +112,8 @@ class GainsFile(_Table):
     method: str | None = Field(None, description="estimator, or where the gains are from")
     gains: tuple[GainEntry, ...] = Field(min_length=1, description="one a joint, in their order")
     covariance: tuple[tuple[float, ...], ...] | None = Field(
-        None, description="of the estimates of identifiable joints, in their order, all shares together"
+        None,
+        description="of identifiable joints' estimates, in their order, all shares together; in products of `unit`",
     )
     options: OptionsEntry = OptionsEntry()
     model: ModelEntry | None = None

@@ -49,26 +49,31 @@ def resolved(scenario: Scenario) -> Resolved:
 
 
 def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
-    """The payloads that identification is told, by mounting.
+    """The payloads that identification is told, by mounting; without deviations where it takes them as exact.
 
     Raises:
         UnknownName: If one is the name of none.
         WrongPayload: If one is impossible.
     """
+    exact = {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING} if scenario.table.belief.exact else {}
+    return {key: replace(payload, **exact) for key, payload in stated_payloads(scenario).items()}
+
+
+def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
+    """The payloads as the scenario states them, by mounting, with their deviations; raises as `believed_payloads`."""
     belief = scenario.table.belief
     return {
-        key: _believed(key, payload, belief, scenario.name)
+        key: _stated(key, payload, belief, scenario.name)
         for key, payload in by_mounting(belief.payload, belief.payloads).items()
     }
 
 
-def _believed(key: str, stated: str | Mapping[str, object], belief: BeliefTable, name: str) -> Payload:
+def _stated(key: str, stated: str | Mapping[str, object], belief: BeliefTable, name: str) -> Payload:
     known = belief.known
     try:
         payload = _named_payload(stated, name) if isinstance(stated, str) else payload_from_table(stated)
         use = known.get(key) if isinstance(known, Mapping) else known
-        payload = payload if use is None else replace(payload, known=use)
-        return replace(payload, mass_std=0.0, com_std=NOTHING, inertia_std=2 * NOTHING) if belief.exact else payload
+        return payload if use is None else replace(payload, known=use)
     except PayloadError as error:
         where = "" if key == LOADED else f"payloads.{key}: "
         raise WrongPayload(f"{name}: belief.{where}{error}") from error

@@ -1,6 +1,6 @@
 """Methods of this project: `NAME`, or `NAME,KEY=VALUE,...` with options of its own or of the identification."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from typing import TypeVar
 
 from ident.consistency import UNCHECKED
@@ -9,7 +9,8 @@ from ident.estimators import ESTIMATORS
 from ident.identification import Identification, identify_motions
 from ident.naming import nearest, shown
 from ident.observation import ObserveOptions
-from ident.options import GainOptions, options_from_words
+from ident.options import GainOptions, options_from_table, options_from_words, table_from_words
+from ident.plausibility import repeatable
 from ident.wiring import known_wiring
 from scenarios.errors import UnknownMethod
 from scenarios.methods.method import INSIDE, Method
@@ -50,9 +51,10 @@ def identified(text: str, problem: GivenProblem) -> Identification:
         problem.arm,
         method=chosen.name,
         options=options_from_words(ESTIMATORS[chosen.name].options, chosen.own),
-        observing=_changed(problem.observing, chosen.observing),
-        gains=_changed(problem.gains, chosen.gains),
+        observing=_overlaid(problem.observing, chosen.observing),
+        gains=_overlaid(problem.gains, chosen.gains),
         wiring=known_wiring,
+        sameness=repeatable,
         checks=UNCHECKED,
     )
 
@@ -79,7 +81,6 @@ def _checked(text: str) -> _Chosen:
     return _Chosen(name, own, observing, gains)
 
 
-def _changed(options: Options, words: tuple[str, ...]) -> Options:
-    given = options_from_words(type(options), words)
-    keys = [word.partition("=")[0].strip().replace("-", "_") for word in words]
-    return replace(options, **{key: getattr(given, key) for key in keys})
+def _overlaid(options: Options, words: tuple[str, ...]) -> Options:
+    kind = type(options)
+    return options_from_table(kind, {**asdict(options), **table_from_words(kind, words)})

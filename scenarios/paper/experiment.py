@@ -128,7 +128,7 @@ def _recordings(prepared: Bench, second: PayloadBody, seed: int, stages: Stages)
     streams = [noise_streams(np.random.default_rng(child)) for child in np.random.SeedSequence(seed).spawn(3)]
     motions = [unloaded, loaded, lighter]
     stages.begin("simulating", sum(each.trajectory.duration for each in motions))
-    return record(motions, streams, threads=2, advanced=stages.advance)
+    return record(motions, streams, threads=1, advanced=stages.advance)  # as `run`: too few for a second thread
 
 
 def _gains_in_use(estimate: GainEstimate) -> tuple[Array, Array, Array]:

@@ -24,7 +24,16 @@ class _Open(BaseModel):
 
 
 class LinkInertia(_Open):
-    """Inertia about the centre of mass, along the axes of the link."""
+    """Inertia about the centre of mass, along the axes of the link.
+
+    Attributes:
+        ixx: About the first axis [kg m^2].
+        iyy: About the second axis [kg m^2].
+        izz: About the third axis [kg m^2].
+        ixy: Product of the first two [kg m^2].
+        ixz: Product of the first and third [kg m^2].
+        iyz: Product of the last two [kg m^2].
+    """
 
     ixx: float
     iyy: float
@@ -42,23 +51,25 @@ class LinkInertia(_Open):
 class Link(_Open):
     """A link of the physically consistent set, without what is fixed to it."""
 
-    joint: int = Field(ge=1)
+    joint: int = Field(ge=1, description="its number, from 1")
     name: str = Field(description="of the joint that moves it")
     mass: float = Field(gt=0.0, description="[kg]")
     com: Vector = Field(description="from the joint [m]")
     inertia: LinkInertia = Field(description="about the centre of mass [kg m^2]")
     motor_inertia: float = Field(ge=0.0, description="joint side [kg m^2 or kg]")
     motor_found: bool = Field(description="whether data show it; false: as the model has it")
-    carried: Ten = Field(description="standard parameters of what is fixed to the link, as the model has it")
+    carried: Ten = Field(description="of what is fixed to the link, as the model has it [kg m^2, kg m, kg]")
     place: Vector = Field(description="of the joint, in the frame of the one before [m]")
-    orientation: tuple[Vector, Vector, Vector] = Field(description="of the frame, in the one before, row by row")
-    axis: Vector = Field(description="of the joint")
+    orientation: tuple[Vector, Vector, Vector] = Field(
+        description="of the frame, in the one before, row by row; no unit"
+    )
+    axis: Vector = Field(description="of the joint, a direction without unit")
 
 
 class Links(_Open):
     """The physically consistent set nearest to the model's."""
 
-    links: tuple[Link, ...] = Field(min_length=1)
+    links: tuple[Link, ...] = Field(min_length=1, description="one entry a joint, in their order")
     farthest_parameter: str = Field(description="base parameter that the set moves most from what data alone say")
     farthest_deviations: float = Field(ge=0.0, description="by how many of its standard deviations")
 

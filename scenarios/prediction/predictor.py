@@ -16,7 +16,7 @@ from scenarios.prediction.expected import Expected, added_currents, enough, expe
 from scenarios.prediction.linear import Linearised, linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
-from scenarios.studies.sensitivity import Sources, settings_with, sources_of
+from scenarios.studies.sources import Sources, settings_with, sources_of
 from sim.experiment import Experiment
 
 OTHER = "noise that is no source"

@@ -6,11 +6,12 @@ from ident.arm import Arm
 from ident.bare import GainRatios, Parameter
 from ident.cross_validation import JointPrediction
 from ident.off_ratios import OffRatio
+from ident.plausibility import prediction_warnings
 from scenarios.bare import BareAnswer
 from scenarios.patching.link_document import Links
 from scenarios.patching.values import Unknown
 from scenarios.reports.bare_links import links_parts
-from scenarios.reports.content import NONE, Column, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import sentence
 from scenarios.reports.if_loaded import if_loaded_document, if_loaded_parts
 
@@ -52,6 +53,8 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
             "motions from the others."
         )
     )
+    warnings = prediction_warnings(answer.predicted)
+    parts += [Paragraph(sentence(f"Warning: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings]
     parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
     parts += [] if answer.if_loaded is None else if_loaded_parts(answer.if_loaded, arm)
@@ -127,7 +130,7 @@ def _document(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> dict[str,
         "if_loaded": None if answer.if_loaded is None else if_loaded_document(answer.if_loaded),
         "consistent": None if isinstance(links, Unknown) else links.model_dump(mode="json"),
         "consistent_reason": links.reason if isinstance(links, Unknown) else None,
-        "notes": list(found.selected.remarks),
+        "notes": [*prediction_warnings(answer.predicted), *found.selected.remarks],
     }
 
 

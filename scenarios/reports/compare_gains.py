@@ -24,7 +24,7 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
     rows = tuple(
         cells(
             str(joint + 1),
-            A.known.names[joint],
+            A.gains[joint].name or B.gains[joint].name or str(joint + 1),
             f"{A.gains[joint].estimate or 0.0:.4f}",
             f"{B.gains[joint].estimate or 0.0:.4f}",
             *(percent(number, form) for number, form in _numbers(each, apart)),
@@ -32,18 +32,17 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
         )
         for joint, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)
     )
-    scale = found.scale
-    words = (
-        f"Common to all joints: {100.0 * scale.rel:+.2f} %, 2 sigma {200.0 * scale.std:.2f} %"
-        f"{', beyond its interval: a payload weighed or a unit scaled otherwise' if scale.moved else ''}."
-    )
     parts: list[Part] = [
         Table(columns=(*_gain_columns(found, A), *COLUMNS), rows=rows),
-        Paragraph(words),
+        Paragraph(_common(found)),
+        Paragraph(
+            f"A verdict is MOVED beyond {found.each[0].limit:.2f} deviations of the logarithm of the change, so that "
+            "all joints together err once in 20 times where none moved. Changes and 2 sigma are in % of A."
+        ),
         Paragraph(_test("All joints together", found.together)),
     ]
     if found.pattern is not None:
-        parts.append(Paragraph(_test("Beside the common scale", found.pattern)))
+        parts.append(Paragraph(_test("Beside a scale common to all", found.pattern)))
     parts += [Paragraph(f"Joint {j + 1} has a gain in {which} only.") for j, which in found.missing]
     parts += _same_data(A, B)
     parts.append(_conclusion(found))
@@ -57,7 +56,22 @@ def _gain_columns(found: GainComparison, A: GainsFile) -> tuple[Column, ...]:
 
 
 def _numbers(each: Moved, apart: Moved) -> Sequence[tuple[float, str]]:
-    return (each.rel, "+.2f"), (2.0 * each.std, ".2f"), (apart.rel, "+.2f"), (2.0 * apart.std, ".2f")
+    return (each.rel, "+.2f"), (2.0 * each.rel_std, ".2f"), (apart.rel, "+.2f"), (2.0 * apart.rel_std, ".2f")
+
+
+def _common(found: GainComparison) -> str:
+    """The scale, and whose it is."""
+    scale, alone = found.scale, np.setdiff1d(found.joints, found.sharing).tolist()
+    if not len(found.sharing):
+        return (
+            f"No scale is common to more than half of the joints; beside that of all, {100.0 * scale.rel:+.2f} %, no "
+            "change tells which joint moved."
+        )
+    whose = f"all joints but {', '.join(str(j + 1) for j in alone)}" if alone else "all joints"
+    return (
+        f"Common to {whose}: {100.0 * scale.rel:+.2f} %, 2 sigma {200.0 * scale.rel_std:.2f} %"
+        f"{', beyond its interval: a payload weighed or a unit scaled otherwise' if scale.moved else ''}."
+    )
 
 
 def _verdict(each: Moved) -> Cell:
@@ -87,7 +101,9 @@ def _conclusion(found: GainComparison) -> Paragraph:
         return Paragraph(f"MOVED: joint {', '.join(moved)} beyond the interval.", Mood.BAD, strong=True)
     if found.moved:
         return Paragraph("MOVED: all joints together, though none alone.", Mood.BAD, strong=True)
-    return Paragraph("SAME: no gain moved beyond its interval.", Mood.GOOD, strong=True)
+    near = [str(j + 1) for j, each in zip(found.joints.tolist(), found.each, strict=True) if each.beyond_two]
+    words = f", joint {', '.join(near)} beyond 2 sigma, which one joint of several may be" if near else ""
+    return Paragraph(f"SAME: no gain moved beyond its interval{words}.", Mood.GOOD, strong=True)
 
 
 def _document(found: GainComparison) -> dict[str, object]:
@@ -98,6 +114,7 @@ def _document(found: GainComparison) -> dict[str, object]:
             for j, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)
         ],
         "scale": _moved(found.scale),
+        "scale_joints": [j + 1 for j in found.sharing.tolist()],
         "together": _tested(found.together),
         "pattern": None if found.pattern is None else _tested(found.pattern),
         "missing": [{"joint": j + 1, "only_in": which} for j, which in found.missing],
@@ -105,7 +122,13 @@ def _document(found: GainComparison) -> dict[str, object]:
 
 
 def _moved(each: Moved) -> dict[str, object]:
-    return {"rel_change": each.rel, "std": each.std, "turned": each.turned, "moved": each.moved}
+    return {
+        "rel_change": each.rel,
+        "std": each.std,
+        "rel_std": each.rel_std,
+        "turned": each.turned,
+        "moved": each.moved,
+    }
 
 
 def _tested(test: Together) -> dict[str, object]:

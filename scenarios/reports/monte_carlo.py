@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 
 from scenarios.files.schema import Scenario
 from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.error_density import panels, varies
 from scenarios.reports.plots import monte_carlo as plots
 from scenarios.studies.joint_rows import StudyRows
 from scenarios.studies.statistics import JointStatistics
@@ -99,18 +100,18 @@ def _verdict(statistics: tuple[JointStatistics, ...]) -> Paragraph:
 
 def _figures(result: StudyResult) -> list[Figure]:
     """Pictures of what there is: errors need two trials with a gain, gains on an axis need to differ."""
-    panels = plots.panels(result.rows.joints)
+    shown = panels(result.rows.joints)
     subject = plots.Subject(
         title=f"{result.scenario.name}, {result.statistics[0].trials} trials",
-        without=tuple(joint.joint for joint in result.statistics if joint.joint not in panels),
+        without=tuple(joint.joint for joint in result.statistics if joint.joint not in shown),
     )
-    if not panels:
+    if not shown:
         return []
     figures = [
-        Figure(HISTOGRAM, "Errors and the density that is claimed", lambda: plots.histograms(panels, subject)),
-        Figure(QQ, "z-scores against normal quantiles", lambda: plots.quantiles(panels, subject)),
+        Figure(HISTOGRAM, "Errors and the density that is claimed", lambda: plots.histograms(shown, subject)),
+        Figure(QQ, "z-scores against normal quantiles", lambda: plots.quantiles(shown, subject)),
     ]
-    drawn = {joint: rows for joint, rows in panels.items() if plots.varies(rows.true)}
+    drawn = {joint: rows for joint, rows in shown.items() if varies(rows.true)}
     if drawn:
         figures.append(
             Figure(AGAINST_TRUE, "Error against the injected gain", lambda: plots.against_true(drawn, subject))

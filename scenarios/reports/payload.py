@@ -41,7 +41,7 @@ def payload_report(design: PayloadDesign) -> Report:
             f"floor and arm. Frame: {where}."
         )
     )
-    parts.append(_conclusion(design))
+    parts += [*_own_is_better(design), _conclusion(design)]
     caption = f"{best.weight.shape.capitalize()} of {best.payload.mass:.3f} kg"
     parts.append(Figure(name=DRAWING, caption=caption, draw=lambda: draw_weight(best.weight), endings=("png", "svg")))
     return Report(f"Payload for scenario {design.scenario.name}", tuple(parts), document(design))
@@ -116,6 +116,21 @@ def _shape(design: PayloadDesign, candidate: Candidate) -> tuple[Cell, ...]:
     )
 
 
+def _own_is_better(design: PayloadDesign) -> list[Paragraph]:
+    """That the scenario's payload needs no other, if that is so; what is known of either is left aside."""
+    own, new = (design.worst(each.deviations) for each in (design.before, design.after))
+    if own > new:
+        return []
+    return [
+        Paragraph(
+            f"The scenario's own payload already shows the worst joint better: {percent(own, '.2f')} % against "
+            f"{percent(new, '.2f')} %; keep it.",
+            Mood.DOUBTFUL,
+            strong=True,
+        )
+    ]
+
+
 def _conclusion(design: PayloadDesign) -> Paragraph:
     shown = design.shows(design.after.deviations)
     missing = [str(j + 1) for j in design.problem.joints if not shown[j]]
@@ -135,6 +150,7 @@ def document(design: PayloadDesign) -> dict[str, object]:
         "scenario": design.scenario.name,
         "residual": RESIDUAL,
         "rated_load": design.most,
+        "own_is_better": design.worst(design.before.deviations) <= design.worst(design.after.deviations),
         "flange": design.flange.name or None,
         "before": _predicted(
             design, design.before.deviations, design.before.torque, payload_to_table(design.before.payload)

@@ -1,7 +1,10 @@
 """What `rx90 payload-of` says: mass, centre and inertia of a payload."""
 
+from collections.abc import Iterator, Sequence
+
 from ident.weighing.body import FoundBody
 from ident.weighing.together import FoundPayload
+from ident.weighing.verification import DIFFERS, Weighed
 from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.gains import sentence
 from scenarios.store.weighing_documents import payload_document
@@ -17,8 +20,14 @@ COLUMNS = (
 )
 
 
-def payload_report(found: FoundPayload, body: FoundBody) -> Report:
-    """The body in the frame of the last link, with intervals that contain those of the gains."""
+def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighed]) -> Report:
+    """The body in the frame of the last link, with intervals that contain those of the gains.
+
+    Args:
+        found: The payload's parameters.
+        body: Of it.
+        joints: The mass from each joint alone; empty where none is sure.
+    """
     rows = tuple(
         cells(
             each.name,
@@ -40,4 +49,22 @@ def payload_report(found: FoundPayload, body: FoundBody) -> Report:
     if body.possible is False:
         words = "no body has exactly these parameters; within their intervals one may"
         parts.append(Paragraph(sentence(f"Note: {words}"), Mood.DOUBTFUL))
-    return Report("Payload from its currents", tuple(parts), payload_document(found, body))
+    parts += [Paragraph(words, Mood.DOUBTFUL) for words in _doubts(body, joints)]
+    return Report("Payload from its currents", tuple(parts), payload_document(found, body, joints))
+
+
+def _doubts(body: FoundBody, joints: Sequence[Weighed]) -> Iterator[str]:
+    mass = body.of("mass")
+    if mass is not None and mass.value < 0.0:
+        yield "Note: the mass is below zero, if not surely: nothing seems mounted, or bare and loaded are swapped."
+    apart = [
+        f"joint {(each.joint or 0) + 1} says {each.mass.value:.3f} kg (2 sigma {2.0 * each.mass.std:.3f})"
+        for each in joints
+        if each.verdict == DIFFERS and each.mass is not None
+    ]
+    if apart and mass is not None:
+        yield (
+            f"WARNING: joints disagree on the mass: alone, {', '.join(apart)}; all together, {mass.value:.3f} kg. A "
+            "gain is off, or the payload moved, and the intervals do not contain that; rx90 verify holds gains against "
+            "a scale."
+        )

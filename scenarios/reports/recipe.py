@@ -1,9 +1,10 @@
 """What `rx90 recipe` writes: a page for those who record, every number from the scenario."""
 
 import shlex
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
+from ident.checks.clock import slowest_hz
 from ident.observation import REGRESSOR_RATE, ObserveOptions
 from ident.payload import Payload
 from scenarios.build import Bench
@@ -29,9 +30,15 @@ WEIGHTS = (
 )
 SHOWN_HZ = 1000.0
 """Rate at which speeds of the motion are looked at."""
+SETTINGS = (
+    "Tell the controller what is mounted, as its manual asks: measured or commanded motor currents mean the same "
+    "whatever it feeds forward. Never log one that a payload was taken out of."
+)
+"""What the robot's own settings of a payload are to be: u = K i holds for the current that the motor gets."""
 BEFORE = (
     "Weigh every payload on a scale and write mass and deviation into its file: its error goes into the gains in full.",
-    "Bolt the payload so that it cannot turn or rattle; enter its mass and centre into the robot's own settings too.",
+    "Bolt the payload so that it cannot turn or rattle.",
+    SETTINGS,
     "Mount exactly what the files describe: hoses, sensors and grippers count, or stay on for bare motions as well.",
     "Log a minute at rest: positions must not drift, and a log must have every sample once.",
     "Turn each joint by hand or slowly: the position that is logged must rise when the model's joint does.",
@@ -45,11 +52,12 @@ SAFETY = (
 )
 
 
-def recipe_report(prepared: Bench, name: str, commands: Collection[str]) -> Report:
+def recipe_report(prepared: Bench, payloads: Mapping[str, Payload], name: str, commands: Collection[str]) -> Report:
     """The page.
 
     Args:
         prepared: The scenario.
+        payloads: As it states them, by mounting.
         name: As commands name it.
         commands: Names of those that there are.
     """
@@ -57,7 +65,7 @@ def recipe_report(prepared: Bench, name: str, commands: Collection[str]) -> Repo
     robot = prepared.experiments[0].plant.robot
     load = robot.rated_load
     rated = "" if load is None else f" The arm is rated for {load:g} kg, everything mounted together."
-    heavy = [each for each, payload in prepared.payloads.items() if load is not None and payload.mass > load]
+    heavy = [each for each, payload in payloads.items() if load is not None and payload.mass > load]
     rated += f" Beyond that: {', '.join(heavy)}; the manual says whether, and how fast." if heavy else ""
     parts: list[Part] = [
         Heading("Command"),
@@ -69,9 +77,10 @@ def recipe_report(prepared: Bench, name: str, commands: Collection[str]) -> Repo
         Paragraph("or --out motion.yaml for ROS 2, motion.script for URScript. To look at it: "),
         Line(shlex.join(["rx90", "view", name])),
         Heading("Mount"),
-        _weights(prepared),
+        _weights(payloads),
         Paragraph(
-            "In the frame of the last link, as the scenario believes; write what you measure into the files." + rated
+            "In the frame of the last link, as the scenario states; +- is one standard deviation. The files stand "
+            "beside this page: write what you measure into them." + rated
         ),
         Heading("Log"),
         *_log(table.identification.observe),
@@ -108,10 +117,10 @@ def _warm_up(seconds: float) -> str:
     )
 
 
-def _weights(prepared: Bench) -> Table:
+def _weights(payloads: Mapping[str, Payload]) -> Table:
     rows = tuple(
         cells(name, _mass(payload), _centre(payload), payload.known, payload_file(name))
-        for name, payload in prepared.payloads.items()
+        for name, payload in payloads.items()
     )
     return Table(columns=WEIGHTS, rows=rows)
 
@@ -121,33 +130,53 @@ def _mass(payload: Payload) -> str:
 
 
 def _centre(payload: Payload) -> str:
-    return "not stated" if payload.com is None else ", ".join(f"{x:g}" for x in payload.com)
+    if payload.com is None:
+        return "not stated"
+    spread = f" +- {', '.join(f'{x:g}' for x in payload.com_std)}" if any(payload.com_std) else ""
+    return ", ".join(f"{x:g}" for x in payload.com) + spread
 
 
 def _log(observe: ObserveOptions) -> list[Part]:
-    highest = max(observe.cutoff_hz, observe.decimation_cutoff_hz)
     return [
         Paragraph(
-            "Time, positions of the joints and currents of the drives, each motion from its start to its end, at more "
-            f"than {2.0 * highest:g} Hz: identification filters at {highest:g} Hz. As good as any are "
-            f"{REGRESSOR_RATE * observe.cutoff_hz:g} Hz; faster logs are averaged."
+            "Time, positions of the joints and currents of the drives, each motion from its start to its end, "
+            f"at {slowest_hz(observe):g} Hz or more. As good as any are {REGRESSOR_RATE * observe.cutoff_hz:g} Hz; "
+            "faster logs are averaged."
         ),
         Paragraph(
             "Positions and currents by one clock, as raw as they are to be had. Say which current it is: measured or "
-            "commanded, in A, or as torque with its constant; never one with the weight taken out."
+            "commanded, in A, or as torque with its constant."
         ),
     ]
+
+
+def _checked(prepared: Bench, files: Sequence[str]) -> list[list[str]]:
+    """Recordings of a check each: the bare ones with those of one mounting."""
+    bare = [file for file, carried in zip(files, prepared.protocol, strict=True) if carried == BARE]
+    loaded = dict[str, list[str]]()
+    for file, carried in zip(files, prepared.protocol, strict=True):
+        if carried != BARE:
+            loaded.setdefault(carried, []).append(file)
+    if not bare or not loaded:
+        return [list(files)]
+    return [[*bare, "--loaded", *each, "--payload", payload_file(name)] for name, each in loaded.items()]
 
 
 def _afterwards(prepared: Bench, commands: Collection[str]) -> list[Part]:
     files = [f"{each.name}.parquet" for each in prepared.experiments]
     first, (model, *believed) = files[0], model_words(prepared)
+    n = prepared.experiments[0].plant.robot.n
+    columns = ["t=time[ms]", f"q=pos_{{1..{n}}}[deg]", f"v=cur_{{1..{n}}}[mA]"]
     parts: list[Part] = [
-        Line(shlex.join(["rx90", "convert", "LOG", "--out", first, "--signal", "current"])),
+        Paragraph(
+            f"A log whose columns are t [s], q1 .. q{n} [rad] and v1 .. v{n} [drive units] is a recording as it is, "
+            "CSV too. Another one becomes one, with the names and units of its columns in place of these:"
+        ),
+        Line(shlex.join(["rx90", "convert", "LOG", "--out", first, "--signal", "current", "--columns", *columns])),
         Paragraph("and so on for each motion; then:"),
     ]
     if "check" in commands:
-        parts.append(Line(shlex.join(["rx90", "check", model, *files, *believed])))
+        parts += [Line(shlex.join(["rx90", "check", model, *words, *believed])) for words in _checked(prepared, files)]
     other = ["--loaded", "other.parquet", "--payload", "other.toml"]
     bare = next((file for file, carried in zip(files, prepared.protocol, strict=True) if carried == BARE), None)
     parts.append(Line(identify_command(prepared, Path()) + " --gains-out gains.toml"))

@@ -19,7 +19,18 @@ ANSWERS = "answers.json"
 
 
 class AnswerRow(BaseModel):
-    """One call: gains, one a joint, or the kind of failure with its reason."""
+    """One call: gains, one a joint, or the kind of failure with its reason.
+
+    Attributes:
+        problem: Name of its folder.
+        digest: SHA-256 of the names and contents of the problem's files.
+        method: As it was given.
+        files: Digest of each file of the method's own that is known, and version of each package that it imports.
+        seconds: Wall time of the call [s].
+        failure: Kind of what went wrong, null if there are gains.
+        reason: What went wrong, in words.
+        gains: One a joint, in their order; none of a call that failed.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
     problem: str

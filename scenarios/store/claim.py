@@ -1,7 +1,7 @@
 """Files that a command may write: found out before the work, and not over files that are not its own.
 
 A command leaves `.rx90.json` beside what it wrote, with its name and the digest of each file. It writes over these
-again; over any other file, or one that has been changed since, only when told to.
+again; over any other file, or one that has been changed since, only when told to; over one that it reads, never.
 """
 
 import hashlib
@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from scenarios.errors import NotOurs
+from ident.naming import one_line
+from scenarios.errors import NotOurs, OverInput
 
 RECORD = ".rx90.json"
 
@@ -49,7 +50,7 @@ class Claim:
             (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
 
 
-def claim(folder: Path, names: Iterable[str], *, command: str, force: bool) -> Claim:
+def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:
     """Find out whether a command may write files, and can.
 
     Args:
@@ -57,19 +58,24 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool) -> C
         names: Of the files.
         command: The command.
         force: Whether files that are not its own may be written over.
+        reads: Files that the command reads; over none of them it writes, forced or not.
 
     Raises:
+        OverInput: If a file is one that the command reads.
         NotOurs: If one is there that the command did not write, or that was changed since.
         OSError: If folder or file cannot be written.
     """
     held = Claim(folder, tuple(names), command)
     _check_folder(folder)
+    there = [path for path in reads if os.path.exists(path)]
     ours = {} if force else _records(folder).get(command, {})
     for name in held.names:
         path = folder / name
         if not path.exists():
             continue
         _check_file(path)
+        if any(path.samefile(read) for read in there):
+            raise OverInput(f"{one_line(path)}: {command} reads this file, and would write over it; name another place")
         if not force and name not in ours:
             raise NotOurs(f"{path}: {command} did not write this file; name another place, or add --force")
         if not force and ours[name] != _digest(path):

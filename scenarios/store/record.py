@@ -7,9 +7,7 @@ none, or is half written.
 import hashlib
 import shlex
 from collections.abc import Sequence
-from dataclasses import fields
 from datetime import UTC, datetime
-from itertools import groupby
 from pathlib import Path
 from typing import Literal
 
@@ -17,11 +15,10 @@ from pydantic import Field, JsonValue
 
 from ident.logs.description import LogDescription
 from ident.naming import one_line
-from ident.observation import ObserveOptions
-from ident.options import GainOptions
 from ident.recording import Recording
 from ident.recording_files import read_recording, read_unchecked
 from scenarios.errors import DamagedResult, ForeignProblem, ForeignResult
+from scenarios.store.command_words import coupling_words, motion_words, option_words
 from scenarios.store.documents import to_json
 from scenarios.store.problem_folder import GivenProblem, Name, ProblemFile, given_problem, read_stated
 
@@ -32,9 +29,10 @@ Kind = Literal["run", "identification", "check", "bare"]
 class RecordFile(ProblemFile):
     """A problem, what was made of it, and the digests of the folder's files.
 
-    `sources` are the names that the recordings had, `scenario` of a run what it was called by. Of a check, `payload`
-    is the one that was asked about, and `about` what the gains are about [N m / drive unit]. Of bare motions, `payload`
-    is the one that would be mounted, and `believed` the gains that were given.
+    `sources` are the names that the recordings had, `scenario` of a run what it was called by, and `scene` what tells
+    its picture from that of another (`scenarios.store.scene`). Of a check, `payload` is the one that was asked about,
+    and `about` what the gains are about [N m / drive unit]. Of bare motions, `payload` is the one that would be
+    mounted, and `believed` the gains that were given.
     """
 
     kind: Kind
@@ -43,6 +41,7 @@ class RecordFile(ProblemFile):
     created: str
     sources: tuple[str, ...]
     scenario: str | None = None
+    scene: str | None = None
     method: str | None = None
     options: dict[str, JsonValue] = Field(default_factory=dict)
     payload: Name | None = None
@@ -117,14 +116,11 @@ def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
 
 def identify_words(folder: Path, record: RecordFile) -> str:
     """The command that identifies the same from a folder, wherever it is."""
-    words = ["rx90", "identify", "--model", str(folder / record.robot.model)]
-    for payload, motions in groupby(record.motions, key=lambda motion: motion.payload):
-        words += ["--unloaded" if payload is None else "--loaded", *(str(folder / each.recording) for each in motions)]
-        words += [] if payload is None else ["--payload", str(folder / payload)]
+    words = ["rx90", "identify", "--model", str(folder / record.robot.model), *motion_words(folder, record.motions)]
     words += [] if record.method is None else ["--method", record.method]
     words += [] if record.believed is None else ["--gains", str(folder / record.believed)]
     words += [] if record.kind != "bare" or record.payload is None else ["--if-loaded", str(folder / record.payload)]
-    return shlex.join([*words, *coupling_words(record), *option_words(record)])
+    return shlex.join([*words, *_stated(record)])
 
 
 def check_words(folder: Path, record: RecordFile) -> str:
@@ -136,22 +132,9 @@ def check_words(folder: Path, record: RecordFile) -> str:
     if loaded:
         words += ["--loaded", *loaded]
     words += [] if record.payload is None else ["--payload", str(folder / record.payload)]
-    return shlex.join([*words, *coupling_words(record), *option_words(record)])
+    return shlex.join([*words, *_stated(record)])
 
 
-def coupling_words(record: RecordFile) -> list[str]:
-    """Options that say which motors turn with two joints."""
-    return [word for first, second in record.robot.couplings for word in ("--coupling", str(first), str(second))]
-
-
-def option_words(record: RecordFile) -> list[str]:
-    """Options other than their defaults."""
-    words: list[str] = []
-    for stated, defaults in ((record.observe, ObserveOptions()), (record.gains, GainOptions())):
-        for field in fields(defaults):
-            value = stated.get(field.name, getattr(defaults, field.name))
-            if value != getattr(defaults, field.name):
-                words += [f"--{field.name.replace('_', '-')}", str(value)]
-    for name, value in record.options.items():
-        words += [] if value is None else ["--option", f"{name}={value}"]
-    return words
+def _stated(record: RecordFile) -> list[str]:
+    options = option_words(record.observe, record.gains, record.options)
+    return [*coupling_words(record.robot.couplings), *options]

@@ -1,18 +1,17 @@
 """A run as a folder, that of `--save`, and the command that identifies the same from it."""
 
+import os
 import shlex
 from dataclasses import asdict, fields
-from itertools import groupby
 from pathlib import Path
 
-from ident.observation import ObserveOptions
-from ident.options import GainOptions
 from ident.payload_files import write_payload
 from ident.recording_files import write_recording
 from scenarios.build import Bench
 from scenarios.files.mountings import BARE, LOADED, grouped
 from scenarios.files.schema_line import schema_line
 from scenarios.run import Run, as_identified
+from scenarios.store.command_words import coupling_words, motion_words, option_words
 from scenarios.store.documents import run_document, to_json, true_bodies
 from scenarios.store.gains_file import Origin
 from scenarios.store.problem_folder import MODELS, MotionTable, RobotTable, write_model
@@ -31,7 +30,7 @@ def payload_file(mounting: str) -> str:
     return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
 
 
-def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None) -> None:
+def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None, scene: str | None = None) -> None:
     """Write recordings, believed payloads, the arm, truth and result, and the record of all that.
 
     `identify_command` gives the same estimate on them, to the last digit.
@@ -41,6 +40,7 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
         folder: Where.
         command: That made it.
         named: What the scenario was called by.
+        scene: By `scene_digest`, of that scenario.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -60,15 +60,13 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     (folder / RESULT).write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
     robot = run.bench.experiments[0].plant.robot
     model = write_model(robot.model, robot.flange, folder)
-    record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named})
+    record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named, "scene": scene})
     write_record(record, folder)
 
 
 def _record(run: Run, folder: Path, model: str) -> RecordFile:
     prepared, scenario = run.bench, run.bench.scenario
-    chosen, order = scenario.table.identification, grouped(prepared.protocol)
-    names = [f"{prepared.experiments[k].name}.parquet" for k in order]
-    carried = [prepared.protocol[k] for k in order]
+    chosen, motions = scenario.table.identification, _motions(prepared)
     written = [name for name in run_files(prepared) if name not in (*MODELS, RECORD)]
     return RecordFile(
         format=1,
@@ -76,12 +74,9 @@ def _record(run: Run, folder: Path, model: str) -> RecordFile:
         title=f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}",
         command="",
         created=now(),
-        sources=tuple(names),
+        sources=tuple(motion.recording for motion in motions),
         robot=RobotTable(model=model, couplings=scenario.table.belief.couplings),
-        motions=tuple(
-            MotionTable(recording=name, payload=None if what == BARE else payload_file(what))
-            for name, what in zip(names, carried, strict=True)
-        ),
+        motions=motions,
         observe=asdict(chosen.observe),
         gains=asdict(chosen.gains),
         method=chosen.method,
@@ -106,33 +101,31 @@ def origin(run: Run) -> Origin:
 def model_words(prepared: Bench) -> list[str]:
     """The model file of the arm, and the options that say what is believed of it: flange and couplings."""
     robot = prepared.experiments[0].plant.robot
-    words = [str(robot.model)] if robot.flange is None else [str(robot.model), "--flange", robot.flange]
-    for first, second in prepared.scenario.table.belief.couplings:
-        words += ["--coupling", str(first), str(second)]
-    return words
+    model = short_path(robot.model)
+    words = [model] if robot.flange is None else [model, "--flange", robot.flange]
+    return [*words, *coupling_words(prepared.scenario.table.belief.couplings)]
+
+
+def short_path(path: Path) -> str:
+    """A path without detours, where it is the same file without them."""
+    short = Path(os.path.normpath(path))
+    return str(short if short.exists() and short.samefile(path) else path)
 
 
 def identify_command(prepared: Bench, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
     chosen = prepared.scenario.table.identification
-    words = ["rx90", "identify", "--model", *model_words(prepared)]
-    words += [*_motion_words(prepared, folder), "--method", chosen.method]
-    for options, defaults in ((chosen.observe, ObserveOptions()), (chosen.gains, GainOptions())):
-        for field in fields(options):
-            value = getattr(options, field.name)
-            if value != getattr(defaults, field.name):
-                words += [f"--{field.name.replace('_', '-')}", str(value)]
-    for name, value in chosen.options.items():
-        words += ["--option", f"{name}={value}"]
-    return shlex.join(words)
+    words = ["rx90", "identify", "--model", *model_words(prepared), *motion_words(folder, _motions(prepared))]
+    options = option_words(asdict(chosen.observe), asdict(chosen.gains), chosen.options)
+    return shlex.join([*words, "--method", chosen.method, *options])
 
 
-def _motion_words(prepared: Bench, folder: Path) -> list[str]:
-    """Recordings in the order that identification is given them, those of a payload followed by its description."""
-    words: list[str] = []
-    for carried, motions in groupby(grouped(prepared.protocol), key=lambda k: prepared.protocol[k]):
-        words.append("--unloaded" if carried == BARE else "--loaded")
-        words += [str(folder / f"{prepared.experiments[k].name}.parquet") for k in motions]
-        if carried != BARE:
-            words += ["--payload", str(folder / payload_file(carried))]
-    return words
+def _motions(prepared: Bench) -> tuple[MotionTable, ...]:
+    """Recordings in the order that identification is given them, by the names of their files."""
+    return tuple(
+        MotionTable(
+            recording=f"{prepared.experiments[k].name}.parquet",
+            payload=None if prepared.protocol[k] == BARE else payload_file(prepared.protocol[k]),
+        )
+        for k in grouped(prepared.protocol)
+    )

@@ -3,7 +3,7 @@
 import json
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -61,7 +61,8 @@ def read_study(folder: Path) -> StoredStudy:
         first = one_line(" ".join(str(error).splitlines()[:3]))
         raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
     held = StudyFolder(folder, len(table.tolerance.gain))
-    missing = sum(map(len, held.missing(trials))) if held.trials.is_dir() else trials
+    held = held.as_it_is() if held.trials.is_dir() else replace(held, seen=())
+    missing = sum(map(len, held.missing(trials)))
     if missing:
         raise UnfinishedResult(f"{one_line(folder)}: {missing} of {trials} trials are missing; go on with: {command}")
     return StoredStudy(

@@ -9,7 +9,7 @@ import itertools
 import json
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pandas as pd
@@ -41,10 +41,12 @@ class StudyFolder:
     Attributes:
         path: Where it is.
         rows_per_trial: One a joint.
+        seen: Its parts if nobody adds to them any more, None if they are looked at anew each time.
     """
 
     path: Path
     rows_per_trial: int
+    seen: tuple[Part, ...] | None = None
 
     @property
     def trials(self) -> Path:
@@ -58,12 +60,18 @@ class StudyFolder:
             ForeignFolder: If a file is no part.
             DamagedFolder: If one is not what its name says.
         """
+        if self.seen is not None:
+            return list(self.seen)
         parts = [checked_part(path, self.rows_per_trial) for path in self.trials.iterdir()]
         parts.sort(key=lambda part: part.trials.start)
         for before, after in itertools.pairwise(parts):
             if after.trials.start < before.trials.stop:
                 raise DamagedFolder(f"{self.trials / after.name}: its trials are in {before.name} too; move one away")
         return parts
+
+    def as_it_is(self) -> "StudyFolder":
+        """The folder with its parts looked at once and for all; raises as `parts`."""
+        return replace(self, seen=tuple(self.parts()))
 
     def missing(self, count: int) -> list[range]:
         """Those of the first `count` trials that are not finished, lost ones among them, in order."""

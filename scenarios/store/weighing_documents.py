@@ -41,8 +41,8 @@ def prediction_document(estimate: GainEstimate, found: Sequence[JointPrediction]
     }
 
 
-def payload_document(found: FoundPayload, body: FoundBody) -> dict[str, object]:
-    """A payload: parameters at the origin of the last frame with covariance, mass, centre and inertia."""
+def payload_document(found: FoundPayload, body: FoundBody, joints: Sequence[Weighed]) -> dict[str, object]:
+    """A payload: parameters at the origin of the last frame with covariance, mass, centre and inertia, joints alone."""
     return {
         "parameters": [
             {
@@ -60,6 +60,7 @@ def payload_document(found: FoundPayload, body: FoundBody) -> dict[str, object]:
         "body": [_quantity(each) for each in body.quantities],
         "refused": {**found.refused, **body.refused},
         "possible": body.possible,
+        "joints": [_weighed(each) for each in joints],
         "notes": list(found.selected.remarks),
     }
 

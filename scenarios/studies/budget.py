@@ -19,7 +19,12 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interval:
-    """A value and its 95 % bootstrap interval."""
+    """A value and its 95 % bootstrap interval.
+
+    Attributes:
+        value: A share of the gain, or of its error's variance.
+        low, high: Ends of the interval, shares as the value is.
+    """
 
     value: float
     low: float
@@ -36,7 +41,7 @@ class SourceCost:
         trials: Trials of the source alone that gave a gain.
         bias: Mean relative error it makes alone, that of the method with every source off included.
         rms: Root mean square of the relative error it makes alone.
-        share: Of the sum of all sources' mean squares.
+        share: The source's share of the sum of all sources' mean squares.
         first, total: Sobol indices: share of the error's variance that goes if the source is known, and that stays if
             all others are; None if the design has too few complete samples.
     """

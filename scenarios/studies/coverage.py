@@ -19,8 +19,8 @@ class Coverage:
     """How often an interval held the truth.
 
     Attributes:
-        share: Of the trials with a gain and a deviation.
-        low, high: Its 95 % interval (Clopper and Pearson).
+        share: Share of the trials with a gain and a deviation.
+        low, high: Ends of the 95 % interval of that share (Clopper and Pearson).
     """
 
     share: float

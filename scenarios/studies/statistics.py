@@ -24,14 +24,15 @@ class JointStatistics:
         failed: Trials without any estimate.
         refused: Trials that were carried out and gave no gain for this joint.
         bias: Mean relative error.
-        bias_std: Standard deviation of that mean.
+        bias_std: Standard deviation of that mean, relative to the gain too.
         spread: Standard deviation of the relative error.
         p95: 95th percentile of the magnitude of the relative error.
         claimed: Root mean square of the claimed relative standard deviation.
-        cover_1, cover_2: Share of trials within 1 and 2 claimed standard deviations (normal: 0.683 and 0.954).
+        cover_1: Share of gains that err by less than 1 claimed standard deviation (normal: 0.683).
+        cover_2: Share of gains that err by less than 2 claimed standard deviations (normal: 0.954).
         pass_rate: Share of trials that passed; one that failed did not.
-        pass_low, pass_high: Its 95 % interval (Clopper and Pearson).
-        wanted: Pass rate that the scenario asks for.
+        pass_low, pass_high: Ends of the 95 % interval of that share (Clopper and Pearson).
+        wanted: Share of passes that the scenario asks for.
         allowed: Misses that do not contradict it.
         held: False if the trials contradict that pass rate; of trials too few to do so, whether all passed.
     """

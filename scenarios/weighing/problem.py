@@ -97,17 +97,27 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequ
     return options_from_table(kind, {**stated, **table_from_words(kind, words)})
 
 
-def check_unseen(file: GainsFile, loaded: Sequence[Recording]) -> None:
-    """Check that no gain was found from a loaded motion: it would give back the mass that was stated then.
+def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
+    """Check that no gain was found from a loaded motion, and that none that is given as bare carried a payload then.
+
+    A loaded one would give back the mass that was stated then.
 
     Raises:
         SeenBefore: If one was.
     """
+    carried = {each.sha256: each.name for each in file.recordings if each.payload is not None}
+    for recording in unloaded:
+        name = carried.get(recording_digest(recording))
+        if name is not None:
+            raise SeenBefore(
+                f"{one_line(recording.name)}: given as bare, but it carried a payload when the gains were found "
+                f"({name}); are bare and loaded swapped?"
+            )
     seen = {each.sha256: each.name for each in file.recordings}
     for recording in loaded:
         digest = recording_digest(recording)
         if digest in seen:
             raise SeenBefore(
                 f"{one_line(recording.name)}: the gains were found from this recording ({seen[digest]}), and would "
-                "give back the mass that was stated then; verify with another weight"
+                "give back the mass that was stated then; take a recording with another weight"
             )

@@ -92,6 +92,7 @@ def exact_observation(
                 W=W_st[:, j, structure.base.columns[columns]],
                 columns=columns,
                 W_L=W_L,
+                weight=np.ones(rows),
                 t=np.arange(rows),
                 position=np.arange(rows),
                 row_period=0.05,

@@ -67,9 +67,9 @@ def aborts(problem: GivenProblem) -> list[dict]:
 
 
 def sleeps(problem: GivenProblem) -> list[dict]:
-    """Leaves its number, and that of a child that outlives it, in a file named by the environment."""
+    """Leaves its number, and that of a child that outlives it, in a file of the working folder."""
     child = subprocess.Popen(["sleep", "600"])
-    Path(os.environ["SLEEPERS"]).write_text(f"{os.getpid()} {child.pid}")
+    Path("sleepers").write_text(f"{os.getpid()} {child.pid}")
     time.sleep(600)
     return []
 

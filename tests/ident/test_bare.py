@@ -173,8 +173,19 @@ def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure,
         own=(*final.own[:2], renamed, *final.own[3:]),
         fit=replace(final.fit, phi=(*final.fit.phi[:2], moved, *final.fit.phi[3:])),
     )
-    found = _rival_friction(Rival(share=0.4, other=other, final=final), 2)
+    found = _rival_friction(Rival(share=0.4, other=other, final=final), 2, final)
     np.testing.assert_allclose(found, [0.4 * 0.5, 0.4 * -0.2, 0.0, 0.4 * 0.3, 0.4 * 0.7], rtol=1e-12)  # rounding
+
+
+def test_a_rival_pair_of_fewer_columns_than_the_final_fit_changes_those_that_both_have(structure, chi, rng):
+    """Stiff and yielding joints are compared before load friction and curves are among the columns."""
+    soft = gain_ratios(bare(structure, chi, rng, 1e-3), AllJointsOptions()).selected.final
+    own, phi = soft.own[2], soft.fit.phi[2]
+    stiff = replace(soft, fit=replace(soft.fit, phi=(*soft.fit.phi[:2], phi + 0.3, *soft.fit.phi[3:])))
+    more = replace(own, names=("cbrt", *own.names, "load"), motion=(-1, *own.motion, -1))
+    final = replace(soft, own=(*soft.own[:2], more, *soft.own[3:]))
+    found = _rival_friction(Rival(share=0.15, other=stiff, final=soft), 2, final)
+    np.testing.assert_allclose(found, [0.0, *[0.15 * 0.3] * len(phi), 0.0], rtol=1e-12)  # rounding
 
 
 def test_a_gain_is_off_beside_what_the_reference_says():

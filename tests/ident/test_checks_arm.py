@@ -8,15 +8,16 @@ import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 from ident.arm import load_arm
+from ident.checks import payload_decides
 from ident.checks.check import Checked, check
-from ident.checks.comparison import prepared, single_readings
+from ident.checks.comparison import Comparison, prepared, single_readings
 from ident.checks.excitation import excitation_remarks, predicted_rel_std
 from ident.checks.payload_decides import explained_with_payload, moved_gains, payload_remarks
 from ident.checks.remark import Grade
 from ident.errors import RecordingError
 from ident.estimators import ls_2011
 from ident.evidence import EVIDENCE
-from ident.explanation import unknowns_of
+from ident.explanation import Explanation, unknowns_of
 from ident.identification import ALONE_OPTIONS
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
@@ -91,18 +92,14 @@ def test_the_wrist_turned_is_told_first_where_friction_brakes(ur, logs):
 
 
 def test_a_current_negated_shows_by_friction_alone(ur, logs):
-    found = checked(changed(logs, v=lambda v: v * [1, 1, 1, -1, 1, 1]), ur)
+    expected = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
+    bad = changed(logs[:1], v=lambda v: v * expected)
+    found = checked(bad, ur)
     assert found.backward == (3,)
     assert found.named == ()
     (line,) = lines(found, "friction")
     assert (line.grade, line.joint) == (Grade.WEAK, 3)
-    expected = np.array([1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
-    assert checked(changed(logs, v=lambda v: v * expected), ur, about=expected).backward == ()
-
-
-def test_a_joint_that_friction_drives_in_one_log_and_brakes_in_another_is_not_backward(ur, logs):
-    (bad,) = changed(logs[1:], v=lambda v: v * [1, 1, 1, -1, 1, 1])
-    assert checked([logs[0], bad], ur).backward == ()
+    assert checked(bad, ur, about=expected).backward == ()
 
 
 def test_positions_that_no_joint_reaches_are_wrong_whatever_explains_them(ur, logs):
@@ -122,7 +119,9 @@ def test_a_log_that_cannot_be_filtered_is_wrong_and_not_compared(ur, logs):
     assert found.comparison is None
     assert found.grade is Grade.WRONG
     assert found.named == ()
-    assert all("not compared" in each.seen for each in lines(found, "model"))
+    assert {each.log for each in lines(found, "model")} == {log.name for log in logs}
+    assert all(each.seen.startswith("not compared: ") for each in lines(found, "model"))
+    assert not any(f"{each.log}: " in each.seen for each in lines(found, "model"))
     assert checked([short[0], logs[0]], ur).comparison is not None
 
 
@@ -138,6 +137,23 @@ def test_each_log_is_observed_once(ur, logs, monkeypatch):
     found = checked(logs[:1], ur)
     assert asked == [logs[0].name]
     assert found.logs[0].observed is not None
+
+
+def test_a_check_hands_on_what_each_usable_log_carries_and_the_ratio_that_fits(ur, logs, monkeypatch):
+    asked = {}
+    left = Explanation(as_it_is(ur.arm), np.full(6, 0.03), np.full(6, 900))
+    nothing = Comparison(given=left, unreachable=(), same=(), alternatives=())
+    stubs = {
+        "motor_side": lambda logs: ("a ratio",),
+        "compared": lambda logs, more: asked.update(more=more) or nothing,
+        "payload_remarks": lambda logs, carrying, payload, same: asked.update(carrying=carrying) or [],
+    }
+    for name, stub in stubs.items():
+        monkeypatch.setattr(f"ident.checks.check.{name}", stub)
+    short = Recording(logs[0].t[:60], logs[0].q[:60], logs[0].v[:60], "short")
+    found = checked([short, logs[1], logs[0]], ur, payload=BRICK, loaded=[False, True, False], about=np.abs(UR_GAIN))
+    assert asked == {"more": ("a ratio",), "carrying": [True, False]}
+    assert lines(found, "excitation") == []  # the first that is usable carries it already
 
 
 def test_a_log_of_another_number_of_joints_is_refused(ur, logs):
@@ -169,8 +185,9 @@ def test_the_payload_as_drawn_decides_about_the_zero_of_the_last_joint(ur, logs)
     (line,) = payload_remarks(wrong, [False, True], BRICK, last)
     assert line.grade is Grade.WRONG
     assert line.seen.startswith("q6 plus 90 degrees fits the payload's torque better")
-    (line,) = payload_remarks(alone, [False], BRICK, last)
-    assert "a bare and a loaded recording with this payload tell" in line.seen
+    for seen, carrying in ((alone, [False]), (wrong, [False, False]), (wrong, [True, True])):
+        (line,) = payload_remarks(seen, carrying, BRICK, last)
+        assert "a bare and a loaded recording with this payload tell" in line.seen
     assert payload_remarks(wrong, [False, True], replace(BRICK, known="mass"), last) == []
     assert payload_remarks(wrong, [False, True], BRICK, [reading(ur, "q1 plus 90 degrees")]) == []
 
@@ -203,6 +220,15 @@ def test_what_a_payload_says_takes_the_evidence_of_instants_that_show_a_joint(ur
     assert told == {Grade.GOOD, Grade.WRONG}
 
 
+def test_friction_and_offset_may_be_others_in_every_motion_after_the_first(rng):
+    own, motion = rng.normal(size=(7, 84)), np.array([0, 0, 1, 1, 1, 2, 2])
+    expected = np.zeros((7, 6))
+    last_three = own[:, 14 * 2 + 11 : 14 * 3]
+    expected[2:5, :3], expected[5:, 3:] = last_three[2:5], last_three[5:]
+    np.testing.assert_array_equal(payload_decides._again(own, 2, motion), expected)
+    assert payload_decides._again(own[:2], 2, motion[:2]).shape == (2, 0)
+
+
 def test_a_check_with_a_payload_asks_it(ur, logs):
     bad = changed(logs, q=lambda q: q - [0, 0, 0, 0, 0, np.pi / 2])
     found = checked(bad, ur, payload=BRICK, loaded=[False, True])
@@ -217,6 +243,18 @@ def test_the_deviation_that_is_predicted_is_that_of_the_loaded_motion(ur, logs):
     expected = [joint.predicted_rel_std for joint in found.joints]
     # currents of the loaded motion are larger, and 5 % of them is the floor; its uncertainty allows for stretches
     np.testing.assert_allclose(predicted, expected, rtol=0.4)
+    wired = np.abs(UR_GAIN) * [1, -1, 1, -1, -1, 1]
+    assert predicted_rel_std(bare, BRICK, wired, GAINS) == predicted
+
+
+def test_joints_whose_gain_would_not_be_good_enough_are_listed():
+    options = replace(GAINS, max_rel_std=0.07)
+    (line,) = excitation_remarks("bare", (0.0123, None, 0.071, 0.069, 0.5), options)
+    assert (line.grade, line.log) == (Grade.WEAK, "bare")
+    assert line.seen.endswith("joint by joint: 1.2, -, 7.1, 6.9, 50 %")
+    assert str(line.advice).endswith("for joint 2, 3, 5")
+    (line,) = excitation_remarks("bare", (0.0123, 0.069), options)
+    assert (line.grade, line.advice) == (Grade.GOOD, None)
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, fourier, known_logs, u
 from ident.checks.clipping import clipped, clipping_remarks
 from ident.checks.clock import clock_remarks
 from ident.checks.columns import column_remarks
-from ident.checks.lateness import BENT, delay_remark, lateness
+from ident.checks.lateness import BENT, Lateness, delay_remark, lateness
 from ident.checks.motion import joint_motions, motion_remarks
 from ident.checks.noise import acceleration_noise, noise_remarks, noise_std, quantum
 from ident.checks.remark import Grade, Remark, worst
@@ -71,10 +71,13 @@ def test_missing_samples_are_counted_where_the_clock_shows_them(log):
 def test_a_hole_is_wrong_and_so_are_many_small_gaps(log):
     # ten intervals of 8 ms and a bit, beyond which nothing is interpolated
     assert told(clock_remarks(without(log, np.arange(500, 509))), "missing samples").grade is Grade.WEAK
-    assert told(clock_remarks(without(log, np.arange(500, 510))), "missing samples").grade is Grade.WRONG
+    hole = told(clock_remarks(without(log, np.arange(500, 510))), "missing samples")
+    assert (hole.grade, hole.advice) == (Grade.WRONG, "use one side of the hole")
     few, many = np.arange(40, 2400, 59), np.arange(40, 2400, 45)  # 40 and 53 of 2500 samples, 2 % are 50
     assert told(clock_remarks(without(log, few)), "missing samples").grade is Grade.WEAK
-    assert told(clock_remarks(without(log, many)), "missing samples").grade is Grade.WRONG
+    found = told(clock_remarks(without(log, many)), "missing samples")
+    assert found.grade is Grade.WRONG
+    assert str(found.advice).startswith("record again")
 
 
 def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(log):
@@ -88,9 +91,21 @@ def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(log):
     assert found.grade is Grade.WEAK  # 60 %
 
 
+def test_the_rate_of_a_clock_of_two_intervals_is_that_of_their_mean(log):
+    t = np.cumsum(np.where(np.arange(len(log.t)) % 3 == 2, 0.012, 0.010))  # two of 10 ms, one of 12: 93.75 Hz
+    found = told(clock_remarks(without(Recording(t, log.q, log.v), [700])), "rate")
+    assert float(found.seen.split()[0]) == pytest.approx(93.75, rel=1e-3)  # a gap of one interval less
+
+
+def test_one_gap_is_one(log):
+    found = told(clock_remarks(without(log, [300, 301])), "missing samples").seen
+    assert found.startswith("2 in 1 gap, the longest 0.024 s")  # three intervals of 8 ms
+
+
 def test_a_slow_log_is_weak(log):
-    slow = Recording(log.t[::3], log.q[::3], log.v[::3])
-    assert told(clock_remarks(slow), "rate").grade is Grade.WEAK
+    for step, grade in ((2, Grade.GOOD), (3, Grade.WEAK)):  # 62.5 and 41.7 Hz
+        slow = Recording(log.t[::step], log.q[::step], log.v[::step])
+        assert told(clock_remarks(slow), "rate").grade is grade
 
 
 def test_samples_lost_behind_an_even_clock_are_found_where_they_are(log):
@@ -101,6 +116,15 @@ def test_samples_lost_behind_an_even_clock_are_found_where_they_are(log):
     found = told(sample_remarks(without(log, lost, even=True)), "lost samples")
     assert found.grade is Grade.WEAK
     assert "3 times, first after row 411, t = 3.28 s" in found.seen
+
+
+def test_samples_that_the_clock_shows_to_be_missing_are_not_lost_behind_it(log):
+    assert len(odd_steps(without(log, [411, 902, 903, 1700])).long) == 0
+
+
+def test_a_long_loss_hides_no_short_one_beside_it(log):
+    lost = [*range(500, 520), 523]  # a step of 21, two rows on one of 2
+    np.testing.assert_array_equal(odd_steps(without(log, lost, even=True)).long, [499, 502])
 
 
 def test_a_log_that_loses_more_than_one_step_in_five_hundred_is_wrong(log):
@@ -131,6 +155,11 @@ def test_one_coarse_encoder_is_no_lost_sample(log):
     assert len(odd_steps(Recording(log.t, q, log.v)).long) == 0
 
 
+def test_an_arm_whose_encoders_all_are_coarse_loses_and_repeats_nothing(log):
+    odd = odd_steps(Recording(log.t, np.round(log.q / 0.02) * 0.02, log.v))  # a step in several samples
+    assert len(odd.long) == len(odd.still) == 0
+
+
 def test_one_joint_that_jumps_alone_is_no_lost_sample(log):
     q = log.q.copy()
     q[801:, 3] += 9.0 * (q[801, 3] - q[800, 3])
@@ -140,7 +169,9 @@ def test_one_joint_that_jumps_alone_is_no_lost_sample(log):
 def test_currents_that_are_logged_more_slowly_are_told(log):
     held = Recording(log.t, log.q, np.repeat(log.v[::2], 2, axis=0))
     assert told(sample_remarks(held), "held currents").grade is Grade.WEAK
-    assert not [each for each in sample_remarks(log) if each.topic == "held currents"]
+    one = np.where(np.arange(6) == 3, held.v, log.v)
+    for other in (log.v, one):  # a current that holds alone is coarse, or logged on its own
+        assert not [each for each in sample_remarks(replace(log, v=other)) if each.topic == "held currents"]
 
 
 def test_noise_is_that_which_was_added_whatever_moves_beneath(rng):
@@ -188,6 +219,14 @@ def test_noise_of_an_acceleration_is_that_of_the_filtered_noise(log):
     assert told(noise_remarks(log, OPTIONS), "noise of q").grade is Grade.GOOD
 
 
+def test_the_coarsest_encoder_is_named(log):
+    step = np.array([0.0, 0.0037, 0.0, 0.0, 0.0011, 0.0])
+    q = np.where(step > 0.0, np.round(log.q / np.where(step > 0.0, step, 1.0)) * step, log.q)
+    found = told(noise_remarks(Recording(log.t, q, log.v), OPTIONS), "encoder resolution")
+    assert found.seen == "steps of 0.0037 (q2)"
+    assert told(noise_remarks(log, OPTIONS), "encoder resolution").seen == "finer than noise"
+
+
 def test_noise_that_counts_is_weak_and_names_the_joint(log):
     q = log.q + np.array([0, 0, 0, 0, 2e-3, 0]) * np.random.default_rng(4).normal(size=log.q.shape)
     found = told(noise_remarks(Recording(log.t, q, log.v), OPTIONS), "noise of q")
@@ -206,6 +245,15 @@ def test_samples_in_a_row_at_an_extreme_value_are_clipped():
     assert clipped(v, 1.0) == 0
 
 
+def test_a_few_samples_at_the_extreme_of_a_long_log_are_a_peak():
+    for count, grade in ((7_000, Grade.WRONG), (9_000, Grade.GOOD)):  # one in 2000 are 3.5 and 4.5
+        t = 0.004 * np.arange(count)
+        v = np.sin(7.3 * t)[:, None]
+        v[2_000:2_004] = 1.7
+        (found,) = clipping_remarks(Recording(t, np.sin(0.9 * t)[:, None], v))
+        assert found.grade is grade
+
+
 @pytest.mark.parametrize(("sign", "word"), [(1.0, "largest"), (-1.0, "smallest")])
 def test_a_clipped_current_is_named_with_its_limit(log, sign, word):
     v = log.v.copy()
@@ -214,6 +262,8 @@ def test_a_clipped_current_is_named_with_its_limit(log, sign, word):
     (found,) = clipping_remarks(Recording(log.t, log.q, v))
     assert (found.grade, found.joint) == (Grade.WRONG, 3)
     assert f"v4 stays at its {word} value {sign * limit:.4g}" in found.seen
+    first = log.t[np.flatnonzero(sign * log.v[:, 3] >= limit)[0]]
+    assert found.seen.endswith(f", first at t = {first:.6g} s")
 
 
 def test_a_coarse_current_is_not_clipped(log):
@@ -230,6 +280,14 @@ def test_motion_in_place_of_a_current_is_named(log, what):
     (found,) = column_remarks(Recording(log.t, log.q, v), OPTIONS)
     assert (found.grade, found.joint) == (Grade.WRONG, 2)
     assert f"v3 is the {what} of joint 3" in found.seen
+    assert str(found.advice).startswith("log the current")
+
+
+def test_a_current_that_is_nearly_all_viscous_friction_is_no_speed(log):
+    rate, v = np.gradient(log.q[:, 2], log.t), log.v.copy()
+    v[:, 2] = 7.0 * rate + 0.05 * np.std(7.0 * rate) * np.sign(rate)  # dry friction leaves 3 %
+    (found,) = column_remarks(Recording(log.t, log.q, v), OPTIONS)
+    assert found.seen == "none is a copy of another"
 
 
 @pytest.mark.parametrize("kind", ["q", "v"])
@@ -239,6 +297,10 @@ def test_a_column_that_is_there_twice_is_named(log, kind):
     (found,) = column_remarks(replace(log, **{kind: x}), OPTIONS)
     assert f"{kind}5 and {kind}2 hold the same numbers" in found.seen
     assert found.grade is Grade.WRONG
+    assert str(found.advice).startswith({"q": "log each joint's own", "v": "log the current"}[kind])
+    x[:, 4] += 0.03 * np.std(x[:, 4]) * np.sin(5.3 * log.t)  # two joints that move alike
+    (found,) = column_remarks(replace(log, **{kind: x}), OPTIONS)
+    assert found.grade is Grade.GOOD
 
 
 def test_how_a_joint_moved_is_that_of_the_motion(ur):
@@ -329,3 +391,41 @@ def test_every_fault_of_a_log_is_listed_not_the_first_alone(log):
     found = [str(each) for each in log_faults(Recording(log.t, q, v, "x"))]
     assert ["q2 jumps" in found[0], "v4 = " in found[1], len(found)] == [True, True, 2]
     assert list(log_faults(log)) == []
+
+
+def test_a_delay_and_its_deviation_are_those_of_the_peak_of_the_likelihood(ur, log, monkeypatch):
+    def peaked(observed, behind, shifted):
+        delay = log.period * (np.arange(len(shifted)) - len(shifted) // 2)
+        return 17.0 - 0.5 * ((delay - 0.0112) / 0.005) ** 2  # of a normal variable
+
+    monkeypatch.setattr("ident.checks.lateness._likelihood", peaked)
+    found = lateness(log, observe(log, ur, OPTIONS), OPTIONS)
+    assert found is not None
+    # A parabola through three points is the parabola itself.
+    np.testing.assert_allclose(
+        (found.value, found.std, found.evidence),
+        (0.0112, np.hypot(0.005, BENT), 0.5 * (0.0112 / 0.005) ** 2),
+        rtol=1e-9,
+    )
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "evidence", "grade"),
+    [
+        (0.0087, 0.004, 12.1, Grade.WEAK),
+        (-0.0087, 0.004, 12.1, Grade.WEAK),
+        (0.0087, 0.004, 11.9, Grade.GOOD),
+        (0.0077, 0.004, 99.0, Grade.GOOD),
+        (-0.0123, 0.004, 99.0, Grade.WRONG),
+        (0.0116, 0.004, 99.0, Grade.WEAK),
+        (3.1 * BENT, None, 99.0, Grade.WRONG),
+    ],
+)
+def test_a_delay_is_told_where_it_is_beyond_two_deviations_and_sure(log, monkeypatch, value, std, evidence, grade):
+    monkeypatch.setattr("ident.checks.lateness.lateness", lambda *_: Lateness(value, std, evidence))
+    found = delay_remark(log, None, OPTIONS)
+    assert found.grade is grade
+    assert (found.advice is None) == (grade is Grade.GOOD)
+    assert found.seen.startswith(f"{1e3 * value:.2g} ms" + ("" if std is None else ", 2 sigma 8"))
+    if grade is not Grade.GOOD:
+        assert found.seen.endswith(f"({'later' if value > 0 else 'earlier'} than the positions)")

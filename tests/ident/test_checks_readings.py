@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
-from ident.checks.comparison import compared, prepared, same_as_it_is, single_readings
+from ident.checks.comparison import Logs, _alternative, compared, prepared, same_as_it_is, single_readings
 from ident.checks.further_readings import further_readings
 from ident.checks.gear_ratio import motor_side
 from ident.checks.reach import unreachable
 from ident.checks.sameness import fingerprint, same
-from ident.explanation import unknowns_of
+from ident.explanation import Explanation, unknowns_of, unknowns_under_any
 from ident.observation import ObserveOptions
 from ident.readings import as_it_is
 from ident.recording import Recording
@@ -45,6 +45,7 @@ def changed(logs, change):
         ("all positions in degrees", np.rad2deg(LOG), LOG),
         ("q3 in degrees", LOG * [1, 1, 180 / np.pi, 1, 1, 1], LOG),
         ("all positions in revolutions", LOG / (2 * np.pi), LOG),
+        ("all positions in milliradians", LOG * 1e3, LOG),
         ("columns q in reverse order", LOG[::-1], LOG),
         ("joints shifted, the first one last", np.roll(LOG, -1), LOG),
         ("joints shifted, the last one first", np.roll(LOG, 1), LOG),
@@ -167,7 +168,8 @@ def test_without_limits_two_turns_either_way_are_in_reach(ur, logs):
 def test_another_unit_that_leaves_a_joint_standing_still_is_out_of_reach(ur, logs):
     assert unreachable(ur.arm, logs, named(ur.arm, "q4 in degrees")) == (3,)
     still = Recording(logs[0].t, logs[0].q * [1, 1, 1, 1e-3, 1, 1], logs[0].v)
-    assert unreachable(ur.arm, [still], as_it_is(ur.arm)) == ()  # the log says so
+    for words in ("the log as it is", "q4 negated"):  # the log says so
+        assert unreachable(ur.arm, [still], named(ur.arm, words)) == ()
 
 
 def test_joints_that_slide_have_no_turns(ur, logs):
@@ -188,17 +190,35 @@ def test_a_clean_log_is_best_as_it_is(ur, logs, count):
 
 def test_exchanged_columns_are_compared_current_by_current(ur, logs):
     order = [0, 4, 2, 3, 1, 5]
-    bad = [Recording(log.t, log.q, log.v[:, order], log.name) for log in logs]
+    bad = [Recording(log.t, log.q, log.v[:, order], log.name) for log in logs[:1]]
     found = compared(prepared(ur, bad, OPTIONS)).alternatives[0]
     assert [each.words for each in found.readings] == ["columns v2 and v5 exchanged"]
     np.testing.assert_allclose(found.gain[[0, 2, 3, 5]], 0.0, atol=1e-12)  # rounding; the others' currents are theirs
     assert (found.gain[[1, 4]] > 1.0).all()
 
 
+def test_evidence_counts_the_instants_of_each_column_whatever_joint_it_is_of(ur):
+    left, freedom = np.array([0.3, 0.2, 0.5, 0.7, 0.4, 0.6]), np.array([100, 200, 300, 400, 500, 600])
+    given = Explanation(as_it_is(ur.arm), left, freedom)
+    exchanged = Explanation(named(ur.arm, "columns v2 and v5 exchanged"), 0.5 * left, freedom)
+    found = _alternative(given, [exchanged])
+    # Column 2 is of joint 5 and column 5 of joint 2 where they are exchanged; the fewer instants of both are 200.
+    gain = np.log([2.0, 0.2 / 0.2, 2.0, 2.0, 0.4 / 0.1, 2.0])
+    np.testing.assert_allclose(found.gain, gain, rtol=1e-12, atol=1e-15)  # rounding
+    np.testing.assert_allclose(found.evidence, gain @ [100, 200, 300, 400, 200, 600], rtol=1e-12)
+
+
+def test_a_reading_of_another_gravity_is_solved_for_all_that_shows_under_any(ur):
+    made = Logs(ur, unknowns_of(ur), unknowns_under_any(ur), (), ())
+    assert made.unknowns_under(named(ur.arm, "q3 negated")) is made.unknowns
+    assert made.unknowns_under(named(ur.arm, "gravity along (0, 0, 1) of the base")) is made.aslant
+    assert len(made.aslant.arm[0]) > len(made.unknowns.arm[0])  # the first axis is upright
+
+
 def test_joints_that_were_exchanged_are_told_from_positions_that_were(ur, logs):
     order = [0, 1, 3, 2, 4, 5]
     for words, v_order in (("joints 3 and 4 exchanged", order), ("columns q3 and q4 exchanged", list(range(6)))):
-        bad = [Recording(log.t, log.q[:, order], log.v[:, v_order], log.name) for log in logs]
+        bad = [Recording(log.t, log.q[:, order], log.v[:, v_order], log.name) for log in logs[:1]]
         best = compared(prepared(ur, bad, OPTIONS)).alternatives
         most = max(best, key=lambda each: float(each.gain.sum()))
         assert [each.words for each in most.readings] == [words]
@@ -219,3 +239,7 @@ def test_ratios_are_searched_only_where_one_joint_is_out_of_reach(ur, logs):
     assert motor_side(prepared(ur, logs, OPTIONS)) == ()
     both = changed(logs, lambda q: q * [1, 100, 80, 1, 1, 1])
     assert motor_side(prepared(ur, both, OPTIONS)) == ()
+    sliding = replace(limited(ur.arm, -2.0, 2.5), revolute=np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0]))
+    far = changed(logs, lambda q: q * [1, 1, 7, 1, 1, 1])
+    assert unreachable(sliding, far, as_it_is(sliding)) == (2,)
+    assert motor_side(prepared(replace(ur, arm=sliding), far, OPTIONS)) == ()

@@ -5,59 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import PLAIN
+from linear_solutions import linear_solution
 
 from ident.consistency.evidence import Evidence
 from ident.consistency.halves import check_halves
 from ident.consistency.joints import check_joints
 from ident.consistency.part import linear_fit, part_of
-from ident.estimate import GainSolution
 from ident.estimators.nls import all_joints_gains
 from ident.problem import Motion, Problem
-from ident.rows import Rows
-
-
-def linear_solution(rng: np.random.Generator):
-    """Two joints of 2 motions with 30 rows each, 7 unknowns, beliefs about all; currents, and fits of some rows."""
-    r, u = 120, 7
-    W, belief, of = rng.normal(size=(r, u)), 2.3 * rng.normal(size=(u, u)), rng.normal(size=(2, u))
-    weight = np.repeat([0.7, 3.1], r // 2)
-    y, expected = rng.normal(size=r), rng.normal(size=u)
-    stacked = np.vstack((weight[:, None] * W, belief))
-    pseudo = np.linalg.pinv(stacked)
-    z = pseudo @ np.concatenate((weight * y, expected))
-    solution = GainSolution(
-        rows=Rows(
-            V=y,
-            residual=y - W @ z,
-            joint=np.repeat([0, 1], r // 2),
-            motion=np.tile(np.repeat([0, 1], r // 4), 2),
-            position=np.tile(np.arange(r // 4), 4) + 3,
-            row_period=0.05,
-            unknowns={0: 3.0, 1: 4.0},
-            weight=weight,
-            explained=np.linalg.qr(stacked)[0][:r],
-        ),
-        joints=np.array([0, 1]),
-        inverse=of @ z,
-        influence=(of @ pseudo[:, :r]) * weight,
-        payload=np.zeros((2, 0)),
-        model=np.zeros((2, 0)),
-        load_rms=np.ones(2),
-        friction=np.zeros((2, 2)),
-        friction_influence=np.zeros((2, 2, r)),
-        unsolved={},
-    )
-
-    def refit(kept: np.ndarray, currents: np.ndarray = y) -> np.ndarray:
-        some = np.vstack(((weight[:, None] * W)[kept], belief))
-        return of @ np.linalg.lstsq(some, np.concatenate(((weight * currents)[kept], expected)), rcond=None)[0]
-
-    def left_of(kept: np.ndarray) -> np.ndarray:
-        some = np.vstack(((weight[:, None] * W)[kept], belief))
-        return y - W @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]
-
-    return solution, y, left_of, refit
-
 
 KEPT = {
     "first half": np.array([True, False, True, False]),

@@ -8,15 +8,17 @@ from corruptions import CHANGES, corrupted
 from exact import exact_pair
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
+from ident.consistency import UNCHECKED
 from ident.contradiction import SHARE, SURE_F, check_shape
 from ident.errors import Contradiction, NotIdentifiable, OptionError
 from ident.estimate import IdentifiedGain
 from ident.estimators import ESTIMATORS, ls_2011
-from ident.identification import identify
+from ident.identification import Recorded, identify, identify_motions
 from ident.joint_fit import joint_fit
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload_shape import shape_mismatch
+from ident.plausibility import repeatable
 from ident.problem import pair
 from ident.recording import Recording
 from ident.signs import joint_signs
@@ -39,6 +41,18 @@ def ur() -> Structure:
 @pytest.fixture(scope="module")
 def logs() -> tuple[Recording, Recording]:
     return known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE)
+
+
+def test_a_motion_may_repeat_another_to_the_last_digit_only_where_it_is_simulated(ur, logs):
+    bare, loaded = logs
+    motions = [Recorded(bare), Recorded(loaded, BRICK), Recorded(replace(bare, name="again"))]
+    given = {"method": "ls-2011", "wiring": known_wiring, "checks": UNCHECKED}
+    with pytest.raises(NotIdentifiable, match="hold the same motion"):
+        identify_motions(motions, ur, **given)
+    estimate = identify_motions(motions, ur, sameness=repeatable, **given).estimate
+    once = identify(bare, loaded, ur, BRICK, **given).estimate
+    # Rows that count twice weigh more, of a log that its model explains to 1e-3.
+    np.testing.assert_allclose(1.0 / estimate.solution.inverse, 1.0 / once.solution.inverse, rtol=1e-2)
 
 
 def test_the_log_as_it_is_gives_every_gain(ur, logs):

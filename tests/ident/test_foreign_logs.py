@@ -32,6 +32,7 @@ def test_a_log_in_another_unit_is_the_same_recording(tmp_path, kind, unit):
 SIGNALS = {
     ("percent", "%"): 1.0, ("percent", "per mille"): 10.0,
     ("torque-after-drive", "N m"): 1.0, ("torque-after-drive", "mN m"): 1e3, ("torque-after-drive", "Nm"): 1.0,
+    ("torque-after-drive", "N"): 1.0,
 }  # fmt: skip
 
 

@@ -5,31 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact import EXACT, GAIN, TRUSTING, exact_pair, lopsided, values
+from homogeneous_methods import LOOSE, METHODS, moved, noisy
 
 from ident.errors import NotIdentifiable, OptionError, TooFewRows
-from ident.estimate import IdentifiedGain, RefusedGain
+from ident.estimate import RefusedGain
 from ident.estimators import ols, tls_2014
-from ident.homogeneous.bias import noise_bias
-from ident.homogeneous.null_vector import null_vector
 from ident.homogeneous.system import homogeneous_system
 from ident.homogeneous.weights import WEIGHTS, HomogeneousOptions
 from ident.observation import Observation
-from ident.options import GainOptions
 from ident.payload import Payload
 from ident.problem import Problem, pair
 from ident.uncertainty.jackknife import left_out
-
-LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
-METHODS = {
-    "ols": lambda problem, weights: ols.homogeneous_gains(problem, HomogeneousOptions(weights=weights)),
-    "tls-2014": lambda problem, weights: tls_2014.total_gains(problem, HomogeneousOptions(weights=weights)),
-}
-
-
-def moved(observation: Observation, noise: dict[int, np.ndarray]) -> Observation:
-    """The same rows with something added to the currents of some joints."""
-    joints = tuple(replace(each, V=each.V + noise.get(j, 0.0)) for j, each in enumerate(observation.joints))
-    return replace(observation, joints=joints)
 
 
 def imitated(observation: Observation, loaded: float) -> Observation:
@@ -63,14 +49,6 @@ def heavy(payload) -> Payload:
 @pytest.fixture(scope="module")
 def clean(structure, heavy) -> tuple[Observation, Observation]:
     return exact_pair(structure, heavy, GAIN, np.random.default_rng(11), rows=90)
-
-
-def noisy(clean, rng: np.random.Generator, share: np.ndarray) -> tuple[Observation, ...]:
-    """White noise in proportion to each joint's rms current."""
-    rms = [np.sqrt(np.mean(np.concatenate([o.joints[j].V for o in clean]) ** 2)) for j in range(6)]
-    return tuple(
-        moved(o, {j: share[j] * rms[j] * rng.standard_normal(len(o.joints[j].V)) for j in range(6)}) for o in clean
-    )
 
 
 @pytest.mark.parametrize("weights", WEIGHTS)
@@ -142,73 +120,6 @@ def test_joint_weights_are_one_over_the_deviation_of_the_torque(clean, heavy):
         V = np.concatenate([o.joints[j].V for o in clean])
         deviation = share[j] * np.sqrt(np.mean(V**2)) * abs(GAIN[j])
         np.testing.assert_allclose(system.weight[system.joint == j] * deviation, 1.0, rtol=0.25)
-
-
-@pytest.mark.parametrize("weights", WEIGHTS)
-def test_the_stated_bias_is_that_of_forty_draws(clean, heavy, weights):
-    share = np.array([0.06, 0.10, 0.04, 0.08, 0.05, 0.03])
-    error, stated = [], []
-    for seed in range(40):
-        problem = pair(*noisy(clean, np.random.default_rng(seed), share), heavy, LOOSE)
-        system = homogeneous_system(problem, weights)
-        found = ols._solved(system)
-        error.append(found.x[:6] / GAIN - 1.0)
-        stated.append([noise_bias(system, found)[j] for j in range(6)])
-    mean, wanted = np.mean(stated, axis=0), np.mean(error, axis=0)
-    deviation = np.std(error, axis=0) / np.sqrt(40)
-    assert (wanted < -10.0 * deviation).sum() >= 4  # there is a bias to be found
-    # Four deviations of the mean of six joints: once in 2600 seeds; to second order the closed form, a ratio of means,
-    # is off by a few percent of itself.
-    np.testing.assert_array_less(np.abs(mean - wanted), 4.0 * deviation + 0.05 * np.abs(wanted))
-
-
-def test_the_bias_is_the_closed_form_of_what_the_noise_adds_to_the_normal_matrix(clean, heavy):
-    # By hand: E g = (S_0 + N)^-1 S_0 g_0 with S = S_0 + N from the data, solved for g_0 by plain inverses.
-    rows = noisy(clean, np.random.default_rng(2), np.full(6, 0.05))
-    system = homogeneous_system(pair(*rows, heavy, LOOSE), "equal")
-    own, others = system.H[:, :6], system.H[:, 6:]
-    apart = np.eye(len(own)) - others @ np.linalg.pinv(others)
-    S, N = own.T @ apart @ own, np.zeros((6, 6))
-    for j in range(6):
-        mine = system.joint == j
-        W = np.hstack((others[mine], np.concatenate([o.joints[j].W_L * loaded for loaded, o in enumerate(rows)])))
-        left = own[mine, j] - W @ (np.linalg.pinv(W, rcond=1e-9) @ own[mine, j])
-        N[j, j] = left @ left / (mine.sum() - np.linalg.matrix_rank(W, tol=1e-6)) * np.diag(apart)[mine].sum()
-    found = ols._solved(system)
-    gain, bias = found.x[:6], noise_bias(system, found)
-    before = np.linalg.inv(S - N) @ S @ gain
-    np.testing.assert_allclose([bias[j] for j in range(6)], gain / before - 1.0, rtol=1e-6)  # condition of S: 1e5
-
-
-def test_each_gain_has_its_bias_in_words_and_a_refused_one_has_none(clean, heavy):
-    rows = noisy(clean, np.random.default_rng(2), np.full(6, 0.05))
-    problem = pair(*rows, heavy, LOOSE)
-    loose = METHODS["ols"](problem, "equal")
-    system = homogeneous_system(problem, "equal")
-    bias = noise_bias(system, ols._solved(system))
-    assert max(bias.values()) < 0.0
-    assert loose.remarks == tuple(
-        f"joint {j + 1}: noise of the currents makes this gain {-100.0 * bias[j]:.2g} % too small" for j in range(6)
-    )
-    predicted = np.array([joint.predicted_rel_std for joint in loose.joints])
-    limit = float(np.sort(predicted)[2])
-    strict = METHODS["ols"](replace(problem, options=replace(LOOSE, max_rel_std=limit)), "equal")
-    given = [j for j, joint in enumerate(strict.joints) if isinstance(joint, IdentifiedGain)]
-    assert len(given) == 3
-    assert [remark.split(":")[0] for remark in strict.remarks] == [f"joint {j + 1}" for j in given]
-
-
-def test_currents_of_nothing_but_noise_have_no_bias_that_could_be_stated(clean, heavy):
-    rng = np.random.default_rng(6)
-    rows = [
-        replace(o, joints=tuple(replace(joint, V=rng.standard_normal(len(joint.V))) for joint in o.joints))
-        for o in clean
-    ]
-    problem = pair(*rows, heavy, LOOSE)
-    system = homogeneous_system(problem, "equal")
-    assert noise_bias(system, ols._solved(system)) is None
-    (remark,) = METHODS["ols"](problem, "equal").remarks
-    assert "cannot be said" in remark
 
 
 def test_the_derivative_of_least_squares_holds_at_any_noise(clean, heavy):
@@ -302,38 +213,6 @@ def test_a_joint_whose_rows_say_nothing_has_no_gain_and_spoils_no_other(method, 
     assert refused.reason == "its rows let the gain be anything"
     assert refused.predicted_rel_std is None
     assert 3 not in estimate.solution.rows.joint
-
-
-def test_the_null_vector_is_the_last_eigenvector_of_the_scaled_normal_matrix(rng):
-    M = rng.normal(size=(40, 5)) * [1.0, 30.0, 0.2, 4.0, 7.0]
-    M[:, 4] = M[:, :4] @ [0.7, 0.02, -3.0, 0.4] + 0.3 * rng.normal(size=40)
-    scale = np.array([2.0, 11.0, 0.3, 5.0, 6.0])
-    z = np.linalg.eigh((M / scale).T @ (M / scale))[1][:, 0] / scale
-    found = null_vector(M, scale, rank_tol=1e-9)
-    np.testing.assert_allclose(found.x, z / z[-1], rtol=1e-9)
-    h, column, row = 1e-6, 2, 17
-    derivative = found.derivative(np.full(40, column), np.full(40, 3.0))[:, row]
-    ends = []
-    for sign in (-1.0, 1.0):
-        other = M.copy()
-        other[row, column] += 3.0 * sign * h
-        ends.append(null_vector(other, scale, rank_tol=1e-9).x)
-    np.testing.assert_allclose(derivative, (ends[1] - ends[0]) / (2.0 * h), atol=1e-7 * np.abs(derivative).max())
-
-
-def test_a_null_vector_that_is_not_the_only_one_or_knows_no_payload_is_refused(rng):
-    M = rng.normal(size=(40, 5))
-    M[:, 1], M[:, 2] = M[:, 0], 3.0 * M[:, 0]
-    with pytest.raises(NotIdentifiable, match="more than one set of gains"):
-        null_vector(M, np.ones(5), rank_tol=1e-7)
-    M = rng.normal(size=(40, 5))
-    M[:, 4], M[:, 3] = 0.7 * M[:, 0], 2.0 * M[:, 1] + M[:, 0]
-    with pytest.raises(NotIdentifiable, match="more than one set of gains"):
-        null_vector(M, np.ones(5), rank_tol=1e-7)
-    M = rng.normal(size=(40, 5))
-    M[:, 1] = 2.0 * M[:, 0]
-    with pytest.raises(NotIdentifiable, match="more than one set of gains"):
-        null_vector(M, np.ones(5), rank_tol=1e-7)
 
 
 def test_the_model_s_known_payload_moves_gains_of_the_homogeneous_form_as_stated(clean, heavy):

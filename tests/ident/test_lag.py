@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, scara, ur_like
 
 from ident.delay import SURE, Delay, common_delay, joint_delay
 from ident.errors import Contradiction, NotIdentifiable
@@ -65,6 +65,25 @@ def test_the_delay_of_each_motion_is_found_whatever_that_of_the_other(ur, logs, 
     assert (deviation < 1.5e-3).all()
     np.testing.assert_array_less(np.abs(found.value - seconds), 5.0 * deviation + 5e-4)  # interpolation, second order
     assert found.sure is (seconds != (0.0, 0.0))
+
+
+def test_a_slide_along_gravity_tells_its_delay_and_its_gain(rng):
+    """Its offset is no column of its own: its weight is the same torque at every sample."""
+    gain = np.array([8.7, -6.1, 37.0, 2.9])
+    model = scara()
+    logs = known_logs(model, BRICK, gain, rng, middle=np.array([0.3, -0.7, 0.9, 0.4]), noise=0.003)
+    structure = structure_of(arm_of(model))
+    assert "off3" not in structure.base.names
+    in_time, behind = (
+        joint_delay(problem, joint_rows(problem, 2))
+        for problem in (
+            problem_of(structure, *(late(log, seconds, slice(2, 3)) for log in logs)) for seconds in (0.0, 0.006)
+        )
+    )
+    np.testing.assert_allclose(behind.value - in_time.value, 0.006, atol=0.0015)  # of first order; noise is the same
+    slide = estimate_of(problem_of(structure, *logs)).joints[2]
+    assert isinstance(slide, IdentifiedGain)
+    np.testing.assert_allclose(slide.value, gain[2], rtol=0.005)  # noise of 0.3 %
 
 
 def test_motions_that_are_in_time_give_no_word(ur, logs):

@@ -113,6 +113,22 @@ def test_arrays_of_other_names_are_columns_entry_by_entry(tmp_path):
         read_recording(path, replace(said, t=Channels(columns=("more",), unit=("s",))))
 
 
+def test_arrays_may_have_more_rows_than_files_have_columns(tmp_path):
+    t = 0.002 * np.arange(10_001)
+    q = np.column_stack((np.sin(3.0 * t), np.cos(2.0 * t)))
+    np.savez(tmp_path / "log.npz", t=t, q=q, v=-0.7 * q)
+    np.testing.assert_array_equal(read_recording(tmp_path / "log.npz").q, q)
+
+
+def test_a_date_that_is_missing_is_no_time(tmp_path):
+    path = tmp_path / "log.npz"
+    dates = np.datetime64("2031-07-19T09:41:07.125") + 4 * np.arange(len(T))
+    dates[0] = np.datetime64("NaT")
+    np.savez(path, t=dates, q=Q, v=V)
+    with pytest.raises(RecordingError, match=r"log\.npz: t is not a finite number at row 1 "):
+        read_recording(path, LogDescription(t=Channels(unit=("iso",))))
+
+
 def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "log.npz"
     np.savez_compressed(path, t=T, q=Q, v=V, zeros=np.zeros(100_000))

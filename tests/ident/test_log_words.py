@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from foreign_logs import SAID, Q, T, channels, csv, table
 
-from ident.errors import RecordingError
+from ident.errors import LogDescriptionError, RecordingError
+from ident.logs.column_words import spread
+from ident.logs.columns import listed
 from ident.logs.description import Channels
 from ident.recording_files import read_recording
 
@@ -59,14 +61,14 @@ def test_columns_go_by_the_joints_names(tmp_path):
 def test_a_doubled_name_is_refused_where_it_is_wanted(tmp_path):
     path = csv(tmp_path / "log.csv", table())
     path.write_text(path.read_text().replace("mode", "a", 1))
-    with pytest.raises(RecordingError, match="column 'a' appears twice in the header"):
+    with pytest.raises(RecordingError, match="column 'a' appears twice"):
         read_recording(path, SAID)
     path.write_text(path.read_text().replace("a,z", "mode,z", 1).replace("x,a", "mode,a", 1))
     with pytest.raises(RecordingError, match="no column 'x'"):
         read_recording(path, SAID)
 
 
-def test_seventeen_times_four_joints_are_too_many(tmp_path):
+def test_one_joint_more_than_sixty_four_is_too_many(tmp_path):
     many = {"t": T} | {f"{kind}{j}": T * (1.0 + j) for kind in "qv" for j in range(1, 66)}
     path = csv(tmp_path / "log.csv", many)
     with pytest.raises(RecordingError, match="65 joints; recordings of up to 64 are read"):
@@ -74,3 +76,20 @@ def test_seventeen_times_four_joints_are_too_many(tmp_path):
     for kind in "qv":
         del many[f"{kind}65"]
     assert read_recording(csv(path, many)).n == 64
+
+
+def test_names_are_listed_up_to_eight_of_them_and_two_hundred_letters():
+    assert listed(["a", "b"]) == "a, b"
+    assert listed([str(k) for k in range(8)]) == "0, 1, 2, 3, 4, 5, 6, 7"
+    assert listed([str(k) for k in range(9)]) == "0, 1, 2, 3, 4, 5, 6, 7, .."
+    assert listed(["x" * 150, "y" * 48]) == "x" * 150 + ", " + "y" * 48
+    assert listed(["x" * 150, "y" * 49]) == "x" * 150 + ", " + "y" * 48 + ", .."
+
+
+def test_a_range_stands_for_one_to_sixty_four_names():
+    assert spread("q{3..3}_deg", "here") == ["q3_deg"]
+    assert spread("q{9..11}", "here") == ["q9", "q10", "q11"]
+    assert len(spread("q{2..65}", "here")) == 64
+    for word in ("q{2..66}", "q{3..2}"):
+        with pytest.raises(LogDescriptionError, match=r"here: 'q\{.*; expected a range of 1 to 64 numbers"):
+            spread(word, "here")

@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 from exact import drive_gains, exact_observation, lopsided
 
+from ident.cross_validation import JointPrediction
 from ident.errors import NotIdentifiable, RecordingError
 from ident.estimate import IdentifiedGain
 from ident.options import GainOptions
-from ident.plausibility import check_different, check_load, check_positions, residual_notes
+from ident.plausibility import check_different, check_load, check_positions, prediction_warnings, residual_notes
 from ident.recording import Recording
 
 GAIN = np.array([0.94, 0.96, 1.11, 0.91, 1.0, -1.0])
@@ -104,3 +105,14 @@ def test_a_position_below_the_range_is_as_wrong_as_one_above(arm):
     high[:, 2] += 0.02
     with pytest.raises(RecordingError, match=r"q3 runs from .* outside the range"):
         check_positions(arm, log(high))
+
+
+def test_a_joint_that_the_other_parts_of_the_motions_do_not_predict_is_warned_of():
+    shares = (0.09, 0.149, 0.151, 0.63)
+    none = np.zeros(0)
+    found = [JointPrediction(joint=j, share=x, fitted=0.01, gain_change=none) for j, x in enumerate(shares)]
+    words = prediction_warnings(found)
+    assert [each.partition(":")[0] for each in words] == [
+        "joint 3 is predicted within 15 % of its current only, good recordings within 10 %",
+        "joint 4 is predicted within 63 % of its current only, good recordings within 10 %",
+    ]

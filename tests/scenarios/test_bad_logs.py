@@ -33,7 +33,7 @@ LOG_FAULTS = {
     "no header": (_csv(GOOD).split("\n", 1)[1], r"line 1 has numbers where column names are expected; begin with t,q1"),
     "upper case": (_csv(GOOD).replace("t,q1", "T,Q1"), r"column 'T': names are lower case; rename it t"),
     "q0": (_csv({"q0": Q1, "v0": V1, **GOOD}), r"column q0: joints are numbered from 1"),
-    "q1 twice": (_csv(GOOD).replace("q2", "q1", 1), r"column q1 appears twice in the header"),
+    "q1 twice": (_csv(GOOD).replace("q2", "q1", 1), r"column q1 appears twice"),
     "no v": (_csv({k: GOOD[k] for k in ("t", "q1", "q2")}), r"columns v1, v2, \.\. are missing; found t, q1, q2"),
     "no v2": (_csv({k: GOOD[k] for k in ("t", "q1", "q2", "v1")}), r"joint 2 has only one of the columns q2 and v2"),
     "no t": (_csv({k: GOOD[k] for k in ("q1", "v1")}), r"column t is missing; found q1, v1"),
@@ -104,7 +104,7 @@ PARQUET_FAULTS = {
     "all null": (_log(v2=[None] * 400), r"column v2 is null, expected numbers"),
     "too large": (_log(t=[2**60 + k for k in range(400)]), r"time does not increase at row 2: t = 1\.15292.*e\+18 s"),
     "no rows": ({k: np.empty(0) for k in GOOD}, r"0 samples are too few"),
-    "no columns": ({"x": V1}, r"the header names no column t, q1\.\. or v1\.\.; found x"),
+    "no columns": ({"x": V1}, r"the file names no column t, q1\.\. or v1\.\.; found x"),
     "two many columns": ({f"c{k}": [1.0] for k in range(10_001)}, r"10001 columns; files of up to 10000 are read"),
 }
 

@@ -1,13 +1,13 @@
 import pytest
 
-from scenarios.errors import NotOurs
+from scenarios.errors import NotOurs, OverInput
 from scenarios.store.claim import claim
 
 NAMES = ("a.txt", "b.txt")
 
 
-def held(folder, *, command="rx90 test", force=False):
-    return claim(folder, NAMES, command=command, force=force)
+def held(folder, *, command="rx90 test", force=False, reads=()):
+    return claim(folder, NAMES, command=command, force=force, reads=reads)
 
 
 def write(folder, text, **more):
@@ -42,7 +42,7 @@ def test_another_command_s_files_are_not_ours_and_its_record_stays(tmp_path):
     write(tmp_path, "first")
     with pytest.raises(NotOurs, match="rx90 other did not write this file"):
         held(tmp_path, command="rx90 other")
-    with claim(tmp_path, ["c.txt"], command="rx90 other", force=False).writing():
+    with claim(tmp_path, ["c.txt"], command="rx90 other", force=False, reads=()).writing():
         (tmp_path / "c.txt").write_text("other")
     write(tmp_path, "second")
 
@@ -76,3 +76,16 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(NotADirectoryError):
         held(tmp_path / "file" / "sub")
+
+
+@pytest.mark.parametrize("force", [False, True])
+@pytest.mark.parametrize("way", ["itself", "another path", "a hard link"])
+def test_a_file_that_is_read_is_never_written_over(tmp_path, way, force):
+    write(tmp_path, "ours")
+    (tmp_path / "below").mkdir()
+    linked = tmp_path / "linked.txt"
+    linked.hardlink_to(tmp_path / "b.txt")
+    read = {"itself": tmp_path / "b.txt", "another path": tmp_path / "below" / ".." / "b.txt", "a hard link": linked}
+    with pytest.raises(OverInput, match=r"b\.txt: rx90 test reads this file"):
+        held(tmp_path, force=force, reads=[tmp_path / "none.txt", read[way]])
+    held(tmp_path, reads=[tmp_path / ("n" * 300), tmp_path / "below"])

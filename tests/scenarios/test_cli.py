@@ -1,34 +1,27 @@
+"""The command line: what is refused and how, help, and what is told without any work."""
+
 import argparse
 import contextlib
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
 from importlib.metadata import version
 
 import numpy as np
 import pytest
 from printed import fits, printed
-from signals import as_in_the_foreground
 
 import scenarios.commands.list
 import scenarios.robot_models
 from ident.errors import RobotModelError
-from ident.estimators import ESTIMATORS
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from scenarios.cli import main
 from scenarios.commands import COMMANDS, GROUPS, command
-from scenarios.commands.output import coloured
 from scenarios.commands.status import MEANINGS, Status
 from scenarios.files.attribute_docs import attribute_docs
 from scenarios.files.motions import read_motion
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import builtin_names, scenario_table
-from scenarios.robots import ROBOTS
 from scenarios.versions import versions
 
 IDENTIFY = ["identify", "--model", "m.urdf", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"]
@@ -187,36 +180,6 @@ def test_the_versions_that_results_depend_on_are_told(capsys):
     assert {f"mujoco {version('mujoco')}", f"pin {version('pin')}", f"code {versions()['code']}"} <= set(told)
 
 
-HEAVY = {"mujoco", "pinocchio", "pandas", "matplotlib", "pyarrow", "scipy.signal", "scipy.stats"}
-
-
-def loaded_by(*commands: list[str]) -> set[str]:
-    """Modules of a process of its own that carries out commands, which may exit."""
-    code = (
-        "import contextlib, sys\n"
-        "from scenarios.cli import main\n"
-        f"for words in {commands}:\n"
-        "    with contextlib.suppress(SystemExit):\n"
-        "        main(words)\n"
-        "print(*sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return set(done.stdout.splitlines()[-1].split())
-
-
-def test_what_one_asks_first_imports_nothing_that_is_heavy():
-    loaded = loaded_by([], ["--help"], ["--version"], ["list"], ["list", "--help"], ["rnu"], ["schema", "result"])
-    assert "scenarios.commands.list" in loaded
-    assert not loaded & (HEAVY | {"numpy", "scipy", "pydantic", "rich", "scenarios.commands.run"})
-
-
-def test_a_scenario_is_missed_and_help_is_told_before_anything_heavy_is_imported():
-    # `trajectory` and `compare` take what may be no scenario, and find out later.
-    named = ("run", "view", "payload", "predict")
-    words = [[name, "--help"] for name in COMMANDS] + [[name, "nominl"] for name in named]
-    assert not loaded_by(*words) & HEAVY
-
-
 def test_what_is_listed_is_told_in_every_form(capsys):
     assert main(["list", "--json"]) == 0
     listed = {each["name"]: each["description"] for each in printed(capsys, "list")["scenarios"]}
@@ -237,63 +200,6 @@ def test_a_schema_is_printed_as_it_is_shipped_and_all_are_named(capsys):
         path.name.removesuffix(ENDING): str(path) for path in FOLDER.iterdir()
     }
     assert "rx90 check --json" in named["check"]["about"]
-
-
-COMPLETED = [
-    ("mon", {"monte-carlo"}),
-    ("run nom", {"nominal"}),
-    ("run nominal --se", {"--seed"}),
-    ("identify --method l", {"ls-2011"}),
-    ("compare nominal --method seq", {"sequential-2011"}),
-    ("check ur1", {"ur10e"}),
-    ("schema prob", {"problem"}),
-    ("run nominal --save sub", {"subfolder"}),
-    ("torque l", {"log.csv"}),
-]
-
-
-def test_bash_completes_commands_options_and_names(tmp_path, capsys):
-    (tmp_path / "subfolder").mkdir()
-    (tmp_path / "log.csv").touch()
-    assert main(["completion", "bash"]) == 0
-    (tmp_path / "rx90.bash").write_text(capsys.readouterr().out)
-    asked = (
-        "source ./rx90.bash; complete -p rx90 | grep -q _shtab_rx90 || exit 3; while read -r line; do "
-        "COMP_WORDS=($line); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); COMPREPLY=(); _shtab_rx90; "
-        'echo "${COMPREPLY[@]}"; done'
-    )
-    lines = "".join(f"rx90 {begun}\n" for begun, _ in COMPLETED)
-    done = subprocess.run(["bash", "-c", asked], cwd=tmp_path, input=lines, capture_output=True, text=True, check=True)
-    assert [set(line.split()) for line in done.stdout.splitlines()] == [names for _, names in COMPLETED]
-
-
-@pytest.mark.parametrize("shell", ["zsh", "fish"])
-def test_other_shells_have_every_scenario_robot_and_method_to_complete(shell, capsys):
-    assert main(["completion", shell]) == 0
-    text = capsys.readouterr().out
-    for kind, names in (("scenarios", builtin_names()), ("robots", ROBOTS), ("methods", ESTIMATORS)):
-        assert re.search(rf"_rx90_{kind}\b.*\n?.*{' '.join(names)}", text)
-    assert all(f"{name}" in text for name in COMMANDS)
-
-
-@pytest.mark.parametrize(
-    ("environment", "terminal", "shown"),
-    [
-        ({"TERM": "xterm"}, True, True),
-        ({"TERM": "xterm"}, False, False),
-        ({"TERM": "dumb"}, True, False),
-        ({"TERM": "xterm", "NO_COLOR": "1"}, True, False),
-        ({"TERM": "xterm", "NO_COLOR": ""}, True, True),
-        ({"FORCE_COLOR": "1"}, False, True),
-        ({"FORCE_COLOR": "1", "NO_COLOR": "1"}, False, False),
-    ],
-)
-def test_colours_are_for_terminals_that_have_them_unless_one_says_otherwise(environment, terminal, shown, monkeypatch):
-    for name in ("TERM", "NO_COLOR", "FORCE_COLOR"):
-        monkeypatch.delenv(name, raising=False)
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    assert coloured(terminal=terminal) is shown
 
 
 def test_couplings_are_counted_from_one_on_the_command_line(monkeypatch, capsys, tmp_path):
@@ -331,40 +237,6 @@ def test_what_nobody_foresaw_is_one_line_with_a_status_of_its_own(monkeypatch, c
     assert "Traceback" in capsys.readouterr().err
 
 
-RX90 = f"{sys.executable} -m scenarios"
-
-
-@pytest.mark.parametrize(
-    ("line", "status", "error"),
-    [
-        (f"{RX90} list >/dev/full", 74, "rx90: standard output: No space left on device\n"),
-        (f"{RX90} --help >/dev/full", 74, "rx90: standard output: No space left on device\n"),
-        (f"{RX90} --version >/dev/full", 74, "rx90: standard output: No space left on device\n"),
-        (f"{RX90} list >&-", 74, "rx90: standard output is closed\n"),
-        (f"{RX90} run nominal >&-", 74, "rx90: standard output is closed\n"),
-        (f"{RX90} lst 2>&-", 2, ""),
-        (f"{RX90} list <&- >/dev/null", 0, ""),
-        (f"{RX90} list >/dev/full 2>/dev/full", 74, ""),
-        (f"(sleep 1; {RX90} list; echo $? >&2) | true", 0, "141\n"),
-    ],
-)
-def test_streams_that_cannot_be_written_have_a_status_and_a_line(line, status, error):
-    done = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (status, error)
-
-
-def test_a_terminal_that_knows_ascii_alone_gets_every_line(tmp_path):
-    (tmp_path / "ä.toml").write_text('extends = "nope"\n')
-    more = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
-    run = [sys.executable, "-m", "scenarios"]
-    listed = subprocess.run([*run, "list"], capture_output=True, env=os.environ | more, check=False)
-    words = [*run, "run", str(tmp_path / "ä.toml")]
-    wrong = subprocess.run(words, capture_output=True, env=os.environ | more, check=False)
-    assert (listed.returncode, listed.stderr) == (0, b"")
-    assert wrong.returncode == 2
-    assert wrong.stderr.count(b"\n") == 1
-
-
 @pytest.mark.parametrize("columns", [40, 80])
 @pytest.mark.parametrize("name", COMMANDS)
 def test_help_fits_the_terminal(columns, name, capsys, monkeypatch):
@@ -385,47 +257,13 @@ def test_usage_on_a_narrow_terminal_names_what_must_be_given(columns, usage, cap
     assert capsys.readouterr().out.splitlines()[0].startswith(usage)
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
-def test_a_signal_is_one_line_and_its_status(number, status, tmp_path):
-    code = (
-        "import sys, time\n"
-        "import scenarios.commands.list as module\n"
-        "from scenarios.cli import main\n"
-        f"module.builtin_names = lambda: (open({str(tmp_path / 'there')!r}, 'w').close(), time.sleep(60))\n"
-        "sys.exit(main(['list']))\n"
-    )
-    running = subprocess.Popen(
-        [sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, preexec_fn=as_in_the_foreground
-    )
-    deadline = time.monotonic() + 60.0
-    while not (tmp_path / "there").exists() and time.monotonic() < deadline:
-        time.sleep(0.02)
-    time.sleep(0.3)  # it sleeps by now
-    running.send_signal(number)
-    _, error = running.communicate(timeout=30.0)
-    assert (running.returncode, error) == (status, "rx90: stopped\n")
-
-
-def test_a_signal_that_is_ignored_stays_so(tmp_path):
-    code = (
-        "import os, signal\n"
-        "import scenarios.commands.list as module\n"
-        "from scenarios.cli import main\n"
-        "names = module.builtin_names\n"
-        "module.builtin_names = lambda: (os.kill(os.getpid(), signal.SIGHUP), names())[1]\n"
-        "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "raise SystemExit(main(['list']))\n"
-    )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
-
-
 def test_a_motion_that_is_searched_beats_its_start_and_is_written_once(tmp_path, capsys):
     words = ["excite", "nominal", "--out", str(tmp_path / "m.toml"), "--harmonics", "4", "--duration", "8"]
     assert main([*words, "--evaluations", "40", "--seed", "3", "--json"]) == 0
     output = capsys.readouterr()
     document = json.loads(output.out)
     fits(document, "excite")
-    costs = output.err.splitlines()[-1].replace(",", "").split()
+    (costs,) = (each.replace(",", "").split() for each in output.err.splitlines() if "cost of the start" in each)
     start, found = (float(costs[costs.index(word) + 1]) for word in ("start", "found"))
     assert found <= start
     np.testing.assert_allclose([document["cost_of_start"], document["cost"]], [start, found], atol=1e-4)  # as printed

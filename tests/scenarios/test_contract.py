@@ -181,12 +181,24 @@ def test_a_method_that_crashes_is_asked_no_further(monkeypatch):
     assert [check.broken for check in found] == ["MethodCrashed: exit status 3: why?"] * 2
 
 
-def test_the_command_tells_and_its_status_is_the_verdict(capsys):
+def test_the_command_tells_that_all_is_kept_and_its_status_says_so(capsys):
     assert main(["compare", "--check", "ls-2011", "--json"]) == 0
     said = printed(capsys, "compare-check")
     assert said["passed"]
     assert all(check["kept"] for check in said["checks"])
-    assert main(["compare", "--check", f"method_stubs:{constant.__name__}"]) == 1
+
+
+def test_the_command_tells_what_is_broken_and_its_status_says_so(monkeypatch, capsys):
+    asked = []
+
+    def one_for_all(method: Method, *_: object) -> Call:
+        asked.append(method.text)
+        return Call(outcome=(Claim(1.0, 0.25, None),) * 6, seconds=0.1)
+
+    monkeypatch.setattr(contract, "call", one_for_all)
+    text = f"method_stubs:{constant.__name__}"
+    assert main(["compare", "--check", text]) == 1
+    assert set(asked) == {text}
     told = capsys.readouterr().out
     assert "It is not so that currents of the other sign are gains of the other sign" in told
     assert "BROKEN: " in told

@@ -202,7 +202,7 @@ def test_how_a_foreign_log_was_read_is_told_beside_the_gains(pair, capsys):
 LOGS = {
     "no such file": (["absent.csv"], r"absent\.csv: no such file"),
     "a folder": (["."], r"is a folder; expected a regular file"),
-    "of nothing said": (["log.csv"], r"log\.csv: the header names no column t, q1\.\. or v1\.\.; found time"),
+    "of nothing said": (["log.csv"], r"log\.csv: the file names no column t, q1\.\. or v1\.\.; found time"),
     "no signal": (["log.csv", "--columns", "t=time[ms]", "q=pos_{1..6}[deg]", "v=i_{1..6}[mA]"], "has to be said"),
     "no joints": (["bag", "--signal", "current"], r"joints are taken by name; say their order, .*shoulder_pan_joint"),
     "no topic": (["bag", "--signal", "current", "--joints", "a", "--topic", "/x"], r"no topic '/x' of sensor_msgs"),
@@ -347,3 +347,13 @@ def test_all_that_a_description_may_say_is_read(tmp_path):
     (tmp_path / "said.toml").write_text("[file]\nheader = 'none'\n[v]\nconstant = 'unknown'\n")
     said = read_description(tmp_path / "said.toml")
     assert (said.text.header, said.v.constant, said.joints) == (0, (), None)
+
+
+def test_a_log_of_more_joints_than_the_model_is_not_converted(cell, tmp_path, capsys):
+    log = tmp_path / "seven.parquet"
+    write_recording(Recording(T, np.column_stack((Q, Q[:, 0] + 0.1 * T)), np.column_stack((V, V[:, 0] + T))), log)
+    (tmp_path / "arm.xml").write_text(mjcf())
+    assert main(["convert", str(log), "--out", str(tmp_path / "out.csv"), "--model", str(tmp_path / "arm.xml")]) == 2
+    assert "7 joints, but robot " in (said := capsys.readouterr().err)
+    assert "such as a gripper" in said
+    assert not (tmp_path / "out.csv").exists()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from here import HERE
 from places import ROOT
 from quick import RANDOM, quick_scenario
 from rich.console import Console
@@ -20,14 +21,13 @@ from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
 from scenarios.workers.dask import _Cores, dask_workers
 from scenarios.workers.execute import GivenUp, completed
-from scenarios.workers.processes import local_processes
 
 START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
 
 
 @contextmanager
-def cluster(folder: Path):
-    """A scheduler and two worker processes of one thread on loopback; yields the scheduler's file and process."""
+def cluster(folder: Path, workers: int = 2):
+    """A scheduler and worker processes of one thread on loopback; yields the scheduler's file and process."""
     file = folder / "scheduler.json"
     environment = os.environ | {
         "PYTHONPATH": str(ROOT / "tests" / "helpers"),
@@ -37,7 +37,7 @@ def cluster(folder: Path):
     worker = ["worker", "--nthreads", "1", "--local-directory", str(folder)]
     started = []
     try:
-        for arguments in (["scheduler", "--port", "0"], worker, worker):
+        for arguments in (["scheduler", "--port", "0"], *[worker] * workers):
             with (folder / f"{len(started)}.log").open("w") as log:
                 command = [sys.executable, "-c", START, *arguments, *common]
                 started.append(
@@ -73,8 +73,7 @@ def test_a_cluster_is_an_executor_like_any_other(workers):
 def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
     study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM))), 8, seed=5)
     there = carry_out(study, tmp_path / "cluster", workers, command="", console=Console(quiet=True)).table()
-    with local_processes(1) as home:
-        here = carry_out(study, tmp_path / "home", home, command="", console=Console(quiet=True)).table()
+    here = carry_out(study, tmp_path / "home", HERE, command="", console=Console(quiet=True)).table()
     pd.testing.assert_frame_equal(there, here, check_exact=True)
 
 
@@ -85,7 +84,7 @@ def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
 
 
 def test_a_scheduler_that_dies_ends_the_study_and_makes_no_rows(tmp_path, caplog):
-    with cluster(tmp_path) as (file, process), dask_workers(str(file)) as workers:
+    with cluster(tmp_path, workers=1) as (file, process), dask_workers(str(file)) as workers:
         found = completed(workers, slow_double, range(100), tick=lambda: None)
         next(found)
         os.killpg(process.pid, signal.SIGKILL)
@@ -95,7 +94,7 @@ def test_a_scheduler_that_dies_ends_the_study_and_makes_no_rows(tmp_path, caplog
 
 def test_a_command_whose_scheduler_dies_says_one_line_and_ends_with_2(tmp_path):
     folder = tmp_path / "out"
-    with cluster(tmp_path) as (file, process):
+    with cluster(tmp_path, workers=1) as (file, process):
         words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "4000", "--out", str(folder), "--dask", str(file)]
         command = subprocess.Popen(
             [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT

@@ -7,7 +7,7 @@ from scenarios.build import bench
 from scenarios.files.draws import check_draws, drawn_settings
 from scenarios.files.loading import load_scenario
 from scenarios.files.settings import value_at
-from scenarios.studies.sensitivity import settings_with, sources_of
+from scenarios.studies.sources import settings_with, sources_of
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 import json
+import re
 import tomllib
 from pathlib import Path
+from typing import Any
 from urllib.request import urlopen
 from zipfile import ZipFile
 
@@ -20,8 +22,12 @@ from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.files.tables import CATALOG
 from scenarios.robots import ROBOTS
 
-NAMES = ("scenario", "payload", "motion", "result", "answer", "problem", "robot", "gains", "check", *RESULTS)
+NAMES = ("scenario", "payload", "motion", "answer", "problem", "robot", "gains", *RESULTS)
 SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
+PRINTED = ("answer", "gains", *RESULTS)
+UNIT = re.compile(r"\[[^\]`]+\]|in (products of )?`unit`|in what `measure` says")
+"""How a description states a unit, or the key that does."""
+DIMENSIONLESS = re.compile(r"relative|share|probability|deviations|ratio|sum of the squared|logarithm")
 TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
 TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
 TOML += [(path, "motion") for path in sorted(MOTIONS.glob("*.toml"))]
@@ -39,6 +45,40 @@ def test_the_shipped_schemas_are_those_that_would_be_generated():
 @pytest.mark.parametrize("name", SHIPPED)
 def test_a_schema_is_one(name):
     jsonschema.Draft202012Validator.check_schema(SHIPPED[name])
+
+
+def tables(name: str) -> dict[str, dict[str, Any]]:
+    """The objects of a schema by their names."""
+    whole = SHIPPED[name]
+    return {whole["title"]: whole} | whole.get("$defs", {})
+
+
+def numbers(value: dict[str, Any]) -> bool:
+    """Whether a key's value may be a number, or rows of numbers."""
+    inner = [value["items"]] if "items" in value else value.get("anyOf", [])
+    return value.get("type") == "number" or any(map(numbers, inner))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_schema_describes_every_key(name):
+    bare = [
+        (at, key)
+        for at, each in tables(name).items()
+        for key, value in each.get("properties", {}).items()
+        if not value.get("description", "").strip()
+    ]
+    assert not bare
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_a_number_that_is_printed_has_its_unit_or_is_said_to_have_none(name):
+    told = {
+        (at, key): value["description"]
+        for at, each in tables(name).items()
+        for key, value in each.get("properties", {}).items()
+        if numbers(value)
+    }
+    assert not [at for at, text in told.items() if not UNIT.search(text) and not DIMENSIONLESS.search(text.lower())]
 
 
 @pytest.mark.parametrize(("path", "name"), TOML, ids=lambda x: getattr(x, "name", x))

@@ -1,35 +1,37 @@
-"""Pages from folders: what is identified again, which folders are refused."""
+"""Pages of runs, identifications and checks: what is identified again, which folders are refused."""
 
 import json
-import math
 import shlex
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import page_folders
 import pytest
-from page_parts import Elements, identified
+from page_parts import identified
 
 from ident.estimate import RefusedGain
+from ident.problem import Motion
 from scenarios.again import differences, identified_again
 from scenarios.cli import main
-from scenarios.errors import DamagedResult, ForeignResult, UnfinishedResult
+from scenarios.errors import DamagedResult, ForeignResult
+from scenarios.files.loading import load_scenario
 from scenarios.reports.content import (
     Heading,
     Line,
     Mood,
     Paragraph,
+    Picture,
     Report,
     Table,
 )
 from scenarios.reports.pages import kind_of, page_of
 from scenarios.reports.pages.fit_rows import begins, fit_rows
 from scenarios.reports.pages.gain_plots import error_plot
-from scenarios.reports.pages.monte_carlo import NORMAL
-from scenarios.reports.pages.paper import same
 from scenarios.reports.pages.still import with_picture
 from scenarios.reports.plot import Plot
 from scenarios.store.record import digests_of
+from scenarios.store.scene import scene_digest
 
 
 def test_results_differ_where_a_number_or_a_refusal_does():
@@ -51,22 +53,6 @@ def test_results_differ_where_a_number_or_a_refusal_does():
     assert differences(saved, saved[:2]) == ("3 joints were saved, now there are 2",)
 
 
-@pytest.mark.parametrize(
-    ("here", "equal"),
-    [
-        ({"a": [0.125, None, "x"]}, True),
-        ({"a": [0.125 * (1 + 1e-7), None, "x"]}, True),
-        ({"a": [0.125 * (1 + 1e-5), None, "x"]}, False),
-        ({"a": [0.125, 0.0, "x"]}, False),
-        ({"a": [0.125, None]}, False),
-        ({"b": [0.125, None, "x"]}, False),
-        ({"a": [0.125, None, "y"]}, False),
-    ],
-)
-def test_documents_are_the_same_but_for_rounding(here, equal):
-    assert same({"a": (0.125, None, "x")}, here) is equal
-
-
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory):
     return page_folders.run(tmp_path_factory.mktemp("run"))
@@ -81,30 +67,44 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
     again = identified_again(saved)
     assert again.differences == ()
     assert [gain.estimate is None for gain in again.result.gains] == [False, False, False, True, False, True]
-    evidence = again.evidence
-    start = begins(evidence)
+    evidence, logs = again.evidence, [motion.recording for motion in again.motions]
+    start = begins(logs)
     assert start[0] == 0.0
-    rows = fit_rows(evidence, 1, start)
+    rows = fit_rows(evidence, 1, logs)
     own = evidence.estimate.solution.rows.of(1)
     np.testing.assert_array_equal(rows.V, evidence.estimate.solution.rows.V[own])
     seen = [motion.observation for motion in evidence.problem.motions]
     for k, observed in enumerate(seen):
         # Rows of a motion are as far from each other on the page as in the log, and lie inside it.
-        t = rows.t[rows.motion == k]
-        behind, log = observed.full_rate, again.motions[k].recording
-        first = log.t[0] + (behind.edge + 0.5 * (behind.group - 1)) * log.period  # time of the first filtered sample
-        np.testing.assert_allclose(t - start[k], observed.joints[1].t - first, rtol=0, atol=1e-9)  # rounding
+        t, log, behind = rows.t[rows.motion == k], logs[k], observed.full_rate
+        np.testing.assert_array_equal(rows.stamp[rows.motion == k], observed.joints[1].t)
+        np.testing.assert_allclose(t - start[k], observed.joints[1].t - log.t[0], rtol=0, atol=1e-9)  # rounding
         assert start[k] < t[0] < t[-1] < start[k + 1]
         still = [(a, b) for a, b in rows.still if start[k] <= a < start[k + 1]]
         shaded = sum(b - a for a, b in still) / behind.period
         assert round(shaded) == int((~behind.moving[:, 1]).sum())
         # Where the shading ends, the joint has just passed the speed below which samples are left out.
-        edge = round((still[0][1] - start[k]) / behind.period)
+        first = (behind.edge + 0.5 * (behind.group - 1)) * log.period  # of the filtered samples, since the log began
+        edge = round((still[0][1] - start[k] - first) / behind.period)
         assert behind.moving[edge, 1]
         assert not behind.moving[edge - 1, 1]
     gain = again.found.estimate.joints[1]
     assert (rows.scale, rows.unit) == (gain.value, "N m")
-    assert fit_rows(evidence, 3, start).unit == "drive units"
+    assert fit_rows(evidence, 3, logs).unit == "drive units"
+
+
+def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(saved):
+    again = identified_again(saved)
+    bare, heavy = again.problem.motions
+    joints = tuple(replace(each, t=each.t + 1200.25) for each in heavy.observation.joints)
+    moved = Motion(replace(heavy.observation, joints=joints), heavy.payload)
+    logs = [motion.recording for motion in again.motions]
+    later = [logs[0], replace(logs[1], t=logs[1].t + 1200.25)]
+    evidence = replace(again.evidence, problem=replace(again.problem, motions=(bare, moved)))
+    here, there = fit_rows(again.evidence, 2, logs), fit_rows(evidence, 2, later)
+    np.testing.assert_allclose(there.stamp - here.stamp, 1200.25 * here.motion, rtol=0, atol=1e-9)  # rounding
+    np.testing.assert_allclose(there.t, here.t, rtol=0, atol=1e-9)  # rounding
+    np.testing.assert_allclose(there.still, here.still, rtol=0, atol=1e-9)  # rounding
 
 
 def test_the_page_says_at_the_top_what_is_not_as_it_was_saved(copied):
@@ -276,60 +276,30 @@ def test_what_is_no_whole_result_of_this_version_is_refused_in_one_line(spoil, e
     assert not (copied.parent / "out.html").exists()
 
 
-def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path):
-    folder = page_folders.study(tmp_path)
-    assert kind_of(folder) == "monte-carlo"
-    report = page_of(folder)
-    commands = [part.text for part in report.parts if isinstance(part, Line)]
-    assert commands[0].startswith("rx90 run ")
-    rows = next(part for part in report.parts if isinstance(part, Table) and part.columns[0].title == "Seed").rows
-    z = [abs(float(row[3].text)) for row in rows]
-    assert z == sorted(z, reverse=True)
-    assert f"--seed {rows[0][0].text} --save" in commands[0]
-    held = next(part for part in report.parts if isinstance(part, Plot) and part.references)
-    assert held.references[0].at == pytest.approx(100 * math.erf(math.sqrt(2.0)), rel=1e-12) == 100 * NORMAL
-    record = json.loads((folder / "study.json").read_text())
-    (folder / "study.json").write_text(json.dumps({**record, "trials": 9}))
-    with pytest.raises(UnfinishedResult, match=r"3 of 9 trials are missing; go on with: rx90 monte-carlo"):
-        page_of(folder)
-    (folder / "study.json").write_text(json.dumps({**record, "study": "comparison"}))
-    with pytest.raises(ForeignResult, match="one scenario of a comparison; name the folder it is in"):
-        page_of(folder)
-    del record["scenario"]["table"]["tolerance"]["gain"]
-    record["scenario"]["table"]["tolerance"]["gian"] = [0.5]
-    (folder / "study.json").write_text(json.dumps(record))
-    with pytest.raises(ForeignResult, match="is damaged, or of another version of rx90"):
-        page_of(folder)
-
-
-def test_a_comparison_is_read_back_as_it_was_written(tmp_path):
-    folder = page_folders.comparison(tmp_path / "compared")
-    report = page_of(folder)
-    assert report.parts[0].text == f"On {page_folders.NAME} {page_folders.NAME} scores 61.0 %, theirs 61.0 %."
-    rms, held = (part for part in report.parts if isinstance(part, Plot))
-    assert [series.label for series in rms.series] == [page_folders.NAME, "theirs"]
-    assert rms.series[1].y == (3.4, 6.8, 10.2)
-    assert held.series[0].low == (55.0, 55.0, 55.0)
-    (folder / "report.json").write_text('{"about": {}, "scenarios": [{"name": "here"}]}')
-    with pytest.raises(ForeignResult, match="is damaged, or of another version of rx90"):
-        page_of(folder)
-
-
-def test_a_page_of_ours_is_replaced_and_no_other_file(tmp_path, capsys):
-    folder = page_folders.comparison(tmp_path / "compared")
-    assert main(["report", str(folder)]) == 0
-    assert "report.html: " in capsys.readouterr().out
-    assert main(["report", str(folder)]) == 0
-    (folder / "report.html").write_text("mine")
-    assert main(["report", str(folder)]) == 2
-    assert "changed since rx90 report wrote it" in capsys.readouterr().err
-    assert (folder / "report.html").read_text() == "mine"
-    assert main(["report", str(folder), "--force"]) == 0
-    assert Elements((folder / "report.html").read_text()).count("table") == 3
-
-
 def test_where_nothing_can_be_drawn_the_page_has_no_picture(copied, monkeypatch, tmp_path):
     report = Report("Title", (Paragraph("verdict"), Paragraph("rest")), {})
     assert with_picture(report, tmp_path) is report
     monkeypatch.setenv("MUJOCO_GL", "no-such-thing")
     assert with_picture(report, copied) is report
+
+
+def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, monkeypatch):
+    report = Report("Title", (Paragraph("verdict"), Paragraph("rest")), {})
+    record = json.loads((copied / "record.json").read_text())
+    picture = Picture("the arm", b"\x89PNG", 4, 3)
+    monkeypatch.setattr("scenarios.reports.pages.still.still", lambda named: picture)
+    assert with_picture(report, copied).parts == (report.parts[0], picture, report.parts[1])
+    scenario = load_scenario(record["scenario"])
+    heavier = scenario.table.plant.model_copy(update={"gain": tuple(1.5 + 0.25 * k for k in range(6))})
+    other = replace(scenario, table=scenario.table.model_copy(update={"plant": heavier}))
+    assert scene_digest(scenario) == record["scene"] != scene_digest(other)
+    for key, value, said in (
+        ("scene", "0123456789abcdef", "is another one since it was run"),
+        ("scene", None, "does not say what its scenario looked like"),
+        ("scenario", "no-such", "cannot be read any more: "),
+    ):
+        (copied / "record.json").write_text(json.dumps({**record, key: value}))
+        verdict, told, rest = with_picture(report, copied).parts
+        assert (verdict, rest) == report.parts
+        assert told.text.startswith("No picture of the arm: ")
+        assert said in told.text

@@ -16,7 +16,7 @@ from scenarios.reports.pages.gain_plots import share_plot, what_would_show
 from scenarios.reports.pages.monte_carlo import coverage_plot
 from scenarios.reports.pages.monte_carlo import error_plot as study_error_plot
 from scenarios.reports.pages.provenance import named
-from scenarios.reports.pages.residual_plots import FAR, against, outliers, spectrum_plot
+from scenarios.reports.pages.residual_plots import FAR, LISTED, against, outliers, spectrum_plot
 from scenarios.reports.pages.sensitivity import cost_plot, ranking
 from scenarios.reports.pages.sensitivity import share_plot as source_shares
 from scenarios.reports.pages.torque_plots import MOST, torque_plot
@@ -38,14 +38,17 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
         RefusedGain(joint="b", reason="", predicted_rel_std=0.35),
         RefusedGain(joint="c", reason="", predicted_rel_std=None),
         RefusedGain(joint="d", reason="", predicted_rel_std=0.04),
+        RefusedGain(joint="e", reason="", predicted_rel_std=0.105),
     )
     said = [part.text for part in what_would_show(joints, 0.1)]
-    assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4"]
+    assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4", "Joint 5"]
     # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
     assert "3.5 times the torque" in said[0]
     assert "12 times as many rows" in said[0]
     assert "say nothing" in said[1]
     assert "not what it is refused for" in said[2]
+    assert "puts 1.05 times the torque" in said[3]
+    assert "or 1.1 times as many rows" in said[3]
 
 
 def rows_of(residual: np.ndarray, **more) -> FitRows:
@@ -56,6 +59,7 @@ def rows_of(residual: np.ndarray, **more) -> FitRows:
         "unit": "N m",
         "turning": True,
         "t": 0.05 * np.arange(n),
+        "stamp": 0.05 * np.arange(n),
         "V": np.full(n, 4.0),
         "residual": residual,
         "q": np.linspace(-1.0, 2.0, n),
@@ -74,7 +78,10 @@ def test_a_torque_is_the_gain_times_what_is_measured_and_what_the_model_makes_of
     assert measured.y == (2.5, 5.0, 7.5, 10.0, 12.5, 15.0)
     assert left.y == (1.25, -0.625, 0.3125, 0.0, 1.875, -1.25)
     np.testing.assert_allclose(predicted.y, np.subtract(measured.y, left.y), rtol=1e-4)  # five digits
-    assert [(each.label, each.at) for each in plot.references] == [("bare", 0.0), ("heavy", 0.2)]
+    assert [(each.label, each.at, each.upright) for each in plot.references] == [
+        ("bare", 0.0, True),
+        ("heavy", 0.2, True),
+    ]
     assert plot.bands == ((0.2, 0.3),)
     share = np.linalg.norm(residual) / np.linalg.norm(np.arange(1.0, 7.0))
     assert f"{100 * share:.2g} % of its rms is left. Drawn is every row of 6" in plot.caption
@@ -127,13 +134,22 @@ def test_outliers_are_listed_the_farthest_first_with_what_accident_would_give():
     residual[[7, 60]] = -2.25, 3.5  # 4.5 and 7 deviations
     residual[8] = FAR * 0.5
     motion = np.repeat([0, 1], 50)
-    said, table = outliers([rows_of(residual, motion=motion)], ("bare", "heavy"), (0.0, 2.5, 5.0))
+    stamp = np.r_[0.05 * np.arange(50), 1200.25 + 0.05 * np.arange(50)]  # the second log's clock is another
+    said, table = outliers([rows_of(residual, motion=motion, stamp=stamp)], ("bare", "heavy"))
     assert said.text.startswith("2 of 100 rows are off by more than 4 ")
     assert f"{100 * 2 * stats.norm.sf(4):.1f} would be" in said.text
     assert [[cell.text for cell in row] for row in table.rows] == [
-        ["3", "heavy", "0.50", "+7.0", "+8.75 N m"],
+        ["3", "heavy", "1200.75", "+7.0", "+8.75 N m"],
         ["3", "bare", "0.35", "-4.5", "-5.62 N m"],
     ]
+
+
+@pytest.mark.parametrize(("many", "title"), [(LISTED, "Outliers"), (LISTED + 1, f"The {LISTED} farthest outliers")])
+def test_a_list_of_outliers_that_is_cut_says_so(many, title):
+    residual = np.zeros(100)
+    residual[:many] = 3.0 + 0.01 * np.arange(many)
+    _, table = outliers([rows_of(residual)], ("bare",))
+    assert (table.title, len(table.rows)) == (title, LISTED)
 
 
 def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():

@@ -76,6 +76,16 @@ def test_no_text_of_a_report_is_html():
     assert "49" not in elements.text
 
 
+def test_what_stands_between_backticks_is_code_and_as_it_was_elsewhere():
+    said = "mount more, `rx90 payload <b>` designs it; one ` alone stays"
+    table = Table(columns=(Column(title="t", words=True),), rows=(cells("say `iv`"),))
+    report = Report("Title", (Paragraph(said), table), {})
+    page = renderer("html")(report, Page())
+    assert "more, <code>rx90 payload &lt;b&gt;</code> designs it; one ` alone stays</p>" in page
+    assert "say <code>iv</code></t" in page
+    assert "`rx90 payload <b>`" in renderer("text")(report, Page())
+
+
 def test_a_page_asks_for_nothing_from_anywhere():
     elements = Elements(renderer("html")(evil_report(), Page()))
     assert elements.count("link") == elements.count("iframe") == 0

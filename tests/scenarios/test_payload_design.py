@@ -15,6 +15,7 @@ from scenarios.cli import main
 from scenarios.design.excitation import Design, objective
 from scenarios.design.payload_design import PayloadDesign, design_payload
 from scenarios.design.payload_search import IMPOSSIBLE, Carrying, Judged, along, payload_body, problem_with
+from scenarios.design.prediction import Deviations
 from scenarios.design.problem import design_problem, for_all_joints
 from scenarios.design.weights import Weight
 from scenarios.errors import NothingCarried, NoWeight
@@ -144,6 +145,18 @@ def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed)
     assert found["rated_load"] == 6.0
 
 
+@pytest.mark.parametrize(("factor", "better"), [(0.9999, True), (1.0001, False)])
+def test_a_scenario_s_own_payload_that_shows_the_worst_joint_better_is_said_to_be_kept(designed, factor, better):
+    worst = factor * designed.after.deviations.noise.max()
+    noise = np.array([0.3, 0.9, 1.0, 0.2, 0.5, 0.8]) * worst
+    before = Deviations(noise=noise, payload=np.full(6, 7.0))  # what is known of either payload does not count
+    report = payload_report(replace(designed, before=replace(designed.before, deviations=before)))
+    words = " ".join(part.text for part in report.parts if hasattr(part, "text"))
+    told = f"own payload already shows the worst joint better: {100.0 * worst:.2f} % against"
+    assert (told in words) is better
+    assert report.document["own_is_better"] is better
+
+
 def test_the_best_weight_along_another_motion_puts_the_torque_there_that_mujoco_says(designed):
     rng = np.random.default_rng(5)
     motion = at_rest(np.array([0.2, 0.1, 1.0, 0.1, 0.4, -0.2]), *(0.1 * rng.normal(size=(2, 6, 3))), 7.0)
@@ -172,7 +185,7 @@ def test_with_a_motion_searched_for_it_all_numbers_of_the_new_weight_are_of_that
 
     def found(design, series, options, before):
         slow = replace(nominal.experiments[0].trajectory, duration=series.duration)
-        return SimpleNamespace(interrupt=None, found=SimpleNamespace(x=series.point(slow)))
+        return SimpleNamespace(interrupt=None, kept=(SimpleNamespace(x=series.point(slow)),))
 
     monkeypatch.setattr(package, "design_payload", lambda *_, **__: designed)
     monkeypatch.setattr(command, "PROCESSES", SimpleNamespace(prepare=lambda: None))

@@ -120,7 +120,7 @@ def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):
     benches = {name: bench(with_settings(rich.scenario, each)) for name, each in settings.items()}
     linear, base = linearised(rich, 4), expected_logs(rich, 4)
     streams = [motion_streams(k, {}, 2) for k in range(len(benches) + 1)]
-    outcomes = dict(simulate_batch([rich, *benches.values()], streams, threads=2))
+    outcomes = dict(simulate_batch([rich, *benches.values()], streams, threads=1))
     inverse = [inverse_gains(rich, outcomes[k].recordings)[:5] for k in range(len(outcomes))]
     for (name, each), simulated in zip(benches.items(), inverse[1:], strict=True):
         relative = simulated / inverse[0] - 1.0

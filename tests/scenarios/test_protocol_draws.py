@@ -29,7 +29,7 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
     assert abs(np.corrcoef(drawn.T)[0, 1]) < 4 / np.sqrt(200)
     trials = [Trial(number=k, seed=k) for k in (3, 4)]
     places = ["plant.payloads.heavy.mass", "plant.payloads.light.mass"]
-    rows = run_trials(scenario, trials, trial_schema(scenario, places, ()), threads=2).to_pandas()
+    rows = run_trials(scenario, trials, trial_schema(scenario, places, ()), threads=1).to_pandas()
     np.testing.assert_array_equal(rows[places[::-1]].to_numpy()[::6], drawn[3:5])
     assert rows["failure"].isna().all()
     single = run(bench(scenario), 4)
@@ -40,7 +40,7 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
 def test_a_trial_s_own_seed_of_a_noise_stream_changes_its_gains(tmp_path):
     scenario = load_scenario(str(quick_scenario(tmp_path)))
     trials = [Trial(number=k, seed=4, settings={}, streams=own) for k, own in enumerate(({}, {"white": 9}))]
-    rows = run_trials(scenario, trials, trial_schema(scenario, (), ()), threads=2).to_pandas()
+    rows = run_trials(scenario, trials, trial_schema(scenario, (), ()), threads=1).to_pandas()
     plain, own = (rows[rows.trial == k]["estimate"].to_numpy()[:3] for k in (0, 1))
     assert np.isfinite(plain).all()
     assert (plain != own).all()

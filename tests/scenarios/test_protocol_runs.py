@@ -50,7 +50,7 @@ def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
     together = dict(run_batch(entries, streams, threads=2, checks=UNCHECKED))
     for k, (each, seed) in enumerate(entries):
         own = [motion_streams(seed, {}, len(each.experiments))]
-        ((_, one),) = run_batch([(each, seed)], own, threads=2, checks=UNCHECKED)
+        ((_, one),) = run_batch([(each, seed)], own, threads=1, checks=UNCHECKED)
         other = together[k]
         assert isinstance(one, Run)
         assert isinstance(other, Run)
@@ -64,7 +64,7 @@ def test_a_motion_that_fails_costs_its_run_with_its_own_name(tmp_path):
     heavy = "[plant.payloads.heaviest]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
     more = f'{heavy}[belief.payloads.heaviest]\nmass = 95.0\nknown = "mass"\n'
     prepared = bench_of(tmp_path, ("bare", "light", "heaviest"), more)
-    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=2, checks=UNCHECKED)
+    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=1, checks=UNCHECKED)
     assert str(outcome).startswith("heaviest: drive of joint3 at its limit")
 
 

@@ -3,10 +3,16 @@
 import re
 import shlex
 from importlib import import_module
+from pathlib import Path
 
+from ident.checks.clock import SLOW, slowest_hz
+from ident.observation import ObserveOptions
+from ident.payload_files import read_payload
 from scenarios.cli import main
 from scenarios.commands import COMMANDS
 from scenarios.commands.parser import OneLineParser
+from scenarios.reports.recipe import SETTINGS
+from scenarios.store.run_folder import short_path
 
 TEXT = """extends = "field-two-weights"
 [experiment]
@@ -27,7 +33,7 @@ def page(tmp_path) -> str:
 def test_motions_weights_and_rates_are_those_of_the_scenario(tmp_path, capsys):
     text = page(tmp_path)
     assert "for 43 s" in text
-    assert "more than 26 Hz" in text  # twice the higher cut-off
+    assert "at 52 Hz or more" in text  # four samples in a period of the higher cut-off
     assert "416 Hz" in text  # 32 cut-offs of the positions
     rows = [[word.strip() for word in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
     motions = [row for row in rows if row[-1].endswith(".parquet")]
@@ -67,3 +73,43 @@ def test_every_command_on_the_page_can_be_given(tmp_path):
     identify = next(line for line in lines if " identify " in line)
     assert "--unloaded unloaded.parquet --loaded light.parquet --payload payload-light.toml" in identify
     assert "--cutoff-hz 13.0" in identify
+    checks = [shlex.split(line) for line in lines if " check " in line]
+    for words, name in zip(checks, ("light", "heavy"), strict=True):
+        at = words.index("--loaded")
+        assert words[3:at] == ["unloaded.parquet", "unloaded-2.parquet"]
+        assert words[at:] == ["--loaded", f"{name}.parquet", "--payload", f"payload-{name}.toml"]
+
+
+def test_weights_have_the_deviations_that_are_stated_on_the_page_and_in_files(tmp_path):
+    light = (
+        "[belief.payloads.light]\nmass = 2.4\nmass_std = 0.03\ncom = [0.1, 0.2, 0.3]\ncom_std = [0.01, 0.02, 0.04]\n"
+    )
+    (tmp_path / "cell.toml").write_text(TEXT + "[belief]\nexact = true\n" + light)
+    (tmp_path / "payload-heavy.toml").write_text("mine")
+    for _ in range(2):  # files of payloads stay, whoever wrote them
+        assert main(["recipe", str(tmp_path / "cell.toml"), "--out", str(tmp_path / "recipe.md")]) == 0
+        row = "| light | 2.4 +- 0.03 | 0.1, 0.2, 0.3 +- 0.01, 0.02, 0.04 |"
+        assert row in (tmp_path / "recipe.md").read_text()
+    found = read_payload(tmp_path / "payload-light.toml")
+    assert (found.mass_std, found.com_std) == (0.03, (0.01, 0.02, 0.04))
+    assert (tmp_path / "payload-heavy.toml").read_text() == "mine"
+    assert not (tmp_path / "payload.toml").exists()  # nothing of that name is mounted
+
+
+def test_page_and_how_to_tell_one_story_of_settings_and_rates(tmp_path):
+    guide = " ".join((Path(__file__).parents[2] / "docs" / "how-to" / "record.md").read_text().split())
+    assert SETTINGS in guide
+    assert f"Log at {SLOW:g} Hz or more" in guide
+    assert SETTINGS in page(tmp_path)
+    assert slowest_hz(ObserveOptions(cutoff_hz=7.0, decimation_cutoff_hz=11.0)) == 44.0
+
+
+def test_a_path_with_detours_is_written_without_them(tmp_path):
+    near, far = tmp_path / "near", tmp_path / "far"
+    near.mkdir()
+    (far / "deep").mkdir(parents=True)
+    for folder in (tmp_path, far, near):
+        (folder / "arm.xml").write_text(folder.name)
+    assert short_path(near / ".." / "arm.xml") == str(tmp_path / "arm.xml")
+    (near / "linked").symlink_to(far / "deep")  # beyond a link, .. is another folder
+    assert short_path(near / "linked" / ".." / "arm.xml") == str(near / "linked" / ".." / "arm.xml")

@@ -13,7 +13,8 @@ from scenarios.files.schema import Scenario
 from scenarios.reports.content import Paragraph
 from scenarios.reports.sensitivity import BudgetResult, sensitivity_report, silent_sources
 from scenarios.studies.budget import budgets, sobol_indices
-from scenarios.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity, settings_with, sources_of
+from scenarios.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity
+from scenarios.studies.sources import settings_with, sources_of
 from scenarios.studies.study import study_identity
 
 

@@ -9,6 +9,7 @@ from scenarios import assert_scenario
 from scenarios.errors import ScenarioError
 from scenarios.files.loading import load_scenario
 from scenarios.reports.content import Figure, Paragraph
+from scenarios.reports.error_density import panels
 from scenarios.reports.files import write_figures
 from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
 from scenarios.reports.plots import monte_carlo as plots
@@ -111,7 +112,7 @@ def test_plots_and_table_are_written_even_of_a_study_without_any_gain(tmp_path):
 @pytest.mark.parametrize("trials", [15, pytest.param(60, marks=pytest.mark.slow)])
 def test_the_nominal_scenario_keeps_its_accuracy(trials):
     # One choice of seeds in 100 would fail a method with the wanted pass rate; these seeds are fixed.
-    rules = assert_scenario("nominal", seeds=range(trials), threads=2)
+    rules = assert_scenario("nominal", seeds=range(trials))
     assert [rule.trials for rule in rules] == [trials] * 6
 
 
@@ -120,7 +121,7 @@ def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
     path = tmp_path / "strict.toml"
     path.write_text(quick.read_text().replace("gain = [0.2,", "pass_rate = 0.5\ngain = [1e-6,"))
     with pytest.raises(AssertionError) as caught:
-        assert_scenario(str(path), seeds=range(8), false_alarm=0.1)
+        assert_scenario(str(path), seeds=range(8), false_alarm=0.1, threads=2)
     lines = str(caught.value).splitlines()
     assert lines[0] == "scenario strict: 1 joint passes less often than asked for"
     assert lines[1].startswith("  joint 1: 8 of 8 missed, 7 allowed at a pass rate of 0.5; seed ")
@@ -156,7 +157,7 @@ def two_joints() -> pd.DataFrame:
 
 def test_panels_share_axes_that_hold_the_joint_that_errs_most():
     table = two_joints()
-    found = plots.panels(gathered(table).joints)
+    found = panels(gathered(table).joints)
     largest = 100.0 * table["rel_error"].abs().max()
     subject = plots.Subject(title="x", without=())
     for axis in plots.histograms(found, subject).axes:
@@ -178,7 +179,7 @@ def test_bins_of_all_panels_are_as_wide_as_the_spread_of_the_narrowest_asks():
     spread = 0.7 * np.ptp(error)
     width = spread / np.ceil(spread / widest)
     reach = 1.1 * np.abs(error).max()
-    for axis in plots.histograms(plots.panels(gathered(table).joints), plots.Subject(title="x", without=())).axes:
+    for axis in plots.histograms(panels(gathered(table).joints), plots.Subject(title="x", without=())).axes:
         bars = [patch.get_x() for patch in axis.patches]
         assert len(bars) == int(2.0 * reach / width)
         np.testing.assert_allclose(min(bars), -100.0 * reach, rtol=1e-12)
@@ -215,7 +216,7 @@ def test_a_tolerance_up_to_twice_the_reach_of_the_errors_is_drawn_and_one_beyond
     table = two_joints()
     claimed = table["std"] / table["true"].abs()
     reach = 1.1 * max(table["rel_error"].abs().max(), *(3.0 * claimed[table["joint"] == j].median() for j in (1, 2)))
-    found = plots.panels(gathered(table.assign(tolerance=times * reach)).joints)
+    found = panels(gathered(table.assign(tolerance=times * reach)).joints)
     for axis in plots.against_true(found, plots.Subject(title="x", without=())).axes:
         heights = sorted(
             float(line.get_ydata()[0]) for line in axis.lines if line.get_linestyle() == "--" and len(line.get_ydata())
@@ -228,7 +229,7 @@ def test_a_tolerance_up_to_twice_the_reach_of_the_errors_is_drawn_and_one_beyond
 def test_a_picture_has_five_thousand_points_at_most_and_the_outermost_are_among_them():
     error = np.random.default_rng(3).normal(size=6000)
     table = pd.DataFrame({"identifiable": True, "joint": 1, "rel_error": error, "z": error})
-    (axis,) = plots.quantiles(plots.panels(gathered(table).joints), plots.Subject(title="x", without=())).axes
+    (axis,) = plots.quantiles(panels(gathered(table).joints), plots.Subject(title="x", without=())).axes
     drawn = axis.lines[-1].get_ydata()
     assert len(drawn) == 5000
     assert (drawn[0], drawn[-1]) == (error.min(), error.max())

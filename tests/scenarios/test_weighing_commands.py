@@ -132,8 +132,50 @@ def test_an_unknown_payload_is_found_with_the_gains(cell, capsys):
         parts = [body[name][f"{share}_std"] for share in ("residual", "gain", "model")]
         np.testing.assert_allclose(body[name]["std"], np.linalg.norm(parts), rtol=1e-9)
     assert len(found["parameters"]) == len(found["covariance"]) == 10
+    assert {each["verdict"] for each in found["joints"]} <= {"agrees", "says nothing"}
     assert main(words) == 0
-    assert "mass " in capsys.readouterr().out
+    assert "mass " in (said := capsys.readouterr().out)
+    assert "disagree" not in said
+
+
+def weighed(cell: Path, *more: str, loaded: str = "light", unloaded: str = "unloaded", gains: str = "gains.toml"):
+    run = cell / "run"
+    return ["payload-of", str(run / f"{loaded}.parquet"), "--gains", str(cell / gains), "--model", MODEL,
+            "--unloaded", str(run / f"{unloaded}.parquet"), *more]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("loaded", "unloaded", "words"),
+    [
+        ("unloaded", "light", "probably swapped"),
+        ("heavy", "unloaded", "the gains were found from this recording"),
+        ("light", "heavy", "given as bare, but it carried a payload when the gains were found"),
+    ],
+)
+def test_a_payload_is_not_found_from_what_cannot_show_it(cell, capsys, loaded, unloaded, words):
+    if words == "probably swapped":  # which the gains file would tell, did it know the recordings
+        file = read_gains(cell / "gains.toml").model_dump(mode="json", exclude_none=True)
+        (cell / "stranger.json").write_text(json.dumps(file | {"recordings": []}))
+    gains = "stranger.json" if words == "probably swapped" else "gains.toml"
+    assert main(weighed(cell, loaded=loaded, unloaded=unloaded, gains=gains)) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_joints_that_disagree_on_the_mass_are_named(cell, capsys):
+    off(cell, 2, 2.0, "doubled.json")
+    assert main(weighed(cell, gains="doubled.json")) == 0
+    assert "WARNING: joints disagree on the mass: alone, " in (words := capsys.readouterr().out)
+    assert "joint 2 says" in words
+
+
+@pytest.mark.parametrize("command", ["torque", "convert"])
+def test_a_log_is_not_written_over_by_what_is_made_of_it(cell, tmp_path, capsys, command):
+    log = tmp_path / "log.parquet"
+    log.write_bytes((cell / "run" / "light.parquet").read_bytes())
+    gains = ["--gains", str(cell / "gains.toml")] if command == "torque" else []
+    assert main([command, str(log), *gains, "--out", str(tmp_path / "." / "log.parquet"), "--force"]) == 2
+    assert f"log.parquet: rx90 {command} reads this file" in capsys.readouterr().err
+    assert log.read_bytes() == (cell / "run" / "light.parquet").read_bytes()
 
 
 def test_torques_are_written_with_units_and_intervals(cell, capsys):
@@ -158,7 +200,7 @@ def test_torques_are_written_with_units_and_intervals(cell, capsys):
     assert document["joints"] == [entry.joint for entry in gains.gains if entry.identifiable]
     assert document["samples"] == len(recording.t)
     assert main(["torque", str(log), "--gains", str(cell / "gains.toml"), "--out", str(cell / "gains.toml")]) == 2
-    assert "did not write this file" in capsys.readouterr().err
+    assert "rx90 torque reads this file" in capsys.readouterr().err
 
 
 def test_torques_of_joints_in_another_order_than_the_gains_are_refused(cell, capsys):
@@ -205,6 +247,19 @@ def test_gains_that_moved_are_named(cell, capsys):
     assert "both are from heavy.parquet, unloaded.parquet" in said
 
 
+def test_gains_written_by_hand_are_compared_and_verdicts_have_their_measure(tmp_path, capsys):
+    for name, values, extra in (("A", (2.0, 3.0, 5.0), 'name = "shoulder"'), ("B", (2.05, 3.0, 5.0), "")):
+        entries = [f"[[gains]]\njoint = {k}\nestimate = {x}\nstd = {0.0075 * x}\n" for k, x in enumerate(values, 1)]
+        (tmp_path / f"{name}.toml").write_text(entries[0] + f"{extra}\n" + "".join(entries[1:]))
+    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "shoulder" in said
+    assert "MOVED beyond 2.39 deviations" in said
+    assert "SAME: no gain moved beyond its interval, joint 1 beyond 2 sigma" in said  # 2.3 deviations
+    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml"), "--json"]) == 0
+    assert printed(capsys, "compare-gains")["scale_joints"] == [1, 2, 3]
+
+
 def test_run_writes_the_gains_as_well(cell, tmp_path, capsys):
     out = tmp_path / "g.json"
     assert main(["run", str(cell / "quick.toml"), "--gains-out", str(out)]) in (0, 1)
@@ -231,6 +286,7 @@ def test_bare_recordings_alone_give_ratios(cell, capsys):
     assert len(shown) >= 2
     assert (found["if_loaded"], found["consistent"]) == (None, None)
     assert "--gains" in found["consistent_reason"]
+    assert not any("is predicted within" in each for each in found["notes"])
     reference = found["joints"][found["reference"] - 1]
     assert (reference["ratio"], reference["rel_std"]) == (1.0, 0.0)
     assert main([*words, "--gains", str(cell / "gains.toml")]) == 0

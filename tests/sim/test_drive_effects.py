@@ -7,6 +7,7 @@ from plants import nominal_plant
 
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep
+from sim.effects.temperature import warmed, warming
 
 
 def step(**changes) -> ControlStep:
@@ -129,6 +130,25 @@ def test_drives_warm_up_by_the_square_of_their_current_and_cool_down_by_themselv
     np.testing.assert_allclose(warmth[0], x, rtol=0, atol=5e-5 * np.abs(x - plain[0]).max())
     assert (np.abs(x - plain[0]) > 0.04).all()
     assert warmth[0, 5] < plain[0, 5]
+
+
+def test_warmth_settles_by_the_mean_square_of_the_load_and_fades_with_its_time():
+    # Against small steps of T dx/dt = W u - x, whose error is half a step over T.
+    errors, load, before = ModelErrors(motor_warming=170.0, warming_time=1.7), np.array([0.09, 0.4]), np.array([31, 2])
+    x = before.astype(float)
+    for _ in range(20_000):
+        x += 1e-4 / 1.7 * (170.0 * load - x)
+    found = warmed(errors, before, load, 2.0)
+    np.testing.assert_allclose(found, x, rtol=0, atol=5e-5 * np.abs(x - before).max())
+
+
+def test_warmth_along_a_motion_is_that_of_its_periods_one_after_the_other(rng):
+    errors, load = ModelErrors(motor_warming=170.0, warming_time=1.7), rng.uniform(0.05, 0.7, (5, 3))
+    before = np.array([31.0, 2.0, 7.0])
+    expected = [before]
+    for each in load:
+        expected.append(warmed(errors, expected[-1], each, 0.3))
+    np.testing.assert_allclose(warming(errors, before, load, 0.3), expected, rtol=1e-13)  # some roundings
 
 
 def test_without_a_coupled_motor_there_is_no_friction_of_one():

@@ -146,7 +146,7 @@ def test_a_transmission_with_backlash_carries_nothing_but_its_damping_within_it(
     spring = share * stiffness * (gap * play - 0.5 * gap * np.sign(play))
     carried = spring + 0.1 * np.sqrt(stiffness * DRIVES.rotor_inertia) * (data.qvel[n:] - DQ)
     links = rnea(pinocchio_arm(payload=True), Q, DQ, data.qacc[:n].copy())
-    np.testing.assert_allclose(links, carried, rtol=0, atol=1e-6)  # as in test_effects
+    np.testing.assert_allclose(links, carried, rtol=0, atol=1e-6)  # as in test_elastic_transmissions
 
 
 def test_links_with_backlash_hang_on_the_side_that_gravity_pulls_them_to():
@@ -155,10 +155,18 @@ def test_links_with_backlash_hang_on_the_side_that_gravity_pulls_them_to():
     state = resting(plant, plant_model(plant, loaded=True, step=1e-3), Q)
     gravity = rnea(pinocchio_arm(payload=True), state[:6], np.zeros(6), np.zeros(6))
     np.testing.assert_array_equal(state[6:], Q)
-    # Converged as the elastic arm of test_effects; nothing pulls joint 1, whose axis is upright, out of the middle.
+    # Converged as in test_elastic_transmissions; nothing pulls joint 1, whose axis is upright, out of the middle.
     expected = -compliance * gravity - 0.5 * gap * np.sign(np.round(gravity, 9))
     np.testing.assert_allclose(state[:6] - Q, expected, rtol=0, atol=1e-13)
     assert {*np.sign(np.round(gravity, 9))} == {-1.0, 0.0, 1.0}
+
+
+def test_rounding_pulls_no_link_out_of_the_middle_of_its_play(rng):
+    plant = nominal_plant(errors=ModelErrors(joint_compliance=COMPLIANCE, backlash=3e-3))
+    model = plant_model(plant, loaded=False, step=1e-3)
+    for q in rng.uniform(-2.0, 2.0, (6, 6)):  # the centre of the last link is on its axis
+        state = resting(plant, model, q)
+        np.testing.assert_allclose(state[[0, 5]], q[[0, 5]], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(

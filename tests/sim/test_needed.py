@@ -105,7 +105,7 @@ def test_load_friction_takes_its_share_of_the_torque_that_the_current_gives():
     c, d, motion = 0.07, RX90.drives, motion_of(load_friction=0.07)
     _, _, dq, _ = states(motion)
     plain = rigid_torque(motion) + d.viscous_friction * dq + d.coulomb_friction * np.sign(dq)
-    motor = d.gain * 0.0 + drive_torque(motion, needed_currents(motion, RATE)) + d.coulomb_asymmetry  # g (v - v0)
+    motor = drive_torque(motion, needed_currents(motion, RATE)) + d.coulomb_asymmetry  # g (v - v0)
     # c |motor| sign(dq) + plain + Fcoff = motor: 1 - c where the motor drives, 1 + c where it brakes.
     driving = np.sign(plain + d.coulomb_asymmetry) * np.sign(dq)
     check(motor, (plain + d.coulomb_asymmetry) / (1.0 - c * driving))
@@ -192,6 +192,16 @@ def test_plants_that_differ_in_friction_and_drives_alone_share_their_rigid_model
     assert rigid() != rigid(rotor_inertia=1.01 * RX90.drives.rotor_inertia)
 
 
+def test_a_payload_counts_where_it_is_mounted_and_only_there():
+    def needed(loaded, mass):
+        motion = motion_of(loaded=loaded)
+        plant = replace(motion.plant, payload=replace(BODY, mass=mass))
+        return needed_currents(replace(motion, plant=plant), RATE)
+
+    np.testing.assert_array_equal(needed(False, 2.3), needed(False, 3.1))
+    assert np.abs(needed(True, 2.3) - needed(True, 3.1)).max() > 1.0
+
+
 def driven(motions):
     """What is logged of motions under a controller that knows the drives: as good as perfect."""
     believed = replace(BELIEF, gain=tuple(GAIN.tolist()))
@@ -238,6 +248,37 @@ def test_drives_are_as_warm_as_the_motions_before_and_the_warm_up_have_left_them
         np.testing.assert_allclose(warmth, expected, rtol=0.03, atol=1e-3)
     with pytest.raises(SequenceError, match="the experiment before it is not the motion before it"):
         needed_in_turn(motions[1:], 200.0)
+
+
+def warming_up(plain, drives, x):
+    """Currents of drives that weaken by 0.4 % a kelvin, beside those of cold ones, and how warm they become [K]."""
+    v = np.empty_like(plain)
+    for k, cold in enumerate(plain):
+        v[k] = drives.amplifier_offset + (cold - drives.amplifier_offset) / (1.0 - 0.004 * x)
+        settled = 300.0 * (v[k] / drives.current_limit) ** 2
+        x = settled + (x - settled) * np.exp(-1.0 / RATE / 2.5)
+    return v, x
+
+
+def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_pause():
+    hot = {"motor_warming": 300.0, "warming_time": 2.5, "gain_by_temperature": -0.004}
+    motions = [
+        replace(motion_of(loaded=bool(k), earlier=k, **hot), name=f"motion {k}", warm_up=3.1, pause=0.7)
+        for k in range(2)
+    ]
+    d, x = motions[0].plant.drives, np.zeros(6)
+    bare, loaded = (needed_currents(motion_of(loaded=each), RATE) for each in (False, True))
+    for share in (0.5, 1.0):  # a warm-up under the load of its middle
+        load = np.mean((warming_up(bare, d, x)[0] / d.current_limit) ** 2, axis=0)
+        x = 300.0 * load * (1.0 - np.exp(-share * 3.1 / 2.5))
+    expected = list[np.ndarray]()
+    for plain in (bare, loaded):
+        v, x = warming_up(plain, d, x)
+        expected.append(v)
+        x = x * np.exp(-0.7 / 2.5)
+    for found, v, plain in zip(needed_in_turn(motions, RATE), expected, (bare, loaded), strict=True):
+        assert np.abs(v - plain).max() > 0.01 * np.abs(plain).max()
+        np.testing.assert_allclose(found, v, rtol=0, atol=1e-8 * np.abs(v).max())  # a search that ends at 1e-10
 
 
 def test_play_that_a_motion_goes_through_is_refused():

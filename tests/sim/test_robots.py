@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from plants import RX90, experiment, streams
 from robot_folders import arm_xml, drives, robot_folder
+from scipy.spatial.transform import Rotation
 
 from sim.compile import plant_model
 from sim.controller import ControllerBelief
@@ -51,7 +52,7 @@ def recordings_of(robot: Robot, **errors):
         rotor_inertia=tuple(robot.drives.rotor_inertia.tolist()),
     )
     plain = experiment(plant=plant_of(robot, **errors), trajectory=motion_of(robot), belief=belief)
-    return record([plain, replace(plain, loaded=True)], streams(0, 1), threads=2)
+    return record([plain, replace(plain, loaded=True)], streams(0, 1), threads=1)
 
 
 @pytest.mark.parametrize("joints", [1, 3, 7])
@@ -262,9 +263,17 @@ def test_a_robot_file_of_no_bounds_is_refused_in_one_line(tmp_path):
         read_robot(path)
 
 
-def test_the_spring_is_hooked_along_its_own_joint_s_link(tmp_path):
-    robot = read_robot(robot_folder(tmp_path, 4, extra=SPRING))
-    model = plant_model(plant_of(robot, gravity_spring=2e4), loaded=False, step=1e-3)
-    along = np.array([0.02, 0.0, 0.221])  # from joint 2 to joint 3, as drawn
-    np.testing.assert_allclose(model.site("spring_far").pos, 0.2 * along / np.linalg.norm(along), rtol=1e-12)
-    assert model.body(model.site("spring_far").bodyid[0]).name == "part2"
+def test_the_spring_is_hooked_above_its_joint_s_axis_and_along_its_joint_s_link(tmp_path):
+    path = robot_folder(tmp_path, 4, extra=SPRING)
+    model = path.parent / "arm.xml"
+    place = 'name="part2" pos="0.02 0 0.258"'
+    assert place in model.read_text()
+    model.write_text(model.read_text().replace(place, f'{place} quat="0.8 0.1 -0.5 0.3"'))
+    model = plant_model(plant_of(read_robot(path), gravity_spring=2e4), loaded=False, step=1e-3)
+    along = np.array([0.02, 0.0, 0.221]) / np.linalg.norm([0.02, 0.0, 0.221])  # from joint 2 to joint 3, as drawn
+    far, near = model.site("spring_far"), model.site("spring_near")
+    assert [model.body(site.bodyid[0]).name for site in (far, near)] == ["part2", "part1"]
+    # Rounding; of lengths below half a metre.
+    np.testing.assert_allclose(far.pos, 0.2 * along, rtol=0, atol=1e-15)
+    upright = Rotation.from_quat([0.1, -0.5, 0.3, 0.8]).apply(along)  # where the link points at zero
+    np.testing.assert_allclose(near.pos, [0.02, 0.0, 0.258] + 0.05 * upright, rtol=0, atol=1e-15)

@@ -7,6 +7,7 @@ from pathlib import Path
 from ident.naming import one_line
 from scenarios.errors import ForeignResult
 from scenarios.reports.content import Report
+from scenarios.store.answers import ANSWERS
 from scenarios.store.record import RECORD, RESULT
 
 PAGES = {
@@ -18,6 +19,7 @@ PAGES = {
     "sensitivity": "sensitivity",
     "comparison": "comparison",
     "paper": "paper",
+    "answers": "answers",
 }
 """Kinds of results, with the modules here that make their pages."""
 STUDY, COMPARISON, PAPER = "study.json", "report.json", "paper.json"
@@ -46,8 +48,9 @@ def kind_of(folder: Path) -> str:
     for name, key, kind in ((RECORD, "kind", None), (STUDY, "study", None), (COMPARISON, None, "comparison")):
         if (folder / name).is_file():
             return kind or _stated(folder / name, key or "")
-    if (folder / PAPER).is_file():
-        return "paper"
+    for name, kind in ((PAPER, "paper"), (ANSWERS, "answers")):
+        if (folder / name).is_file():
+            return kind
     if (folder / RESULT).is_file():
         raise ForeignResult(
             f"{one_line(folder)}: holds {RESULT} but no {RECORD}: half written, or older; save it again"

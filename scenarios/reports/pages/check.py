@@ -14,6 +14,7 @@ from ident.checks.check import Checked, LogRead, check
 from ident.checks.remark import Grade, Remark
 from ident.checks.warming import TOPIC
 from ident.errors import IdentificationError
+from ident.payload import Payload
 from ident.payload_files import read_payload
 from ident.structure import structure_of
 from scenarios.errors import DamagedResult
@@ -22,7 +23,6 @@ from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
 from scenarios.reports.motion import coverage_plot
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, values
-from scenarios.store.check_document import check_document
 from scenarios.store.record import RECORD, RESULT, RecordFile, check_words, read_record, recorded_problem
 
 PIXELS = 400
@@ -58,14 +58,15 @@ def page(folder: Path) -> Report:
     saved = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     found = replace(found, remarks=(*found.remarks, *_of_temperature(saved)))
     told = check_report(found, given.arm)
+    asked = {} if record.payload is None or payload is None else {record.payload: payload}
     said = sorted(told.parts[:-1], key=lambda part: not isinstance(part, Paragraph))  # what to do, then the lines
-    parts = [told.parts[-1], *_differences(saved, found, given.arm), *said, *_plots(found, given.arm)]
-    return Report(record.title, (*parts, *_origin(folder, record, given.arm)), saved)
+    parts = [told.parts[-1], *_differences(saved, told.document), *said, *_plots(found, given.arm)]
+    return Report(record.title, (*parts, *_origin(folder, record, asked, given.arm)), saved)
 
 
-def _differences(saved: object, found: Checked, arm: Arm) -> list[Part]:
+def _differences(saved: object, now: Mapping[str, object]) -> list[Part]:
     """That the check says something else now, if it does."""
-    said = json.loads(json.dumps(check_document(found, arm)))
+    said = json.loads(json.dumps(now))
     if isinstance(saved, dict) and all(saved.get(key) == said[key] for key in ("verdict", "lines")):
         return []
     text = f"Checked again, these files give other lines than {RESULT}; the page shows those of now."
@@ -130,8 +131,7 @@ def current_plot(log: LogRead, joint: int) -> Plot:
     )
 
 
-def _origin(folder: Path, record: RecordFile, arm: Arm) -> list[Part]:
-    asked = {} if record.payload is None else {record.payload: read_payload(folder / record.payload)}
+def _origin(folder: Path, record: RecordFile, asked: Mapping[str, Payload], arm: Arm) -> list[Part]:
     commands = {"As it was made": record.command, "The same from these files": check_words(folder, record)}
     about = {
         "Made": record.created,

@@ -9,6 +9,7 @@ from ident.arrays import Array, Indices
 from ident.consistency.evidence import Evidence
 from ident.estimate import IdentifiedGain
 from ident.observation import Observation
+from ident.recording import Recording
 
 GAP = 1.5
 """Rows further apart than this many periods are not joined."""
@@ -23,10 +24,11 @@ class FitRows:
         scale: Of a current to what is drawn: the gain, or 1 where it is refused.
         unit: Of that.
         turning: Whether the joint turns; else it slides.
-        t: Time since the first motion began, pauses between motions left out [s], shape (r,).
+        t: Time since the first log began, pauses between logs left out [s], shape (r,).
+        stamp: Time that the log of each row has in the middle of its filter [s], shape (r,).
         V: Currents [drive units], shape (r,).
         residual: What the model leaves of them, shape (r,).
-        q, dq: Position and speed of the joint, empty if they are not known, shape (r,).
+        q, dq: Position and speed of the joint, shape (r,); empty where nothing is drawn against them.
         motion: Number of each row's motion, shape (r,).
         sigma: Standard deviation of the residual [drive units].
         still: Stretches beside a reversal, whose samples are left out, from and to [s].
@@ -37,6 +39,7 @@ class FitRows:
     unit: str
     turning: bool
     t: Array
+    stamp: Array
     V: Array
     residual: Array
     q: Array
@@ -52,65 +55,55 @@ class FitRows:
         return np.insert(self.t, gaps, self.t[gaps] - 0.5 * step[gaps - 1]), np.insert(values, gaps, np.nan)
 
 
-def fit_rows(evidence: Evidence, joint: int, begins: Sequence[float]) -> FitRows:
+def fit_rows(evidence: Evidence, joint: int, logs: Sequence[Recording]) -> FitRows:
     """The rows of a joint.
 
     Args:
         evidence: The estimate and the motions.
         joint: The joint, from 0.
-        begins: When each motion begins on the axis of time [s].
+        logs: What each motion was observed in.
     """
     rows, gain = evidence.estimate.solution.rows, evidence.estimate.joints[joint]
     own = rows.of(joint)
     turning = bool(evidence.problem.structure.arm.revolute[joint])
     known = isinstance(gain, IdentifiedGain)
-    motion, t, still = rows.motion[own], np.empty(own.stop - own.start), list[tuple[float, float]]()
+    motion, stamp, still = rows.motion[own], np.empty(own.stop - own.start), list[tuple[float, float]]()
+    first = np.array([log.t[0] for log in logs])
+    later = np.array(begins(logs)[:-1]) - first  # place on the axis less time in the log, (motions,)
     for k in np.unique(motion).tolist():
-        seen = evidence.problem.motions[k].observation
-        at = motion == k
-        t[at] = begins[k] + _first_row(seen) + rows.position[own][at] * rows.row_period
-        still += [(begins[k] + a, begins[k] + b) for a, b in _still(seen, joint)]
+        seen, at = evidence.problem.motions[k].observation, motion == k
+        observed = seen.joints[joint]
+        stamp[at] = observed.t[np.searchsorted(observed.position, rows.position[own][at])]
+        still += [(a + float(later[k]), b + float(later[k])) for a, b in _still(seen, joint)]
     states = evidence.states(joint)
-    q, dq = (np.empty(0), np.empty(0)) if states is None else states
+    assert states is not None, "asked of motions that were recorded"
     return FitRows(
         joint=joint,
         scale=gain.value if known else 1.0,
         unit=("N m" if turning else "N") if known else "drive units",
         turning=turning,
-        t=t,
+        t=stamp + later[motion],
+        stamp=stamp,
         V=rows.V[own],
         residual=rows.residual[own],
-        q=q,
-        dq=dq,
+        q=states[0],
+        dq=states[1],
         motion=motion,
         sigma=rows.sigma(joint),
         still=tuple(still),
     )
 
 
-def begins(evidence: Evidence) -> tuple[float, ...]:
-    """When each motion begins if each follows the one before [s]."""
-    found = [0.0]
-    for motion in evidence.problem.motions:
-        seen = motion.observation
-        if (behind := seen.full_rate) is not None:
-            found.append(found[-1] + len(behind.q) * behind.period)
-            continue
-        first = seen.joints[0]
-        found.append(found[-1] + float(first.position[-1] + 1) * first.row_period)
-    return tuple(found)
-
-
-def _first_row(seen: Observation) -> float:
-    """Middle of the filter of a motion's first row, since its first filtered sample [s]."""
-    behind = seen.full_rate
-    return 0.0 if behind is None else 0.5 * (len(behind.decimator.kernel) - 1) * behind.period
+def begins(logs: Sequence[Recording]) -> tuple[float, ...]:
+    """When each log begins if each follows the one before, and when the last one ends [s]."""
+    return tuple(np.cumsum([0.0, *(len(log.t) * log.period for log in logs)]).tolist())
 
 
 def _still(seen: Observation, joint: int) -> list[tuple[float, float]]:
-    """Stretches of a motion whose samples are left out for a joint, since its first filtered sample [s]."""
-    behind = seen.full_rate
-    if behind is None:
-        return []
+    """Stretches of a log whose samples are left out for a joint, from and to, in the log's own time [s]."""
+    behind, observed = seen.full_rate, seen.joints[joint]
+    assert behind is not None, "asked of motions that were recorded"
+    middle = 0.5 * (len(behind.decimator.kernel) - 1) * behind.period
+    first = observed.t[0] - middle - observed.position[0] * observed.row_period  # of the filtered samples
     edges = np.flatnonzero(np.diff(np.concatenate(([True], behind.moving[:, joint], [True])).astype(int)))
-    return [(float(a) * behind.period, float(b) * behind.period) for a, b in edges.reshape(-1, 2)]
+    return [(first + a * behind.period, first + b * behind.period) for a, b in edges.reshape(-1, 2).tolist()]

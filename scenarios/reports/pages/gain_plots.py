@@ -98,9 +98,14 @@ def _advice(predicted: float | None, allowed: float) -> str:
     if factor <= 1.0:
         return "its deviation is not what it is refused for; see the reason above"
     return (
-        f"a payload that puts {factor:.1f} times the torque on it (farther from its axis, or heavier; `rx90 payload` "
-        f"designs one), or {factor**2:.0f} times as many rows of motions like these"
+        f"a payload that puts {_times(factor)} times the torque on it (farther from its axis, or heavier; "
+        f"`rx90 payload` designs one), or {_times(factor**2)} times as many rows of motions like these"
     )
+
+
+def _times(factor: float) -> str:
+    """A factor above 1, so that one that hardly is does not read as 1."""
+    return f"{factor:.0f}" if factor >= 10.0 else f"{factor:.3g}"
 
 
 def unit_of(revolute: Array) -> str:

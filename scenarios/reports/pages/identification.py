@@ -26,8 +26,8 @@ def page(folder: Path) -> Report:
     """
     again = identified_again(folder)
     evidence, estimate = again.evidence, again.found.estimate
-    start = begins(evidence)
-    rows = [fit_rows(evidence, joint, start) for joint in sorted(estimate.solution.rows.unknowns)]
+    logs = [motion.recording for motion in again.motions]
+    rows = [fit_rows(evidence, joint, logs) for joint in sorted(estimate.solution.rows.unknowns)]
     names = provenance.named(again.record.sources)
     parts: list[Part] = [_verdict(again), *_differences(again), *_gains(again)]
     parts += _refusals(again)
@@ -35,15 +35,14 @@ def page(folder: Path) -> Report:
     parts += [
         Heading("Torques, measured and reconstructed"),
         Paragraph(TOLD),
-        *(torque_plot(each, names, start) for each in rows),
+        *(torque_plot(each, names, begins(logs)) for each in rows),
         Heading("What is left: spectrum"),
         Paragraph(SPECTRUM),
         *(spectrum_plot(each, estimate.solution.rows) for each in rows),
     ]
     for what in ("position", "speed"):
-        seen = [against(each, what) for each in rows if len(each.q)]
-        parts += [Heading(f"What is left, against {what}"), Paragraph(AGAINST), *seen] if seen else []
-    parts += [Heading("Outliers"), *outliers(rows, names, start)]
+        parts += [Heading(f"What is left, against {what}"), Paragraph(AGAINST), *(against(each, what) for each in rows)]
+    parts += [Heading("Outliers"), *outliers(rows, names)]
     parts += _motion(again, names)
     given = provenance.payloads(again.record, again.given)
     parts += provenance.assumed(again.record, given, again.problem.structure.arm)

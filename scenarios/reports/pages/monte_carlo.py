@@ -10,10 +10,10 @@ import pyarrow as pa
 from scipy import stats
 
 from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table, cells
+from scenarios.reports.error_density import panels, promised, reach
 from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, values
-from scenarios.reports.plots.monte_carlo import panels
 from scenarios.store.stored_study import StoredStudy, read_study
 from scenarios.studies.coverage import Coverage, coverage
 from scenarios.studies.joint_rows import JointRows, rows_in
@@ -101,15 +101,12 @@ def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
 
 def error_plot(joint: int, rows: JointRows) -> Plot:
     """Errors of a joint against the density that its claimed deviations promise, and the tolerance."""
-    error, claimed = (100.0 * each for each in (rows.rel_error, rows.claimed))
-    reach = 1.1 * max(float(np.abs(error).max()), 3.0 * float(np.median(claimed)))
+    error, end = 100.0 * rows.rel_error, reach(rows)
     bins = int(np.clip(np.sqrt(len(error)) * 1.5, 8, BINS))
-    density, edges = np.histogram(error, bins=bins, range=(-reach, reach), density=True)
-    x = np.linspace(-reach, reach, 81)
-    some = claimed[:: max(1, len(claimed) // 500)]
-    promised = stats.norm.pdf(x[:, None], scale=some).mean(axis=1)
+    density, edges = np.histogram(error, bins=bins, range=(-end, end), density=True)
+    x = np.linspace(-end, end, 81)
     tolerance = 100.0 * rows.tolerance
-    limits = (-tolerance, tolerance) if tolerance <= reach else ()
+    limits = (-tolerance, tolerance) if tolerance <= end else ()
     beyond = "" if limits else f" The tolerance, {tolerance:.3g} %, is beyond."
     return Plot(
         title=f"Joint {joint}",
@@ -123,7 +120,7 @@ def error_plot(joint: int, rows: JointRows) -> Plot:
                 x=values(np.repeat(edges, 2)),
                 y=values(np.r_[0.0, np.repeat(density, 2), 0.0]),
             ),
-            Series(label="as claimed", mark=Mark.LINE, tone=Tone.SECOND, x=values(x), y=values(promised)),
+            Series(label="as claimed", mark=Mark.LINE, tone=Tone.SECOND, x=values(x), y=values(promised(rows, x))),
         ),
         references=tuple(Reference("", limit, upright=True) for limit in limits),
         height=130,

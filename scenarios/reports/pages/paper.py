@@ -104,6 +104,7 @@ def figure_3(run: PaperRun) -> list[Plot]:
             unit="N m",
             turning=True,
             t=system.t[own] + end * loaded,
+            stamp=system.t[own],
             V=system.V[own],
             residual=system.V[own] - case.torque[own] / gain,
             q=np.empty(0),

@@ -104,8 +104,8 @@ def against(rows: FitRows, what: str) -> Plot:
     )
 
 
-def outliers(rows: Sequence[FitRows], motions: Sequence[str], begins: Sequence[float]) -> list[Part]:
-    """Rows that are far off, the farthest first, and how many accident would give."""
+def outliers(rows: Sequence[FitRows], motions: Sequence[str]) -> list[Part]:
+    """Rows that are far off, the farthest first, at the time that their log has, and how many accident gives."""
     found = [
         (abs(float(z[k])), each, k)
         for each in rows
@@ -123,7 +123,7 @@ def outliers(rows: Sequence[FitRows], motions: Sequence[str], begins: Sequence[f
         cells(
             str(each.joint + 1),
             motions[int(each.motion[k])],
-            f"{each.t[k] - begins[int(each.motion[k])]:.2f}",
+            f"{each.stamp[k]:.2f}",
             f"{each.residual[k] / each.sigma:+.1f}",
             f"{each.scale * each.residual[k]:+.3g} {each.unit}",
         )
@@ -132,7 +132,7 @@ def outliers(rows: Sequence[FitRows], motions: Sequence[str], begins: Sequence[f
     columns = (
         Column(title="Joint"),
         Column(title="Motion", words=True),
-        Column(title="Time", unit="s"),
+        Column(title="Time in it", unit="s"),
         Column(title="Deviations"),
         Column(title="Off by", words=True),
     )

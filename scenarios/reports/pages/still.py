@@ -7,8 +7,13 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from scenarios.reports.content import Picture, Report
+from ident.naming import one_line
+from scenarios.errors import ScenarioError
+from scenarios.files.loading import load_scenario
+from scenarios.reports.content import Paragraph, Picture, Report
 from scenarios.store.record import RECORD
+from scenarios.store.scene import scene_digest
+from sim.errors import SimulationError
 
 WIDTH, HEIGHT = 480, 270
 PATIENCE = 60.0
@@ -16,13 +21,36 @@ PATIENCE = 60.0
 
 
 def with_picture(report: Report, folder: Path) -> Report:
-    """The report with a still of the arm behind its verdict, if the folder is a run's and it can be drawn."""
+    """The report with a still of the arm behind its verdict, if the folder is a run's and it can be drawn.
+
+    The still is of the scenario as it is; where that is not what was run, a sentence stands in its place.
+    """
     try:
-        named = json.loads((folder / RECORD).read_text(encoding="utf-8")).get("scenario")
+        record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return report
-    picture = None if named is None else still(str(named))
-    return report if picture is None else replace(report, parts=(report.parts[0], picture, *report.parts[1:]))
+    named = record.get("scenario")
+    if named is None:
+        return report
+    changed = why_another(str(named), record.get("scene"))
+    shown = still(str(named)) if changed is None else Paragraph(f"No picture of the arm: {changed}.")
+    return report if shown is None else replace(report, parts=(report.parts[0], shown, *report.parts[1:]))
+
+
+def why_another(named: str, scene: str | None) -> str | None:
+    """Why a scenario may not look now as it did when it was run, None if it does.
+
+    Args:
+        named: As it was called.
+        scene: By `scene_digest`, when it was run; None of a folder that does not say.
+    """
+    if scene is None:
+        return "this folder does not say what its scenario looked like, another version of rx90 wrote it"
+    try:
+        now = scene_digest(load_scenario(named))
+    except (ScenarioError, SimulationError) as error:
+        return f"scenario {one_line(named)} cannot be read any more: {error}"
+    return None if now == scene else f"scenario {one_line(named)} is another one since it was run"
 
 
 def still(named: str) -> Picture | None:

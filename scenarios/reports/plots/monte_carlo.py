@@ -1,6 +1,6 @@
 """Pictures of a Monte Carlo study: a panel a joint, all on the same axes, joints without a gain named."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from scipy import stats
 
 from ident.arrays import Array
+from scenarios.reports.error_density import promised, reach
 from scenarios.studies.joint_rows import JointRows
 
 MOST_POINTS = 5000
@@ -32,24 +33,14 @@ class Subject:
     without: tuple[int, ...]
 
 
-def panels(joints: Sequence[JointRows]) -> dict[int, JointRows]:
-    """Joints with a gain whose errors differ, two at least."""
-    return {rows.joint: rows for rows in joints if varies(rows.rel_error)}
-
-
-def varies(values: Array) -> bool:
-    """Whether values are spread over more than their rounding."""
-    return len(values) > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
-
-
 def histograms(found: Mapping[int, JointRows], subject: Subject) -> Figure:
     """Errors against the normal density that the claimed deviations promise, and the tolerance."""
-    reach = max(_reach(rows) for rows in found.values())
+    widest = max(reach(rows) for rows in found.values())
     tolerances = [100.0 * rows.tolerance for rows in found.values()]
-    reach = max([reach, *(1.1 * t for t in tolerances if t <= NEAR * reach)])
+    widest = max([widest, *(1.1 * t for t in tolerances if t <= NEAR * widest)])
     narrowest = min(_bin_width(rows) for rows in found.values())
-    bins = int(np.clip(2.0 * reach / narrowest, *BINS))
-    edges = np.linspace(-reach, reach, bins + 1)
+    bins = int(np.clip(2.0 * widest / narrowest, *BINS))
+    edges = np.linspace(-widest, widest, bins + 1)
     return _figure(found, subject, lambda axis, rows: _histogram(axis, rows, edges))
 
 
@@ -60,8 +51,8 @@ def quantiles(found: Mapping[int, JointRows], subject: Subject) -> Figure:
 
 def against_true(found: Mapping[int, JointRows], subject: Subject) -> Figure:
     """Errors over the gain that was injected."""
-    reach = NEAR * max(_reach(rows) for rows in found.values())
-    return _figure(found, subject, lambda axis, rows: _against_true(axis, rows, reach))
+    most = NEAR * max(reach(rows) for rows in found.values())
+    return _figure(found, subject, lambda axis, rows: _against_true(axis, rows, most))
 
 
 def _figure(found: Mapping[int, JointRows], subject: Subject, draw: Callable[[Axes, JointRows], None]) -> Figure:
@@ -83,12 +74,11 @@ def _figure(found: Mapping[int, JointRows], subject: Subject, draw: Callable[[Ax
 
 
 def _histogram(axis: Axes, rows: JointRows, edges: Array) -> None:
-    error, claimed = 100.0 * rows.rel_error, _claimed(rows)
+    error = 100.0 * rows.rel_error
     counts, _ = np.histogram(error, bins=edges)
     axis.hist(edges[:-1], bins=edges.tolist(), weights=counts, density=True, color="0.8", label="errors")
     x = np.linspace(edges[0], edges[-1], 400)
-    some = claimed[:: max(1, len(claimed) // 500)]
-    axis.plot(x, stats.norm.pdf(x[:, None], scale=some).mean(axis=1), color="C0", label="claimed")
+    axis.plot(x, promised(rows, x), color="C0", label="claimed")
     tolerance = 100.0 * rows.tolerance
     if tolerance <= edges[-1]:
         for side in (-tolerance, tolerance):
@@ -111,12 +101,12 @@ def _qq(axis: Axes, rows: JointRows) -> None:
     axis.set_ylabel("z = error / claimed sigma")
 
 
-def _against_true(axis: Axes, rows: JointRows, reach: float) -> None:
+def _against_true(axis: Axes, rows: JointRows, most: float) -> None:
     axis.axhline(0.0, color="0.5", linewidth=1.0)
     true, error = rows.true / np.median(rows.true), 100.0 * rows.rel_error[:: rows.step]
     axis.plot(true, error, ".", markersize=3, color="C0")
     tolerance = 100.0 * rows.tolerance
-    if tolerance <= reach:
+    if tolerance <= most:
         for side in (-tolerance, tolerance):
             axis.axhline(side, color="C3", linestyle="--", linewidth=1.0, label="tolerance" if side > 0 else None)
     else:
@@ -124,16 +114,6 @@ def _against_true(axis: Axes, rows: JointRows, reach: float) -> None:
     axis.legend(loc="upper right", fontsize=7, framealpha=1.0, edgecolor="none")
     axis.set_xlabel("injected gain over its median")
     axis.set_ylabel("error [%]")
-
-
-def _claimed(rows: JointRows) -> Array:
-    """Claimed standard deviations [%]."""
-    return 100.0 * rows.claimed
-
-
-def _reach(rows: JointRows) -> float:
-    """How far errors, or the density that is claimed, reach [%]."""
-    return 1.1 * max(100.0 * float(np.abs(rows.rel_error).max()), 3.0 * float(np.median(_claimed(rows))))
 
 
 def _bin_width(rows: JointRows) -> float:

@@ -2,11 +2,12 @@
 
 import base64
 import io
+import re
 from dataclasses import dataclass
 from itertools import groupby
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Part, Picture, Report, Table
 from scenarios.reports.plot import Plot
@@ -17,6 +18,8 @@ from scenarios.reports.renderers.html.specs import drawn_plots, legend
 
 MARK = "rx90 report"
 """What the page names as its maker, for who asks whether a file is one."""
+CODE = re.compile(r"`([^`\n]+)`")
+"""A command or a name within words, as all forms of a report write it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,7 @@ def render(report: Report, page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters |= {"heading": heading, "picture": _picture, "figure": _figure}
+    templates.filters |= {"heading": heading, "prose": prose, "picture": _picture, "figure": _figure}
     plots = [part for part in report.parts if isinstance(part, Plot)]
     return templates.get_template("page.html.j2").render(
         title=report.title,
@@ -76,6 +79,11 @@ def blocks(parts: tuple[Part, ...]) -> list[Block]:
 def heading(column: Column) -> str:
     """A column's title on one line."""
     return " ".join(column.title.split())
+
+
+def prose(text: str) -> Markup:
+    """Words, escaped, with what stands between backticks set as code."""
+    return Markup(CODE.sub(r"<code>\1</code>", str(escape(text))))
 
 
 def _kind(part: Part) -> str:

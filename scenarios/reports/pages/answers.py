@@ -1,0 +1,110 @@
+"""The page of answers to problems without a truth: gains of the methods side by side, and why some are none."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from ident.naming import one_line
+from scenarios.errors import ForeignAnswers
+from scenarios.reports.answers import answers_report
+from scenarios.reports.content import Column, Heading, Mood, Paragraph, Part, Report, Table, cells
+from scenarios.reports.plot import TONES, Axis, Plot, about, intervals
+from scenarios.store.answers import ANSWERS, AnswerRow, read_answers
+
+UNKNOWN = (
+    "Nobody here knows the truth of these problems, so nothing is said of who is right: methods that agree may be "
+    "wrong together. Answers to sealed problems are scored by `rx90 compare --open`."
+)
+
+
+def page(folder: Path) -> Report:
+    """Everything that the folder tells.
+
+    Raises:
+        ForeignAnswers: If its file is damaged, of another version, or holds no answer.
+    """
+    path = folder / ANSWERS
+    rows = read_answers(path)
+    if not rows:
+        raise ForeignAnswers(f"{one_line(path)}: holds no answer; ask for some with rx90 compare FOLDER --out")
+    told = answers_report(rows, path)
+    parts: list[Part] = [_counted(rows), Paragraph(UNKNOWN)]
+    for problem in dict.fromkeys(row.problem for row in rows):
+        own = [row for row in rows if row.problem == problem]
+        parts += [Heading(problem), *_drawn(own), _table(own, path), *_reasons(own)]
+    parts += _origin(rows)
+    return Report(told.title, tuple(parts), told.document)
+
+
+def _counted(rows: Sequence[AnswerRow]) -> Paragraph:
+    """What there is, first of all calls without an answer."""
+    claims = [claim for row in rows for claim in row.claims]
+    given, failed = sum(claim.value is not None for claim in claims), sum(row.failure is not None for row in rows)
+    methods, problems = (len({getattr(row, key) for row in rows}) for key in ("method", "problem"))
+    said = (
+        f"{len(rows)} answers of {methods} {'method' if methods == 1 else 'methods'} to {problems} "
+        f"{'problem' if problems == 1 else 'problems'}: {given} gains, {len(claims) - given} refused, "
+        f"{failed} {'call' if failed == 1 else 'calls'} without any answer."
+    )
+    return Paragraph(said, Mood.BAD if failed else Mood.PLAIN, strong=True)
+
+
+def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
+    """Gains of a problem by method, if there are any."""
+    best = [row for row in rows if any(claim.value is not None for claim in row.claims)]
+    if not best:
+        return []
+    shown = best[: len(TONES)]
+    left = len(best) - len(shown)
+    names = tuple(str(joint) for joint in range(1, max(len(row.claims) for row in shown) + 1))
+    series = [
+        intervals(
+            row.method,
+            [name for name, claim in zip(names, row.claims, strict=False) if claim.value is not None],
+            [about(claim.value, 2.0 * (claim.std or 0.0)) for claim in row.claims if claim.value is not None],
+            tone,
+        )
+        for row, tone in zip(shown, TONES, strict=False)
+    ]
+    more = f" {left} further methods are in the table alone." if left else ""
+    plot = Plot(
+        title="Gains by joint",
+        caption=f"Bars: two stated deviations; a gain whose method states none is a point alone.{more}",
+        x=Axis(title="joint", categories=names),
+        y=Axis(title="gain", unit="N m/unit"),
+        series=tuple(series),
+    )
+    return [plot]
+
+
+def _table(rows: Sequence[AnswerRow], path: Path) -> Table:
+    """What methods answered to a problem, without its name in every row."""
+    (told,) = (part for part in answers_report(rows, path).parts if isinstance(part, Table))
+    return replace(told, columns=told.columns[1:], rows=tuple(row[1:] for row in told.rows))
+
+
+def _reasons(rows: Sequence[AnswerRow]) -> list[Table]:
+    """Why there is no answer, or no gain of a joint, in the words of the method."""
+    found = [(row.method, "all", row.reason) for row in rows if row.failure is not None and row.reason]
+    found += [
+        (row.method, str(joint), claim.reason)
+        for row in rows
+        for joint, claim in enumerate(row.claims, 1)
+        if claim.value is None and claim.reason
+    ]
+    columns = (Column(title="Method", words=True), Column(title="Joint"), Column(title="Why not", words=True))
+    lines = tuple(cells(*each) for each in found)
+    return [Table(title="No gain, and why", columns=columns, rows=lines)] if lines else []
+
+
+def _origin(rows: Sequence[AnswerRow]) -> list[Part]:
+    """What was asked, by digests, and which files of the methods answered."""
+    files = {f"{row.method}: {name}": digest for row in rows for name, digest in row.files.items()}
+    problems = {row.problem: row.digest for row in rows}
+    columns = (Column(title="Problem", words=True), Column(title="SHA-256 of its files", words=True))
+    parts: list[Part] = [Heading("What was asked")]
+    parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in problems.items())))
+    if files:
+        columns = (Column(title="Method and its file", words=True), Column(title="Digest or version", words=True))
+        parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in files.items())))
+    return parts

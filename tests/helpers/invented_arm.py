@@ -1,0 +1,34 @@
+"""A design problem of an invented arm of three joints, which has no shapes."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from plants import CYLINDER
+from robot_folders import robot_folder
+
+from ident.arm import load_arm
+from ident.payload import Payload
+from ident.structure import structure_of
+from scenarios.design.excitation import Problem
+from scenarios.design.limits import robot_limits
+from scenarios.design.prediction import all_joints
+from scenarios.design.rows import carried
+from sim.plant import Plant
+from sim.robot_files import read_robot
+
+
+def invented_problem(folder: Path) -> Problem:
+    """The problem of an arm that is written into a folder."""
+    robot = read_robot(robot_folder(folder, 3))
+    plant = Plant(robot=robot, drives=robot.drives, payload=replace(CYLINDER, com=(0.05, -0.03, 0.14)))
+    body = plant.payload
+    believed = Payload(mass=body.mass, com=body.com, inertia=body.inertia)
+    return Problem(
+        plant=plant,
+        structure=structure_of(load_arm(robot.model)),
+        limits=robot_limits(plant),
+        joints=np.arange(3),
+        carried=carried(body, believed),
+        prediction=all_joints,
+    )

@@ -1,0 +1,96 @@
+"""A made-up linear solution with beliefs: what tests of consistency compute of it can be computed again."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.consistency.evidence import Evidence
+from ident.estimate import GainEstimate, GainSolution, IdentifiedGain
+from ident.options import GainOptions
+from ident.rows import Rows
+
+
+def linear_solution(rng: np.random.Generator):
+    """Two joints of 2 motions with 30 rows each, 7 unknowns, beliefs about all; currents, and fits of some rows."""
+    r, u = 120, 7
+    W, belief, of = rng.normal(size=(r, u)), 2.3 * rng.normal(size=(u, u)), rng.normal(size=(2, u))
+    weight = np.repeat([0.7, 3.1], r // 2)
+    y, expected = rng.normal(size=r), rng.normal(size=u)
+    stacked = np.vstack((weight[:, None] * W, belief))
+    pseudo = np.linalg.pinv(stacked)
+    z = pseudo @ np.concatenate((weight * y, expected))
+    solution = GainSolution(
+        rows=Rows(
+            V=y,
+            residual=y - W @ z,
+            joint=np.repeat([0, 1], r // 2),
+            motion=np.tile(np.repeat([0, 1], r // 4), 2),
+            position=np.tile(np.arange(r // 4), 4) + 3,
+            row_period=0.05,
+            unknowns={0: 3.0, 1: 4.0},
+            weight=weight,
+            explained=np.linalg.qr(stacked)[0][:r],
+        ),
+        joints=np.array([0, 1]),
+        inverse=of @ z,
+        influence=(of @ pseudo[:, :r]) * weight,
+        payload=np.zeros((2, 0)),
+        model=np.zeros((2, 0)),
+        load_rms=np.ones(2),
+        friction=np.zeros((2, 2)),
+        friction_influence=np.zeros((2, 2, r)),
+        unsolved={},
+    )
+
+    def refit(kept: np.ndarray, currents: np.ndarray = y) -> np.ndarray:
+        some = np.vstack(((weight[:, None] * W)[kept], belief))
+        return of @ np.linalg.lstsq(some, np.concatenate(((weight * currents)[kept], expected)), rcond=None)[0]
+
+    def left_of(kept: np.ndarray) -> np.ndarray:
+        some = np.vstack(((weight[:, None] * W)[kept], belief))
+        return y - W @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]
+
+    return solution, y, left_of, refit
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MadeUp(Evidence):
+    """Evidence of a solution alone; what follows from recordings is given.
+
+    Attributes:
+        position: Of the joints, on each row, shape (r,).
+        speed: Likewise.
+        stated: Change of each row's current per deviation of what is stated, shape (r, p).
+    """
+
+    position: Array
+    speed: Array
+    stated: Array
+
+    def states(self, joint: int) -> tuple[Array, Array]:
+        own = self.estimate.solution.rows.of(joint)
+        return self.position[own], self.speed[own]
+
+
+def linear_evidence(solution: GainSolution, rng: np.random.Generator) -> MadeUp:
+    """Evidence of a solution of two joints, states and statements at random."""
+    std = 0.03 * np.abs(solution.inverse)
+    gains = tuple(
+        IdentifiedGain(
+            joint=f"joint{j + 1}",
+            value=float(1.0 / solution.inverse[j]),
+            std=0.03 / abs(float(solution.inverse[j])),
+            payload_rel_std=0.0,
+            model_rel_std=0.0,
+            predicted_rel_std=0.03,
+        )
+        for j in range(2)
+    )
+    options = GainOptions()
+    estimate = GainEstimate(
+        method="made-up", joints=gains, solution=solution, covariance=np.diag(std**2), options=options
+    )
+    r = len(solution.rows.V)
+    position, speed, stated = rng.normal(size=r), rng.normal(size=r), 0.2 * rng.normal(size=(r, 3))
+    return MadeUp(problem=None, estimate=estimate, drift=False, position=position, speed=speed, stated=stated)

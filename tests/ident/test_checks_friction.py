@@ -1,0 +1,70 @@
+"""Which joints friction is said to drive: its deviations from one log, and what several logs say together."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ident.checks.friction_sign import backward_joints, friction_z
+from ident.gain_system import JointRows
+from ident.options import GainOptions
+from ident.signs import FRICTION_Z
+
+NAMES = ("XX3", "Fc3", "off3", "Fv3")
+
+
+def rows_of(W: np.ndarray, V: np.ndarray) -> JointRows:
+    r = len(V)
+    return JointRows(
+        joint=2, names=NAMES, W=W, W_L=np.zeros((0, r, 10)), V=V, weight=np.ones(r), motion=np.zeros(r, dtype=int),
+        position=np.arange(r), loaded=np.zeros(r, dtype=bool),
+    )  # fmt: skip
+
+
+PROBLEM = SimpleNamespace(row_period=0.05, options=GainOptions())
+
+
+@pytest.mark.parametrize(("dry", "viscous", "total"), [(0.9, 0.19, True), (-0.7, 0.21, False), (-0.5, -0.5, True)])
+def test_friction_is_as_sure_as_its_dry_part_or_all_of_it(monkeypatch, rng, dry, viscous, total):
+    W = rng.normal(size=(80, 4)) * [3.0, 0.9, 1.0, 40.0]
+    W[:, 3] += 30.0 * W[:, 1]  # speed, and its sign
+    V = W @ [0.2, dry, -0.3, viscous / 40.0] + 0.3 * np.where(np.arange(80) % 2, 1.0, -1.0) * rng.uniform(0.5, 1.5, 80)
+    monkeypatch.setattr("ident.checks.friction_sign.joint_rows", lambda problem, joint: rows_of(W, V))
+    # Of white residuals (eq. 20); those that alternate make the deviation by their correlation the smaller one.
+    found, (square,) = np.linalg.lstsq(W, V)[:2]
+    covariance = square / (80 - 4) * np.linalg.inv(W.T @ W)
+    size = np.linalg.norm(W, axis=0)
+    parts = [np.array([0.0, size[1], 0.0, size[3]]), np.array([0.0, size[1], 0.0, 0.0])]
+    z = [float(part @ found / np.sqrt(part @ covariance @ part)) for part in parts]
+    assert (abs(z[0]) > 1.05 * abs(z[1])) == total
+    assert total or abs(z[1]) > 1.05 * abs(z[0])
+    np.testing.assert_allclose(friction_z(PROBLEM, 2), z[0] if total else z[1], rtol=1e-9)  # condition below 100
+
+
+def test_as_many_rows_as_unknowns_say_nothing_of_friction(monkeypatch, rng):
+    W, V = rng.normal(size=(5, 4)), rng.normal(size=5)
+    for r, told in ((5, True), (4, False)):
+        monkeypatch.setattr("ident.checks.friction_sign.joint_rows", lambda problem, joint, r=r: rows_of(W[:r], V[:r]))
+        assert (friction_z(PROBLEM, 2) is not None) == told
+
+
+def test_friction_drives_a_joint_that_it_surely_drives_in_one_log_and_brakes_in_none(monkeypatch):
+    told = {  # in deviations that are sure
+        0: (-1.1, -3.0),
+        1: (-1.1, 0.9),
+        2: (-1.1, 1.1),
+        3: (None, -1.1),
+        4: (None, None),
+        5: (-0.9, -0.8),
+        6: (1.1, 2.0),
+    }
+
+    def z(problem, joint):
+        found = told[joint][problem.log]
+        return None if found is None else FRICTION_Z * found
+
+    monkeypatch.setattr("ident.checks.friction_sign.friction_z", z)
+    problems = [SimpleNamespace(log=k, structure=SimpleNamespace(arm=SimpleNamespace(n=7))) for k in (0, 1)]
+    assert backward_joints(problems, None) == (0, 1, 3)
+    about = np.array([2.0, -3.0, 2.0, -4.0, 2.0, 2.0, -5.0])  # friction of a drive that is wired backwards is negative
+    assert backward_joints(problems, about) == (0, 6)

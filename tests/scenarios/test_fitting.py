@@ -1,0 +1,187 @@
+"""Which motion of a search a robot is given: the best, or what can be fitted where that cannot."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from invented_arm import invented_problem
+
+from scenarios.design.excitation import EXCESS, FITTED_HZ, SMALL_SIZES, Design, Problem, excess_in_words
+from scenarios.design.fitting import APART, best_fitted, first_fitted, with_better
+from scenarios.design.limits import SHARE
+from scenarios.design.search import Found, Series
+from sim.errors import TrajectoryError
+from sim.trajectory import FourierTrajectory
+
+USED = SHARE + EXCESS
+"""Share of its speed limit that a found motion may use between the samples of the search."""
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory) -> Problem:
+    return invented_problem(tmp_path_factory.mktemp("arm"))
+
+
+@pytest.fixture(scope="module")
+def series(problem) -> Series:
+    return Series(limits=problem.limits, harmonics=3, duration=6.0)
+
+
+def point(series: Series, seed: int, cost: float, center=(0.2, 0.3, -0.1)) -> Found:
+    return Found(x=series.drawn(np.array(center), np.random.default_rng(seed)), cost=cost, tried=7)
+
+
+def impossible(series: Series, seed: int, cost: float) -> Found:
+    """About a centre so near the end of joint 2 that no motion about it is small enough."""
+    return point(series, seed, cost, center=(0.0, 2.7, 0.0))
+
+
+def allowing(problem: Problem, motion: FourierTrajectory, size: float) -> Design:
+    """The problem on a robot whose speeds allow as much of a motion, and not 1 % more."""
+    fastest = np.abs(motion(np.arange(0.0, motion.duration, 1.0 / FITTED_HZ))[1]).max(axis=0)
+    return Design(replace(problem, limits=replace(problem.limits, velocity=1.001 * size * fastest / USED)))
+
+
+def size_of(motion: FourierTrajectory, of: FourierTrajectory) -> float:
+    np.testing.assert_array_equal(motion.center, of.center)
+    ratios = np.concatenate((motion.sine / of.sine, motion.cosine / of.cosine))
+    np.testing.assert_allclose(ratios, ratios[0, 0], rtol=1e-12)  # rounding
+    return float(ratios[0, 0])
+
+
+@pytest.mark.parametrize(("allowed", "size"), [(1.0, 1.0), (0.96, 0.96), (0.91, 0.91)])
+def test_the_best_motion_is_taken_a_tenth_smaller_at_most_whatever_else_was_kept(problem, series, allowed, size):
+    earlier, best = point(series, 3, -9.5), point(series, 8, -9.7)
+    design = allowing(problem, series.motion(best.x), allowed)
+    fitted = best_fitted(design, series, (earlier, best))
+    np.testing.assert_allclose(size_of(fitted.motion, series.motion(best.x)), size, rtol=1e-12)
+    assert fitted.reason == ""
+
+
+@pytest.mark.parametrize("size", [0.9, 0.76])
+def test_a_best_motion_that_a_tenth_less_does_not_fit_is_shrunk_farther_and_the_reason_told(problem, series, size):
+    best = point(series, 8, -9.7)
+    design = allowing(problem, series.motion(best.x), size)
+    fitted = best_fitted(design, series, (best,))
+    np.testing.assert_allclose(size_of(fitted.motion, series.motion(best.x)), size, rtol=1e-12)
+    assert design.keeps_limits(fitted.motion)
+    assert fitted.reason.startswith("the motion exceeds its share of the speed of joint ")
+
+
+def test_where_the_best_motion_cannot_be_shrunk_the_best_earlier_one_that_can_be_fitted_is_taken(problem, series):
+    earliest, earlier = point(series, 3, -4.5), point(series, 4, -4.7)
+    fitted = best_fitted(
+        Design(problem), series, (earliest, earlier, impossible(series, 5, -4.8), impossible(series, 6, -4.9))
+    )
+    assert size_of(fitted.motion, series.motion(earlier.x)) == 1.0
+    assert fitted.reason != ""
+
+
+@pytest.mark.parametrize(("seed", "taken"), [(3, "earlier"), (4, "small")])
+def test_of_the_best_made_small_and_an_earlier_motion_that_fits_the_one_that_costs_less_is_taken(
+    problem, series, seed, taken
+):
+    best, earlier = point(series, 8, -9.7), point(series, seed, -9.5)
+    best.x[3:6] = 3.0  # joints move by 96 % of the largest motion
+    earlier.x[3:6] = -1.5  # by 39 %
+    design = allowing(problem, series.motion(best.x), 0.42)
+    motions = {
+        "small": design.fitted(series.motion(best.x), np.array([0.42])),
+        "earlier": design.fitted(series.motion(earlier.x)),
+    }
+    costs = {name: design.cost(motion) for name, motion in motions.items()}
+    assert min(costs, key=costs.__getitem__) == taken
+    found = best_fitted(design, series, (earlier, best)).motion
+    np.testing.assert_allclose(found.sine, motions[taken].sine, rtol=1e-12)  # rounding of the size
+
+
+def test_earlier_motions_that_cost_more_than_the_best_made_small_are_not_looked_at(problem, series, monkeypatch):
+    best = point(series, 8, -9.7)
+    design = allowing(problem, series.motion(best.x), 0.6)
+    small = design.cost(design.fitted(series.motion(best.x), SMALL_SIZES))
+    looked_at: list[np.ndarray] = []
+    fitted = Design.fitted
+
+    def noted(self, motion, *sizes):
+        looked_at.append(motion.center)
+        return fitted(self, motion, *sizes)
+
+    monkeypatch.setattr(Design, "fitted", noted)
+    kept = (point(series, 3, small + 0.2), point(series, 4, small), impossible(series, 5, small - 0.3), best)
+    best_fitted(design, series, kept)
+    np.testing.assert_array_equal(looked_at, [best.x[:3], best.x[:3], kept[2].x[:3]])
+
+
+def test_where_nothing_can_be_fitted_the_search_is_refused_with_what_is_wrong_with_its_best(problem, series):
+    kept = (impossible(series, 5, -4.8), impossible(series, 6, -4.9))
+    with pytest.raises(
+        TrajectoryError,
+        match=r"^of 2 motions that the search kept none can be fitted; of the best: .* range of joint 2 by \d+ %$",
+    ):
+        best_fitted(Design(problem), series, kept)
+
+
+def test_only_better_motions_are_kept_best_last_and_near_ones_make_room():
+    def found(cost: float) -> Found:
+        return Found(x=np.array([cost]), cost=cost, tried=3)
+
+    kept: tuple[Found, ...] = ()
+    for cost in (0.5, 0.7, 0.5, 0.496, 0.4935, 0.487, 0.3, 0.31):
+        kept = with_better(kept, found(cost))
+    assert [each.cost for each in kept] == [0.5, 0.487, 0.3]
+    assert len(with_better(kept, found(0.3))) == len(kept)
+    near = with_better((found(0.5), found(0.495)), found(0.3))
+    assert [each.cost for each in near] == [0.5, 0.3]
+    edge = with_better((found(APART), found(0.0)), found(-0.4))
+    assert [each.cost for each in edge] == [APART, 0.0, -0.4]
+
+
+def test_searches_are_made_until_the_best_of_one_is_fitted(problem, series):
+    design, made = Design(problem), []
+    searches = {
+        "refused": (impossible(series, 5, -4.8),),
+        "earlier": (point(series, 4, -4.1), impossible(series, 6, -4.9)),
+        "another": (point(series, 6, -4.2), impossible(series, 6, -4.9)),
+        "fits": (point(series, 3, -4.0),),
+    }
+
+    def of(*names: str):
+        made.clear()
+        for name in names:
+            made.append(name)
+            yield searches[name]
+
+    found = first_fitted(design, series, of("refused", "earlier", "fits", "refused"))
+    np.testing.assert_array_equal(found.sine, series.motion(searches["fits"][0].x).sine)
+    assert made == ["refused", "earlier", "fits"]
+    found = first_fitted(design, series, of("earlier", "refused"))
+    np.testing.assert_array_equal(found.sine, series.motion(searches["earlier"][0].x).sine)
+    cheaper, dearer = sorted(("earlier", "another"), key=lambda name: design.cost(series.motion(searches[name][0].x)))
+    for order in ((cheaper, dearer), (dearer, cheaper)):
+        found = first_fitted(design, series, of(*order))
+        np.testing.assert_array_equal(found.sine, series.motion(searches[cheaper][0].x).sine)
+    with pytest.raises(TrajectoryError, match="of 1 motions that"):
+        first_fitted(design, series, of("refused", "refused"))
+
+
+@pytest.mark.parametrize(("factor", "kept"), [(0.99, False), (1.01, True)])
+def test_a_speed_that_is_reached_between_the_samples_of_the_search_counts(problem, factor, kept):
+    cosine = np.zeros((3, 30))
+    cosine[:, -1] = 0.02, 0.03, -0.01  # 5 Hz: at rest at every sample of 10 Hz
+    motion = FourierTrajectory(np.array([0.2, 0.3, -0.1]), np.zeros((3, 30)), cosine, 6.0)
+    fastest = 10.0 * np.pi * np.abs(cosine[:, -1])
+    free = replace(problem.limits, acceleration=np.full(3, 1e3), torque=np.full(3, 1e5))
+    design = Design(replace(problem, limits=replace(free, velocity=factor * fastest / USED)))
+    assert design.keeps_limits(motion) is kept
+
+
+def test_what_is_broken_most_is_named_with_its_joint():
+    n, instants = 3, 5
+    names = ("range", "speed", "acceleration", "torque")
+    for kind, name in enumerate(names):
+        for joint in range(n):
+            excess = np.full((4 * instants * n + instants), 0.02)
+            excess[kind * instants * n + 3 * n + joint] = 0.07
+            assert excess_in_words(excess, n) == f"exceeds its share of the {name} of joint {joint + 1} by 7 %"
+    excess[-instants] = 0.31
+    assert excess_in_words(excess, n) == "comes too near to floor or arm by 31 %"

@@ -1,0 +1,136 @@
+"""Pages of studies, comparisons, answers and the paper: what their folders hold, read back."""
+
+import json
+import math
+
+import page_folders
+import pytest
+from page_parts import Elements
+
+from scenarios.cli import main
+from scenarios.errors import ForeignAnswers, ForeignResult, UnfinishedResult
+from scenarios.methods.answer import AnswerGain
+from scenarios.reports.content import (
+    Line,
+    Mood,
+    Table,
+)
+from scenarios.reports.pages import kind_of, page_of
+from scenarios.reports.pages.monte_carlo import NORMAL
+from scenarios.reports.pages.paper import same
+from scenarios.reports.plot import Plot
+from scenarios.store import study_folder
+from scenarios.store.answers import AnswerRow, write_answers
+from scenarios.store.parts import checked_part
+
+
+@pytest.mark.parametrize(
+    ("here", "equal"),
+    [
+        ({"a": [0.125, None, "x"]}, True),
+        ({"a": [0.125 * (1 + 1e-7), None, "x"]}, True),
+        ({"a": [0.125 * (1 + 1e-5), None, "x"]}, False),
+        ({"a": [0.125, 0.0, "x"]}, False),
+        ({"a": [0.125, None]}, False),
+        ({"b": [0.125, None, "x"]}, False),
+        ({"a": [0.125, None, "y"]}, False),
+    ],
+)
+def test_documents_are_the_same_but_for_rounding(here, equal):
+    assert same({"a": (0.125, None, "x")}, here) is equal
+
+
+def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkeypatch):
+    folder = page_folders.study(tmp_path)
+    assert kind_of(folder) == "monte-carlo"
+    looked = list[str]()
+    monkeypatch.setattr(
+        study_folder, "checked_part", lambda path, n: (looked.append(path.name), checked_part(path, n))[1]
+    )
+    report = page_of(folder)
+    assert sorted(looked) == sorted(path.name for path in (folder / "trials").iterdir())  # each once
+    commands = [part.text for part in report.parts if isinstance(part, Line)]
+    assert commands[0].startswith("rx90 run ")
+    rows = next(part for part in report.parts if isinstance(part, Table) and part.columns[0].title == "Seed").rows
+    z = [abs(float(row[3].text)) for row in rows]
+    assert z == sorted(z, reverse=True)
+    assert f"--seed {rows[0][0].text} --save" in commands[0]
+    held = next(part for part in report.parts if isinstance(part, Plot) and part.references)
+    assert held.references[0].at == pytest.approx(100 * math.erf(math.sqrt(2.0)), rel=1e-12) == 100 * NORMAL
+    record = json.loads((folder / "study.json").read_text())
+    (folder / "study.json").write_text(json.dumps({**record, "trials": 9}))
+    with pytest.raises(UnfinishedResult, match=r"3 of 9 trials are missing; go on with: rx90 monte-carlo"):
+        page_of(folder)
+    (folder / "study.json").write_text(json.dumps({**record, "study": "comparison"}))
+    with pytest.raises(ForeignResult, match="one scenario of a comparison; name the folder it is in"):
+        page_of(folder)
+    del record["scenario"]["table"]["tolerance"]["gain"]
+    record["scenario"]["table"]["tolerance"]["gian"] = [0.5]
+    (folder / "study.json").write_text(json.dumps(record))
+    with pytest.raises(ForeignResult, match="is damaged, or of another version of rx90"):
+        page_of(folder)
+
+
+def test_a_comparison_is_read_back_as_it_was_written(tmp_path):
+    folder = page_folders.comparison(tmp_path / "compared")
+    report = page_of(folder)
+    assert report.parts[0].text == f"On {page_folders.NAME} {page_folders.NAME} scores 61.0 %, theirs 61.0 %."
+    rms, held = (part for part in report.parts if isinstance(part, Plot))
+    assert [series.label for series in rms.series] == [page_folders.NAME, "theirs"]
+    assert rms.series[1].y == (3.4, 6.8, 10.2)
+    assert held.series[0].low == (55.0, 55.0, 55.0)
+    (folder / "report.json").write_text('{"about": {}, "scenarios": [{"name": "here"}]}')
+    with pytest.raises(ForeignResult, match="is damaged, or of another version of rx90"):
+        page_of(folder)
+
+
+def test_a_page_of_ours_is_replaced_and_no_other_file(tmp_path, capsys):
+    folder = page_folders.comparison(tmp_path / "compared")
+    assert main(["report", str(folder)]) == 0
+    assert "report.html: " in capsys.readouterr().out
+    assert main(["report", str(folder)]) == 0
+    (folder / "report.html").write_text("mine")
+    assert main(["report", str(folder)]) == 2
+    assert "changed since rx90 report wrote it" in capsys.readouterr().err
+    assert (folder / "report.html").read_text() == "mine"
+    assert main(["report", str(folder), "--force"]) == 0
+    assert Elements((folder / "report.html").read_text()).count("table") == 3
+
+
+def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
+    gains = [
+        AnswerGain(joint=1, estimate=0.9, std=0.02, identifiable=True),
+        AnswerGain(joint=2, estimate=None, std=None, identifiable=False, reason="too light"),
+        AnswerGain(joint=3, estimate=-1.5, std=None, identifiable=True),
+    ]
+    given = {"problem": "monday", "digest": "ab12", "seconds": 1.5}
+    rows = [
+        AnswerRow(method="ls-2011", files={"own.py": "cd34"}, gains=gains, **given),
+        AnswerRow(method="slow", files={}, failure="MethodTimedOut", reason="took longer than 60 s", **given),
+    ]
+    write_answers(rows, tmp_path / "answers.json")
+    report = page_of(tmp_path)
+    assert report.parts[0].text == (
+        "2 answers of 2 methods to 1 problem: 2 gains, 1 refused, 1 call without any answer."
+    )
+    assert (report.parts[0].strong, report.parts[0].mood) == (True, Mood.BAD)
+    assert "Nobody here knows the truth" in report.parts[1].text
+    (plot,) = [part for part in report.parts if isinstance(part, Plot)]
+    (drawn,) = plot.series  # the method that did not answer has none
+    assert (drawn.label, drawn.x, drawn.y, drawn.low, drawn.high) == (
+        "ls-2011", ("1", "3"), (0.9, -1.5), (0.86, -1.5), (0.94, -1.5)
+    )  # fmt: skip
+    assert plot.x.categories == ("1", "2", "3")
+    tables = [part for part in report.parts if isinstance(part, Table)]
+    said = [[[cell.text for cell in row] for row in table.rows] for table in tables]
+    assert said[0][0] == ["ls-2011", "1", "0.9000", "4.44", "identified"]
+    assert [row[-1] for row in said[0]] == ["identified", "refused", "identified", "MethodTimedOut"]
+    assert said[1] == [["slow", "all", "took longer than 60 s"], ["ls-2011", "2", "too light"]]
+    assert said[2:] == [[["monday", "ab12"]], [["ls-2011: own.py", "cd34"]]]
+    assert len(report.document["answers"]) == 2
+    (tmp_path / "answers.json").write_text('{"answers": [{}]}')
+    with pytest.raises(ForeignAnswers, match="no file of answers"):
+        page_of(tmp_path)
+    (tmp_path / "answers.json").write_text('{"answers": []}')
+    with pytest.raises(ForeignAnswers, match="holds no answer"):
+        page_of(tmp_path)

@@ -105,6 +105,17 @@ def agreed(estimate: GainEstimate, found: Sequence[Disagreement]) -> GainEstimat
     return replace(estimate, joints=tuple(joints))
 
 
+def refused(estimate: GainEstimate, reason: str | None) -> GainEstimate:
+    """The estimate with every gain refused; as it is where there is no reason to."""
+    if reason is None:
+        return estimate
+    joints = tuple(
+        RefusedGain(joint=each.joint, reason=reason, predicted_rel_std=each.predicted_rel_std)
+        for each in estimate.joints
+    )
+    return replace(estimate, joints=joints)
+
+
 def disagreement_notes(found: Sequence[Disagreement]) -> tuple[str, ...]:
     """A note on every joint whose motions differ, though not so much that its gain is refused."""
     return tuple(

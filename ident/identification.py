@@ -3,25 +3,28 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ident.agreement import agreed, disagreement_notes, disagreements
+from ident.agreement import agreed, disagreement_notes, disagreements, refused
 from ident.arm import Arm
 from ident.conclusion import concluded
 from ident.consistency import CHECKS, Check, findings
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
+from ident.consistency.joints import torn
 from ident.contradiction import check_shape, check_signs
-from ident.errors import Contradiction, NotIdentifiable
+from ident.errors import Contradiction, NotIdentifiable, OtherLengths
 from ident.estimate import GainEstimate
 from ident.estimators import DEFAULT, estimator, ls_2011
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
+from ident.odd_gains import odd_gain_notes
+from ident.one_log import check_scales, check_units, countings, scale_notes
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import SamenessCheck, check_different, check_load, check_positions, residual_notes
 from ident.problem import Motion, Problem
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
-from ident.wiring import WiringCheck, check_wiring
+from ident.wiring import WiringCheck, check_wiring, known_wiring
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 ALONE = "larger"
@@ -119,29 +122,39 @@ def identify_motions(
         check_positions(structure.arm, motion.recording)
     sameness([motion.recording for motion in motions])
     observed = tuple(Motion(observe(each.recording, structure, observing), each.payload) for each in motions)
-    for first, second in _compared(motions):
-        wiring(structure, first.recording, second.recording, observing)
     problem = Problem(structure, observed, gains)
+    counted = countings(problem, [each.recording.name for each in motions]) if wiring is not known_wiring else []
+    check_units(counted)
+    try:
+        for first, second in _compared(motions):
+            wiring(structure, first.recording, second.recording, observing)
+    except OtherLengths:
+        check_scales(counted)
+        raise
+    check_scales(counted)
     alone = joint_by_joint(problem)
     if alone is not None:
-        _check_alone(problem, alone)
+        check_alone(problem, alone)
     wanted = chosen.options() if options is None else options
     if alone is not None and method == ls_2011.NAME and wanted == ALONE_OPTIONS:
         estimate = concluded(method, problem, alone.solution)  # found already, judged by another uncertainty
     else:
         estimate = chosen.estimate(problem, wanted)
     if alone is None:
-        _check_alone(problem, estimate)
+        check_alone(problem, estimate)
     late = lags(problem, estimate)
     estimate = in_time(estimate, late)
     different = disagreements(problem, estimate, drift=chosen.drift)
     observation_notes = tuple(note for motion in observed for note in motion.observation.notes)
     kept = agreed(estimate, different)
     found = findings(Evidence(problem=problem, estimate=kept, drift=chosen.drift), checks)
+    kept = refused(kept, torn(found))
     notes = (
         estimate.remarks
         + tuple(each.sentence for each in found if each.sentence is not None)
         + observation_notes
+        + scale_notes(counted)
+        + odd_gain_notes(kept)
         + lag_notes(late)
         + disagreement_notes(different)
         + residual_notes(estimate)
@@ -149,7 +162,7 @@ def identify_motions(
     return Identification(kept, notes, found)
 
 
-def _check_alone(problem: Problem, estimate: GainEstimate) -> None:
+def check_alone(problem: Problem, estimate: GainEstimate) -> None:
     """Refuse what no gains can explain."""
     check_load(estimate)
     try:

@@ -55,3 +55,9 @@ def instants(recording: Recording, most: int, options: ObserveOptions) -> Instan
     v, _, _ = smooth_motion(v, recording.period, options.decimation_cutoff_hz)
     slow = SLOW * np.sqrt(np.mean(dq[inner] ** 2, axis=0))
     return Instants(q[chosen], dq[chosen], ddq[chosen], v[chosen], np.abs(dq[chosen]) > slow)
+
+
+def thinned(each: Instants, most: int) -> Instants:
+    """At most so many of the instants, spread evenly."""
+    kept = slice(None, None, max(1, -(-len(each.q) // most)))
+    return Instants(each.q[kept], each.dq[kept], each.ddq[kept], each.v[kept], each.moving[kept])

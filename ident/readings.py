@@ -62,7 +62,7 @@ def readings(arm: Arm) -> Iterator[tuple[Reading, ...]]:
             for i, j in pairs
         ),
     )
-    yield from _other_zeros(arm, given)
+    yield from other_zeros(arm, given)
     for i, j in pairs:
         other = replace(given, words=f"columns q{i + 1} and q{j + 1} exchanged", q_order=_exchanged(order, i, j))
         yield other, replace(other, words=f"joints {i + 1} and {j + 1} exchanged", v_order=other.q_order)
@@ -87,7 +87,7 @@ def _exchanged(order: Indices, i: int, j: int) -> Indices:
     return changed
 
 
-def _other_zeros(arm: Arm, given: Reading) -> Iterator[tuple[Reading]]:
+def other_zeros(arm: Arm, given: Reading) -> Iterator[tuple[Reading]]:
     """One joint's positions negated, turned by quarters, or both; a prismatic joint has nothing to turn."""
     for j in range(arm.n):
         for turn, sign in product(TURNS if arm.revolute[j] else (0,), (1, -1)):

@@ -11,11 +11,12 @@ from typing import TypeAlias
 import numpy as np
 
 from ident.arm import Arm
-from ident.errors import Contradiction
+from ident.errors import Contradiction, OtherLengths
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
 from ident.instants import instants
 from ident.observation import ObserveOptions
+from ident.one_log_readings import one_log_explanations
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
 from ident.structure import Structure
@@ -46,18 +47,21 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
 
     Raises:
         Contradiction: Naming the readings that explain the currents best, and the joint that shows it most.
+        OtherLengths: If other lengths explain them best.
     """
     families = list(readings(structure.arm))
     unknowns = unknowns_of(structure), unknowns_under_any(structure)
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, FEW, families)
     better = [each.reading for each in others if gain_over(given.left, each.left).sum() > LOOKS_BETTER]
-    if not better:
-        return
     families = [(given.reading,), *(tuple(each for each in family if each in better) for family in families)]
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
+    seen = [instants(each, MANY, options) for each in (unloaded, loaded)]
+    others += one_log_explanations(structure.arm, unknowns[0], seen, (unloaded.name, loaded.name), given)
     sure = [each for each in others if _surely_better(given, each)]
     if sure:
-        raise Contradiction(_message(given, sure))
+        best = max(sure, key=lambda each: float(gain_over(given.left, each.left).sum()))
+        lengths = bool((best.reading.stretch != 1.0).any())
+        raise (OtherLengths if lengths else Contradiction)(_message(given, sure))
 
 
 def _explained(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from ident.arrays import Array
 from ident.checks.arm_remarks import arm_remarks, named_readings
+from ident.checks.between_logs import between_remarks, mounted_remarks
 from ident.checks.clipping import clipping_remarks
 from ident.checks.clock import clock_remarks
 from ident.checks.columns import column_remarks
@@ -137,8 +138,15 @@ def check(
     sure = named_readings(comparison, backward)
     several = several_mistakes(logs, sure, observing)
     more = None if several is None else several_remark(several)
-    remarks = [*arm_remarks(comparison, backward, more), *friction_remarks(backward)]
     carrying = [loaded is not None and loaded[k] for k in observed]
+    mounted = (payload if carries else None for carries in carrying)
+    problem = Problem(structure, tuple(map(Motion, observed.values(), mounted)), gains)
+    remarks = between_remarks(problem, logs, comparison)
+    if worst(remarks) is not Grade.WRONG:  # whatever else would be named is not it
+        remarks += arm_remarks(comparison, backward, more)
+        remarks += friction_remarks(backward)
+    if payload is not None and any(carrying) and not all(carrying):
+        remarks += mounted_remarks(problem, usable)
     if payload is not None:
         remarks += payload_remarks(logs, carrying, payload, comparison.same)
     if payload is not None and about is not None and not carrying[0]:

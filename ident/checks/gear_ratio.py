@@ -14,7 +14,7 @@ from ident.checks.comparison import Logs
 from ident.checks.reach import unreachable
 from ident.evidence import NOTHING
 from ident.explanation import explanations
-from ident.instants import Instants
+from ident.instants import Instants, thinned
 from ident.readings import Reading, as_it_is
 
 RATIOS = np.geomspace(2.0, 500.0, 280)
@@ -46,7 +46,7 @@ def motor_side(logs: Logs) -> tuple[Reading, ...]:
         found = explanations(logs.arm, logs.unknowns, at, (reading,))[0].left
         return float(np.log(np.maximum(found, NOTHING)).sum())
 
-    few = tuple(_thinned(each) for each in logs.seen)
+    few = tuple(thinned(each, FEW) for each in logs.seen)
     ratios = np.concatenate((RATIOS, -RATIOS))
     values = np.array([left(float(ratio), few) for ratio in ratios])
     if values.min() >= UNREACHED:
@@ -65,9 +65,3 @@ def _divided(given: Reading, joint: int, ratio: float) -> Reading:
     own = np.arange(len(given.factor)) == joint
     words = f"q{joint + 1} divided by {ratio:.4g}, as of a motor behind its gear"
     return replace(given, words=words, factor=np.where(own, 1.0 / ratio, 1.0))
-
-
-def _thinned(each: Instants) -> Instants:
-    step = max(1, -(-len(each.q) // FEW))
-    kept = slice(None, None, step)
-    return Instants(each.q[kept], each.dq[kept], each.ddq[kept], each.v[kept], each.moving[kept])

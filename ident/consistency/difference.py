@@ -75,4 +75,5 @@ def judged_difference(
         threshold=limit,
         measure="standard deviations",
         sentence=told if z[worst] > limit else None,
+        change=change[worst],
     )

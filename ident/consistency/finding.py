@@ -16,6 +16,7 @@ class Finding:
         measure: What both are, in words.
         sentence: What it means and what to do; None where the test passes or what it finds
             does not matter to the gains.
+        change: Of the gain of that joint in percent, None where that is not what is compared.
     """
 
     check: str
@@ -24,6 +25,7 @@ class Finding:
     threshold: float
     measure: str
     sentence: str | None
+    change: float | None = None
 
     @property
     def failed(self) -> bool:

@@ -1,0 +1,222 @@
+"""Currents and positions that one of two logs counts otherwise are refused by name; sound logs are not."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from consistency_logs import logs_of, problem_of
+from known_logs import BRICK
+from real_friction import Truth
+
+from ident.checks.check import check
+from ident.checks.remark import Grade
+from ident.consistency.finding import Finding
+from ident.consistency.joints import TORN, TORN_Z, torn
+from ident.errors import Contradiction, OtherLengths
+from ident.identification import identify
+from ident.observation import ObserveOptions
+from ident.odd_gains import FAR, sign_notes, size_notes
+from ident.one_log import Counting, check_scales, check_units, countings, scale_notes
+from ident.options import GainOptions
+from ident.own_torque import Scale
+from ident.recording import Recording
+from ident.structure import Structure
+from ident.wiring import check_wiring
+
+NAMES = ("one.csv", "two.csv")
+SOUND = [
+    Scale(joint=0, value=1.02, std=0.03, evidence=0.3, friction=0.97),
+    Scale(joint=1, value=0.96, std=0.05, evidence=0.4, friction=1.02),
+    Scale(joint=2, value=1.21, std=0.27, evidence=9.0, friction=1.01),
+]
+
+
+@pytest.fixture(scope="module")
+def logs() -> list[Recording]:
+    return logs_of(Truth())
+
+
+def times(log: Recording, factor: float | np.ndarray, joint: int | None = None) -> Recording:
+    v = log.v.copy()
+    v[:, slice(None) if joint is None else joint] *= factor
+    return Recording(log.t, log.q, v, log.name)
+
+
+def counted(axes: Structure, logs: list[Recording]) -> list[Counting]:
+    return countings(problem_of(axes, logs), NAMES)
+
+
+def said(*scales: Scale) -> list[Counting]:
+    return [Counting(first="one.csv", second="two.csv", scales=tuple(scales))]
+
+
+# The statistic
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.35, -0.7, 740.0])
+def test_the_scale_of_a_current_is_found_by_the_arms_own_torque_and_by_friction(axes, logs, factor):
+    (found,) = counted(axes, [logs[0], times(logs[1], factor, 1)])
+    assert (found.first, found.second) == NAMES
+    assert [each.joint for each in found.scales] == [0, 1, 2]
+    own = found.scales[1]
+    # 4.5 deviations: once in 150 000 for a normal one. Friction of one arm differs by noise, a few per cent.
+    assert abs(own.value - factor) < 4.5 * own.std
+    assert own.std < 0.2 * abs(factor)
+    assert own.friction is not None
+    np.testing.assert_allclose(own.friction, factor, rtol=0.1)
+
+
+def test_the_first_log_in_thousandths_is_the_second_a_thousand_times(axes, logs):
+    (found,) = counted(axes, [times(logs[0], 1e-3, 2), logs[1]])
+    np.testing.assert_allclose(found.scales[2].value, 1e3, rtol=0.3)  # its deviation is under a tenth
+
+
+# Refusals
+
+
+def test_sound_logs_are_not_refused(axes, logs):
+    found = counted(axes, logs)
+    check_units(found)
+    check_scales(found)
+    assert scale_notes(found) == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda log: times(log, 1e-3, 1), r"two.csv: v2 counts 0\.0\d+ times those of one.csv"),
+        (lambda log: times(log, 1e3), "v1 counts .* times, v2 counts .* times, v3 counts"),
+        (lambda log: times(log, -1.0), "v1, v2, v3 have the other sign than in one.csv"),
+    ],
+)
+def test_another_unit_and_other_signs_are_refused_before_any_other_reading(axes, logs, change, words):
+    with pytest.raises(Contradiction, match=words):
+        check_units(counted(axes, [logs[0], change(logs[1])]))
+
+
+def test_one_current_of_another_sign_is_left_to_the_readings_and_refused_after_them(axes, logs):
+    found = counted(axes, [logs[0], times(logs[1], -1.0, 2)])
+    check_units(found)
+    with pytest.raises(Contradiction, match=r"two\.csv: v3 has the other sign than in one.csv"):
+        check_scales(found)
+
+
+def test_all_currents_a_fifth_larger_in_one_log_are_refused(axes, logs):
+    with pytest.raises(Contradiction, match=r"two.csv: all currents count 1\.[12]\d? times those of one.csv"):
+        check_scales(counted(axes, [logs[0], times(logs[1], 1.2)]))
+
+
+def test_positions_and_currents_of_one_log_are_named_with_it(axes, logs):
+    one, two = (Recording(log.t, log.q, log.v, name) for log, name in zip(logs, NAMES, strict=True))
+    turned = one.q.copy()
+    turned[:, 2] = -turned[:, 2]
+    with pytest.raises(Contradiction, match=r"q3 negated[a-z0-9. ]* in one.csv alone"):
+        check_wiring(axes, Recording(one.t, turned, one.v, one.name), two, ObserveOptions())
+    with pytest.raises(Contradiction, match=r"v2 negated in (one\.csv|two\.csv|one of the logs) alone"):
+        check_wiring(axes, one, times(two, -1.0, 1), ObserveOptions())
+
+
+def test_an_identification_looks_at_units_before_other_readings(axes, logs):
+    with pytest.raises(Contradiction, match=r"v1 counts .* times, v2 counts"):
+        identify(logs[0], times(logs[1], 1e-3), axes, BRICK, method="ls-2011")
+
+
+def test_another_length_is_named_only_where_no_log_counts_a_current_otherwise(axes, logs):
+    def longer(*_: object) -> None:
+        raise OtherLengths("a length")
+
+    with pytest.raises(Contradiction, match="all currents count"):
+        identify(logs[0], times(logs[1], 1.2), axes, BRICK, method="ls-2011", wiring=longer)
+    with pytest.raises(OtherLengths):
+        identify(*logs, axes, BRICK, method="ls-2011", wiring=longer)
+
+
+@pytest.mark.parametrize(
+    ("pick", "words"),
+    [
+        (lambda one, two: (one, one), "hold the same motion"),
+        (lambda one, two: (one, times(two, 1e-3, 1)), "v2 counts 0.00"),
+        (lambda one, two: (two, one), "negative mass|swapped"),
+    ],
+)
+def test_a_check_refuses_what_an_identification_refuses(axes, logs, pick, words):
+    found = check(
+        pick(*logs), axes, observing=ObserveOptions(), gains=GainOptions(), loaded=(False, True), payload=BRICK
+    )
+    wrong = [each.seen for each in found.remarks if each.grade is Grade.WRONG]
+    assert any(re.search(words, each) for each in wrong), wrong
+
+
+# Judgement of what was found
+
+
+def test_own_torque_and_friction_must_say_the_same_amount_of_one_joint():
+    own = Scale(joint=1, value=1.28, std=0.068, evidence=150.0, friction=1.27)
+    with pytest.raises(Contradiction, match=r"v2 counts 1\.28 times .* alike"):
+        check_scales(said(SOUND[0], own, SOUND[2]))
+    for other in (
+        replace(own, friction=1.03),  # friction did not change: the arm's torque has another reason
+        replace(own, friction=0.72),
+        replace(own, std=0.09),  # 3.1 deviations
+        replace(own, friction=None),
+        replace(own, value=1.1, std=0.028, friction=1.05),  # friction between weeks differs by as much
+    ):
+        check_scales(said(SOUND[0], other, SOUND[2]))
+
+
+def test_friction_of_all_joints_that_changes_alone_is_no_other_scale():
+    check_scales(said(*(replace(each, friction=0.7) for each in SOUND)))
+    check_units(said(*(replace(each, friction=0.7) for each in SOUND)))
+    check_scales(said(*(replace(each, value=1.21, std=0.04, friction=0.83) for each in SOUND)))
+
+
+def test_a_large_factor_takes_friction_as_well():
+    far = Scale(joint=2, value=4.1, std=0.9, evidence=31.0, friction=4.3)
+    with pytest.raises(Contradiction, match=r"v3 counts 4\.1 times"):
+        check_units(said(*SOUND[:2], far))
+    small = replace(far, value=0.23, friction=0.21)
+    with pytest.raises(Contradiction, match=r"v3 counts 0\.23 times"):
+        check_units(said(*SOUND[:2], small))
+    for other in (replace(far, friction=1.2), replace(far, evidence=19.0), replace(far, value=2.9)):
+        check_units(said(*SOUND[:2], other))
+
+
+def test_a_joint_whose_friction_alone_changed_gets_a_note_if_its_own_torque_agrees():
+    odd = Scale(joint=1, value=1.09, std=0.05, evidence=2.0, friction=1.1)
+    quiet = [replace(each, friction=f) for each, f in zip((SOUND[0], SOUND[2]), (0.995, 1.004), strict=True)]
+    (note,) = scale_notes(said(quiet[0], odd, quiet[1]))
+    assert "friction of joint 2 alone is 1.1 times that in one.csv" in note
+    assert scale_notes(said(quiet[0], replace(odd, value=0.91), quiet[1])) == ()
+    assert scale_notes(said(quiet[0], replace(odd, friction=1.05), quiet[1])) == ()
+    assert scale_notes(said(quiet[0], replace(odd, value=0.82, std=0.115), quiet[1])) == ()
+    warm = [replace(each, friction=1.1) for each in quiet]
+    assert scale_notes(said(warm[0], odd, warm[1])) == ()
+
+
+def test_joints_that_contradict_each_other_far_beyond_accident_give_no_gain():
+    finding = Finding(
+        check="joints", joint=2, statistic=TORN_Z + 0.4, threshold=3.9, measure="", sentence="", change=-TORN - 0.3
+    )
+    reason = torn([replace(finding, check="halves"), finding])
+    assert reason is not None
+    assert "joint 3" in reason
+    for other in (
+        replace(finding, statistic=TORN_Z - 0.1),
+        replace(finding, change=TORN - 0.1),
+        replace(finding, check="halves"),
+        replace(finding, change=None),
+    ):
+        assert torn([other]) is None
+
+
+def test_a_negative_gain_and_one_of_another_unit_get_a_note():
+    (note,) = sign_notes({0: 13.2, 3: -7.1})
+    assert note.startswith("joint 4: identified, but negative: v4 counts against q4")
+    gains = {0: 13.2, 1: 9.7 / FAR / 1.4, 2: -9.7}
+    (note,) = size_notes(gains)
+    assert note.startswith("joint 2: ")
+    (note,) = size_notes({**gains, 1: 11.4 * FAR * 1.2})
+    assert note.startswith("joint 2: ")
+    assert size_notes({0: 13.2, 1: 11.4 / FAR * 1.2}) == ()
+    assert size_notes({4: 5e-6}) == ()

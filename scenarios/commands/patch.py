@@ -69,7 +69,7 @@ def main(options: argparse.Namespace) -> Status:
     for path, right, content in zip(written, held, contents, strict=True):
         with right.writing():
             path.write_bytes(content)
-    show(patch_report(found.changes, options.out, options.ros_params), options)
+    show(patch_report(found.changes, gains, options.out, options.ros_params), options)
     return Status.PASSED
 
 

@@ -16,6 +16,7 @@ from ident.errors import GainsError
 from ident.file_access import read_bytes
 from ident.known_gains import KnownGains
 from ident.naming import nearest, one_line, shown
+from ident.odd_gains import sign_notes
 from ident.toml_files import LARGEST, read_toml
 from scenarios.errors import WrongGains
 
@@ -136,6 +137,11 @@ class GainsFile(_Table):
             value=np.array([entry.estimate or 0.0 for entry in given]),
             covariance=np.diag(std**2) if self.covariance is None else np.array(self.covariance),
         )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What looks odd of the gains and is no mistake by itself: negative ones."""
+        return sign_notes({entry.joint - 1: entry.estimate for entry in self.gains if entry.estimate is not None})
 
 
 def read_gains(path: Path) -> GainsFile:

@@ -4,8 +4,10 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from scenarios.files.gains import GainsFile
 from scenarios.patching.places import Change
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.gains import sentence
 
 COLUMNS = (
     Column(title="Joint", words=True),
@@ -28,11 +30,12 @@ NOTES = (
 )
 
 
-def patch_report(changes: Sequence[Change], out: Path, parameters: Path | None) -> Report:
+def patch_report(changes: Sequence[Change], gains: GainsFile, out: Path, parameters: Path | None) -> Report:
     """What was written.
 
     Args:
         changes: Of the model.
+        gains: That they were made with.
         out: The model that was written.
         parameters: The parameter file that was written, None for none.
     """
@@ -54,7 +57,7 @@ def patch_report(changes: Sequence[Change], out: Path, parameters: Path | None) 
     if left:
         rows = tuple(cells(each.joint, each.attribute, each.before or NONE, each.reason) for each in left)
         parts.append(Table(title="Left alone", columns=LEFT, rows=rows))
-    parts.append(Paragraph(NOTES))
+    parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in gains.notes)]
     words = f"{out}: {len(changed)} attributes changed, {len(left)} left alone."
     parts.append(Paragraph(words, Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True))
     if parameters is not None:
@@ -63,5 +66,6 @@ def patch_report(changes: Sequence[Change], out: Path, parameters: Path | None) 
         "out": str(out),
         "ros_params": None if parameters is None else str(parameters),
         "changes": [asdict(each) for each in changes],
+        "notes": list(gains.notes),
     }
     return Report("Patched model", tuple(parts), document)

@@ -1,4 +1,4 @@
-"""`rx90 torque` in words: what was written, and which joints have no column."""
+"""`rx90 torque` in words: what was written, and which joints have no column or an odd gain."""
 
 from pathlib import Path
 
@@ -6,6 +6,7 @@ from ident.joint_torque import JointTorque
 from ident.naming import one_line
 from scenarios.files.gains import GainsFile
 from scenarios.reports.content import Paragraph, Report
+from scenarios.reports.gains import sentence
 
 
 def torque_report(found: JointTorque, file: GainsFile, out: Path) -> Report:
@@ -23,5 +24,8 @@ def torque_report(found: JointTorque, file: GainsFile, out: Path) -> Report:
         if not entry.identifiable
     ]
     title = f"{one_line(out)}: {len(found.t)} samples, joints {', '.join(map(str, joints))}"
-    parts = tuple(Paragraph(f"joint {each['joint']} has no column: {each['reason']}") for each in missing)
-    return Report(title, parts, {"out": str(out), "samples": len(found.t), "joints": joints, "missing": missing})
+    notes = list(file.notes)
+    parts = [Paragraph(f"joint {each['joint']} has no column: {each['reason']}") for each in missing]
+    parts += [Paragraph(sentence(f"Note: {note}")) for note in notes]
+    document = {"out": str(out), "samples": len(found.t), "joints": joints, "missing": missing, "notes": notes}
+    return Report(title, tuple(parts), document)

@@ -309,6 +309,15 @@ def test_a_deviation_beyond_the_limit_a_negative_number_and_no_limit_are_left_al
     assert (second["before"], second["reason"]) == (None, "the model states no limit")
 
 
+def test_a_negative_gain_is_noted_and_the_others_are_not(cell, capsys):
+    assert main(patched(cell, "arm.urdf")) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.count("but negative") == said.count("Note: joint 3: identified, but negative") == 1
+    assert main(patched(cell, "arm.urdf", "--json")) == 0
+    (note,) = printed(capsys, "patch")["notes"]
+    assert note.startswith("joint 3: ")
+
+
 def test_the_table_shows_two_deviations(cell, capsys):
     assert main(patched(cell, "arm.urdf", *sheet(cell))) == 0
     row = next(line for line in capsys.readouterr().out.splitlines() if " effort " in line)

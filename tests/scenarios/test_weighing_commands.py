@@ -203,6 +203,25 @@ def test_torques_are_written_with_units_and_intervals(cell, capsys):
     assert "rx90 torque reads this file" in capsys.readouterr().err
 
 
+SIGNED = (13, 11, 7, -9, 12, 8)
+
+
+def test_torques_of_a_negative_gain_come_with_a_note(cell, tmp_path, capsys):
+    values = "".join(f"[[gains]]\njoint = {j + 1}\nestimate = {g}\nstd = 0\n" for j, g in enumerate(SIGNED))
+    gains = tmp_path / "gains.toml"
+    gains.write_text(values)
+    words = ["torque", str(cell / "run" / "light.parquet"), "--gains", str(gains), "--out", str(tmp_path / "t.parquet")]
+    assert main(words) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.count("but negative") == said.count("Note: joint 4: identified, but negative") == 1
+    assert main([*words, "--json"]) == 0
+    (note,) = printed(capsys, "torque")["notes"]
+    assert note.startswith("joint 4: ")
+    gains.write_text(values.replace("-9", "9"))
+    assert main([*words, "--json"]) == 0
+    assert printed(capsys, "torque")["notes"] == []
+
+
 def test_torques_of_joints_in_another_order_than_the_gains_are_refused(cell, capsys):
     words = ["torque", str(cell / "run" / "light.parquet"), "--gains", str(cell / "gains.toml")]
     turned = "joint2,joint1,joint3,joint4,joint5,joint6"

@@ -18,6 +18,7 @@ class Torques(OpenObject):
     samples: int
     joints: list[int] = Field(description="that have columns")
     missing: list[dict[str, int | str]] = Field(description="joints that have none, with the reason")
+    notes: list[str] = Field(description="on gains that look odd")
 
 
 class Patched(OpenObject):
@@ -27,11 +28,13 @@ class Patched(OpenObject):
         out: The model that was written.
         ros_params: The file of ROS 2 parameters that was written, null for none.
         changes: Attributes of joints, those that are left alone too.
+        notes: On gains that look odd.
     """
 
     out: str
     ros_params: str | None
     changes: list[Change]
+    notes: list[str]
 
 
 class Moved(OpenObject):

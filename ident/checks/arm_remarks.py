@@ -47,7 +47,8 @@ def words_of(readings: Sequence[Reading], backward: Sequence[int] = ()) -> str:
 
 
 def _convincing(each: Alternative, found: Comparison) -> bool:
-    if found.unreachable:  # the log as it is cannot be right
+    # The log as it is cannot be right; without one that explains as much and can, any that explains more is likelier.
+    if found.unreachable and not found.same:
         return each.evidence > 0.0
     return convincing(each.gain, each.evidence, each.readings[0])
 

@@ -53,6 +53,8 @@ def main(options: argparse.Namespace) -> Status:
         raise NoFilm(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(WRITERS)}")
     prepared = bench(load_scenario(options.scenario))
     shown = scene(prepared.experiments)
+    if options.at is not None and options.at > shown.duration:
+        raise NoFilm(f"--at {options.at:g} s: the motion ends at {shown.duration:g} s; name a time up to that")
     if path is None:
         watch(shown)
         return Status.PASSED

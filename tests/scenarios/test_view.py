@@ -10,6 +10,7 @@ from places import ROOT
 from scenarios.cli import main
 from scenarios.errors import NoFilm
 from scenarios.reports.film import WRITERS, captioned, frames
+from sim.errors import NoPicture
 
 
 def views(*words: object, **more: str) -> subprocess.CompletedProcess:
@@ -59,6 +60,17 @@ def test_a_picture_of_both_motions_is_drawn(opengl, tmp_path):
 def test_an_unknown_ending_is_refused(tmp_path, capsys):
     assert main(["view", "nominal", "--render", str(tmp_path / "film.avi")]) == 2
     assert capsys.readouterr().err.endswith("film.avi: unknown ending '.avi'; known: .png, .gif, .mp4\n")
+
+
+def test_a_time_after_the_end_is_refused_with_the_duration_and_the_end_is_drawn(tmp_path, capsys, monkeypatch):
+    def no_pictures(*_, **__):
+        raise NoPicture("drawn")
+
+    monkeypatch.setattr("sim.viewer.pictures", no_pictures)
+    for at, said in (("20.02", "--at 20.02 s: the motion ends at 20 s; name a time up to that"), ("20", "drawn")):
+        assert main(["view", "nominal", "--render", str(tmp_path / "a.png"), "--at", at]) == 2
+        assert capsys.readouterr().err == f"rx90: {said}\n"
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_without_a_screen_one_line_says_what_needs_none():

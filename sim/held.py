@@ -32,9 +32,8 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
     for kind in DROPPED:
         for element in list(getattr(spec, kind)):
             spec.delete(element)
-    if flange is None:
-        _drop_objects(spec)
-    else:
+    _drop_objects(spec, flange)
+    if flange is not None:
         _hold_beside(spec, flange)
     for number, body in enumerate(spec.bodies):
         body.name = body.name or f"body {number}"
@@ -65,13 +64,14 @@ def _refuse_ties(spec: mujoco.MjSpec, flange: str | None) -> None:
             raise ModelFileError(f"tendon {tendon.name!r} pulls at joints; {GRIPPER}")
 
 
-def _drop_objects(spec: mujoco.MjSpec) -> None:
-    """Bodies that float freely beside the arm."""
+def _drop_objects(spec: mujoco.MjSpec, flange: str | None) -> None:
+    """Bodies that float freely beside the arm; what carries the flange is the arm."""
     body = spec.worldbody.first_body()
     while body is not None:
         following = spec.worldbody.next_body(body)
         joints = body.find_all(mujoco.mjtObj.mjOBJ_JOINT)
-        if joints and all(joint.type == FREE for joint in joints):
+        names = [body.name, *(each.name for each in body.find_all(mujoco.mjtObj.mjOBJ_BODY))]
+        if joints and all(joint.type == FREE for joint in joints) and (flange is None or flange not in names):
             spec.delete(body)
         body = following
 

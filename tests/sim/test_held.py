@@ -53,6 +53,20 @@ def test_a_hand_behind_the_flange_is_held_and_weighs_what_it_weighs(tmp_path, pl
     assert np.abs(torques(path, flange) - plain).max() > 0.1
 
 
+@pytest.mark.parametrize("flange", [None, "wrist_link"])
+def test_what_floats_beside_the_arm_is_not_drawn_and_what_stands_there_is(tmp_path, flange):
+    bodies = [body.name for body in full_spec(written(tmp_path, "arm.xml", menagerie(world=TABLE)), flange).bodies]
+    assert "table" in bodies
+    assert "wrist_link" in bodies
+    assert "cup" not in bodies
+
+
+def test_a_flange_that_floats_is_no_object_beside_the_arm(tmp_path):
+    path = written(tmp_path, "arm.xml", menagerie(world=TABLE))
+    with pytest.raises(ModelFileError, match="is free or a ball"):
+        full_spec(path, "cup")
+
+
 def test_joints_of_a_urdf_that_do_not_lead_to_the_flange_are_held(tmp_path):
     kinds = ("revolute",) * 3
     path = written(tmp_path, "arm.urdf", ros(kinds=kinds, more=GRIPPER))

@@ -141,6 +141,10 @@ class NotOurs(ScenarioError):
     """A file that a command would write over, although it did not write it, or not so."""
 
 
+class NoFolder(ScenarioError):
+    """A folder to write into that cannot be made."""
+
+
 class OverInput(ScenarioError):
     """A file that a command would write over, although it reads it."""
 

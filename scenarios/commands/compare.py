@@ -11,6 +11,7 @@ from scenarios.commands.progress import console, under_way
 from scenarios.commands.status import Status
 from scenarios.commands.study import interruptible, summary_of
 from scenarios.errors import NothingToCompare
+from scenarios.store.claim import make_folder
 from scenarios.workers.choice import add_worker_options, open_workers, prepare_workers, worker_words
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[M
 
     if options.out is None:
         raise NothingToCompare("expected --out DIR, for the answers")
-    options.out.mkdir(parents=True, exist_ok=True)
+    make_folder(options.out)
     with under_way(options, "asking") as stages:
         rows = answered(folders, methods, limits, options.out / ANSWERS, stages=stages)
     show(answers_report(rows, options.out / ANSWERS), options)
@@ -177,7 +178,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
     held = right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
     studies = [comparison(scenario, methods, limits, options.trials, options.seed or 0) for scenario in loaded]
     command = _command(options)
-    options.out.mkdir(parents=True, exist_ok=True)
+    make_folder(options.out)
     with interruptible(command), open_workers(options) as workers:
         folders = [
             carry_out(study, options.out / study.scenario.name, workers, command=command, console=console(options))

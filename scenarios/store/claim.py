@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ident.naming import one_line
-from scenarios.errors import NotOurs, OverInput
+from scenarios.errors import NoFolder, NotOurs, OverInput
 
 RECORD = ".rx90.json"
 
@@ -37,9 +37,10 @@ class Claim:
         """Make the folder, let files be written, record them: also those of a command that is stopped half-way.
 
         Raises:
-            OSError: If folder or record cannot be written.
+            NoFolder: If the folder cannot be made.
+            OSError: If the record cannot be written.
         """
-        self.folder.mkdir(parents=True, exist_ok=True)
+        make_folder(self.folder)
         try:
             yield
         finally:
@@ -48,6 +49,18 @@ class Claim:
             files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
             text = json.dumps({**records, self.command: files}, indent=2)
             (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it.
+
+    Raises:
+        NoFolder: If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NoFolder(f"cannot create {one_line(folder)}: {error.strerror or one_line(error)}") from error
 
 
 def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:

@@ -1,6 +1,6 @@
 import pytest
 
-from scenarios.errors import NotOurs, OverInput
+from scenarios.errors import NoFolder, NotOurs, OverInput
 from scenarios.store.claim import claim
 
 NAMES = ("a.txt", "b.txt")
@@ -76,6 +76,13 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(NotADirectoryError):
         held(tmp_path / "file" / "sub")
+
+
+def test_a_folder_that_cannot_be_made_is_named_with_the_reason(tmp_path):
+    ours = held(tmp_path / "above" / "new")
+    (tmp_path / "above").write_text("")  # made by another in the meantime
+    with pytest.raises(NoFolder, match=r"^cannot create .*new: Not a directory$"), ours.writing():
+        raise AssertionError("nothing is written")
 
 
 @pytest.mark.parametrize("force", [False, True])

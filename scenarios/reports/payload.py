@@ -1,5 +1,7 @@
 """What `rx90 payload` says: what the scenario's payload shows, what others would, and the drawing of the best."""
 
+from functools import partial
+
 import numpy as np
 
 from ident.arrays import Array
@@ -43,7 +45,8 @@ def payload_report(design: PayloadDesign) -> Report:
     )
     parts += [*_own_is_better(design), _conclusion(design)]
     caption = f"{best.weight.shape.capitalize()} of {best.payload.mass:.3f} kg"
-    parts.append(Figure(name=DRAWING, caption=caption, draw=lambda: draw_weight(best.weight), endings=("png", "svg")))
+    draw = partial(draw_weight, best.weight, flange=design.flange.name)
+    parts.append(Figure(name=DRAWING, caption=caption, draw=draw, endings=("png", "svg")))
     return Report(f"Payload for scenario {design.scenario.name}", tuple(parts), document(design))
 
 

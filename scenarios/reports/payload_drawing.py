@@ -14,8 +14,13 @@ if TYPE_CHECKING:
 INK, STEEL, FLANGE, AXIS = "#222222", "#c9ced6", "#8a9099", "#b03030"
 
 
-def draw_weight(weight: Weight) -> "Figure":
-    """Side view and top view in one scale, the flange's axes and the centre of mass in both."""
+def draw_weight(weight: Weight, *, flange: str) -> "Figure":
+    """Side view and top view in one scale, the flange's axes and the centre of mass in both.
+
+    Args:
+        weight: The weight.
+        flange: Name of the site or body of the model that is the flange; empty where none is.
+    """
     import matplotlib.pyplot as plt
 
     figure, (side, top) = plt.subplots(1, 2, figsize=(12.0, 6.6), width_ratios=(1.0, 1.0))
@@ -36,9 +41,10 @@ def draw_weight(weight: Weight) -> "Figure":
     )
     where = ", ".join(f"{axis} {value:.1f}" for axis, value in zip("xyz", weight.turned @ com, strict=True))
     bracket = f"; bracket {BRACKET:g} thick" if weight.shape == "bar" else ""
+    frame = f"the flange, {flange!r} of the model" if flange else "the flange, at the last joint, z along its axis"
     figure.suptitle(
         f"{weight.shape.capitalize()}: {stated} mm{bracket}\n"
-        f"{found.mass:.3f} kg at {weight.density:g} kg/m$^3$; centre of mass [mm] in the flange's axes: {where}",
+        f"{found.mass:.3f} kg at {weight.density:g} kg/m$^3$; centre of mass [mm] in the axes of {frame}: {where}",
         fontsize=12,
         color=INK,
     )

@@ -9,7 +9,8 @@ import pytest
 from printed import printed
 
 import scenarios.design.payload_search as module
-from ident.payload_files import read_payload
+from ident.payload import Payload
+from ident.payload_files import payload_to_table, read_payload
 from scenarios.build import Bench, bench, cell
 from scenarios.cli import main
 from scenarios.design.excitation import Design, objective
@@ -23,7 +24,7 @@ from scenarios.files.loading import load_scenario
 from scenarios.files.motions import read_motion
 from scenarios.reports.payload import payload_report
 from scenarios.reports.payload_drawing import draw_weight
-from scenarios.store.payload_folder import write_payload_folder, write_scenario_file
+from scenarios.store.payload_folder import as_written, write_payload_folder, write_scenario_file
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.flange import flange_of
@@ -228,10 +229,38 @@ def test_a_scenario_with_an_odd_name_can_be_extended(designed, tmp_path):
     ids=["bar", "cylinder", "plate"],
 )
 def test_a_drawing_has_every_dimension_and_the_mass(weight, numbers):
-    figure = draw_weight(weight)
+    figure = draw_weight(weight, flange="tool7")
     written = {text.get_text().replace("\u2300 ", "") for axes in figure.axes for text in axes.texts}
     assert numbers <= written
     assert "kg at 7850 kg/m" in figure.get_suptitle()
+    assert "in the axes of the flange, 'tool7' of the model: x" in figure.get_suptitle()
+    assert (
+        "in the axes of the flange, at the last joint, z along its axis: x"
+        in draw_weight(weight, flange="").get_suptitle()
+    )
+
+
+def test_a_payload_is_written_with_six_digits_and_zeros_where_there_is_nothing():
+    inertia = (0.0123456789, 0.0234567891, 0.0298765432, -4.66e-18, 5.77350269e-05, -2.5e-11)
+    std = (1e-5, 2e-5, 3e-5, 4.5678949e-7, 2.9e-14, 0.0)
+    given = Payload(
+        mass=3.14159265, mass_std=0.00123456789, com=(-0.06, 3.4e-18, 0.123456789),
+        com_std=(5.77350269e-05, 2e-5, 3e-5), inertia=inertia, inertia_std=std, known="com",
+    )  # fmt: skip
+    expected = Payload(
+        mass=3.14159, mass_std=0.00123457, com=(-0.06, 0.0, 0.123457), com_std=(5.7735e-05, 2e-5, 3e-5),
+        inertia=(0.0123457, 0.0234568, 0.0298765, 0.0, 5.7735e-05, 0.0),
+        inertia_std=(1e-5, 2e-5, 3e-5, 4.56789e-7, 0.0, 0.0), known="com",
+    )  # fmt: skip
+    assert as_written(given) == expected
+    assert "-0.0," not in repr(as_written(given))
+
+
+def test_a_scenario_mounts_the_payload_of_its_file(designed, tmp_path):
+    write_payload_folder(designed, "nominal", None, tmp_path)
+    mounted = tomllib.loads((tmp_path / "scenario.toml").read_text())["belief"]["payload"]
+    assert mounted == payload_to_table(read_payload(tmp_path / "payload.toml"))
+    assert "# com: m from joint6, the last joint" in (tmp_path / "payload.toml").read_text()
 
 
 def test_the_designed_payload_gives_all_six_gains(designed, tmp_path):
@@ -239,7 +268,7 @@ def test_the_designed_payload_gives_all_six_gains(designed, tmp_path):
     write_payload_folder(designed, "nominal", None, tmp_path)
     table = tomllib.loads((tmp_path / "scenario.toml").read_text())
     assert table["tolerance"]["identifiable"] == [True] * 6
-    assert read_payload(tmp_path / "payload.toml") == designed.best.payload
+    assert read_payload(tmp_path / "payload.toml") == as_written(designed.best.payload)
     assert main(["run", str(tmp_path / "scenario.toml")]) == 0
 
 

@@ -17,6 +17,9 @@ from scenarios.files.places import BUILT_IN
 from scenarios.files.schema import DRAWABLE, TABLES_OF_TABLES, DrawTable, Scenario, ScenarioTable, SourceTable
 from scenarios.files.tables import scenario_table, stating_file
 
+UNNAMED = "scenario"
+"""What files are called that are named by their folder."""
+
 
 def load_scenario(name: str) -> Scenario:
     """Read and validate a built-in scenario or a user's file.
@@ -25,10 +28,15 @@ def load_scenario(name: str) -> Scenario:
         ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
     """
     table, path = scenario_table(name)
-    loaded = scenario_from_table(table, path.stem, path.parent, str(path))
+    loaded = scenario_from_table(table, _name_of(path), path.parent, str(path))
     wanted = stating_file(name, ("tolerance", "identifiable"))
     asking = {key: str(stating_file(name, tuple(key.split("."))) or path) for key in BUILT_IN}
     return replace(loaded, expectation="" if wanted is None else wanted.name, asking=asking)
+
+
+def _name_of(path: Path) -> str:
+    """Of a scenario: its file's, or the folder's where every folder has a file of that name."""
+    return path.parent.name or path.stem if path.stem == UNNAMED else path.stem
 
 
 def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:

@@ -263,7 +263,7 @@ class Scenario:
     """A named scenario.
 
     Attributes:
-        name: Name of the built-in scenario, or the file's.
+        name: Name of the built-in scenario, or the file's; of a `scenario.toml` its folder's.
         folder: Where its file lies; motions are looked up there too.
         table: Its content.
         expectation: Name of the file, its own or one it extends, that says which joints' gains the data should give.

@@ -81,3 +81,21 @@ def test_a_file_that_is_not_there_is_told_with_the_file_and_the_key_that_ask_for
     (parent / name).unlink()
     with pytest.raises(error, match=rf"^{parent}/scenario\.toml: {key}: .*arm/{name}"):
         bench(load_scenario(path))
+
+
+def test_a_scenario_is_named_by_its_file_and_scenario_toml_by_its_folder(tmp_path):
+    folder = tmp_path / "my arm.v2"
+    (folder / "nested").mkdir(parents=True)
+    for path in ("scenario.toml", "heavy.toml", "nested/scenario.toml", "scenario-b.toml"):
+        (folder / path).write_text('extends = "nominal"')
+    names = {"scenario.toml": "my arm.v2", "heavy.toml": "heavy", "nested/scenario.toml": "nested"}
+    for path, name in {**names, "scenario-b.toml": "scenario-b"}.items():
+        assert load_scenario(str(folder / path)).name == name
+    assert load_scenario("ideal").name == "ideal"
+
+
+def test_a_scenario_of_the_working_folder_has_its_name(tmp_path, monkeypatch):
+    (tmp_path / "cell 7").mkdir()
+    monkeypatch.chdir(tmp_path / "cell 7")
+    (tmp_path / "cell 7" / "scenario.toml").write_text('extends = "nominal"')
+    assert load_scenario("scenario.toml").name == "cell 7"

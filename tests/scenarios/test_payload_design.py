@@ -242,15 +242,15 @@ def test_a_drawing_has_every_dimension_and_the_mass(weight, numbers):
 
 def test_a_payload_is_written_with_six_digits_and_zeros_where_there_is_nothing():
     inertia = (0.0123456789, 0.0234567891, 0.0298765432, -4.66e-18, 5.77350269e-05, -2.5e-11)
-    std = (1e-5, 2e-5, 3e-5, 4.5678949e-7, 2.9e-14, 0.0)
+    std = (1e-5, 2e-5, 3e-5, 4.5678949e-7, 1.2e-13, 2.1e-14)
     given = Payload(
-        mass=3.14159265, mass_std=0.00123456789, com=(-0.06, 3.4e-18, 0.123456789),
+        mass=3.14159265, mass_std=0.00123456789, com=(-0.456, 3.4e-18, -0.123456789),
         com_std=(5.77350269e-05, 2e-5, 3e-5), inertia=inertia, inertia_std=std, known="com",
     )  # fmt: skip
     expected = Payload(
-        mass=3.14159, mass_std=0.00123457, com=(-0.06, 0.0, 0.123457), com_std=(5.7735e-05, 2e-5, 3e-5),
+        mass=3.14159, mass_std=0.00123457, com=(-0.456, 0.0, -0.123457), com_std=(5.7735e-05, 2e-5, 3e-5),
         inertia=(0.0123457, 0.0234568, 0.0298765, 0.0, 5.7735e-05, 0.0),
-        inertia_std=(1e-5, 2e-5, 3e-5, 4.56789e-7, 0.0, 0.0), known="com",
+        inertia_std=(1e-5, 2e-5, 3e-5, 4.56789e-7, 1.2e-13, 0.0), known="com",
     )  # fmt: skip
     assert as_written(given) == expected
     assert "-0.0," not in repr(as_written(given))

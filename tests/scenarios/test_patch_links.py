@@ -188,6 +188,17 @@ def test_every_number_is_told_before_and_after(cell, capsys):
     assert [each["attribute"] for each in changes].count("armature") == 6  # told once a joint
 
 
+def test_a_motor_that_data_do_not_show_stays_and_a_set_near_to_the_data_is_taken(cell, capsys):
+    told(cell, "arm.xml", farthest_deviations=3.9, farthest_parameter="MX3")
+    document = json.loads((cell / "bare.json").read_text())
+    document["consistent"]["links"][2]["motor_found"] = False
+    (cell / "bare.json").write_text(json.dumps(document))
+    assert main(patched(cell, "arm.xml", "--json")) == 0
+    changes = json.loads(capsys.readouterr().out)["changes"]
+    motors = [each["joint"] for each in changes if each["attribute"] == "armature"]
+    assert motors == [name for name in JOINTS if name != JOINTS[2]]
+
+
 def test_without_being_asked_links_stay(cell):
     told(cell, "arm.urdf")
     words = [word for word in patched(cell, "arm.urdf") if word != "--links"]

@@ -117,7 +117,7 @@ def test_where_nothing_can_be_fitted_the_search_is_refused_with_what_is_wrong_wi
     kept = (impossible(series, 5, -4.8), impossible(series, 6, -4.9))
     with pytest.raises(
         TrajectoryError,
-        match=r"^of 2 motions that the search kept none can be fitted; of the best: .* range of joint axis2, where 90 %",
+        match=r"^of 2 motions that the search kept none can be fitted; of the best: .* range of joint axis2, where 90",
     ):
         best_fitted(Design(problem), series, kept)
 

@@ -20,6 +20,8 @@ from bench.mutants import plugin
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "out", "dist", "__pycache__", ".pytest_cache", ".ruff_cache")
 MARK = "MUTANTS_RUN"
 """In the environment of every process of a run."""
+NO_TESTS = 5
+"""pytest's exit status where there was none to run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +71,18 @@ class Reach:
     def anywhere(self, paths: Iterable[str]) -> set[str]:
         """Tests that run any function of these files."""
         return {test for path in paths for tests in self.lines.get(path, {}).values() for test in tests}
+
+
+def ended(status: int | None, seconds: float) -> str:
+    """How a run ended, in words.
+
+    Args:
+        status: As in `Ran`.
+        seconds: Its time limit.
+    """
+    if status is None:
+        return f"pytest had not ended after {seconds:g} s"
+    return f"signal {-status} ended pytest" if status < 0 else f"pytest ended with status {status}"
 
 
 def copy_of(root: Path, to: Path) -> Path:

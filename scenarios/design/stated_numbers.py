@@ -46,7 +46,7 @@ def _check_inertial(link: Element, inertial: Element) -> None:
     for inertia in inertial.all("inertia"):
         ixx, iyy, izz, ixy, ixz, iyz = ((vector(inertia, key, 1) or (0.0,))[0] for key in INERTIA_KEYS)
         moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-        if moments[0] < -SLACK * abs(moments[2]) or moments[0] + moments[1] < (1.0 - SLACK) * moments[2]:
+        if moments[0] + moments[1] < (1.0 - SLACK) * moments[2]:
             principal = ", ".join(f"{each:.4g}" for each in moments)
             raise RobotModelError(
                 f"{inertia.title} of link {shown(link.attributes.get('name', ''))}: no body has principal moments "

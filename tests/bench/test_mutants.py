@@ -5,8 +5,10 @@ import pytest
 
 pytest.importorskip("mutmut", reason="what changes code is a tool of development")
 
+import bench.mutants.__main__ as program
 from bench.mutants.candidates import Candidate, applied, candidates, sample
 from bench.mutants.report import equivalents, outdated
+from bench.mutants.trial import Ran, Reach, ended
 
 CODE = '''"""Module."""
 
@@ -120,3 +122,30 @@ def test_an_equivalent_is_found_whatever_its_indentation_and_told_when_its_line_
     assert outdated(known, tmp_path) == []
     (tmp_path / "code.py").write_text("c = 3\n")
     assert outdated(known, tmp_path) == ["listed as equivalent, no longer in code.py: return a - b"]
+
+
+def unchanged(monkeypatch, *statuses: int | None):
+    """The unchanged run where every copy's ends with a status; with 0 it has one test."""
+
+    def trace(_folder, _at, *, share, seconds):
+        k = share[0]
+        return Ran(statuses[k], {f"test-{k}": 0.3} if statuses[k] == 0 else {}, {}, "said"), Reach({})
+
+    monkeypatch.setattr(program, "trace", trace)
+    return program._unchanged([Path(str(k)) for k in range(len(statuses))], ["tests/one.py"])
+
+
+def test_a_copy_without_a_test_of_its_own_is_no_fault(monkeypatch):
+    assert unchanged(monkeypatch, 0, 5)[0] == {"test-0": 0.3}
+    with pytest.raises(SystemExit, match=r"^no test of tests/one\.py passes unchanged$"):
+        unchanged(monkeypatch, 5, 5)
+
+
+@pytest.mark.parametrize(
+    ("status", "words"),
+    [(None, "pytest had not ended after 1800 s"), (-9, "signal 9 ended pytest"), (4, "pytest ended with status 4")],
+)
+def test_how_an_unchanged_run_ended_is_told(monkeypatch, status, words):
+    assert ended(status, 1800.0) == words
+    with pytest.raises(SystemExit, match=f"^the tests do not run unchanged: {words}\nsaid"):
+        unchanged(monkeypatch, 0, status)

@@ -76,8 +76,8 @@ def alternative(logs: Logs, words: str) -> Alternative:
 def looked_at(logs: Logs, monkeypatch, after: dict[str, list[str]], sure: list[str]) -> Several | None:
     """The second look where what is sure after each first change is stated."""
     monkeypatch.setattr(several, "mended", lambda logs, first, _: first)
-    monkeypatch.setattr(several, "motor_side", lambda first: ())
-    monkeypatch.setattr(several, "compared", lambda first, more: first)
+    monkeypatch.setattr(several, "motor_side", lambda first: first)
+    monkeypatch.setattr(several, "compared", lambda first, more: first if more is first else None)
     monkeypatch.setattr(
         several, "named_readings", lambda first, _: [alternative(logs, words) for words in after[first.words]]
     )

@@ -61,6 +61,12 @@ def test_what_is_no_temperature_of_a_drive_is_not_looked_at(value):
     assert "beside b" in lines[-1].seen
 
 
+@pytest.mark.parametrize(("value", "taken"), [(151.0, False), (149.0, True), (-39.0, True), (-41.0, False)])
+def test_a_temperature_that_no_drive_has_is_none_without_a_jump_too(value, taken):
+    (line,) = warming_remarks([warmth("a", [31.0, value], [0.1, 0.2])])
+    assert ("is no temperature" in line.seen) is not taken
+
+
 def test_a_column_that_jumps_is_no_temperature():
     torque = warmth("a", [31.0, 28.0], [0.1, 0.2])
     torque.celsius[::2, 0] += 5.1

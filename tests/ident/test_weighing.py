@@ -15,7 +15,7 @@ from ident.known_gains import KnownGains
 from ident.parameters import INERTIAL
 from ident.payload import Payload, standard_parameters
 from ident.problem import Problem
-from ident.weighing.accord import accord, check_mass
+from ident.weighing.accord import _as_stated, accord, check_mass
 from ident.weighing.alone import NoMass, _solved, masses_alone
 from ident.weighing.body import FoundBody, Quantity, body_of, body_values
 from ident.weighing.together import payload_of, separable
@@ -373,6 +373,13 @@ def test_a_mass_below_zero_beyond_doubt_is_refused():
 @pytest.mark.parametrize("value", [-0.29, 0.29, 2001.0])
 def test_of_a_mass_that_is_not_sure_joints_say_nothing(problem, value):
     assert accord(payload_of(problem, known(), PLAIN), a_mass(value), known()) == ()
+
+
+def test_what_was_found_is_stated_with_its_deviations():
+    values = zip("xyz", (0.08, -0.03, 0.11), (0.02, 0.05, 0.03), strict=True)
+    centre = [Quantity(name=k, unit="m", value=x, residual_std=s, gain_std=0.0, model_std=0.0) for k, x, s in values]
+    expected = Payload(mass=2.3, mass_std=0.1, com=(0.08, -0.03, 0.11), com_std=(0.02, 0.05, 0.03), known="com")
+    assert _as_stated(a_mass(2.3, *centre)) == expected
 
 
 def test_without_a_centre_joints_are_asked_for_the_mass_alone(problem, heavy):

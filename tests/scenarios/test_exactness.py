@@ -7,6 +7,7 @@ import pytest
 from ident.payload import Payload
 from scenarios.build import bench
 from scenarios.errors import UnknownName, WrongValue
+from scenarios.files.exactness import check_exact, exactness, is_exact
 from scenarios.files.loading import load_scenario
 from scenarios.files.resolved import believed_payloads
 
@@ -79,3 +80,15 @@ def test_exact_of_a_payload_that_is_none_is_refused(tmp_path):
     path = written(tmp_path, mine='extends = "nominal"\n[belief]\nexact = { loadde = true }\n')
     with pytest.raises(UnknownName, match=r"belief\.exact: no payload 'loadde'; did you mean 'loaded'\?"):
         load_scenario(path)
+
+
+def test_an_exact_by_name_holds_for_the_payloads_that_it_says_so_of():
+    exact = {"heavy": True, "light": False}
+    assert [is_exact(exact, name) for name in ("heavy", "light", "third")] == [True, False, False]
+    payloads = {"heavy": {"mass": 6.3}, "light": {"mass_std": 0.02}, "third": {"com_std": [0.0, 0.003, 0.0]}}
+    check_exact({"belief": {"exact": exact, "payloads": payloads}}, Path("mine.toml"))
+
+
+def test_deviations_of_zero_do_not_count_over_an_exact_that_is_inherited():
+    zeros = {"mass_std": 0.0, "com_std": [0.0, 0.0, 0.0], "inertia_std": {"ixx": 0.0, "izz": 0.0}}
+    assert exactness({"belief": {"exact": True}}, {"belief": {"payload": {"mass": 6.3, **zeros}}}) is True

@@ -29,6 +29,7 @@ JOINTS = [f"{link[0]}_joint" for link in LINKS]
 FRICTION = ("Fv", "Fc", "off")
 INERTIAS = [(0.11 + 0.01 * k, 0.13, 0.09 + 0.02 * k, 0.012, -0.007, 0.005 * k) for k in range(6)]
 MASSES = (7.1, 12.3, 4.2, 2.1, 1.9, 0.7)
+ANCHORS = [[round(0.03 + 0.01 * k, 2), -0.02, round(0.05 - 0.02 * k, 2)] for k in range(6)]
 RPY = "0.3 -0.2 0.5"
 
 
@@ -59,7 +60,8 @@ def lopsided_urdf() -> str:
 def lopsided_mjcf() -> str:
     """An MJCF with anchors beside the bodies' origins, a link of a shape, one of principal moments, and a tool."""
     text = mjcf(head='<compiler angle="degree" autolimits="true" balanceinertia="true"/>')
-    text = text.replace(' axis="', ' pos="0.03 -0.02 0.05" axis="')
+    anchors = iter(ANCHORS)
+    text = re.sub(' axis="', lambda _: f' pos="{" ".join(map(str, next(anchors)))}" axis="', text)
     shape = '<geom type="box" size="0.05 0.07 0.11" mass="1.3" pos="0.02 0.01 0"/>'
     inertial = '<inertial pos="0 0 0.1" mass="2.5" diaginertia="0.02 0.03 0.04"/>'
     head, tail = text.split('<body name="wrist_2_link"')
@@ -186,6 +188,17 @@ def test_every_number_is_told_before_and_after(cell, capsys):
     assert [each["attribute"] for each in changes].count("armature") == 6  # told once a joint
 
 
+def test_a_motor_that_data_do_not_show_stays_and_a_set_near_to_the_data_is_taken(cell, capsys):
+    told(cell, "arm.xml", farthest_deviations=3.9, farthest_parameter="MX3")
+    document = json.loads((cell / "bare.json").read_text())
+    document["consistent"]["links"][2]["motor_found"] = False
+    (cell / "bare.json").write_text(json.dumps(document))
+    assert main(patched(cell, "arm.xml", "--json")) == 0
+    changes = json.loads(capsys.readouterr().out)["changes"]
+    motors = [each["joint"] for each in changes if each["attribute"] == "armature"]
+    assert motors == [name for name in JOINTS if name != JOINTS[2]]
+
+
 def test_without_being_asked_links_stay(cell):
     told(cell, "arm.urdf")
     words = [word for word in patched(cell, "arm.urdf") if word != "--links"]
@@ -247,7 +260,7 @@ def test_links_as_drawn_have_the_torques_of_the_file(cell, motion):
             np.testing.assert_allclose(seen, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())  # rounding
         assert drawn.carried[5, 9] == 0.31
         assert not drawn.carried[:5].any()
-    np.testing.assert_array_equal(drawn.offset, np.tile([0.03, -0.02, 0.05], (6, 1)))
+    np.testing.assert_array_equal(drawn.offset, ANCHORS)
 
 
 def test_body_values_and_standard_parameters_are_each_others_inverse():

@@ -61,6 +61,7 @@ def test_motions_that_are_drawn_are_places_too_and_other_choices_are_not(group):
         "motion": {"target": ["experiment.motion"], "choice": ["slow.toml", "drive-gains"]},
         "weight": {"target": "belief.payload", "choice": ["slow.toml"]},
         "number": {"target": "plant.gain", "distribution": "norm"},
+        "nothing": {"choice": ["slow.toml"]},  # refused later, by name
     }
     found = seen_from({group: draws}, Path("/lab/arm"), Path("/lab/studies"))[group]
     moved = {"target": ["experiment.motion"], "choice": ["../arm/slow.toml", "drive-gains"]}
@@ -70,6 +71,15 @@ def test_motions_that_are_drawn_are_places_too_and_other_choices_are_not(group):
 def test_an_absolute_place_stays_where_it_is():
     table = {"robot": "/lab/robot.toml", "experiment": {"motion": "/lab/m.toml"}}
     assert seen_from(table, Path("/lab/arm"), Path("/lab/studies")) == table
+
+
+def test_a_robot_s_name_stays_a_name():
+    assert seen_from({"robot": "tx40"}, Path("/lab/arm"), Path("/lab/studies")) == {"robot": "tx40"}
+
+
+def test_seen_from_its_own_folder_a_place_stays_as_it_is_written():
+    table = {"robot": "./robot.toml", "experiment": {"motion": "slow/../m.toml"}}
+    assert seen_from(table, Path("/lab/arm"), Path("/lab/arm")) == table
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scenarios.build import bench, cell
 from scenarios.cli import main
 from scenarios.design.excitation import Design, Problem
 from scenarios.design.limits import HALF_TURN, Limits, robot_limits
-from scenarios.design.own_motion import own_motion
+from scenarios.design.own_motion import own_motion, worst_deviation
 from scenarios.design.problem import design_problem
 from scenarios.design.search import (
     LEAST_SHARE,
@@ -278,6 +279,24 @@ def test_where_nothing_better_is_found_the_scenario_s_own_motion_is_written_and_
 def test_a_motion_that_is_none_of_those_searched_is_not_improved(tmp_path, capsys, words):
     assert main(["excite", "tx40", "--out", str(tmp_path / "m.toml"), "--improve", *words]) == 2
     assert "to improve it, search with --duration 20 and --harmonics 8 or more" in capsys.readouterr().err
+
+
+def test_the_worst_deviation_is_the_largest_of_a_wanted_gain():
+    design = SimpleNamespace(
+        problem=SimpleNamespace(joints=np.array([0, 1, 3])),
+        rows=lambda motion: motion,
+        deviations=lambda _: SimpleNamespace(total=np.array([0.03, 0.31, 0.92, 0.07])),
+    )
+    assert worst_deviation(design, None) == 0.31
+
+
+def test_a_motion_that_the_robot_cannot_make_is_no_motion_of_its_own():
+    scenario = cell(load_scenario("tx40"))
+    problem = design_problem(scenario)
+    assert own_motion(scenario.scenario, Design(problem)) is not None
+    slow = replace(problem, limits=replace(problem.limits, velocity=0.3 * problem.limits.velocity))
+    assert own_motion(scenario.scenario, Design(slow)) is None
+    assert own_motion(cell(load_scenario("panda")).scenario, Design(problem)) is None  # of seven joints
 
 
 def test_a_scenario_without_a_motion_is_searched_and_cannot_be_improved(tmp_path, capsys):

@@ -17,8 +17,8 @@ ARM = """<robot name="two"><link name="base"/>
 <link name="arm"><inertial><origin xyz="0 0 0.2"/><mass value="MASS"/>
 <inertia ixx="0.05" iyy="IYY" izz="IZZ" ixy="IXY" ixz="0" iyz="0"/></inertial></link>
 <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
-<limit lower="-2.1" upper="UPPER" effort="EFFORT" velocity="1.7"/></joint></robot>"""
-SOUND = {"MASS": "2.3", "IYY": "0.06", "IZZ": "0.07", "IXY": "0", "UPPER": "2.3", "EFFORT": "41"}
+<limit lower="-2.1" upper="UPPER" effort="EFFORT" velocity="SPEED"/></joint></robot>"""
+SOUND = {"MASS": "2.3", "IYY": "0.06", "IZZ": "0.07", "IXY": "0", "UPPER": "2.3", "EFFORT": "41", "SPEED": "1.7"}
 
 
 def arm(folder, **changes: str):
@@ -36,6 +36,7 @@ def arm(folder, **changes: str):
         ("MASS", "2,3", "line 2: mass: value = '2,3': '2,3' is not a number"),
         ("EFFORT", "-41", "line 5: limit: effort = '-41' is negative"),
         ("EFFORT", "1e9", "line 5: limit: effort = '1e9': beyond 1e+06"),
+        ("SPEED", "1001", "line 5: limit: velocity = '1001': beyond 1000"),
         ("IZZ", "0.111", "line 3: inertia of link 'arm': no body has principal moments 0.05, 0.06, 0.111 kg m^2"),
         ("IYY", "-0.06", "line 3: inertia of link 'arm': no body has principal moments -0.06, 0.05, 0.07 kg m^2"),
         ("IXY", "0.0551", "line 3: inertia of link 'arm': no body has principal moments -0.0003"),
@@ -49,7 +50,10 @@ def test_a_number_that_no_arm_has_is_told_with_line_and_value(tmp_path, capsys, 
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize("changes", [{}, {"MASS": "0"}, {"EFFORT": "0"}, {"EFFORT": "inf"}, {"IZZ": "0.10999"}])
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"MASS": "0"}, {"EFFORT": "0"}, {"EFFORT": "inf"}, {"SPEED": "+Inf"}, {"SPEED": "999"}, {"IZZ": "0.10999"}],
+)
 def test_numbers_at_the_edge_of_what_there_is_are_taken(tmp_path, changes):
     check_stated_numbers(arm(tmp_path, **changes))
     check_stated_numbers(written(tmp_path, "gripper.urdf", ros(more=GRIPPER)))

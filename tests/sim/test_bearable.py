@@ -12,7 +12,7 @@ from sim.errors import Saturated
 from sim.trajectory import FourierTrajectory
 
 HOME = np.array([[0.2, 0.3, 1.0, 0.1, 0.4, -0.2]])
-STILL = FourierTrajectory(HOME[0], np.zeros((6, 2)), np.zeros((6, 2)), 1.5)
+STILL = FourierTrajectory(HOME[0], np.zeros((6, 2)), np.zeros((6, 2)), 0.5)
 SOFT = ModelErrors(joint_compliance=(1e-5,) * 6, backlash=0.01)
 
 

@@ -12,7 +12,7 @@ from ident.naming import nearest, shown
 from ident.structure import Structure, structure_of
 from ident.toml_files import LARGEST
 from scenarios.errors import UnknownName, UnreadableFile
-from scenarios.files.schema import ROBOT
+from scenarios.files.places import ROBOT
 from scenarios.files.tables import CATALOG
 from scenarios.robot_models import check_same_payload, read_arm
 from sim.compile import bare_arm

@@ -4,8 +4,8 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
-from scenarios.files.schema import ROBOT
-
+ROBOT = "rx90"
+"""The robot of a scenario that names none."""
 CATALOG = Path(__file__).parents[1] / "catalog"
 """Folder of the built-in scenarios."""
 MOTION = "experiment.motion"

@@ -12,6 +12,7 @@ from ident.estimators import DEFAULT, ESTIMATORS
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table
 from scenarios.files.mountings import PAIR
+from scenarios.files.places import ROBOT
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
 from sim.sensors import STREAMS, SensorOptions
@@ -37,8 +38,6 @@ Stream = Annotated[str, AfterValidator(_known_stream), Field(json_schema_extra={
 
 DRAWABLE = ("plant.", "experiment.", "belief.", "identification.", "tolerance.gain")
 """Beginnings of the places that a run or a source may change."""
-ROBOT = "rx90"
-"""The robot of a scenario that names none."""
 TABLES_OF_TABLES = ("random", "sources", "payloads")
 """Keys whose tables have names of the user's choice."""
 

@@ -35,6 +35,7 @@ def test_programs_are_given_every_test_with_joints_from_1():
         "statistic": 1.2,
         "threshold": 3.7,
         "measure": "standard deviations",
+        "change": None,
         "sentence": None,
         "failed": False,
     }

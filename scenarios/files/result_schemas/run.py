@@ -90,6 +90,7 @@ class ResultFinding(OpenObject):
     threshold: float = Field(description="above it the statistic is no accident, or too much, in what `measure` says")
     measure: str = Field(description="what both are")
     failed: bool
+    change: float | None = Field(description="of that joint's gain [%], null where gains are not what is compared")
     sentence: str | None = Field(description="what it means, null where it passes or does not matter")
 
 

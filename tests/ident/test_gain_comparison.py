@@ -67,7 +67,10 @@ def test_beside_the_scale_a_change_has_the_deviation_that_draws_have():
     exact = gains([0, 1, 2], [1.5, 2.5, 3.5], [1e-9] * 3)
     drawn = np.array([1.5, 2.5, 3.5]) * np.exp(std * rng.standard_normal((4000, 3)))
     found = [compared(exact, gains([0, 1, 2], each, std)) for each in drawn]
-    apart = np.array([[each.log for each in one.apart] for one in found])
+    # One draw in a thousand looks as if a joint had moved alone (4000 draws: 4 +- 2) and takes the scale of the others.
+    all_share = [one for one in found if len(one.sharing) == 3]
+    assert 4000 - 10 <= len(all_share) < 4000
+    apart = np.array([[each.log for each in one.apart] for one in all_share])
     np.testing.assert_allclose(apart.std(axis=0), [each.std for each in found[0].apart], rtol=0.045)
     # p is uniform where nothing moved: 5 % of 4000 is 200 +- 13.8
     for share in (np.mean([one.together.moved for one in found]), np.mean([one.pattern.moved for one in found])):

@@ -18,14 +18,13 @@ from scipy import linalg, optimize
 
 from ident.arrays import Array, Indices, readonly
 from ident.base import independent_columns
+from ident.column_space import NEW, column_space
 from ident.gain_system import JointRows, joint_rows
 from ident.problem import Problem
 from ident.rows import Rows
 from ident.uncertainty.cautious import cautious
 from ident.uncertainty.larger import larger
 
-NEW = 1e-6
-"""Singular value, of unit columns, under which there is nothing new in them."""
 SCALES = np.geomspace(1e-4, 1e4, 97)
 """Where s is looked for, either sign; neighbours are a fifth apart."""
 STEP = 0.25
@@ -137,9 +136,9 @@ def _log(rows: JointRows, motion: int, payload: Array, size: Array) -> _Log | No
     own = brakes | np.isin(rows.names, (f"off{rows.joint + 1}",))
     W, V = (rows.W / np.where(size > 0.0, size, 1.0))[kept], rows.V[kept]
     raw, apart = W[:, ~own], np.hstack((W[:, brakes], W[:, own & ~brakes], payload[kept]))
-    basis = _basis(apart)
+    basis = column_space(apart)
     A, v = raw - basis @ (basis.T @ raw), V - basis @ (basis.T @ V)
-    together = _basis(A)
+    together = column_space(A)
     freedom = len(v) - basis.shape[1] - together.shape[1]
     left = float(np.linalg.norm(v - together @ (together.T @ v)))
     if freedom < 1 or left == 0.0 or not together.shape[1]:
@@ -184,7 +183,7 @@ def _left(triangles: Sequence[Array], s: float) -> float:
 def _std(problem: Problem, joint: int, one: _Log, two: _Log, s: float, x: Array) -> float | None:
     """Deviation of s, linear around it."""
     W = np.vstack((one.A, s * two.A))
-    together = _basis(W)
+    together = column_space(W)
     along = np.concatenate((np.zeros(len(one.v)), two.A @ x))
     new = along - together @ (together.T @ along)
     size = float(np.linalg.norm(new))
@@ -208,13 +207,3 @@ def _friction_ratio(one: _Log, two: _Log, s: float, x: Array) -> float | None:
         return None
     first, second = one.friction(x), two.friction(s * x)
     return second / first if first != 0.0 else None
-
-
-def _basis(columns: Array) -> Array:
-    """Orthonormal basis of columns, (r, rank)."""
-    size = np.linalg.norm(columns, axis=0)
-    kept = columns[:, size > 0.0] / size[size > 0.0]
-    if not kept.shape[1]:
-        return kept
-    Q, R, _ = linalg.qr(kept, mode="economic", pivoting=True)
-    return readonly(Q[:, np.abs(np.diag(R)) > NEW])

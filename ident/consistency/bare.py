@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from scipy import linalg
 
-from ident.arrays import Array, readonly
+from ident.column_space import NEW, column_space
 from ident.consistency.difference import FALSE_ALARM, most_deviations
 from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
@@ -23,8 +23,6 @@ from ident.uncertainty.larger import larger
 NAME = "bare"
 DRIFTS = {"Fv": "viscous friction", "Fc": "Coulomb friction", "off": "the offset"}
 """What may be new in a later bare motion, by the name of its parameter."""
-NEW = 1e-6
-"""Singular value, of unit columns, under which there is nothing new in them."""
 LEAST = 0.002
 """Change of a current, as a share of the joint's rms, that is worth a word."""
 LOUDER = 1.3
@@ -116,7 +114,7 @@ def bare_drifts(problem: Problem, joint: int, bare: Sequence[int], *, drift: boo
         for name in DRIFTS
         if f"{name}{joint + 1}" in rows.names
     ]
-    common = _basis(W)
+    common = column_space(W)
     if not new:
         return []
     columns = np.column_stack([column for _, _, column in new])
@@ -169,10 +167,3 @@ def _louder(fitted: Rows, joint: int, first: int, later: int, free: float) -> Dr
         harmless=False,
         told=max(ratio, 1.0 / max(ratio, 1e-300)) > LOUDER**2,
     )
-
-
-def _basis(columns: Array) -> Array:
-    """Orthonormal basis of columns, shape (r, rank)."""
-    norms = np.linalg.norm(columns, axis=0)
-    Q, R, _ = linalg.qr(columns[:, norms > 0.0] / norms[norms > 0.0], mode="economic", pivoting=True)
-    return readonly(Q[:, np.abs(np.diag(R)) > NEW])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import GAIN, TRUSTING, exact_problem, lopsided
+from exact import GAIN, TRUSTING, exact_problem
 from scipy.stats import norm
 
 from ident.all_joints.selection import Rival
@@ -24,11 +24,6 @@ from ident.weighing.verification import AGREES, DIFFERS, SAYS_NOTHING, verified
 UNKNOWN = Payload(mass=2.0, known="none")
 PLAIN = AllJointsOptions()
 NAMES = tuple(f"joint{j}" for j in range(1, 7))
-
-
-@pytest.fixture
-def heavy(payload) -> Payload:
-    return lopsided(payload)
 
 
 @pytest.fixture

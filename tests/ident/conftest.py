@@ -6,11 +6,13 @@ from consistency_logs import evidence_of, logs_of, problem_of
 from exact import GAIN, exact_pair, lopsided
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from real_friction import Truth, three_axes
+from weighings import weighed
 
 from ident.consistency.evidence import Evidence
 from ident.estimators.nls import AllJointsOptions
 from ident.observation import Observation
 from ident.payload import Payload
+from ident.problem import Problem
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
 
@@ -24,6 +26,11 @@ def heavy(payload) -> Payload:
 def clean_pair(structure, heavy) -> tuple[Observation, Observation]:
     """Rows without noise of a bare motion and of one with `heavy` on the flange."""
     return exact_pair(structure, heavy, GAIN, np.random.default_rng(11), rows=90)
+
+
+@pytest.fixture(scope="session")
+def weighed_problem(structure, heavy) -> Problem:
+    return weighed(structure, heavy, np.random.default_rng(7), noise=1e-9)
 
 
 @pytest.fixture(scope="session")

@@ -20,10 +20,6 @@ def verified(cell: Path, *more: str, which: str = "light", gains: str = "gains.t
             *loaded, *more]  # fmt: skip
 
 
-def told(capsys) -> dict:
-    return json.loads(capsys.readouterr().out)
-
-
 def test_a_weight_that_identification_has_not_seen_verifies_its_gains(weighed_cell, capsys):
     assert main(verified(weighed_cell, "--json")) == 0
     found = printed(capsys, "verify")

@@ -10,15 +10,11 @@ from page_parts import Elements
 from scenarios.cli import main
 from scenarios.errors import ForeignAnswers, ForeignResult, UnfinishedResult
 from scenarios.methods.answer import AnswerGain
-from scenarios.reports.content import (
-    Line,
-    Mood,
-    Table,
-)
+from scenarios.reports.content import Heading, Line, Mood, Table
 from scenarios.reports.pages import kind_of, page_of
 from scenarios.reports.pages.monte_carlo import NORMAL
 from scenarios.reports.pages.paper import same
-from scenarios.reports.plot import Plot
+from scenarios.reports.plot import TONES, Plot
 from scenarios.store import study_folder
 from scenarios.store.answers import AnswerRow, write_answers
 from scenarios.store.parts import checked_part
@@ -121,6 +117,7 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
         "ls-2011", ("1", "3"), (0.9, -1.5), (0.86, -1.5), (0.94, -1.5)
     )  # fmt: skip
     assert plot.x.categories == ("1", "2", "3")
+    assert plot.y.unit == "N (m)/unit"  # nobody says here which joints slide
     tables = [part for part in report.parts if isinstance(part, Table)]
     said = [[[cell.text for cell in row] for row in table.rows] for table in tables]
     assert said[0][0] == ["ls-2011", "1", "0.9000", "4.44", "identified"]
@@ -134,3 +131,43 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
     (tmp_path / "answers.json").write_text('{"answers": []}')
     with pytest.raises(ForeignAnswers, match="holds no answer"):
         page_of(tmp_path)
+
+
+def answered(problem: str, method: str, *estimates: float | None) -> AnswerRow:
+    gains = [
+        AnswerGain(joint=j, estimate=g, std=None, identifiable=g is not None, reason=f"of {method}")
+        for j, g in enumerate(estimates, 1)
+    ]
+    return AnswerRow(problem=problem, digest=f"of {problem}", method=method, files={}, seconds=0.5, gains=gains)
+
+
+def test_every_problem_has_answers_of_its_own_and_methods_beyond_the_tones_stand_in_its_table(tmp_path):
+    rows = [answered("monday", f"m{k}", 0.5 + 0.1 * k, 2.0) for k in range(len(TONES) + 2)]
+    rows += [
+        answered("monday", "mute", None, None),
+        answered("tuesday", "m0", 3.0),
+        answered("tuesday", "m1", 4.0, 5.0),
+    ]
+    write_answers(rows, tmp_path / "answers.json")
+    report = page_of(tmp_path)
+    assert (report.parts[0].text, report.parts[0].mood) == (
+        "9 answers of 7 methods to 2 problems: 15 gains, 2 refused, 0 calls without any answer.",
+        Mood.PLAIN,
+    )
+    headings = [part.text for part in report.parts if isinstance(part, Heading)]
+    assert headings == ["monday", "tuesday", "What was asked"]
+    monday, tuesday = (part for part in report.parts if isinstance(part, Plot))
+    assert [series.label for series in monday.series] == ["m0", "m1", "m2", "m3"]
+    assert monday.caption.endswith("is a point alone. 2 further methods are in the table alone.")
+    assert tuesday.caption.endswith("is a point alone.")
+    assert [(series.x, series.y) for series in tuesday.series] == [(("1",), (3.0,)), (("1", "2"), (4.0, 5.0))]
+    assert tuesday.x.categories == ("1", "2")  # of the method that has most
+    tables = [part for part in report.parts if isinstance(part, Table)]
+    assert [len(table.rows) for table in tables] == [14, 2, 3, 2]  # gains and reasons; gains; what was asked
+    assert all(len(row) == len(table.columns) for table in tables for row in table.rows)
+    assert [[cell.text for cell in row] for row in tables[1].rows] == [
+        ["mute", "1", "of mute"], ["mute", "2", "of mute"]
+    ]  # fmt: skip
+    assert [[cell.text for cell in row] for row in tables[3].rows] == [
+        ["monday", "of monday"], ["tuesday", "of tuesday"]
+    ]  # fmt: skip

@@ -45,6 +45,9 @@ def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkey
     )
     report = page_of(folder)
     assert sorted(looked) == sorted(path.name for path in (folder / "trials").iterdir())  # each once
+    assert report.parts[0].strong  # the verdict
+    told = [[cell.text for cell in row] for part in report.parts if isinstance(part, Table) for row in part.rows]
+    assert [row for row in told if row[0] in ("Trials", "First seed")] == [["Trials", "6"], ["First seed", "11"]]
     commands = [part.text for part in report.parts if isinstance(part, Line)]
     assert commands[0].startswith("rx90 run ")
     rows = next(part for part in report.parts if isinstance(part, Table) and part.columns[0].title == "Seed").rows

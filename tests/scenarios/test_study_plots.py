@@ -8,12 +8,18 @@ import pyarrow as pa
 import pytest
 from scipy import stats
 
+from scenarios.errors import NoGains
+from scenarios.files.loading import load_scenario
+from scenarios.reports.content import Paragraph
 from scenarios.reports.error_density import MOST as MOST_CLAIMS
 from scenarios.reports.error_density import panels, promised, reach, varies
+from scenarios.reports.pages import sensitivity
 from scenarios.reports.pages.monte_carlo import _refused, _worst, coverage_plot, error_plot, pass_plot
 from scenarios.reports.pages.sensitivity import cost_plot, ranking
 from scenarios.reports.pages.sensitivity import share_plot as source_shares
-from scenarios.studies.budget import Interval, JointBudget, SourceCost
+from scenarios.reports.plot import Plot
+from scenarios.store.stored_study import StoredStudy
+from scenarios.studies.budget import NEEDED, Interval, JointBudget, SourceCost
 from scenarios.studies.joint_rows import JointRows
 from scenarios.studies.statistics import joint_statistics
 
@@ -42,7 +48,12 @@ def test_errors_of_a_study_are_a_density_beside_the_one_that_is_claimed():
     np.testing.assert_allclose(max(claimed.y), stats.norm.pdf(0.0, scale=1.2), rtol=1e-4)  # five digits
     assert [each.at for each in plot.references] == [-2.0, 2.0]
     assert plot.caption == "400 errors."
-    assert (errors.y[0], errors.y[-1]) == (0.0, 0.0)  # its outline is closed
+    sure = replace(trial_rows(np.array([1.0, -1.0, -0.5, 0.2])), claimed=np.full(4, 1e-4))
+    x, y = (np.array(each) for each in (error_plot(4, sure).series[0].x, error_plot(4, sure).series[0].y))
+    np.testing.assert_allclose(
+        y[:3], [0.0, 0.25 / (x[2] - x[1]), 0.25 / (x[2] - x[1])], rtol=1e-4
+    )  # closed at its ends
+    assert y[-1] == 0.0
     few = np.array([1.0, -0.5, 0.2])  # three deviations of 1.2 % and a tenth: 3.96 %
     assert len(error_plot(4, trial_rows(few, tolerance=0.039)).references) == 2
     assert error_plot(4, trial_rows(few, tolerance=0.041)).references == ()
@@ -53,8 +64,8 @@ def test_errors_of_a_study_are_a_density_beside_the_one_that_is_claimed():
 
 
 def test_a_study_is_drawn_as_far_as_its_errors_or_three_claimed_deviations_reach():
-    wide = replace(trial_rows(np.array([0.3, -1.0, 0.7])), claimed=np.array([0.001, 0.003, 0.02]))
-    np.testing.assert_allclose(reach(wide), 1.1 * 1.2, rtol=1e-12)  # -1.0 of 1.2 %, and a tenth more
+    wide = replace(trial_rows(np.array([0.3, 1.0, -0.7])), claimed=np.array([0.001, 0.003, 0.02]))
+    np.testing.assert_allclose(reach(wide), 1.1 * 1.2, rtol=1e-12)  # -1.2 %, and a tenth more
     sure = replace(wide, claimed=np.array([0.009, 0.005, 0.5]))
     np.testing.assert_allclose(reach(sure), 1.1 * 3.0 * 0.9, rtol=1e-12)  # the middle one of the claims
     assert not any(varies(np.array(values)) for values in ((), (0.3,), (0.3, 0.3 * (1.0 + 1e-12))))
@@ -104,20 +115,20 @@ def test_joints_pass_gain_and_fail_as_often_as_is_told():
 def test_the_worst_trials_of_all_parts_are_told_with_the_command_that_shows_the_first():
     parts = (
         {"seed": [11, 12, 13, 14], "joint": [1, 2, 1, 2], "z": [0.5, -4.0, None, 1.5]},
-        {"seed": [15, 16, 17, 18], "joint": [1, 2, 1, 2], "z": [3.0, 2.0, -2.5, 0.1]},
+        {"seed": [*range(15, 22)], "joint": [1, 2, 1, 2, 1, 2, 1], "z": [0.1, 0.2, 0.3, 0.4, 2.0, -2.5, 3.0]},
     )
     tables = [pa.table({**part, "rel_error": [0.01 * (z or 0.0) for z in part["z"]]}) for part in parts]
     rows = SimpleNamespace(parts=lambda: range(2), rows=lambda part, columns: tables[part].select(columns))
     _, table, said, command = _worst(SimpleNamespace(rows=rows, named="my own"))
     assert [[cell.text for cell in row] for row in table.rows] == [
         ["12", "2", "-4.000", "-4.00"],
-        ["15", "1", "+3.000", "+3.00"],
-        ["17", "1", "-2.500", "-2.50"],
-        ["16", "2", "+2.000", "+2.00"],
+        ["21", "1", "+3.000", "+3.00"],
+        ["20", "2", "-2.500", "-2.50"],
+        ["19", "1", "+2.000", "+2.00"],
         ["14", "2", "+1.500", "+1.50"],
     ]
-    # The median of the largest of seven lies near the quantile of 1 in 14 on either side.
-    assert f"the largest of 7 normal ones would be about {stats.norm.isf(1 / 14):.1f}" in said.text
+    # As many are beyond it on average, on either side, as one.
+    assert f"the largest of 10 normal ones would be about {stats.norm.isf(1 / 20):.1f}" in said.text
     assert command.text == "rx90 run 'my own' --seed 12 --save seed-12"
 
 
@@ -130,6 +141,8 @@ def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told
     shares = {"a": 0.1, "b": 0.5, "c": 0.05, "d": 0.2, "e": 0.12, "f": 0.03}
     costs = tuple(cost(source, share, 0.01 * share) for source, share in shares.items())
     budget = JointBudget(joint=3, costs=costs, floor=0.0, together=0.02, samples=4, lost=0)
+    two_halves = replace(budget, costs=tuple(cost(source, share, 0.01) for source, share in (("d", 0.35), ("e", 0.3))))
+    assert ranking([budget, two_halves])[:3] == ["d", "b", "e"]  # 0.55, 0.5, 0.42 in sum, 0.5 the largest
     order = ranking([budget, budget])
     assert order == ["b", "d", "e", "a", "c", "f"]
     found = {series.label: series.y for series in source_shares([budget], order).series}
@@ -137,6 +150,36 @@ def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told
     plot = cost_plot(budget, order[:3], 0.7)
     (bars,) = plot.series
     assert (bars.y, bars.x) == (("b", "d", "e"), (0.5, 0.2, 0.12))
-    assert bars.high == (0.6, 0.24, 0.144)
+    assert (bars.low, bars.high) == ((0.45, 0.18, 0.108), (0.6, 0.24, 0.144))
+    assert plot.caption.startswith("The 3 largest of 6 sources")
     assert [each.at for each in plot.references] == [0.7]
     assert cost_plot(budget, order, 1.1).references == ()
+
+
+def test_the_page_of_a_budget_begins_with_its_verdict_and_has_ten_sources_a_joint_at_most(tmp_path, monkeypatch):
+    scenario = load_scenario("nominal")
+    tolerance = scenario.table.tolerance.model_copy(update={"gain": (0.011, 0.012, 0.013, 0.014, 0.015, 0.016)})
+    scenario = replace(scenario, table=scenario.table.model_copy(update={"tolerance": tolerance}))
+    study = StoredStudy(
+        folder=tmp_path, scenario=scenario, named="nominal", kind="sensitivity", seed=3, trials=40,
+        command="rx90 sensitivity nominal", versions={}, rows=SimpleNamespace(table=lambda columns: columns),
+    )  # fmt: skip
+    costs = tuple(cost(f"source {k}", share, 0.02) for k, share in enumerate(np.linspace(0.02, 0.14, 12)))
+
+    def found(rows, sources, joints, seed) -> tuple[JointBudget, ...]:
+        assert (rows, sources, seed) == (NEEDED, list(scenario.table.sources), 3)
+        return tuple(JointBudget(joint=j, costs=costs, floor=0.0, together=0.1, samples=4, lost=0) for j in joints)
+
+    monkeypatch.setattr(sensitivity, "read_study", lambda folder: study)
+    monkeypatch.setattr(sensitivity, "budgets", found)
+    report = sensitivity.page(tmp_path)
+    said = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
+    assert report.parts[0].text == said[0]
+    assert said.count(said[0]) == 1
+    plots = [part for part in report.parts if isinstance(part, Plot)]
+    assert [plot.title for plot in plots[1:]] == [f"Joint {j}" for j in range(1, 6)]  # of joint 6 no gain is wanted
+    assert [plot.references[0].at for plot in plots[1:]] == pytest.approx([1.1, 1.2, 1.3, 1.4, 1.5], rel=1e-12)
+    assert {plot.series[0].y for plot in plots[1:]} == {tuple(f"source {k}" for k in range(11, 1, -1))}
+    monkeypatch.setattr(sensitivity, "budgets", lambda *given: tuple(replace(each, costs=()) for each in found(*given)))
+    with pytest.raises(NoGains, match="no trial gave a gain of joint 1, 2, 3, 4, 5;"):
+        sensitivity.page(tmp_path)

@@ -86,14 +86,20 @@ def test_a_comparison_is_read_back_as_it_was_written(tmp_path):
 def test_a_page_of_ours_is_replaced_and_no_other_file(tmp_path, capsys):
     folder = page_folders.comparison(tmp_path / "compared")
     assert main(["report", str(folder)]) == 0
-    assert "report.html: " in capsys.readouterr().out
+    size = (folder / "report.html").stat().st_size / 1e6
+    assert f"report.html: {size:.2f} MB" in capsys.readouterr().out
     assert main(["report", str(folder)]) == 0
     (folder / "report.html").write_text("mine")
     assert main(["report", str(folder)]) == 2
     assert "changed since rx90 report wrote it" in capsys.readouterr().err
     assert (folder / "report.html").read_text() == "mine"
-    assert main(["report", str(folder), "--force"]) == 0
-    assert Elements((folder / "report.html").read_text()).count("table") == 3
+    other, told = tmp_path / "other.html", folder / "report.json"
+    other.write_text("mine")
+    told.write_text(told.read_text().replace("2011-09-25", r"2011\udcff"))  # of a name that is no text
+    assert main(["report", str(folder), "--out", str(other), "--force"]) == 0
+    assert Elements(other.read_text()).count("table") == 3
+    assert r"2011\udcff" in other.read_text()
+    assert (folder / "report.html").read_text() == "mine"
 
 
 def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):

@@ -8,7 +8,7 @@ from ident.parameters import INERTIAL, UNITS
 from scenarios.paper.experiment import IDENTIFIED
 from scenarios.paper.torques import CaseTorques
 from scenarios.reports.content import NONE, Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells
-from scenarios.reports.gains import sentence
+from scenarios.reports.gains import reason_paragraph
 from scenarios.store.stored_paper import PaperCase, PaperClaim, StoredPaper
 
 if TYPE_CHECKING:
@@ -27,8 +27,7 @@ def paper_report(found: StoredPaper, torques: CaseTorques, seed: int, document: 
         document: The result for programs.
     """
     parts: list[Part] = [_table_2(found), _table_3(found)]
-    refused = [each for each in found.gains if each.reason is not None]
-    parts += [Paragraph(sentence(f"Joint {each.joint} is refused: {each.reason}")) for each in refused]
+    parts += [reason_paragraph(each.joint, each.reason) for each in found.gains if each.reason is not None]
     parts += [_table_4(found), _second_payload(found), _all_parameters(found)]
     parts.append(
         Figure(

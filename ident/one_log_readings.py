@@ -47,10 +47,9 @@ def one_log_explanations(
         names: Of their logs.
         given: What the logs as they are explain, on the same instants.
     """
-    own = [reading_columns(arm, [each], as_it_is(arm)) for each in motions]
-    apart = _explained(arm, unknowns, motions, own, as_it_is(arm), apart=True)
-    if gain_over(given.left, apart.left).sum() < APART:
+    if agree(arm, unknowns, motions, as_it_is(arm)):
         return []
+    own = [reading_columns(arm, [each], as_it_is(arm)) for each in motions]
     found = [_backward(arm, unknowns, motions, own, names, given, joint) for joint in range(arm.n)]
     few = [thinned(each, FEW) for each in motions]
     own_few = [reading_columns(arm, [each], as_it_is(arm)) for each in few]
@@ -61,6 +60,21 @@ def one_log_explanations(
         if gain_over(given_few.left, again.left).sum() > LOOKS_BETTER:
             found.append(_explained(arm, unknowns, motions, _with(arm, motions, own, k, reading), reading))
     return found
+
+
+def agree(arm: Arm, unknowns: Unknowns, motions: Sequence[Instants], reading: Reading) -> bool:
+    """Whether logs agree about the arm under a reading of all of them: sets of their own explain hardly more.
+
+    Args:
+        arm: The arm.
+        unknowns: Of it under the reading's gravity.
+        motions: Of each log.
+        reading: How all logs are read.
+    """
+    columns = [reading_columns(arm, [each], reading) for each in motions]
+    read = [replace(each, v=each.v[:, reading.v_order], moving=each.moving[:, reading.q_order]) for each in motions]
+    together, apart = (_explained(arm, unknowns, read, columns, reading, apart=each) for each in (False, True))
+    return bool(gain_over(together.left, apart.left).sum() < APART)
 
 
 def _best_zero(

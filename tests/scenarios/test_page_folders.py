@@ -144,6 +144,21 @@ def test_verdict_gains_and_refusals_come_first(saved):
     assert "run" in commands[0].split()
     plots = [part for part in report.parts if isinstance(part, Plot)]
     assert sum(plot.zoom for plot in plots) == 6
+    assert "What the intervals are made of" in [plot.title for plot in plots]
+    texts, fit = [part.text for part in report.parts if isinstance(part, Paragraph)], result["fit"]
+    assert f"{fit['rows']} rows by ls-2011, relative residual {100 * fit['rel_error_norm']:.2f} %." in texts
+    reasons = [text.partition(":")[0] for text in texts if re.match(r"Joint \d: ", text)]
+    assert reasons == [f"Joint {gain['joint']}" for gain in result["gains"] if gain["reason"] is not None]
+    told = [[cell.text for cell in row] for part in report.parts if isinstance(part, Table) for row in part.rows]
+    for test in result["consistency"]:
+        verdict = "speaks up" if test["failed"] else "quiet"
+        numbers = [f"{test[key]:.3g}" for key in ("statistic", "threshold")]
+        assert [test["check"], str(test["joint"]), *numbers, test["measure"], verdict] in told
+    assert ["Seed", "5"] in told
+    for number, joint in enumerate(identified_again(saved).result.joints, 1):
+        if isinstance(joint, RefusedGain) and joint.predicted_rel_std is not None and 0.1 < joint.predicted_rel_std < 1:
+            torque = f"Joint {number}, to be shown: a payload that puts {10 * joint.predicted_rel_std:.3g} times"
+            assert any(text.startswith(torque) for text in texts)
     errors = error_plot([gain.verdict for gain in identified_again(saved).result.gains])
     shown = dict(zip(errors.series[1].x, errors.series[1].y, strict=True))
     tops = dict(zip(errors.series[1].x, errors.series[1].high, strict=True))

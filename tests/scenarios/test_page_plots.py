@@ -12,7 +12,7 @@ from ident.checks.motion import JointMotion
 from ident.estimate import RefusedGain
 from scenarios.judge import GainVerdict
 from scenarios.reports.motion import coverage_plot as motion_plot
-from scenarios.reports.pages.fit_rows import FitRows
+from scenarios.reports.pages.fit_rows import FitRows, begins
 from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
 from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
 from scenarios.reports.pages.provenance import named
@@ -118,6 +118,11 @@ def test_a_line_breaks_where_rows_are_left_out_and_between_motions():
     np.testing.assert_allclose(at[[3, 5]], [0.25, 0.425], rtol=1e-12)  # half-way, but for rounding
     one_left_out = rows_of(np.ones(6), t=np.array([0.0, 0.05, 0.1, 0.2, 0.25, 0.3]))
     np.testing.assert_array_equal(np.isnan(one_left_out.broken(np.arange(6.0))[1]), [0, 0, 0, 1, 0, 0, 0])
+
+
+def test_logs_follow_each_other_each_as_long_as_its_samples_last():
+    logs = [SimpleNamespace(t=np.zeros(count), period=period) for count, period in ((5, 0.1), (8, 0.25))]
+    np.testing.assert_allclose(begins(logs), [0.0, 0.5, 2.5], rtol=1e-12)
 
 
 def test_a_long_line_is_thinned_out_and_its_caption_says_so():

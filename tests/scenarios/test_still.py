@@ -6,11 +6,13 @@ from types import SimpleNamespace
 
 import pytest
 
+from scenarios.errors import UnknownName
 from scenarios.reports.content import (
     Paragraph,
     Report,
 )
-from scenarios.reports.pages.still import still, with_picture
+from scenarios.reports.pages.still import still, why_another, with_picture
+from sim.errors import RobotError
 
 
 @pytest.mark.parametrize(
@@ -35,3 +37,12 @@ def test_a_record_that_is_none_gives_no_picture(tmp_path):
     report = Report("Title", (Paragraph("verdict"),), {})
     (tmp_path / "record.json").write_text("{")
     assert with_picture(report, tmp_path) is report
+
+
+@pytest.mark.parametrize("error", [RobotError, UnknownName])
+def test_a_scenario_or_robot_that_cannot_be_read_any_more_is_no_picture_but_a_reason(error, monkeypatch):
+    def gone(named: str) -> None:
+        raise error("moved away")
+
+    monkeypatch.setattr("scenarios.reports.pages.still.load_scenario", gone)
+    assert why_another("mine", "0123456789abcdef") == "scenario mine cannot be read any more: moved away"

@@ -9,12 +9,19 @@ from page_parts import identified
 from scipy import stats
 
 from ident.checks.motion import JointMotion
+from ident.consistency import CHECKS
+from ident.consistency.finding import Finding
 from ident.estimate import RefusedGain
 from scenarios.judge import GainVerdict
+from scenarios.reports.content import Cell, Mood, Paragraph, Table, cells
 from scenarios.reports.motion import coverage_plot as motion_plot
+from scenarios.reports.motion import motion_table
+from scenarios.reports.pages.check import worst_first
+from scenarios.reports.pages.consistency import LOOKS_AT, consistency_parts
 from scenarios.reports.pages.fit_rows import FitRows, begins
 from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
 from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
+from scenarios.reports.pages.identification import with_warnings
 from scenarios.reports.pages.provenance import named
 from scenarios.reports.pages.residual_plots import FAR, LISTED, against, outliers, spectrum_plot
 from scenarios.reports.pages.torque_plots import MOST, torque_plot
@@ -220,7 +227,45 @@ def test_a_joint_is_shown_in_shares_of_its_range(arm):
         slow=0.1,
         current_rms=3.0,
     )
+    units = [column.unit for column in motion_table("", [motion] * arm.n, arm).columns]
+    assert units == ["", "", "rad", "rad", "%", "rad/s", "rad/s^2", "% of time", "units"]
+    sliding = SimpleNamespace(revolute=np.array([True, False]), joint_names=("a", "b"))
+    units = [column.unit for column in motion_table("", [motion] * 2, sliding).columns]
+    assert (units[2], units[5], units[6]) == ("rad, m", "rad/s, m/s", "rad/s^2, m/s^2")
     plot = motion_plot({"first": [motion] * arm.n, "second": [motion] * arm.n}, arm)
     assert [series.label for series in plot.series] == ["first", "second"]
     assert (plot.series[1].low[1], plot.series[1].high[1]) == pytest.approx((25.0, 75.0), rel=6e-5)  # five digits
     assert len({series.tone for series in plot.series}) == 2
+
+
+def found(check, sentence=None):
+    return Finding(check=check, joint=2, statistic=4.13, threshold=3.94, measure="deviations", sentence=sentence)
+
+
+def test_every_consistency_test_says_what_it_looks_at():
+    assert set(LOOKS_AT) == set(CHECKS)
+    _, table, said = consistency_parts([found("halves"), found("joints", "joint 3 is off")])
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["halves", "3", "4.13", "3.94", "deviations", "quiet"],
+        ["joints", "3", "4.13", "3.94", "deviations", "speaks up"],
+    ]
+    assert LOOKS_AT["halves"] in said.text
+    assert LOOKS_AT["whiteness"] not in said.text
+    assert consistency_parts([]) == []
+
+
+def test_a_verdict_without_a_truth_says_how_many_tests_speak_up():
+    said = Paragraph("6 of 6 gains identified.", strong=True)
+    assert with_warnings(said, [found("halves")]) == said
+    one = with_warnings(said, [found("halves"), found("joints", "off")])
+    assert one == Paragraph("6 of 6 gains identified. A warning stands below.", Mood.DOUBTFUL, strong=True)
+    two = with_warnings(said, [found("halves", "off"), found("joints", "off")])
+    assert two.text.endswith("2 warnings stand below.")
+
+
+def test_lines_of_a_check_stand_the_worst_first_else_in_their_order():
+    moods = [Mood.GOOD, Mood.DOUBTFUL, Mood.PLAIN, Mood.BAD, Mood.DOUBTFUL]
+    rows = tuple(cells(f"{k}", Cell("seen", mood)) for k, mood in enumerate(moods))
+    sorted_rows = worst_first(Table(title="lines", columns=(), rows=rows))
+    assert [row[0].text for row in sorted_rows.rows] == ["3", "1", "4", "0", "2"]
+    assert sorted_rows.title == "lines"

@@ -13,27 +13,10 @@ from scenarios.methods.answer import AnswerGain
 from scenarios.reports.content import Heading, Line, Mood, Table
 from scenarios.reports.pages import kind_of, page_of
 from scenarios.reports.pages.monte_carlo import NORMAL
-from scenarios.reports.pages.paper import same
 from scenarios.reports.plot import TONES, Plot
 from scenarios.store import study_folder
 from scenarios.store.answers import AnswerRow, write_answers
 from scenarios.store.parts import checked_part
-
-
-@pytest.mark.parametrize(
-    ("here", "equal"),
-    [
-        ({"a": [0.125, None, "x"]}, True),
-        ({"a": [0.125 * (1 + 1e-7), None, "x"]}, True),
-        ({"a": [0.125 * (1 + 1e-5), None, "x"]}, False),
-        ({"a": [0.125, 0.0, "x"]}, False),
-        ({"a": [0.125, None]}, False),
-        ({"b": [0.125, None, "x"]}, False),
-        ({"a": [0.125, None, "y"]}, False),
-    ],
-)
-def test_documents_are_the_same_but_for_rounding(here, equal):
-    assert same({"a": (0.125, None, "x")}, here) is equal
 
 
 def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkeypatch):

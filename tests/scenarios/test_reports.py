@@ -3,6 +3,8 @@ from dataclasses import replace
 
 import pytest
 
+from ident.estimators.nls import FRICTIONS
+from scenarios.reports.bare import TERMS
 from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Report, Table, cells, percent
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 from scenarios.reports.renderers.text import blocks, fold
@@ -152,3 +154,9 @@ def test_every_renderer_tells_every_kind_of_part_without_drawing_a_picture(name,
 
 def test_a_share_is_told_in_percent_and_none_as_a_dash():
     assert (percent(0.01234, ".2f"), percent(None), percent(-0.5, "+.1f")) == ("1.23", "-", "-50.0")
+
+
+def test_every_term_of_friction_that_is_told_has_its_meaning():
+    known = {"Fv", "Fc", "off", *(name for terms in FRICTIONS.values() for name in terms)}
+    assert set(TERMS) == known
+    assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())

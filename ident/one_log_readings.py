@@ -14,6 +14,7 @@ from scipy import optimize
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.column_space import column_space
 from ident.evidence import NOTHING, gain_over
 from ident.explanation import Explanation, Unknowns, joint_columns, reading_columns, shares_left
 from ident.instants import Instants, thinned
@@ -178,20 +179,6 @@ def _joint(
     W = joint_columns(own, unknowns, joint, motion)
     if apart:
         arm = own[:, unknowns.arm[joint]]
-        W = np.hstack((W, *(_new(arm * (motion == k)[:, None], W) for k in range(1, len(motions)))))
+        known = column_space(W)
+        W = np.hstack((W, *(column_space(arm * (motion == k)[:, None], known) for k in range(1, len(motions)))))
     return W, v
-
-
-def _new(columns: Array, known: Array) -> Array:
-    """What columns have besides known ones, as independent directions, (r, rank)."""
-    basis = _basis(known)
-    size = np.linalg.norm(columns, axis=0)
-    unit = columns / np.where(size > 0.0, size, 1.0)
-    return _basis(unit - basis @ (basis.T @ unit))
-
-
-def _basis(columns: Array) -> Array:
-    """Orthonormal basis of columns, (r, rank)."""
-    size = np.linalg.norm(columns, axis=0)
-    directions, share, _ = np.linalg.svd(columns / np.where(size > 1e-9, size, np.inf), full_matrices=False)
-    return directions[:, share > 1e-6]

@@ -78,7 +78,7 @@ def test_a_faulty_csv_is_one_line_that_names_file_and_fault(tmp_path, text):
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_file_a_wrong_kind_and_a_text_column_are_named(tmp_path, recording):
+def test_a_missing_file_a_wrong_kind_and_a_text_column_are_named(tmp_path):
     with pytest.raises(RecordingError, match=r"absent\.csv: no such file"):
         read_recording(tmp_path / "absent.csv")
     (tmp_path / "fake.parquet").write_text("t,q1,v1\n")

@@ -141,11 +141,6 @@ def test_too_few_seeds_to_fail_are_refused():
         assert_scenario("nominal", seeds=[3, 4, 3])
 
 
-def told(statistics, table) -> StudyResult:
-    scenario = load_scenario("nominal")
-    return StudyResult(scenario=scenario, seed=0, asked=40, statistics=statistics, rows=gathered(table))
-
-
 def two_joints() -> pd.DataFrame:
     """Joint 2 errs five times as much as joint 1, and its injected gain varies."""
     wide = rows(40, std=0.05, claimed=0.05)

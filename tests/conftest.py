@@ -15,19 +15,26 @@ from ident.payload_files import read_payload
 from ident.structure import Structure, structure_of
 
 LONG = (
-    "test_extending",
     "test_interruptions",
-    "test_accuracy",
-    "test_comparison",
+    "test_wiring",
+    "test_extending",
     "test_dask",
-    "test_checks_arm",
-    "test_methods",
-    "test_estimators",
-    "test_monte_carlo",
-    "test_pages",
+    "test_comparison",
+    "test_accuracy",
     "test_scenarios",
-    "test_statistics",
+    "test_checks_arm",
+    "test_monte_carlo",
+    "test_protocol_runs",
+    "test_methods",
     "test_contract",
+    "test_estimators",
+    "test_sensitivity",
+    "test_pages",
+    "test_pages_in_chromium",
+    "test_identify_groups",
+    "test_checks_several",
+    "test_seal",
+    "test_statistics",
 )
 """Modules of many seconds, which begin first: workers take modules as a whole, and are to end at about one time."""
 

@@ -19,7 +19,12 @@ def _every(problem: GivenProblem, gain: dict) -> list[dict]:
 def least_squares(problem: GivenProblem) -> list[dict]:
     """What `ls-2011` finds, told by hand."""
     found = identify_motions(
-        problem.motions, problem.arm, observing=problem.observing, gains=problem.gains, wiring=lambda *_: None
+        problem.motions,
+        problem.arm,
+        method="ls-2011",
+        observing=problem.observing,
+        gains=problem.gains,
+        wiring=lambda *_: None,
     )
     return [
         {"estimate": joint.value, "std": joint.total_std} if hasattr(joint, "value") else {"reason": joint.reason}

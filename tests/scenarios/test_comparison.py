@@ -36,7 +36,7 @@ STUBS = ("method_stubs:least_squares", "method_stubs:constant", "method_stubs:re
 
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory):
-    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, method="nls")
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM)
 
 
 # The study

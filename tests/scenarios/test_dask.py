@@ -71,7 +71,7 @@ def test_a_cluster_is_an_executor_like_any_other(workers):
 
 
 def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
-    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM))), 8, seed=5)
+    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM))), 4, seed=5)
     there = carry_out(study, tmp_path / "cluster", workers, command="", console=Console(quiet=True)).table()
     here = carry_out(study, tmp_path / "home", HERE, command="", console=Console(quiet=True)).table()
     pd.testing.assert_frame_equal(there, here, check_exact=True)

@@ -16,7 +16,7 @@ from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
 from ident.instants import instants
 from ident.observation import ObserveOptions
-from ident.one_log_readings import one_log_explanations
+from ident.one_log_readings import agree, one_log_explanations
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
 from ident.structure import Structure
@@ -55,13 +55,30 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
     better = [each.reading for each in others if gain_over(given.left, each.left).sum() > LOOKS_BETTER]
     families = [(given.reading,), *(tuple(each for each in family if each in better) for family in families)]
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
-    seen = [instants(each, MANY, options) for each in (unloaded, loaded)]
-    others += one_log_explanations(structure.arm, unknowns[0], seen, (unloaded.name, loaded.name), given)
     sure = [each for each in others if _surely_better(given, each)]
+    sure += _of_one_log(structure.arm, unknowns, (unloaded, loaded), options, given, sure)
     if sure:
-        best = max(sure, key=lambda each: float(gain_over(given.left, each.left).sum()))
-        lengths = bool((best.reading.stretch != 1.0).any())
+        lengths = bool((_best(given, sure).reading.stretch != 1.0).any())
         raise (OtherLengths if lengths else Contradiction)(_message(given, sure))
+
+
+def _of_one_log(
+    arm: Arm,
+    unknowns: tuple[Unknowns, Unknowns],
+    motions: Sequence[Recording],
+    options: ObserveOptions,
+    given: Explanation,
+    sure: Sequence[Explanation],
+) -> list[Explanation]:
+    """Readings of one log alone that are surely better; none are looked for where one of all logs lets them agree."""
+    seen = [instants(motion, MANY, options) for motion in motions]
+    ordinary = [each for each in sure if (each.reading.stretch == 1.0).all()]
+    if ordinary:
+        reading = _best(given, ordinary).reading
+        if agree(arm, unknowns[reading.gravity is not arm.gravity], seen, reading):
+            return []
+    found = one_log_explanations(arm, unknowns[0], seen, [motion.name for motion in motions], given)
+    return [each for each in found if _surely_better(given, each)]
 
 
 def _explained(
@@ -85,6 +102,10 @@ def _explained(
 def _surely_better(given: Explanation, other: Explanation) -> bool:
     gain = gain_over(given.left, other.left)
     return convincing(gain, evidence_of(gain, given.freedom, other.freedom), other.reading)
+
+
+def _best(given: Explanation, sure: Sequence[Explanation]) -> Explanation:
+    return max(sure, key=lambda each: float(gain_over(given.left, each.left).sum()))
 
 
 def _message(given: Explanation, sure: Sequence[Explanation]) -> str:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, exact_problem, lopsided, values
+from exact import EXACT, GAIN, exact_problem, values
 from pinocchio_arms import random_arm
 
 from ident.all_joints.friction import own_columns
@@ -24,11 +24,6 @@ from ident.structure import structure_of
 FOUND = 1e4 * EXACT
 COMMON = AllJointsOptions(friction="viscous-coulomb", friction_per_motion=False)
 PER_MOTION = AllJointsOptions(friction="viscous-coulomb", friction_per_motion=True)
-
-
-@pytest.fixture(scope="module")
-def heavy(payload) -> Payload:
-    return lopsided(payload)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +68,7 @@ def test_two_payloads_need_no_bare_motion(structure, heavy, light, rng):
     np.testing.assert_allclose(gains(problem), GAIN, rtol=FOUND)
 
 
-def test_mountings_of_one_description_have_unknown_parameters_of_their_own(structure, heavy, light, rng):
+def test_mountings_of_one_description_have_unknown_parameters_of_their_own(structure, light, rng):
     # Both weigh 3.4 kg and nothing else of them is alike: one object shared between them would fit neither.
     other, chi = replace(light, com=(0.08, 0.02, 0.11)), chi_of(rng)
     weighed = [Payload(mass=3.4, known="mass") for _ in range(2)]

@@ -226,5 +226,5 @@ def test_a_gain_is_off_beside_what_the_reference_says():
     np.testing.assert_allclose(first.rel, 0.0, atol=1e-12)
     np.testing.assert_allclose(third.rel, 1.4 / 1.5 - 1.0, rtol=1e-12)  # 7 % below
     np.testing.assert_allclose(first.std, np.sqrt(0.01**2 + 0.03**2 + 0.04**2 - 2 * 0.0007), rtol=1e-9)
-    np.testing.assert_allclose(third.std, np.sqrt(0.02**2 + 0.06**2 + 0.04**2), rtol=1e-9)
+    np.testing.assert_allclose(third.std, 1.4 / 1.5 * np.sqrt(0.02**2 + 0.06**2 + 0.04**2), rtol=1e-9)
     assert off_ratios(replace(ratios, reference=3), believed) == ()

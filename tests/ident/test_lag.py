@@ -24,11 +24,6 @@ OPTIONS = ObserveOptions()
 
 
 @pytest.fixture(scope="module")
-def ur() -> Structure:
-    return structure_of(arm_of(ur_like()))
-
-
-@pytest.fixture(scope="module")
 def logs() -> tuple[Recording, Recording]:
     return known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(5), middle=UR_MIDDLE, noise=0.003)
 
@@ -47,10 +42,6 @@ def problem_of(ur: Structure, bare: Recording, loaded: Recording) -> Problem:
 
 def estimate_of(problem: Problem) -> GainEstimate:
     return ESTIMATORS["ls-2011"].estimate(problem, ESTIMATORS["ls-2011"].options())
-
-
-def squared_deviations(delay: Delay) -> float:
-    return float(delay.value @ np.linalg.solve(delay.covariance, delay.value))
 
 
 def common_of(problem: Problem) -> Delay:

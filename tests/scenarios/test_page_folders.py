@@ -172,7 +172,7 @@ def test_the_commands_on_the_page_give_the_same_gains(saved, capsys):
     ]
 
 
-def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path, capsys):
+def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path):
     folder = page_folders.identification(tmp_path / "again", saved)
     report = page_of(folder)
     assert report.title == "Drive gains of rx90 by ls-2011"
@@ -234,7 +234,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     assert (verdict.mood, verdict.text.endswith("they give none. Warnings stand below.")) == (Mood.DOUBTFUL, True)
 
 
-def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved, tmp_path, capsys):
+def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved, tmp_path):
     folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"))
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())

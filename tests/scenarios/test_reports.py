@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -118,6 +119,16 @@ def test_a_heading_of_two_lines_is_one_line_of_markdown():
     table = Table(columns=(Column(title="95 %\nbelow", unit="%"),), rows=(cells("1.5"),))
     text = renderer("markdown")(Report("Title", (table,), {}), Page())
     assert "| 95 % below [%] |\n| ---: |\n| 1.5 |" in text
+
+
+def test_a_bar_in_a_cell_ends_no_column_of_markdown():
+    text = renderer("markdown")(Report("Title", (Table(columns=COLUMNS[:1], rows=(cells("a|b|c"),)),), {}), Page())
+    assert r"| a\|b\|c |" in text
+
+
+def test_of_a_table_that_is_shown_whole_nothing_is_said_to_be_left():
+    whole, cut = (renderer("text")(Report("T", (replace(TABLE, shown=k),), {}), Page()) for k in (2, 1))
+    assert ("and 1 more" in whole, "and 1 more" in cut) == (False, True)
 
 
 def test_json_is_the_document_and_no_number_that_is_none():

@@ -3,6 +3,7 @@
 import os
 import re
 import runpy
+import shutil
 import subprocess
 import sys
 from functools import cache
@@ -90,10 +91,11 @@ def test_the_page_of_the_notebook_has_its_words_its_cells_and_its_picture():
     assert page.index("figure.supxlabel") < page.index("![Currents") < page.index("## Identify")
 
 
-@pytest.mark.slow
-def test_the_site_is_built_without_a_warning(tmp_path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
     done = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)],
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)],
         cwd=ROOT,
         env=os.environ | {"PYTHONPATH": str(ROOT), "NO_MKDOCS_2_WARNING": "1"},
         capture_output=True,
@@ -101,12 +103,37 @@ def test_the_site_is_built_without_a_warning(tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert "<math" in (tmp_path / "explanation" / "method.html").read_text(encoding="utf-8")
-    for page in tmp_path.rglob("*.html"):  # nothing is loaded from elsewhere
+    return folder
+
+
+@pytest.mark.slow
+def test_the_site_is_built_without_a_warning(site):
+    assert "<math" in (site / "explanation" / "method.html").read_text(encoding="utf-8")
+    for page in site.rglob("*.html"):  # nothing is loaded from elsewhere
         text = page.read_text(encoding="utf-8")
         loaded = re.findall(r'<(?:script|img|source)[^>]*\bsrc="(http[^"]*)"', text)
         loaded += re.findall(r'<link[^>]*\brel="(?:stylesheet|preconnect|icon)"[^>]*\bhref="(http[^"]*)"', text)
         assert not loaded, page
+
+
+@pytest.mark.slow
+def test_the_site_is_searched_in_a_folder_without_a_server(site):
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("needs a Chromium in the path")
+    playwright = pytest.importorskip("playwright.sync_api")
+    with playwright.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        view, said = browser.new_page(viewport={"width": 1280, "height": 900}), []
+        view.on("console", lambda message: said.append(message.text))
+        view.on("pageerror", lambda error: said.append(str(error)))
+        view.goto((site / "tutorial" / "rx90.html").as_uri())
+        view.locator(".md-search__input").click()
+        view.keyboard.type("armature")
+        view.wait_for_selector(".md-search-result__link", timeout=30_000)
+        assert re.match(r"\d+ matching documents", view.locator(".md-search-result__meta").inner_text())
+        assert said == []
+        browser.close()
 
 
 @pytest.mark.slow

@@ -4,10 +4,11 @@ import argparse
 import os
 import shutil
 import sys
+from dataclasses import replace
 
 from scenarios.commands.lifetime import tell
 from scenarios.commands.progress import NO_CURSOR
-from scenarios.reports.content import Report
+from scenarios.reports.content import Mood, Paragraph, Part, Report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 
 
@@ -26,7 +27,23 @@ def show(report: Report, options: argparse.Namespace) -> None:
         NoOutput: If it cannot be written.
         BrokenPipeError: If its reader has gone.
     """
-    tell(renderer(form(options))(report, page()))
+    asked = form(options)
+    tell(renderer(asked)(verdict_first(report) if asked == "html" else report, page()))
+
+
+def verdict_first(report: Report) -> Report:
+    """The report with its verdict before all else: a page is read from its top, a terminal from its end."""
+    last = len(report.parts) - 1
+    verdicts = [k for k, part in enumerate(report.parts) if _concludes(part, last=k == last)]
+    if not verdicts:
+        return report
+    parts = list(report.parts)
+    return replace(report, parts=(parts.pop(verdicts[-1]), *parts))
+
+
+def _concludes(part: Part, *, last: bool) -> bool:
+    """Whether a part is a verdict; strong and doubtful words are one at the end only, before it they warn."""
+    return isinstance(part, Paragraph) and part.strong and (last or part.mood in (Mood.GOOD, Mood.BAD))
 
 
 def form(options: argparse.Namespace) -> str:

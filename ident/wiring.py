@@ -20,6 +20,7 @@ from ident.one_log_readings import one_log_explanations
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
 from ident.structure import Structure
+from ident.tilt import tilt
 
 FEW, MANY = 120, 400
 """Instants of each motion that all readings, and those that look better, are compared on."""
@@ -58,6 +59,10 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
     seen = [instants(each, MANY, options) for each in (unloaded, loaded)]
     others += one_log_explanations(structure.arm, unknowns[0], seen, (unloaded.name, loaded.name), given)
     sure = [each for each in others if _surely_better(given, each)]
+    sure.sort(key=lambda each: -float(gain_over(given.left, each.left).sum()))
+    lean = tilt(structure.arm, unknowns[1], seen, [each.reading for each in sure], suspected=bool(sure))
+    if lean is not None and _surely_better(given, lean):
+        sure.append(lean)
     if sure:
         best = max(sure, key=lambda each: float(gain_over(given.left, each.left).sum()))
         lengths = bool((best.reading.stretch != 1.0).any())

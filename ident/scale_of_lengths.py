@@ -1,8 +1,8 @@
-"""Lengths of a model that are off by an amount, by the currents themselves; and clocks, which lengths cannot be told from.
+"""Lengths of a model that are off by an amount, by the currents; and clocks, which lengths cannot be told from.
 
-`ident.readings` has lengths that are off by a fifth or more. Here the factor is searched, of all lengths at once and, if
-that explains more, of each. Where every joint turns, all lengths times k are the same as a clock that counts c = k^-1/2
-times: inertias are free, so that only the lengths beside gravity know how fast a second is.
+`ident.readings` has lengths that are off by a fifth or more. Here the factor is searched, of all lengths at once and,
+if that explains more, of each. Where every joint turns, all lengths times k are the same as a clock that counts
+c = k^-1/2 times: inertias are free, so that only the lengths beside gravity know how fast a second is.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""Which way gravity points in the base frame by the currents themselves: how a base is tilted that the model has upright.
+"""Which way gravity points in the base frame by the currents: how a base is tilted that the model has upright.
 
 `ident.readings` has bases on the wall and the ceiling. A base between them is none of these, and whatever single change
 comes nearest to it would be named instead.

@@ -30,6 +30,8 @@ WITNESSED_Z, ALIKE_Z = 3.5, 2.5
 
 The arm's own torque alone reached 5.3 on sound recordings with weeks between them, friction saying otherwise.
 """
+DRIFT = 0.5 * AMOUNT
+"""What friction itself may drift meanwhile: it says a scale no better, however surely the arm's own torque does."""
 COMMON_Z, COMMON_SPREAD = 3.5, 0.1
 """The same of one scale of all joints, and how far each joint's friction may be from it."""
 ALONE, DOUBTFUL_Z = 5.0, 1.5
@@ -131,8 +133,13 @@ def _doubtful(scale: Scale, scales: Sequence[Scale]) -> bool:
     spread = max(LEAST_SPREAD, float(np.median(np.abs(np.array(others) - middle))))
     off = scale.friction - middle
     alone = abs(off) > max(ALONE * spread, AMOUNT)
-    alike = abs(scale.value - scale.friction) < ALIKE_Z * scale.std and (scale.value - 1.0) * off > 0.0
-    return alone and alike and abs(scale.value - 1.0) > DOUBTFUL_Z * scale.std
+    same_way = (scale.value - 1.0) * off > 0.0
+    return (
+        alone
+        and same_way
+        and _alike(scale.value, scale.friction, scale.std)
+        and abs(scale.value - 1.0) > DOUBTFUL_Z * scale.std
+    )
 
 
 def _far(scale: Scale) -> bool:
@@ -156,7 +163,12 @@ def _odd(scale: Scale) -> bool:
     if scale.friction is None:
         return False
     far = abs(scale.value - 1.0) > WITNESSED_Z * scale.std and abs(scale.friction - 1.0) > AMOUNT
-    return far and abs(scale.value - scale.friction) < ALIKE_Z * scale.std
+    return far and _alike(scale.value, scale.friction, scale.std)
+
+
+def _alike(value: float, friction: float, std: float) -> bool:
+    """Whether a scale by the arm's own torque, and its deviation, are what friction says."""
+    return abs(value - friction) < max(ALIKE_Z * std, DRIFT)
 
 
 def _common(scales: Sequence[Scale]) -> float | None:
@@ -168,9 +180,8 @@ def _common(scales: Sequence[Scale]) -> float | None:
     pooled, std = float(value @ weight / weight.sum()), float(weight.sum() ** -0.5)
     middle = float(np.median(friction))
     sure = abs(pooled - 1.0) > COMMON_Z * std and abs(middle - 1.0) > AMOUNT
-    alike = abs(pooled - middle) < max(ALIKE_Z * std, 0.5 * AMOUNT)
     together = bool((np.abs(friction / middle - 1.0) < COMMON_SPREAD).all())
-    return pooled if sure and alike and together else None
+    return pooled if sure and _alike(pooled, middle, std) and together else None
 
 
 def _counted(scales: Sequence[Scale]) -> str:

@@ -58,6 +58,12 @@ def scaled_lengths(arm: Arm, unknowns: Unknowns, seen: Sequence[Instants]) -> li
     return [explanations(arm, unknowns, seen, (each,))[0] for each in (every, *single)]
 
 
+def but_lengths_of(others: Sequence[Explanation], scaled: Sequence[Explanation]) -> list[Explanation]:
+    """Explanations without those by other lengths for which a factor was searched."""
+    known = {tuple(each.reading.stretch != 1.0) for each in scaled}
+    return [each for each in others if tuple(each.reading.stretch != 1.0) not in known]
+
+
 def _best(arm: Arm, which: Array, words: Callable[[float], str], left: Callable[[Reading], float]) -> Reading:
     """The factor of some lengths that leaves least."""
 

@@ -19,7 +19,7 @@ from ident.observation import ObserveOptions
 from ident.one_log_readings import one_log_explanations
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
-from ident.scale_of_lengths import scaled_lengths
+from ident.scale_of_lengths import but_lengths_of, scaled_lengths
 from ident.structure import Structure
 from ident.tilt import tilt
 
@@ -59,7 +59,8 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
     seen = [instants(each, MANY, options) for each in (unloaded, loaded)]
     others += one_log_explanations(structure.arm, unknowns[0], seen, (unloaded.name, loaded.name), given)
-    others += scaled_lengths(structure.arm, unknowns[0], seen)
+    scaled = scaled_lengths(structure.arm, unknowns[0], seen)
+    others = [*but_lengths_of(others, scaled), *scaled]
     sure = [each for each in others if _surely_better(given, each)]
     sure.sort(key=lambda each: -float(gain_over(given.left, each.left).sum()))
     lean = tilt(structure.arm, unknowns[1], seen, [each.reading for each in sure], suspected=bool(sure))

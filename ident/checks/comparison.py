@@ -16,7 +16,7 @@ from ident.instants import Instants, instants
 from ident.observation import ObserveOptions
 from ident.readings import Reading, as_it_is, readings
 from ident.recording import Recording
-from ident.scale_of_lengths import scaled_lengths
+from ident.scale_of_lengths import but_lengths_of, scaled_lengths
 from ident.structure import Structure
 from ident.tilt import tilt
 from ident.wiring import MANY
@@ -127,9 +127,10 @@ def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
     families = [*_families(arm), *((each,) for each in more)]
     given, *others = (found for family in families for found in logs.explained(family))
     reached = [each for each in others if not unreachable(arm, logs.recordings, each.reading)]
-    same_as_given, groups = _grouped(logs, given, reached)
-    scaled = [_alternative(given, [each]) for each in scaled_lengths(arm, logs.unknowns, logs.seen)]
-    others = [*(_alternative(given, group) for group in groups), *(each for each in scaled if each.evidence > SUSPECT)]
+    scaled = scaled_lengths(arm, logs.unknowns, logs.seen)
+    same_as_given, groups = _grouped(logs, given, but_lengths_of(reached, scaled))
+    factors = [_alternative(given, [each]) for each in scaled]
+    others = [*(_alternative(given, group) for group in groups), *(each for each in factors if each.evidence > SUSPECT)]
     alternatives = _with_tilt(logs, given, others)
     return Comparison(
         given=given,

@@ -24,6 +24,11 @@ from ident.structure import PROBE_SEED, Structure
 STATES = 60
 """Random states a joint that torques are compared on."""
 TOPIC = "payload as drawn"
+MOST_OF = 0.7
+"""Share that a reading explains of what a payload of any parameters does, in logarithms, to be its name.
+
+A zero or a sign that is mended explains nearly all; a centre that is off makes another zero a little better.
+"""
 SAME = 1e-6
 """Share of a torque that rounding leaves."""
 
@@ -50,9 +55,13 @@ def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same
     if not any(carrying) or all(carrying):
         return [Remark(topic=TOPIC, seen=f"{matter}; a bare and a loaded recording with this payload tell")]
     given = explained_with_payload(logs, carrying, known, as_it_is(logs.arm))
+    (free,) = logs.explained((as_it_is(logs.arm),))
+    excess = float(gain_over(given.left, free.left).sum())
     for each, _ in moving:
         other = explained_with_payload(logs, carrying, known, each)
         gain = gain_over(given.column_left, other.column_left)
+        if gain.sum() < MOST_OF * excess:
+            continue
         if convincing(gain, evidence_of(gain, given.column_freedom, other.column_freedom), each):
             return [
                 Remark(

@@ -36,6 +36,11 @@ COMMON_Z, COMMON_SPREAD = 3.5, 0.1
 """The same of one scale of all joints, and how far each joint's friction may be from it."""
 ALONE, DOUBTFUL_Z = 5.0, 1.5
 """How many times the others' spread one joint's friction must be off, and deviations of the scale, for a note."""
+BLIND = 3.0 * AMOUNT
+"""How far one joint's friction must be off alone for a note where its own torque is too faint to say anything.
+
+Load that friction grows with moves a sliding joint's by 0.14 on sound logs.
+"""
 LEAST_SPREAD = 0.01
 """Of the friction of the others."""
 ADVICE = "bring both logs to one unit and sign"
@@ -117,12 +122,23 @@ def scale_notes(found: Sequence[Counting]) -> tuple[str, ...]:
     """A note on every joint whose friction alone changed, where its own torque does not contradict another scale."""
     return tuple(
         f"{each.second}: friction of joint {scale.joint + 1} alone is {scale.friction:.3g} times that in {each.first}, "
-        f"and the arm's own torque would have v{scale.joint + 1} count {scale.value:.3g} times: did friction change, "
-        "or has one log another scale? The gain is as wrong as that"
+        f"and the arm's own torque {_own_words(scale)}: did friction change, or has one log another scale? The gain is "
+        "as wrong as that"
         for each in found
         for scale in each.scales
         if _doubtful(scale, each.scales)
     )
+
+
+def _own_words(scale: Scale) -> str:
+    if not _leans(scale):
+        return f"of v{scale.joint + 1} is too faint to tell"
+    return f"would have v{scale.joint + 1} count {scale.value:.3g} times"
+
+
+def _leans(scale: Scale) -> bool:
+    """Whether the arm's own torque is for another scale."""
+    return abs(scale.value - 1.0) > DOUBTFUL_Z * scale.std
 
 
 def _doubtful(scale: Scale, scales: Sequence[Scale]) -> bool:
@@ -133,13 +149,10 @@ def _doubtful(scale: Scale, scales: Sequence[Scale]) -> bool:
     spread = max(LEAST_SPREAD, float(np.median(np.abs(np.array(others) - middle))))
     off = scale.friction - middle
     alone = abs(off) > max(ALONE * spread, AMOUNT)
-    same_way = (scale.value - 1.0) * off > 0.0
-    return (
-        alone
-        and same_way
-        and _alike(scale.value, scale.friction, scale.std)
-        and abs(scale.value - 1.0) > DOUBTFUL_Z * scale.std
-    )
+    if ALIKE_Z * scale.std > BLIND and not _leans(scale):
+        return alone and abs(off) > BLIND
+    same_way = (scale.value - 1.0) * off > 0.0 and _leans(scale)
+    return alone and same_way and _alike(scale.value, scale.friction, scale.std)
 
 
 def _far(scale: Scale) -> bool:

@@ -68,9 +68,9 @@ def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same
                     topic=TOPIC,
                     joint=int(np.argmax(gain)),
                     seen=f"{each.words} fits the payload's torque better (residuals smaller by "
-                    f"{100.0 * (1.0 - float(np.exp(-gain.max()))):.3g} %)",
+                    f"{100.0 * (1.0 - float(np.exp(-gain.max()))):.3g} %), as another centre of the payload may",
                     grade=Grade.WRONG,
-                    advice="mend the zero, or turn the payload's description",
+                    advice="mend the zero, or the payload's description",
                 )
             ]
     return [Remark(topic=TOPIC, seen=f"{matter}; the payload's torque is no better explained so")]

@@ -13,7 +13,7 @@ from scipy import optimize
 
 from ident.arm import Arm
 from ident.arrays import Array
-from ident.evidence import NOTHING, gain_over
+from ident.evidence import BETTER, EVIDENCE, NOTHING, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations
 from ident.instants import Instants, thinned
 from ident.readings import Reading, as_it_is
@@ -29,7 +29,7 @@ LOOKS_BETTER = 0.02
 
 
 def scaled_lengths(arm: Arm, unknowns: Unknowns, seen: Sequence[Instants]) -> list[Explanation]:
-    """What the arm explains with all lengths, or one of them, times the factor that is best; none where none is better.
+    """What the arm explains with all lengths, or one of them, times the best factor; none that is not surely better.
 
     Args:
         arm: The arm.
@@ -55,7 +55,18 @@ def scaled_lengths(arm: Arm, unknowns: Unknowns, seen: Sequence[Instants]) -> li
     single = (
         best(np.arange(arm.n) == j, lambda k, j=j: f"the length from joint {j} to {j + 1} times {k:.3g}") for j in long
     )
-    return [explanations(arm, unknowns, seen, (each,))[0] for each in (every, *single)]
+    (own,) = explanations(arm, unknowns, seen, (as_it_is(arm),))
+    found = [explanations(arm, unknowns, seen, (each,))[0] for each in (every, *single)]
+    return [each for each in found if _sure(own, each)]
+
+
+def _sure(own: Explanation, other: Explanation) -> bool:
+    """Whether a factor that was searched is surely better: it takes what any reading does, not the less of two lengths.
+
+    On 40 sound pairs the best of all factors reached 24.
+    """
+    gain = gain_over(own.left, other.left)
+    return bool(gain.sum() > BETTER and evidence_of(gain, own.freedom, other.freedom) > EVIDENCE)
 
 
 def but_lengths_of(others: Sequence[Explanation], scaled: Sequence[Explanation]) -> list[Explanation]:

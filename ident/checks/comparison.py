@@ -129,9 +129,8 @@ def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
     reached = [each for each in others if not unreachable(arm, logs.recordings, each.reading)]
     scaled = scaled_lengths(arm, logs.unknowns, logs.seen)
     same_as_given, groups = _grouped(logs, given, but_lengths_of(reached, scaled))
-    factors = [_alternative(given, [each]) for each in scaled]
-    others = [*(_alternative(given, group) for group in groups), *(each for each in factors if each.evidence > SUSPECT)]
-    alternatives = _with_tilt(logs, given, others)
+    groups += [[each] for each in scaled]
+    alternatives = _with_tilt(logs, given, [_alternative(given, group) for group in groups])
     return Comparison(
         given=given,
         unreachable=unreachable(arm, logs.recordings, given.reading),

@@ -117,6 +117,26 @@ def test_positions_and_currents_of_one_log_are_named_with_it(axes, logs):
         check_wiring(axes, one, times(two, -1.0, 1), ObserveOptions())
 
 
+def exchanged(x: np.ndarray) -> np.ndarray:
+    return x[:, [0, 2, 1]]
+
+
+@pytest.mark.parametrize(
+    ("place", "change", "words"),
+    [
+        (0, lambda log: Recording(1.25 * log.t, log.q, log.v, log.name), r"t times 0\.(7[89]\d?|8|80\d)"),
+        (1, lambda log: Recording(log.t, log.q, exchanged(log.v), log.name), "columns v2 and v3 exchanged"),
+        (0, lambda log: Recording(log.t, exchanged(log.q), log.v, log.name), "columns q2 and q3 exchanged"),
+        (1, lambda log: Recording(log.t, exchanged(log.q), exchanged(log.v), log.name), "joints 2 and 3 exchanged"),
+    ],
+)
+def test_a_clock_or_an_order_of_one_log_is_named_with_it(axes, logs, place, change, words):
+    named = [Recording(log.t, log.q, log.v, name) for log, name in zip(logs, NAMES, strict=True)]
+    named[place] = change(named[place])
+    with pytest.raises(Contradiction, match=rf"this one: {words} in {re.escape(NAMES[place])} alone \("):
+        check_wiring(axes, *named, ObserveOptions())
+
+
 def test_an_identification_looks_at_units_before_other_readings(axes, logs):
     with pytest.raises(Contradiction, match=r"v1 counts .* times, v2 counts"):
         identify(logs[0], times(logs[1], 1e-3), axes, BRICK, method="ls-2011")

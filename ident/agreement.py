@@ -10,16 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import linalg
 
-from ident.arrays import Array
 from ident.base import independent_columns
+from ident.column_space import column_space
 from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.gain_system import JointRows, joint_rows
 from ident.problem import Problem
 
-NEW = 1e-6
-"""Singular value, of unit columns, under which there is nothing new in them."""
 SURE_F = 50.0
 """F above which a difference is no accident."""
 SEEN, MOST = 0.01, 0.05
@@ -77,10 +74,9 @@ def disagreement(problem: Problem, rows: JointRows, *, drift: bool = False) -> D
         k for k, name in enumerate(rows.names) if drift and name in (f"Fv{rows.joint + 1}", f"Fc{rows.joint + 1}")
     ]
     anew = [rows.W[:, brakes] * (rows.motion == motion)[:, None] for motion in range(1, len(problem.motions))]
-    common = _basis(_unit(np.hstack((rows.W, *anew, *(W_L[:, free] for W_L in rows.W_L)))))
+    common = column_space(np.hstack((rows.W, *anew, *(W_L[:, free] for W_L in rows.W_L))))
     left = rows.V - common @ (common.T @ rows.V)
-    second = _unit(rows.W * rows.loaded[:, None])
-    own = _basis(second - common @ (common.T @ second))
+    own = column_space(rows.W * rows.loaded[:, None], common)
     rank, freedom = own.shape[1], len(left) - common.shape[1] - own.shape[1]
     if not rank or freedom < 1:
         return None
@@ -130,15 +126,3 @@ def _words(each: Disagreement) -> str:
         f"the bare and the loaded motion disagree about the arm itself by {100.0 * each.share:.2g} % of the current; "
         "did friction change, or has one log another unit, sign or scale?"
     )
-
-
-def _basis(columns: Array) -> Array:
-    """Orthonormal basis, shape (r, rank)."""
-    directions, size, _ = linalg.svd(columns, full_matrices=False)
-    return directions[:, size > NEW]
-
-
-def _unit(columns: Array) -> Array:
-    """Columns of unit length, those of zeros left out."""
-    norms = np.linalg.norm(columns, axis=0)
-    return columns[:, norms > 0.0] / norms[norms > 0.0]

@@ -23,6 +23,7 @@ from ident.held_gains import gain_covariance, held, own_beliefs
 from ident.known_gains import KnownGains
 from ident.parameters import UNITS
 from ident.problem import Problem
+from ident.refusal import ratio_refusal
 from ident.rows import Rows
 from ident.uncertainty import UNCERTAINTIES
 
@@ -39,12 +40,18 @@ class GainRatios:
         value: g_j / g_reference, shape (n,).
         rel_std: Relative standard deviations, zero for the reference, shape (n,).
         given: Which of them are sure enough, shape (n,).
+        max_rel_std: Largest relative standard deviation of one that is.
     """
 
     reference: int
     value: Array
     rel_std: Array
     given: Mask
+    max_rel_std: float
+
+    def reason(self, joint: int) -> str | None:
+        """Why a joint, from 0, has no ratio; None if it has one."""
+        return ratio_refusal(float(self.rel_std[joint]), self.max_rel_std, self.reference)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,13 +107,14 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
         selected = _fitted(problem, options, [GivenGain(best, float(np.sign(selected.final.fit.found.h[best])))])
     h = selected.final.fit.found.h
     rel_std = _beside(_log_covariance(problem, selected))[best]
-    given = rel_std <= problem.options.max_rel_std
+    most = problem.options.max_rel_std
+    given = rel_std <= most
     if given.sum() < 2:
         raise NotIdentifiable(
             "bare motions give no ratio of gains: no two joints share links that these motions show; move more joints "
             "at once, or mount a payload"
         )
-    ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given)
+    ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given, max_rel_std=most)
     _check_size(ratios)
     inertial, C = _inertial(problem, selected, float(h[best]), unit=f"/ g{best + 1}", gains=None)  # h of size 1
     return BareArm(

@@ -15,7 +15,7 @@ class OffRatio:
     Attributes:
         joint: The joint, from 0.
         rel: (g_j / g_r) here over that of the gains believed, less 1.
-        std: Its standard deviation, that of the gains believed included.
+        std: Standard deviation of `rel`, that of the gains believed included: as `rel`, a share of what is believed.
     """
 
     joint: int
@@ -37,8 +37,8 @@ def off_ratios(ratios: GainRatios, believed: KnownGains) -> tuple[OffRatio, ...]
     found = list[OffRatio]()
     for joint, k in at.items():
         if joint != ratios.reference and ratios.given[joint]:
-            expected = float(believed.value[k] / believed.value[r])
+            share = float(ratios.value[joint] / (believed.value[k] / believed.value[r]))
             spread = float(C[k, k] + C[r, r] - 2.0 * C[k, r])
-            std = float(np.sqrt(ratios.rel_std[joint] ** 2 + max(spread, 0.0)))
-            found.append(OffRatio(joint=joint, rel=float(ratios.value[joint]) / expected - 1.0, std=std))
+            std = abs(share) * float(np.sqrt(ratios.rel_std[joint] ** 2 + max(spread, 0.0)))
+            found.append(OffRatio(joint=joint, rel=share - 1.0, std=std))
     return tuple(found)

@@ -15,6 +15,7 @@ from scipy import optimize
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.column_space import column_space
 from ident.evidence import NOTHING, gain_over
 from ident.explanation import Explanation, Unknowns, joint_columns, reading_columns, shares_left
 from ident.instants import Instants, thinned
@@ -51,10 +52,9 @@ def one_log_explanations(
         names: Of their logs.
         given: What the logs as they are explain, on the same instants.
     """
-    own = [reading_columns(arm, [each], as_it_is(arm)) for each in motions]
-    apart = _explained(arm, unknowns, motions, own, as_it_is(arm), apart=True)
-    if gain_over(given.left, apart.left).sum() < APART:
+    if agree(arm, unknowns, motions, as_it_is(arm)):
         return []
+    own = [reading_columns(arm, [each], as_it_is(arm)) for each in motions]
     found = [_backward(arm, unknowns, motions, own, names, given, joint) for joint in range(arm.n)]
     few = [thinned(each, FEW) for each in motions]
     own_few = [reading_columns(arm, [each], as_it_is(arm)) for each in few]
@@ -120,6 +120,21 @@ def _clocks(
 def _timed(each: Instants, c: float) -> Instants:
     """Instants of a motion whose seconds count c times."""
     return replace(each, dq=each.dq / c, ddq=each.ddq / c**2)
+
+
+def agree(arm: Arm, unknowns: Unknowns, motions: Sequence[Instants], reading: Reading) -> bool:
+    """Whether logs agree about the arm under a reading of all of them: sets of their own explain hardly more.
+
+    Args:
+        arm: The arm.
+        unknowns: Of it under the reading's gravity.
+        motions: Of each log.
+        reading: How all logs are read.
+    """
+    columns = [reading_columns(arm, [each], reading) for each in motions]
+    read = [replace(each, v=each.v[:, reading.v_order], moving=each.moving[:, reading.q_order]) for each in motions]
+    together, apart = (_explained(arm, unknowns, read, columns, reading, apart=each) for each in (False, True))
+    return bool(gain_over(together.left, apart.left).sum() < APART)
 
 
 def _best_zero(
@@ -228,20 +243,6 @@ def _joint(
     W = joint_columns(own, unknowns, joint, motion)
     if apart:
         arm = own[:, unknowns.arm[joint]]
-        W = np.hstack((W, *(_new(arm * (motion == k)[:, None], W) for k in range(1, len(motions)))))
+        known = column_space(W)
+        W = np.hstack((W, *(column_space(arm * (motion == k)[:, None], known) for k in range(1, len(motions)))))
     return W, v
-
-
-def _new(columns: Array, known: Array) -> Array:
-    """What columns have besides known ones, as independent directions, (r, rank)."""
-    basis = _basis(known)
-    size = np.linalg.norm(columns, axis=0)
-    unit = columns / np.where(size > 0.0, size, 1.0)
-    return _basis(unit - basis @ (basis.T @ unit))
-
-
-def _basis(columns: Array) -> Array:
-    """Orthonormal basis of columns, (r, rank)."""
-    size = np.linalg.norm(columns, axis=0)
-    directions, share, _ = np.linalg.svd(columns / np.where(size > 1e-9, size, np.inf), full_matrices=False)
-    return directions[:, share > 1e-6]

@@ -14,9 +14,9 @@ from ident.arm import Arm
 from ident.errors import Contradiction, OtherLengths
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
-from ident.instants import instants
+from ident.instants import Instants, instants
 from ident.observation import ObserveOptions
-from ident.one_log_readings import one_log_explanations
+from ident.one_log_readings import agree, one_log_explanations
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
 from ident.scale_of_lengths import but_lengths_of, scaled_lengths
@@ -58,18 +58,44 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
     families = [(given.reading,), *(tuple(each for each in family if each in better) for family in families)]
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
     seen = [instants(each, MANY, options) for each in (unloaded, loaded)]
-    others += one_log_explanations(structure.arm, unknowns[0], seen, (unloaded.name, loaded.name), given)
-    scaled = scaled_lengths(structure.arm, unknowns[0], seen)
-    others = [*but_lengths_of(others, scaled), *scaled]
-    sure = [each for each in others if _surely_better(given, each)]
-    sure.sort(key=lambda each: -float(gain_over(given.left, each.left).sum()))
-    lean = tilt(structure.arm, unknowns[1], seen, [each.reading for each in sure], suspected=bool(sure))
-    if lean is not None and _surely_better(given, lean):
-        sure.append(lean)
+    sure = _of_all_logs(structure.arm, unknowns, seen, given, others)
+    sure += _of_one_log(structure.arm, unknowns, seen, (unloaded.name, loaded.name), given, sure)
     if sure:
-        best = max(sure, key=lambda each: float(gain_over(given.left, each.left).sum()))
-        lengths = bool((best.reading.stretch != 1.0).any())
+        lengths = bool((_best(given, sure).reading.stretch != 1.0).any())
         raise (OtherLengths if lengths else Contradiction)(_message(given, sure))
+
+
+def _of_all_logs(
+    arm: Arm,
+    unknowns: tuple[Unknowns, Unknowns],
+    seen: Sequence[Instants],
+    given: Explanation,
+    others: Sequence[Explanation],
+) -> list[Explanation]:
+    """Readings of all logs that are surely better, the best one first; lengths and the base by what is searched."""
+    scaled = scaled_lengths(arm, unknowns[0], seen)
+    sure = [each for each in (*but_lengths_of(others, scaled), *scaled) if _surely_better(given, each)]
+    sure.sort(key=lambda each: -float(gain_over(given.left, each.left).sum()))
+    lean = tilt(arm, unknowns[1], seen, [each.reading for each in sure], suspected=bool(sure))
+    return sure if lean is None or not _surely_better(given, lean) else [*sure, lean]
+
+
+def _of_one_log(
+    arm: Arm,
+    unknowns: tuple[Unknowns, Unknowns],
+    seen: Sequence[Instants],
+    names: Sequence[str],
+    given: Explanation,
+    sure: Sequence[Explanation],
+) -> list[Explanation]:
+    """Readings of one log alone that are surely better; none are looked for where one of all logs lets them agree."""
+    ordinary = [each for each in sure if (each.reading.stretch == 1.0).all()]
+    if ordinary:
+        reading = _best(given, ordinary).reading
+        if agree(arm, unknowns[reading.gravity is not arm.gravity], seen, reading):
+            return []
+    found = one_log_explanations(arm, unknowns[0], seen, names, given)
+    return [each for each in found if _surely_better(given, each)]
 
 
 def _explained(
@@ -93,6 +119,10 @@ def _explained(
 def _surely_better(given: Explanation, other: Explanation) -> bool:
     gain = gain_over(given.left, other.left)
     return convincing(gain, evidence_of(gain, given.freedom, other.freedom), other.reading)
+
+
+def _best(given: Explanation, sure: Sequence[Explanation]) -> Explanation:
+    return max(sure, key=lambda each: float(gain_over(given.left, each.left).sum()))
 
 
 def _message(given: Explanation, sure: Sequence[Explanation]) -> str:

@@ -5,13 +5,13 @@ The same questions as an identification asks before it believes any gain.
 
 from collections.abc import Callable, Sequence
 
-from ident.checks.comparison import Comparison, Logs
+from ident.checks.comparison import Alternative, Comparison, Logs
 from ident.checks.remark import Grade, Remark
 from ident.errors import Contradiction, NotIdentifiable
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.identification import check_alone, joint_by_joint
 from ident.one_log import Counting, check_scales, check_units, countings, scale_notes
-from ident.one_log_readings import one_log_explanations
+from ident.one_log_readings import agree, one_log_explanations
 from ident.plausibility import check_different
 from ident.problem import Problem
 from ident.rates import rate_notes
@@ -75,8 +75,13 @@ def _doubts(counted: Sequence[Counting]) -> list[Remark]:
 
 
 def _one_log(logs: Logs, comparison: Comparison) -> list[Remark]:
-    """The readings of one log alone that surely explain more, if no reading of all logs explains as much."""
+    """Readings of one log alone that surely explain more; none if one of all logs does as well, or lets them agree."""
     given = comparison.given
+    ordinary = [each for each in comparison.alternatives if _ordinary(each)]
+    if ordinary:
+        reading = max(ordinary, key=lambda each: float(each.gain.sum())).readings[0]
+        if agree(logs.arm, logs.unknowns_under(reading), logs.seen, reading):
+            return []
     names = [each.name for each in logs.recordings]
     found = one_log_explanations(logs.arm, logs.unknowns, logs.seen, names, given)
     gains = [gain_over(given.left, each.left) for each in found]
@@ -102,3 +107,9 @@ def _one_log(logs: Logs, comparison: Comparison) -> list[Remark]:
             advice="mend that log",
         )
     ]
+
+
+def _ordinary(each: Alternative) -> bool:
+    """Whether a reading of all logs, of the lengths as drawn, is surely better than the logs as they are."""
+    reading = each.readings[0]
+    return bool((reading.stretch == 1.0).all()) and convincing(each.gain, each.evidence, reading)

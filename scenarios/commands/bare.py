@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from ident.identification import Recorded
 from ident.structure import Structure
-from scenarios.commands.saving import save
+from scenarios.commands.saving import save_identified
 from scenarios.errors import WrongFiles
 from scenarios.reports.content import Report
 from scenarios.store.claim import Claim
@@ -54,7 +54,6 @@ def found(
     from scenarios.files.gains import read_gains
     from scenarios.patching.known_links import known_links
     from scenarios.reports.bare import bare_report
-    from scenarios.store.log_folder import Done
 
     if options.method != NAME:
         raise WrongFiles(f"--method {options.method} needs a payload; of bare recordings alone {NAME} gives the ratios")
@@ -71,22 +70,17 @@ def found(
         payload=payload,
     )
     report = bare_report(answer, known_links(answer.in_si, structure, options.model, options.flange), structure.arm)
-    if saving is not None:
-        done = Done(
-            kind="bare",
-            title=f"Bare motions of {structure.arm.name}",
-            command=options.command_line,
-            model=options.model,
-            flange=options.flange,
-            couplings=options.coupling,
-            motions=motions,
-            observing=observing,
-            gains=limits,
-            document=report.document,
-            method=options.method,
-            options=own,
-            payload=payload,
-            believed=options.gains,
-        )
-        save(done, saving)
+    save_identified(
+        options,
+        saving,
+        report,
+        kind="bare",
+        title=f"Bare motions of {structure.arm.name}",
+        motions=motions,
+        observing=observing,
+        gains=limits,
+        own=own,
+        payload=payload,
+        believed=options.gains,
+    )
     return report

@@ -17,7 +17,7 @@ from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
 from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_model_arguments, named_structure
-from scenarios.commands.saving import add_save_argument, claimed_folder, save
+from scenarios.commands.saving import add_save_argument, claimed_folder, save_identified
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument
 
@@ -84,24 +84,11 @@ def main(options: argparse.Namespace) -> Status:
         for note in found.notes:
             complain(note)
     report = estimate_report(found, structure.arm, identify_s)
-    if saving is not None:
-        from scenarios.store.log_folder import Done
-
-        done = Done(
-            kind="identification",
-            title=f"Drive gains of {structure.arm.name} by {options.method}",
-            command=options.command_line,
-            model=options.model,
-            flange=options.flange,
-            couplings=options.coupling,
-            motions=motions,
-            observing=observing,
-            gains=limits,
-            document=report.document,
-            method=options.method,
-            options=own,
-        )
-        save(done, saving)
+    title = f"Drive gains of {structure.arm.name} by {options.method}"
+    save_identified(
+        options, saving, report, kind="identification", title=title, motions=motions, observing=observing,
+        gains=limits, own=own,
+    )  # fmt: skip
     show(report, options)
     return Status.PASSED
 

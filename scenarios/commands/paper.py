@@ -26,9 +26,11 @@ def main(options: argparse.Namespace) -> Status:
     """Repeat the experiment; 1 if a claim fails."""
     from scenarios.commands.writing import right_to_write
     from scenarios.paper.experiment import run_paper
+    from scenarios.paper.torques import case_torques
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.paper import paper_report
-    from scenarios.store.paper_folder import FILES, write_raw_numbers
+    from scenarios.store.paper_folder import FILES, paper_document, write_raw_numbers
+    from scenarios.store.stored_paper import stored_paper
 
     held = None
     if options.out is not None:
@@ -36,7 +38,8 @@ def main(options: argparse.Namespace) -> Status:
         held = right_to_write(options, options.out, names, command="rx90 paper --out")
     with under_way(options, "preparing") as stages:
         result = run_paper(options.seed, stages=stages)
-    report = paper_report(result)
+    document = paper_document(result)
+    report = paper_report(stored_paper(document), case_torques(result.cases[1]), result.seed, document)
     if held is not None:
         with held.writing():
             write_figures(report, held.folder)

@@ -29,10 +29,8 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.predict import prediction_report
 
     scenario = with_method(load_scenario(options.scenario), options.method, options.option)
-    with (
-        under_way(options, "predicting"),
-        threadpool_limits(1),
-    ):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+    # small matrices gain nothing from a threaded BLAS, and stall now and then
+    with under_way(options, "predicting"), threadpool_limits(1):
         budget = predicted_budget(scenario)
     show(prediction_report(budget), options)
     return Status.PASSED

@@ -8,7 +8,16 @@ from scenarios.commands.writing import right_to_write
 from scenarios.store.claim import Claim
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from ident.identification import Recorded
+    from ident.observation import ObserveOptions
+    from ident.options import GainOptions
+    from ident.payload import Payload
+    from scenarios.reports.content import Report
     from scenarios.store.log_folder import Done
+    from scenarios.store.record import Kind
 
 
 def add_save_argument(parser: argparse.ArgumentParser) -> None:
@@ -50,3 +59,58 @@ def save(done: "Done", held: Claim) -> None:
 
     with held.writing():
         save_logs(done, held.folder)
+
+
+def save_identified(
+    options: argparse.Namespace,
+    held: Claim | None,
+    report: "Report",
+    *,
+    kind: "Kind",
+    title: str,
+    motions: "Sequence[Recorded]",
+    observing: "ObserveOptions",
+    gains: "GainOptions",
+    own: object,
+    payload: "Payload | None" = None,
+    believed: "Path | None" = None,
+) -> None:
+    """Write the folder of an identification, if one is asked for.
+
+    Args:
+        options: Parsed; they name command, model and method.
+        held: The right to write it, None if nobody asks for it.
+        report: What was found.
+        kind: Whether gains were found, or what bare motions say.
+        title: Of its page.
+        motions: Recordings and payloads, in the order they were taken.
+        observing: Filters and thresholds.
+        gains: When a gain counts as identifiable.
+        own: The method's own options.
+        payload: That would be mounted on a bare flange.
+        believed: File of gains that were given with bare motions.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    if held is None:
+        return
+    from scenarios.store.log_folder import Done
+
+    done = Done(
+        kind=kind,
+        title=title,
+        command=options.command_line,
+        model=options.model,
+        flange=options.flange,
+        couplings=options.coupling,
+        motions=motions,
+        observing=observing,
+        gains=gains,
+        document=report.document,
+        method=options.method,
+        options=own,
+        payload=payload,
+        believed=believed,
+    )
+    save(done, held)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from scenarios.errors import NotPatchable
 from scenarios.patching.link_values import COMMENT, LinkValues
 from scenarios.patching.places import Change, Patched
-from scenarios.patching.xml_text import Edit, Tag, attribute_edit, child_edit, comment_edit, is_empty
+from scenarios.patching.xml_text import Edit, Tag, attribute_edit, child_edit, comment_edit, is_empty, numbers
 
 SCALING = ("settotalmass", "boundmass", "boundinertia")
 """Settings of the compiler that change what an `inertial` states, where they are positive."""
@@ -52,7 +52,7 @@ def _in_body(tags: Sequence[Tag], tag: Tag) -> bool:
 
 def _link(content: bytes, tags: Sequence[Tag], joint: Tag, at: int, link: LinkValues) -> list[Patched]:
     tag = next((tag for tag in tags if tag.parent == at and tag.name == "inertial"), None)
-    stated = {"mass": repr(link.mass), "pos": _numbers(link.com), "fullinertia": _numbers(link.inertia)}
+    stated = {"mass": repr(link.mass), "pos": numbers(link.com), "fullinertia": numbers(link.inertia)}
     text = "<inertial" + "".join(f' {name}="{value}"' for name, value in stated.items())
     if tag is None:
         edit = child_edit(content, tags[at], f"{text}/>")
@@ -76,7 +76,3 @@ def _link(content: bytes, tags: Sequence[Tag], joint: Tag, at: int, link: LinkVa
         change = Change(joint=link.joint, attribute="armature", before=joint.attributes.get("armature"), after=after)
         found.append(Patched(change, (attribute_edit(content, joint, "armature", after),)))
     return found
-
-
-def _numbers(values: Sequence[float]) -> str:
-    return " ".join(map(repr, values))

@@ -7,7 +7,7 @@ from scenarios.errors import NotPatchable
 from scenarios.patching.link_values import COMMENT, LinkValues
 from scenarios.patching.places import Change, Patched, left
 from scenarios.patching.urdf import NO_ARMATURE
-from scenarios.patching.xml_text import Edit, Tag, attribute_edit, child_edit, comment_edit
+from scenarios.patching.xml_text import Edit, Tag, attribute_edit, child_edit, comment_edit, numbers
 
 PARTS = ("mass", "inertia")
 
@@ -40,7 +40,7 @@ def _link(content: bytes, tags: Sequence[Tag], at: int, link: LinkValues) -> lis
     parts = {tag.name: tag for tag in tags if inertial is not None and tag.parent == inertial}
     if inertial is None or any(part not in parts for part in PARTS):
         raise NotPatchable(f"link {tags[at].attributes.get('name')}: states no mass and inertia")
-    xyz = _numbers(link.com)
+    xyz = numbers(link.com)
     origin = parts.get("origin")
     before = "0 0 0" if origin is None else origin.attributes.get("xyz", "0 0 0")
     turned = "" if origin is None else origin.attributes.get("rpy", "")
@@ -59,7 +59,7 @@ def _link(content: bytes, tags: Sequence[Tag], at: int, link: LinkValues) -> lis
     found = [
         _changed(link, "mass", parts["mass"].attributes.get("value"), repr(link.mass), (mass,)),
         _changed(link, "inertial origin", f"{before}; rpy {turned}" if turned else before, xyz, place),
-        _changed(link, "inertia", stated, _numbers(link.inertia), moments),
+        _changed(link, "inertia", stated, numbers(link.inertia), moments),
     ]
     if link.motor is not None:
         found.append(left(link.joint, "armature", None, f"{NO_ARMATURE}; found {link.motor:.4g}"))
@@ -68,7 +68,3 @@ def _link(content: bytes, tags: Sequence[Tag], at: int, link: LinkValues) -> lis
 
 def _changed(link: LinkValues, attribute: str, before: str | None, after: str, edits: tuple[Edit, ...]) -> Patched:
     return Patched(Change(joint=link.joint, attribute=attribute, before=before, after=after), edits)
-
-
-def _numbers(values: Sequence[float]) -> str:
-    return " ".join(map(repr, values))

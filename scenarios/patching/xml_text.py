@@ -103,6 +103,11 @@ def edited(content: bytes, edits: Iterable[Edit]) -> bytes:
     return b"".join([*parts, content[at:]])
 
 
+def numbers(values: Iterable[float]) -> str:
+    """Numbers as an attribute has several, every digit of each."""
+    return " ".join(map(repr, values))
+
+
 def comment_edit(content: bytes, parent: Tag, text: str) -> Edit:
     """The edit that puts a comment into an element as its first."""
     return child_edit(content, parent, f"<!-- {text} -->")

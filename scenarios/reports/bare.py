@@ -12,7 +12,7 @@ from scenarios.patching.link_document import Links
 from scenarios.patching.values import Unknown
 from scenarios.reports.bare_links import links_parts
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
-from scenarios.reports.gains import sentence
+from scenarios.reports.gains import reason_paragraph, sentence
 from scenarios.reports.if_loaded import if_loaded_document, if_loaded_parts
 
 RATIOS = (
@@ -53,6 +53,8 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
             "motions from the others."
         )
     )
+    reasons = ((j, ratios.reason(j)) for j in range(arm.n))
+    parts += [reason_paragraph(j + 1, reason) for j, reason in reasons if reason is not None]
     warnings = prediction_warnings(answer.predicted)
     parts += [Paragraph(sentence(f"Warning: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings]
     parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
@@ -117,6 +119,7 @@ def _document(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> dict[str,
                 "ratio": float(ratios.value[j]) if ratios.given[j] else None,
                 "rel_std": float(ratios.rel_std[j]) if ratios.given[j] else None,
                 "predicted_rel_std": float(ratios.rel_std[j]),
+                "reason": ratios.reason(j),
                 "off": moved[j].rel if j in moved else None,
                 "off_std": moved[j].std if j in moved else None,
                 "predicted_rel_error": share[j].share if j in share else None,

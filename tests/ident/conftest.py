@@ -1,13 +1,49 @@
-"""Shared by tests of consistency: an arm, and estimates without a fault."""
+"""Shared: payloads and exact rows, a log of a known arm, and estimates without a fault."""
 
+import numpy as np
 import pytest
 from consistency_logs import evidence_of, logs_of, problem_of
-from known_logs import arm_of
+from exact import GAIN, exact_pair, lopsided
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from real_friction import Truth, three_axes
+from weighings import weighed
 
 from ident.consistency.evidence import Evidence
 from ident.estimators.nls import AllJointsOptions
+from ident.observation import Observation
+from ident.payload import Payload
+from ident.problem import Problem
+from ident.recording import Recording
 from ident.structure import Structure, structure_of
+
+
+@pytest.fixture(scope="session")
+def heavy(payload) -> Payload:
+    return lopsided(payload)
+
+
+@pytest.fixture(scope="session")
+def clean_pair(structure, heavy) -> tuple[Observation, Observation]:
+    """Rows without noise of a bare motion and of one with `heavy` on the flange."""
+    return exact_pair(structure, heavy, GAIN, np.random.default_rng(11), rows=90)
+
+
+@pytest.fixture(scope="session")
+def weighed_problem(structure, heavy) -> Problem:
+    return weighed(structure, heavy, np.random.default_rng(7), noise=1e-9)
+
+
+@pytest.fixture(scope="session")
+def ur() -> Structure:
+    return structure_of(arm_of(ur_like()))
+
+
+@pytest.fixture(scope="session")
+def ur_log() -> Recording:
+    """A bare motion of the arm `ur` as a fine encoder logs it."""
+    rng = np.random.default_rng(41)
+    clean = known_logs(ur_like(), BRICK, UR_GAIN, rng, middle=UR_MIDDLE)[0]
+    return Recording(clean.t, clean.q + rng.normal(0.0, 3e-6, clean.q.shape), clean.v, "a/log.csv")
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, exact_pair, lopsided
+from exact import EXACT, GAIN, exact_pair
 
 from ident.agreement import MOST, SURE_F, Disagreement, agreed, disagreement, disagreement_notes, disagreements
 from ident.estimate import IdentifiedGain, RefusedGain
@@ -14,11 +14,6 @@ from ident.observation import Observation
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.problem import Problem, pair
-
-
-@pytest.fixture(scope="module")
-def heavy(payload) -> Payload:
-    return lopsided(payload)
 
 
 def problem_of(structure, heavy, factors: dict[int, float], noise: float = 0.01, *, bare: bool = False) -> Problem:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, exact_problem, lopsided, values
+from exact import EXACT, GAIN, exact_problem, values
 from pinocchio_arms import random_arm
 
 from ident.all_joints.friction import own_columns
@@ -24,11 +24,6 @@ from ident.structure import structure_of
 FOUND = 1e4 * EXACT
 COMMON = AllJointsOptions(friction="viscous-coulomb", friction_per_motion=False)
 PER_MOTION = AllJointsOptions(friction="viscous-coulomb", friction_per_motion=True)
-
-
-@pytest.fixture(scope="module")
-def heavy(payload) -> Payload:
-    return lopsided(payload)
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, TRUSTING, exact_pair, lopsided, values
+from exact import EXACT, GAIN, TRUSTING, exact_pair, values
 from scipy import stats
 
 from ident.all_joints.loss import student
@@ -17,11 +17,6 @@ from ident.payload import Payload
 from ident.problem import pair
 
 LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0, uncertainty="classical")
-
-
-@pytest.fixture(scope="module")
-def heavy(payload) -> Payload:
-    return lopsided(payload)
 
 
 def found(motions: tuple[Observation, Observation], heavy: Payload, loss: str, options=LOOSE) -> GainEstimate:

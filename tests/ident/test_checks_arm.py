@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 
 from ident.arm import load_arm
 from ident.checks import payload_decides
@@ -25,14 +25,9 @@ from ident.problem import pair
 from ident.readings import as_it_is
 from ident.recording import Recording
 from ident.recording_files import read_recording
-from ident.structure import Structure, structure_of
+from ident.structure import structure_of
 
 OBSERVING, GAINS = ObserveOptions(), GainOptions()
-
-
-@pytest.fixture(scope="module")
-def ur() -> Structure:
-    return structure_of(arm_of(ur_like()))
 
 
 @pytest.fixture(scope="module")

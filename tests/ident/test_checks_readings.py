@@ -15,15 +15,10 @@ from ident.explanation import Explanation, unknowns_of, unknowns_under_any
 from ident.observation import ObserveOptions
 from ident.readings import as_it_is
 from ident.recording import Recording
-from ident.structure import Structure, structure_of
+from ident.structure import structure_of
 
 OPTIONS = ObserveOptions()
 LOG = np.array([0.3, -1.2, 1.1, -0.4, 0.7, 0.2])
-
-
-@pytest.fixture(scope="module")
-def ur() -> Structure:
-    return structure_of(arm_of(ur_like()))
 
 
 @pytest.fixture(scope="module")

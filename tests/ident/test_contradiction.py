@@ -22,7 +22,6 @@ from ident.plausibility import repeatable
 from ident.problem import pair
 from ident.recording import Recording
 from ident.signs import joint_signs
-from ident.structure import Structure, structure_of
 from ident.wiring import known_wiring
 
 MODELS = {
@@ -31,11 +30,6 @@ MODELS = {
     "base at 45 degrees": ur_like((0.0, 6.94, -6.94)),
     "a shorter arm": ur_like(reach=0.8),
 }
-
-
-@pytest.fixture(scope="module")
-def ur() -> Structure:
-    return structure_of(arm_of(ur_like()))
 
 
 @pytest.fixture(scope="module")

@@ -54,4 +54,5 @@ def test_readings_within_a_tie_of_the_best_sum_are_among_the_best():
     best = np.array([0.4, -0.1])
     gains = [best - [0.6 * TIE, 0.5 * TIE], best - [-0.3 * TIE, 1.2 * TIE], best, np.array([0.1, 0.1])]
     assert among_best(gains).tolist() == [False, True, True, False]
+    assert among_best([-best, -2.0 * best]).tolist() == [True, False]
     assert among_best([]).tolist() == []

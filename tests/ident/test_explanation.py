@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 
 from ident import explanation
 from ident.explanation import explanations, unknowns_of
@@ -14,14 +14,8 @@ from ident.readings import readings
 from ident.recording import Recording, resampled
 from ident.regressor import regressor
 from ident.signals import smooth_motion
-from ident.structure import Structure, structure_of
 
 OPTIONS = ObserveOptions()
-
-
-@pytest.fixture(scope="module")
-def ur() -> Structure:
-    return structure_of(arm_of(ur_like()))
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import EXACT, GAIN, TRUSTING, exact_pair, lopsided, values
+from exact import EXACT, GAIN, TRUSTING, exact_pair, values
 from homogeneous_methods import LOOSE, METHODS, moved, noisy
 
 from ident.errors import NotIdentifiable, OptionError, TooFewRows
@@ -41,41 +41,31 @@ def shorter(observation: Observation, joints: int) -> Observation:
     return replace(observation, joints=(*map(cut, observation.joints[:joints]), *observation.joints[joints:]))
 
 
-@pytest.fixture(scope="module")
-def heavy(payload) -> Payload:
-    return lopsided(payload)
-
-
-@pytest.fixture(scope="module")
-def clean(structure, heavy) -> tuple[Observation, Observation]:
-    return exact_pair(structure, heavy, GAIN, np.random.default_rng(11), rows=90)
-
-
 @pytest.mark.parametrize("weights", WEIGHTS)
 @pytest.mark.parametrize("method", METHODS)
 def test_exact_data_give_every_gain_from_the_mass_alone_through_the_links_that_joints_share(
-    method, weights, clean, heavy
+    method, weights, clean_pair, heavy
 ):
-    problem = pair(*clean, Payload(mass=heavy.mass, known="mass"), TRUSTING)
+    problem = pair(*clean_pair, Payload(mass=heavy.mass, known="mass"), TRUSTING)
     np.testing.assert_allclose(values(METHODS[method](problem, weights)), GAIN, rtol=100 * EXACT)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_weight_that_is_none_is_refused_with_those_that_exist(method, clean, heavy):
+def test_a_weight_that_is_none_is_refused_with_those_that_exist(method, clean_pair, heavy):
     with pytest.raises(OptionError, match="weights = 'rows': expected one of equal, joint"):
-        METHODS[method](pair(*clean, heavy, LOOSE), "rows")
+        METHODS[method](pair(*clean_pair, heavy, LOOSE), "rows")
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_what_sets_no_scale_is_refused_at_once(method, clean, heavy):
-    bare, loaded = pair(*clean, heavy, LOOSE).motions
+def test_what_sets_no_scale_is_refused_at_once(method, clean_pair, heavy):
+    bare, loaded = pair(*clean_pair, heavy, LOOSE).motions
     with pytest.raises(NotIdentifiable, match="no motion is bare"):
         METHODS[method](Problem(bare.observation.structure, (loaded, loaded), LOOSE), "equal")
     unknown = replace(loaded, payload=Payload(mass=heavy.mass, known="none"))
     with pytest.raises(NotIdentifiable, match="nothing that is known of the payload puts a torque of its own"):
         METHODS[method](Problem(bare.observation.structure, (bare, unknown), LOOSE), "equal")
     with pytest.raises(NotIdentifiable, match="nothing that is known of the payload puts a torque of its own"):
-        METHODS[method](pair(imitated(clean[0], 0.0), imitated(clean[1], 1.0), heavy, LOOSE), "equal")
+        METHODS[method](pair(imitated(clean_pair[0], 0.0), imitated(clean_pair[1], 1.0), heavy, LOOSE), "equal")
 
 
 @pytest.mark.parametrize(("rows", "enough"), [(64, False), (65, True)])
@@ -104,26 +94,26 @@ def test_the_exact_parameters_solve_the_equations(structure, heavy):
 
 @pytest.mark.parametrize("weights", WEIGHTS)
 @pytest.mark.parametrize("method", METHODS)
-def test_the_load_on_a_joint_is_what_the_known_payload_puts_on_its_loaded_rows(method, weights, clean, heavy):
+def test_the_load_on_a_joint_is_what_the_known_payload_puts_on_its_loaded_rows(method, weights, clean_pair, heavy):
     chi = heavy.known_part().chi
-    rms = [np.sqrt(np.mean((joint.W_L @ chi) ** 2)) for joint in clean[1].joints]
-    found = METHODS[method](pair(*clean, heavy, LOOSE), weights).solution.load_rms
+    rms = [np.sqrt(np.mean((joint.W_L @ chi) ** 2)) for joint in clean_pair[1].joints]
+    found = METHODS[method](pair(*clean_pair, heavy, LOOSE), weights).solution.load_rms
     np.testing.assert_allclose(found, rms, rtol=1e-12)
 
 
-def test_joint_weights_are_one_over_the_deviation_of_the_torque(clean, heavy):
+def test_joint_weights_are_one_over_the_deviation_of_the_torque(clean_pair, heavy):
     # The deviation of 180 rows less up to 48 unknowns is known to 1 / sqrt(2 * 132) = 6 %; 4 of them.
     share = np.array([0.002, 0.004, 0.003, 0.002, 0.005, 0.001])
-    rows = noisy(clean, np.random.default_rng(8), share)
+    rows = noisy(clean_pair, np.random.default_rng(8), share)
     system = homogeneous_system(pair(*rows, heavy, LOOSE), "joint")
     for j in range(6):
-        V = np.concatenate([o.joints[j].V for o in clean])
+        V = np.concatenate([o.joints[j].V for o in clean_pair])
         deviation = share[j] * np.sqrt(np.mean(V**2)) * abs(GAIN[j])
         np.testing.assert_allclose(system.weight[system.joint == j] * deviation, 1.0, rtol=0.25)
 
 
-def test_the_derivative_of_least_squares_holds_at_any_noise(clean, heavy):
-    rows = noisy(clean, np.random.default_rng(5), np.full(6, 0.1))
+def test_the_derivative_of_least_squares_holds_at_any_noise(clean_pair, heavy):
+    rows = noisy(clean_pair, np.random.default_rng(5), np.full(6, 0.1))
 
     def solved(loaded: Observation):
         return ols._solved(homogeneous_system(pair(rows[0], loaded, heavy, LOOSE), "equal"))
@@ -139,9 +129,9 @@ def test_the_derivative_of_least_squares_holds_at_any_noise(clean, heavy):
         np.testing.assert_allclose(derivative, column, atol=1e-5 * np.abs(column).max())
 
 
-def test_left_out_stretches_are_those_of_least_squares_without_them(clean, heavy):
+def test_left_out_stretches_are_those_of_least_squares_without_them(clean_pair, heavy):
     # Influence is of first order in the noise, 2e-5; leaving out is exact for fixed columns.
-    rows = noisy(clean, np.random.default_rng(5), np.full(6, 2e-5))
+    rows = noisy(clean_pair, np.random.default_rng(5), np.full(6, 2e-5))
     problem = pair(*rows, heavy, LOOSE)
     system = homogeneous_system(problem, "equal")
     estimate = METHODS["ols"](problem, "equal")
@@ -154,8 +144,8 @@ def test_left_out_stretches_are_those_of_least_squares_without_them(clean, heavy
 
 
 @pytest.mark.parametrize("weights", WEIGHTS)
-def test_residuals_are_the_currents_less_what_gain_and_torque_say(clean, heavy, weights):
-    problem = pair(*noisy(clean, np.random.default_rng(5), np.full(6, 0.02)), heavy, LOOSE)
+def test_residuals_are_the_currents_less_what_gain_and_torque_say(clean_pair, heavy, weights):
+    problem = pair(*noisy(clean_pair, np.random.default_rng(5), np.full(6, 0.02)), heavy, LOOSE)
     for method in METHODS:
         estimate = METHODS[method](problem, weights)
         system = homogeneous_system(problem, weights)
@@ -194,7 +184,7 @@ def test_friction_over_gain_is_that_of_the_arm_and_its_influence_the_derivative(
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_a_joint_whose_rows_say_nothing_has_no_gain_and_spoils_no_other(method, clean, heavy):
+def test_a_joint_whose_rows_say_nothing_has_no_gain_and_spoils_no_other(method, clean_pair, heavy):
     silent = [
         replace(
             o,
@@ -203,7 +193,7 @@ def test_a_joint_whose_rows_say_nothing_has_no_gain_and_spoils_no_other(method, 
                 for j, joint in enumerate(o.joints)
             ),
         )
-        for o in clean
+        for o in clean_pair
     ]
     estimate = METHODS[method](pair(*silent, heavy, TRUSTING), "equal")
     others = [0, 1, 2, 4, 5]
@@ -215,8 +205,8 @@ def test_a_joint_whose_rows_say_nothing_has_no_gain_and_spoils_no_other(method, 
     assert 3 not in estimate.solution.rows.joint
 
 
-def test_the_model_s_known_payload_moves_gains_of_the_homogeneous_form_as_stated(clean, heavy):
-    rows = noisy(clean, np.random.default_rng(5), np.full(6, 1e-4))
+def test_the_model_s_known_payload_moves_gains_of_the_homogeneous_form_as_stated(clean_pair, heavy):
+    rows = noisy(clean_pair, np.random.default_rng(5), np.full(6, 1e-4))
     sure = replace(heavy, mass_std=0.0)
     for method in METHODS:
         stated = METHODS[method](pair(*rows, replace(sure, com_std=(0.0, 0.002, 0.0)), LOOSE), "equal")
@@ -230,8 +220,10 @@ def test_the_model_s_known_payload_moves_gains_of_the_homogeneous_form_as_stated
         np.testing.assert_allclose([joint.payload_rel_std for joint in stated.joints], share, rtol=2e-2, atol=1e-6)
 
 
-def test_total_least_squares_have_columns_of_unit_norm_and_rows_weighted_by_joint_unless_told_otherwise(clean, heavy):
-    problem = pair(*noisy(clean, np.random.default_rng(9), np.full(6, 0.03)), heavy, LOOSE)
+def test_total_least_squares_have_columns_of_unit_norm_and_rows_weighted_by_joint_unless_told_otherwise(
+    clean_pair, heavy
+):
+    problem = pair(*noisy(clean_pair, np.random.default_rng(9), np.full(6, 0.03)), heavy, LOOSE)
     system = homogeneous_system(problem, "joint")
     M = np.column_stack((system.H, -system.k))
     scale = np.linalg.norm(M, axis=0)

@@ -24,11 +24,6 @@ OPTIONS = ObserveOptions()
 
 
 @pytest.fixture(scope="module")
-def ur() -> Structure:
-    return structure_of(arm_of(ur_like()))
-
-
-@pytest.fixture(scope="module")
 def logs() -> tuple[Recording, Recording]:
     return known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(5), middle=UR_MIDDLE, noise=0.003)
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from exact import GAIN, exact_pair, lopsided
+from exact import GAIN
 from homogeneous_methods import LOOSE, METHODS, noisy
 
 from ident.estimate import IdentifiedGain
@@ -12,27 +12,15 @@ from ident.estimators import ols
 from ident.homogeneous.bias import noise_bias
 from ident.homogeneous.system import homogeneous_system
 from ident.homogeneous.weights import WEIGHTS
-from ident.observation import Observation
-from ident.payload import Payload
 from ident.problem import pair
 
 
-@pytest.fixture(scope="module")
-def heavy(payload) -> Payload:
-    return lopsided(payload)
-
-
-@pytest.fixture(scope="module")
-def clean(structure, heavy) -> tuple[Observation, Observation]:
-    return exact_pair(structure, heavy, GAIN, np.random.default_rng(11), rows=90)
-
-
 @pytest.mark.parametrize("weights", WEIGHTS)
-def test_the_stated_bias_is_that_of_forty_draws(clean, heavy, weights):
+def test_the_stated_bias_is_that_of_forty_draws(clean_pair, heavy, weights):
     share = np.array([0.06, 0.10, 0.04, 0.08, 0.05, 0.03])
     error, stated = [], []
     for seed in range(40):
-        problem = pair(*noisy(clean, np.random.default_rng(seed), share), heavy, LOOSE)
+        problem = pair(*noisy(clean_pair, np.random.default_rng(seed), share), heavy, LOOSE)
         system = homogeneous_system(problem, weights)
         found = ols._solved(system)
         error.append(found.x[:6] / GAIN - 1.0)
@@ -45,9 +33,9 @@ def test_the_stated_bias_is_that_of_forty_draws(clean, heavy, weights):
     np.testing.assert_array_less(np.abs(mean - wanted), 4.0 * deviation + 0.05 * np.abs(wanted))
 
 
-def test_the_bias_is_the_closed_form_of_what_the_noise_adds_to_the_normal_matrix(clean, heavy):
+def test_the_bias_is_the_closed_form_of_what_the_noise_adds_to_the_normal_matrix(clean_pair, heavy):
     # By hand: E g = (S_0 + N)^-1 S_0 g_0 with S = S_0 + N from the data, solved for g_0 by plain inverses.
-    rows = noisy(clean, np.random.default_rng(2), np.full(6, 0.05))
+    rows = noisy(clean_pair, np.random.default_rng(2), np.full(6, 0.05))
     system = homogeneous_system(pair(*rows, heavy, LOOSE), "equal")
     own, others = system.H[:, :6], system.H[:, 6:]
     apart = np.eye(len(own)) - others @ np.linalg.pinv(others)
@@ -63,8 +51,8 @@ def test_the_bias_is_the_closed_form_of_what_the_noise_adds_to_the_normal_matrix
     np.testing.assert_allclose([bias[j] for j in range(6)], gain / before - 1.0, rtol=1e-6)  # condition of S: 1e5
 
 
-def test_each_gain_has_its_bias_in_words_and_a_refused_one_has_none(clean, heavy):
-    rows = noisy(clean, np.random.default_rng(2), np.full(6, 0.05))
+def test_each_gain_has_its_bias_in_words_and_a_refused_one_has_none(clean_pair, heavy):
+    rows = noisy(clean_pair, np.random.default_rng(2), np.full(6, 0.05))
     problem = pair(*rows, heavy, LOOSE)
     loose = METHODS["ols"](problem, "equal")
     system = homogeneous_system(problem, "equal")
@@ -81,11 +69,11 @@ def test_each_gain_has_its_bias_in_words_and_a_refused_one_has_none(clean, heavy
     assert [remark.split(":")[0] for remark in strict.remarks] == [f"joint {j + 1}" for j in given]
 
 
-def test_currents_of_nothing_but_noise_have_no_bias_that_could_be_stated(clean, heavy):
+def test_currents_of_nothing_but_noise_have_no_bias_that_could_be_stated(clean_pair, heavy):
     rng = np.random.default_rng(6)
     rows = [
         replace(o, joints=tuple(replace(joint, V=rng.standard_normal(len(joint.V))) for joint in o.joints))
-        for o in clean
+        for o in clean_pair
     ]
     problem = pair(*rows, heavy, LOOSE)
     system = homogeneous_system(problem, "equal")

@@ -9,11 +9,14 @@ from consistency_logs import logs_of, problem_of
 from known_logs import BRICK
 from real_friction import Truth
 
-from ident.checks.check import check
+from ident.checks import between_logs
+from ident.checks.check import Checked, check
+from ident.checks.comparison import Alternative, single_readings
 from ident.checks.remark import Grade
 from ident.consistency.finding import Finding
 from ident.consistency.joints import TORN, TORN_Z, torn
 from ident.errors import Contradiction, OtherLengths
+from ident.evidence import BETTER, EVIDENCE
 from ident.identification import identify
 from ident.observation import ObserveOptions
 from ident.odd_gains import FAR, sign_notes, size_notes
@@ -166,6 +169,32 @@ def test_a_check_refuses_what_an_identification_refuses(axes, logs, pick, words)
     )
     wrong = [each.seen for each in found.remarks if each.grade is Grade.WRONG]
     assert any(re.search(words, each) for each in wrong), wrong
+
+
+def test_a_check_asks_one_log_alone_where_no_reading_of_both_lets_them_agree(axes, logs, monkeypatch):
+    def asked(*read: Recording) -> Checked:
+        return check(read, axes, observing=ObserveOptions(), gains=GainOptions())
+
+    monkeypatch.setattr("ident.checks.between_logs.one_log_explanations", lambda *_: 1 / 0)
+    turned = [Recording(log.t, log.q * [1, 1, -1], log.v, log.name) for log in logs]
+    assert any("q3 negated" in named for named in asked(*turned).named)
+    both = Recording(turned[0].t, turned[0].q * [1, -1, 1], turned[0].v, "both")
+    for pair in ((turned[0], logs[1]), (both, turned[1])):
+        with pytest.raises(ZeroDivisionError):
+            asked(*pair)
+
+
+def test_what_is_surely_better_with_the_lengths_as_drawn_is_asked_whether_it_lets_logs_agree(axes):
+    drawn = next(each for each in single_readings(axes.arm) if each.words == "q2 negated")
+    longer = replace(drawn, stretch=np.array([0.8, 1.25, 0.8]))
+    gain = np.array([0.7 * BETTER, 0.5 * BETTER, 0.1 * BETTER])
+    for reading, factor, evidence, expected in (
+        (drawn, 1.1, 1.1 * EVIDENCE, True),
+        (drawn, 0.7, 1.1 * EVIDENCE, False),
+        (drawn, 1.1, 0.9 * EVIDENCE, False),
+        (longer, 1.1, 1.1 * EVIDENCE, False),
+    ):
+        assert between_logs._ordinary(Alternative((reading,), factor * gain, evidence)) == expected
 
 
 # Judgement of what was found

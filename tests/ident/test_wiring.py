@@ -19,6 +19,7 @@ from ident.explanation import Explanation, explanations, unknowns_of, unknowns_u
 from ident.identification import identify
 from ident.instants import instants
 from ident.observation import ObserveOptions
+from ident.one_log_readings import agree
 from ident.readings import readings
 from ident.recording import Recording
 from ident.recording_files import read_recording
@@ -197,6 +198,38 @@ def test_weightless_arms_have_no_base_to_turn(ur, logs):
     own, any_gravity = unknowns_of(afloat), unknowns_under_any(afloat)
     for one, other in zip(own.arm + own.payload, any_gravity.arm + any_gravity.payload, strict=True):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize(
+    ("read", "words"),
+    [
+        (lambda log, order: Recording(log.t, log.q, log.v[:, order], log.name), "columns v2 and v3 exchanged"),
+        (lambda log, order: Recording(log.t, log.q[:, order], log.v[:, order], log.name), "joints 2 and 3 exchanged"),
+    ],
+)
+def test_logs_with_one_mistake_agree_about_the_arm_under_the_reading_that_undoes_it_alone(ur, logs, read, words):
+    seen = [instants(read(log, [0, 2, 1, 3, 4, 5]), 400, OPTIONS) for log in logs]
+    if "joints" in words:  # instants of a joint that hardly moves are not asked
+        seen[1] = replace(seen[1], v=np.where(seen[1].moving, seen[1].v, -9.0 * seen[1].v))
+    asked = {each.words: each for family in readings(ur.arm) for each in family}
+    told = {
+        name: agree(ur.arm, unknowns_of(ur), seen, asked[name]) for name in (words, "the log as it is", "q3 negated")
+    }
+    assert told == {words: True, "the log as it is": False, "q3 negated": False}
+
+
+def test_one_log_alone_is_not_asked_for_a_mistake_that_all_logs_share(ur, logs, monkeypatch):
+    monkeypatch.setattr(wiring, "one_log_explanations", lambda *_: 1 / 0)
+    slanting = known_logs(ur_like((6.94, 0.0, -6.94)), BRICK, UR_GAIN, np.random.default_rng(8), middle=UR_MIDDLE)
+    with pytest.raises(Contradiction, match=r"gravity along \(1, 0, -1\) of the base \("):
+        check_wiring(ur, *slanting, OPTIONS)
+    arm = arm_of(ur_like())
+    shorter = structure_of(replace(arm, translation=0.8 * arm.translation))
+    turned = corrupted(logs, CHANGES["joint 5 negated"])
+    more = Recording(logs[0].t, turned[0].q * [1, 1, -1, 1, 1, 1], logs[0].v, "more")
+    for structure, pair in ((shorter, logs), (ur, (more, turned[1]))):  # lengths alone, and two mistakes
+        with pytest.raises(ZeroDivisionError):
+            check_wiring(structure, *pair, OPTIONS)
 
 
 @pytest.mark.real

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from model_files import mjcf
 from protocols import bench_of
+from weighed_cell import make_cell
 
 import scenarios.workers.stages as stages
 from ident.recording import Recording
@@ -60,3 +61,8 @@ def identify(good, capsys) -> Callable[..., str]:
 @pytest.fixture(scope="session")
 def repeated(tmp_path_factory) -> Run:
     return run(bench_of(tmp_path_factory.mktemp("repeated"), ("bare", "loaded", "bare", "loaded")), 5)
+
+
+@pytest.fixture(scope="session")
+def weighed_cell(tmp_path_factory) -> Path:
+    return make_cell(tmp_path_factory.mktemp("weighed-cell"))

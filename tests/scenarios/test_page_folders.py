@@ -1,6 +1,7 @@
 """Pages of runs, identifications and checks: what is identified again, which folders are refused."""
 
 import json
+import re
 import shlex
 import shutil
 from dataclasses import replace
@@ -198,9 +199,18 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path):
     sheet.unlink()
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())
-    known = sum(each["ratio"] is not None for each in told["joints"])
+    reference = told["reference"]
+    given = {k: each["ratio"] is not None for k, each in enumerate(told["joints"], 1) if k != reference}
+    assert set(given.values()) == {True, False}
     assert (told["consistent"], "without masses" in told["consistent_reason"]) == (None, True)  # a folder's model
-    assert report.parts[0].text.startswith(f"Ratios of {known} of 6 gains, over that of joint {told['reference']}")
+    verdict = re.split(" as ratios to that of | they give none", report.parts[0].text)
+    assert [[int(k) for k in re.findall(r"\d", part)] for part in verdict] == [
+        [k for k in given if given[k]],
+        [reference, *(k for k in given if not given[k])],
+        [],
+    ]
+    text = " ".join(part.text for part in report.parts if isinstance(part, Paragraph))
+    assert all((f"Joint {k}: {told['joints'][k - 1]['reason']}." in text) != given[k] for k in given)
     titles = [part.title for part in report.parts if isinstance(part, Table)]
     assert any(title.startswith("If the same motions were repeated with the payload of") for title in titles)
     assert not [part for part in report.parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]

@@ -30,6 +30,8 @@ class BareJoint(OpenObject):
         name: Of the joint in the robot's model.
         ratio: Ratio of its gain to that of the reference joint, null where the motions do not show it.
         rel_std: Relative standard deviation of the ratio, 0 for the reference joint; null with the ratio.
+        predicted_rel_std: The same, of a refused ratio too.
+        reason: Why there is no ratio, null if there is one.
         off_std: Standard deviation of `off`, a share too, that of the given gains included.
         friction: Friction and offset of the joint.
     """
@@ -38,6 +40,8 @@ class BareJoint(OpenObject):
     name: str
     ratio: float | None
     rel_std: float | None
+    predicted_rel_std: float
+    reason: str | None
     off: float | None = Field(description="share by which given gains contradict the ratio")
     off_std: float | None
     friction: list[BareParameter]

@@ -128,10 +128,78 @@ class Claim(OpenObject):
     holds: bool
 
 
+class PaperGain(OpenObject):
+    """The drive gain of one joint by eq. 27.
+
+    Attributes:
+        joint: Its number, from 1.
+        true: Injected gain [N m / drive unit].
+        estimate: Identified gain [N m / drive unit], null if refused.
+        std: Standard deviation of the estimate, from the residual as in the paper [N m / drive unit].
+        identifiable: Whether there is an estimate.
+        reason: Why the joint is refused.
+    """
+
+    joint: int = Field(ge=1)
+    true: float
+    estimate: float | None
+    std: float | None
+    identifiable: bool
+    reason: str | None
+
+
+class PaperFit(OpenObject):
+    """How well a case explains its rows (table 4).
+
+    Attributes:
+        method: `ols` or `wls`: whether each joint's rows are weighted by its own residual.
+        rows: Of all joints and both motions.
+        unknowns: Parameters of arm and payload that are solved for.
+        error_norm: Norm of the residuals, each in deviations of its own joint's.
+        rel_error_norm: The same as a share of the norm of the torques, weighted likewise.
+        sigma: Standard deviation of the residuals, each in deviations of its own joint's.
+    """
+
+    method: str
+    rows: int
+    unknowns: int
+    error_norm: float
+    rel_error_norm: float
+    sigma: float
+
+
+class PaperPayload(OpenObject):
+    """A payload identified with given gains.
+
+    Attributes:
+        gains: In use, one a joint [N m / drive unit].
+        payload: Its ten parameters, each with its true value, estimate and standard deviation, and whether it is
+            essential.
+        fit: How well its rows are explained.
+        published: What the paper prints of it; of the gains, only with case 2.
+    """
+
+    gains: list[float]
+    payload: list[dict[str, object]]
+    fit: PaperFit
+    published: dict[str, object]
+
+
+class PaperCase(PaperPayload):
+    """One of the paper's three cases.
+
+    Attributes:
+        case: Its number.
+    """
+
+    case: int = Field(ge=1)
+
+
 class PaperResult(OpenObject):
     """What `rx90 paper --json` prints.
 
     Attributes:
+        gains: Drive gains of all joints, of which cases 2 and 3 use those of joints 1 to 4.
         cases: Cases 1, 2 and 3, each with its number, gains [N m / drive unit], payload parameters, fit and what the
             paper prints of it.
         second_payload: The same of the second payload, weighed with the gains of case 2.
@@ -139,7 +207,8 @@ class PaperResult(OpenObject):
         passed: Whether all of them hold.
     """
 
-    cases: list[dict[str, object]]
-    second_payload: dict[str, object]
+    gains: list[PaperGain]
+    cases: list[PaperCase]
+    second_payload: PaperPayload
     checks: list[Claim]
     passed: bool

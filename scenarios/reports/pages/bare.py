@@ -77,9 +77,19 @@ def _saved_links(saved: dict[str, JsonValue]) -> Links | Unknown:
 def _verdict(saved: dict[str, JsonValue]) -> Paragraph:
     joints = saved["joints"]
     assert isinstance(joints, list), "written with a list of joints"
-    known = sum(isinstance(each, dict) and each["ratio"] is not None for each in joints)
-    text = f"Ratios of {known} of {len(joints)} gains, over that of joint {saved['reference']}, by bare motions."
-    return Paragraph(text, Mood.PLAIN, strong=True)
+    reference, found, refused = saved["reference"], list[str](), list[str]()
+    for each in joints:
+        assert isinstance(each, dict), "written as objects"
+        if each["joint"] != reference:
+            (refused if each["ratio"] is None else found).append(str(each["joint"]))
+    text = f"Bare motions give the gains of {_joints(found)} as ratios to that of joint {reference}"
+    without = f"; of {_joints(refused)} they give none" if refused else ""
+    return Paragraph(f"{text}{without}.", Mood.PLAIN, strong=True)
+
+
+def _joints(numbers: list[str]) -> str:
+    *most, last = numbers
+    return f"joints {', '.join(most)} and {last}" if most else f"joint {last}"
 
 
 def _differences(saved: dict[str, JsonValue], now: Mapping[str, object]) -> list[Part]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from ident.arrays import Array
 from ident.estimate import IdentifiedGain, JointResult
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Paragraph
@@ -106,8 +105,3 @@ def _advice(predicted: float | None, allowed: float) -> str:
 def _times(factor: float) -> str:
     """A factor above 1, so that one that hardly is does not read as 1."""
     return f"{factor:.0f}" if factor >= 10.0 else f"{factor:.3g}"
-
-
-def unit_of(revolute: Array) -> str:
-    """Unit of the gains of an arm, for an axis."""
-    return "N m/unit" if revolute.all() else "N/unit" if not revolute.any() else "N (m)/unit"

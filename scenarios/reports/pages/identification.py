@@ -5,12 +5,12 @@ from pathlib import Path
 from ident.checks.motion import joint_motions
 from scenarios.again import Again, identified_again
 from scenarios.reports.content import Cell, Column, Heading, Mood, Paragraph, Part, Report, Table, cells
-from scenarios.reports.gains import note_paragraphs, payload_tables, reason_paragraph
+from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.reports.identify import identified_table, summary
 from scenarios.reports.motion import coverage_plot, motion_table
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.fit_rows import begins, fit_rows
-from scenarios.reports.pages.gain_plots import error_plot, share_plot, unit_of, value_plot, what_would_show
+from scenarios.reports.pages.gain_plots import error_plot, share_plot, value_plot, what_would_show
 from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.run import conclusion, judged_table
@@ -75,7 +75,7 @@ def _gains(again: Again) -> list[Part]:
     else:
         shares = [estimate.residual_share(joint) for joint in range(len(result.joints))]
         table = identified_table(result.joints, shares, revolute)
-        plot = value_plot(result.joints, unit_of(revolute))
+        plot = value_plot(result.joints, gain_unit(revolute))
     fit = result.fit
     told = f"{fit.rows} rows by {fit.method}, relative residual {100.0 * fit.rel_error_norm:.2f} %."
     notes = note_paragraphs(result.notes, result.findings, revolute)

@@ -1,60 +1,55 @@
 """The page of the repeated paper: whether its claims hold, gains and payload beside the published, figure 3."""
 
-import math
 from pathlib import Path
 
 import numpy as np
 
 import scenarios.paper.published as published
-from ident.estimate import IdentifiedGain
-from scenarios.paper.experiment import IDENTIFIED, PaperRun, run_paper
-from scenarios.reports.content import Figure, Heading, Mood, Paragraph, Part, Report
+from scenarios.paper.experiment import IDENTIFIED
+from scenarios.paper.torques import CaseTorques
+from scenarios.reports.content import Figure, Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.paper import paper_report
 from scenarios.reports.plot import Axis, Plot, Reference, Tone, about, intervals
-from scenarios.store.paper_folder import read_paper
+from scenarios.store.paper_folder import read_paper, read_torques
+from scenarios.store.stored_paper import PaperCase, StoredPaper
+
+DRAWN = 2
+"""The case that figure 3 shows."""
 
 
 def page(folder: Path) -> Report:
-    """Everything that the folder tells; the experiment is repeated with the seed that it names.
+    """Everything that the folder tells, from what it holds alone.
 
     Raises:
         ForeignResult: If its document is damaged, or of another version.
-        SimulationError: If a motion cannot be carried out.
+        DamagedResult: If the rows of figure 3 are missing, or others than were written with it.
     """
-    saved = read_paper(folder)
-    run = run_paper(saved.seed)
-    told = paper_report(run)
+    saved, found = read_paper(folder)
+    torques = read_torques(folder, saved, DRAWN)
+    told = paper_report(found, torques, saved.seed, saved.result)
     said = [part for part in told.parts if not isinstance(part, Figure)]
-    parts: list[Part] = [said[-1]]
-    if not same(saved.result, told.document):
-        text = "Repeated now, the experiment gives other numbers than the folder holds; the page shows those of now."
-        parts.append(Paragraph(text, Mood.BAD, strong=True))
-    parts += [gain_plot(run), mass_plot(run), *said[:-1]]
-    parts += [Heading("Figure 3: torques of case 2, measured and reconstructed"), Paragraph(TOLD), *figure_3(run)]
+    parts: list[Part] = [said[-1], gain_plot(found), mass_plot(found), *said[:-1]]
+    parts += [
+        Heading("Figure 3: torques of case 2, measured and reconstructed"),
+        Paragraph(TOLD),
+        *figure_3(torques, found.cases[DRAWN - 1]),
+    ]
     about = {"Seed": str(saved.seed), "Versions": provenance.versions_in_words(saved.versions)}
-    parts += provenance.repeated({"As it was made": saved.command}, about, {})
+    parts += provenance.repeated({"As it was made": saved.command}, about, saved.files)
     return Report(told.title, tuple(parts), saved.result)
 
 
-def same(there: object, here: object) -> bool:
-    """Whether two JSON values are equal but for the rounding of another machine."""
-    if isinstance(there, dict) and isinstance(here, dict):
-        return there.keys() == here.keys() and all(same(there[key], here[key]) for key in here)
-    if isinstance(there, list | tuple) and isinstance(here, list | tuple):
-        return len(there) == len(here) and all(map(same, there, here))
-    if isinstance(there, float) and isinstance(here, float):
-        return math.isclose(there, here, rel_tol=1e-6, abs_tol=1e-9)
-    return there == here
-
-
-def gain_plot(run: PaperRun) -> Plot:
+def gain_plot(found: StoredPaper) -> Plot:
     """Gains as found here and as published, both about what was injected: the published ones."""
     names = tuple(str(joint) for joint in range(1, IDENTIFIED + 1))
-    ours = [(str(j), gain) for j, gain in enumerate(run.gains.joints, 1) if isinstance(gain, IdentifiedGain)]
-    ours = [(name, gain) for name, gain in ours if name in names]
+    ours = {
+        str(gain.joint): about(gain.estimate, 2.0 * gain.std)
+        for gain in found.gains[:IDENTIFIED]
+        if gain.estimate is not None and gain.std is not None
+    }
     theirs = list(zip(published.GAINS, published.GAINS_2SIGMA, strict=True))
     return Plot(
         title="Drive gains, ours and the paper's",
@@ -62,18 +57,16 @@ def gain_plot(run: PaperRun) -> Plot:
         x=Axis(title="joint", categories=names),
         y=Axis(title="gain", unit="N m/unit"),
         series=(
-            intervals(
-                "ours", [name for name, _ in ours], [about(gain.value, 2.0 * gain.std) for _, gain in ours], Tone.FIRST
-            ),
+            intervals("ours", list(ours), list(ours.values()), Tone.FIRST),
             intervals("the paper's", names, [about(*each) for each in theirs], Tone.SECOND),
         ),
     )
 
 
-def mass_plot(run: PaperRun) -> Plot:
+def mass_plot(found: StoredPaper) -> Plot:
     """The payload's mass by the gains of each case."""
-    names = tuple(f"case {k}" for k in range(1, len(run.cases) + 1))
-    ours = [(case["M"].value, 2.0 * case["M"].std) for case in run.cases]
+    names = tuple(f"case {k}" for k in range(1, len(found.cases) + 1))
+    ours = [(case["M"].estimate, 2.0 * case["M"].std) for case in found.cases]
     theirs = [(case.M, case.M_2sigma) for case in published.CASES]
     return Plot(
         title="The payload's mass with the gains of each case",
@@ -84,33 +77,32 @@ def mass_plot(run: PaperRun) -> Plot:
             intervals("ours", names, [about(*each) for each in ours], Tone.FIRST),
             intervals("the paper's", names, [about(*each) for each in theirs], Tone.SECOND),
         ),
-        references=(Reference("", float(run.payloads[0][-1])),),
+        references=(Reference("", found.cases[0]["M"].true),),
     )
 
 
-def figure_3(run: PaperRun) -> list[Plot]:
+def figure_3(torques: CaseTorques, case: PaperCase) -> list[Plot]:
     """Torques of joints 1 to 4, both motions one after the other."""
-    case = run.cases[1]
-    system, end = case.system, float(case.system.t.max())
+    end = float(torques.t.max())
     plots: list[Plot] = []
     for j in range(IDENTIFIED):
-        own = np.flatnonzero(system.joint == j)
-        own = own[np.lexsort((system.t[own], system.loaded[own]))]
-        gain = float(case.gain[j])
-        loaded = system.loaded[own].astype(np.intp)
+        own = np.flatnonzero(torques.joint == j)
+        own = own[np.lexsort((torques.t[own], torques.loaded[own]))]
+        gain = case.gains[j]
+        loaded = torques.loaded[own].astype(np.intp)
         rows = FitRows(
             joint=j,
             scale=gain,
             unit="N m",
             turning=True,
-            t=system.t[own] + end * loaded,
-            stamp=system.t[own],
-            V=system.V[own],
-            residual=system.V[own] - case.torque[own] / gain,
+            t=torques.t[own] + end * loaded,
+            stamp=torques.t[own],
+            V=torques.measured[own] / gain,
+            residual=(torques.measured[own] - torques.reconstructed[own]) / gain,
             q=np.empty(0),
             dq=np.empty(0),
             motion=loaded,
-            sigma=case.sigma,
+            sigma=case.fit.sigma,
             still=(),
         )
         plots.append(torque_plot(rows, ("bare flange", "7.025 kg"), (0.0, end)))

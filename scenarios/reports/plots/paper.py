@@ -3,20 +3,19 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from scenarios.paper.experiment import IDENTIFIED, PaperRun
+from scenarios.paper.experiment import IDENTIFIED
+from scenarios.paper.torques import CaseTorques
 
 
-def figure_3(run: PaperRun) -> Figure:
+def figure_3(torques: CaseTorques) -> Figure:
     """Measured and reconstructed torques of joints 1 to 4, both motions one after the other."""
-    case = run.cases[1]
-    system, measured = case.system, case.gain[case.system.joint] * case.system.V
-    end = float(system.t.max())
+    end = float(torques.t.max())
     figure = Figure(figsize=(10, 9), layout="constrained")
     axes = figure.subplots(IDENTIFIED, 1, sharex=True)
     for j, axis in enumerate(axes):
         for loaded in (False, True):
-            rows = (system.joint == j) & (system.loaded == loaded)
-            t, torque, model = system.t[rows] + loaded * end, measured[rows], case.torque[rows]
+            rows = (torques.joint == j) & (torques.loaded == loaded)
+            t, torque, model = torques.t[rows] + loaded * end, torques.measured[rows], torques.reconstructed[rows]
             gaps = np.flatnonzero(np.diff(t) > 1.5 * np.median(np.diff(t))) + 1  # rows left out near reversals
             t, torque, model = (np.insert(x, gaps, np.nan) for x in (t, torque, model))
             axis.plot(t, torque, color="#1f5fa8", lw=1.6, label=None if loaded else "measured, gain times current")

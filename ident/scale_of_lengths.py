@@ -92,5 +92,5 @@ def _best(arm: Arm, which: Array, words: Callable[[float], str], left: Callable[
 
 
 def _every(arm: Arm, k: float) -> str:
-    clock = f", or t times {k**-0.5:.3g}" if (arm.revolute > 0).all() else ""
-    return f"every length times {k:.3g}{clock}"
+    clock = f"t times {k**-0.5:.3g}" if (arm.revolute > 0).all() else "t that counts otherwise"
+    return f"every length times {k:.3g}, or {clock}"

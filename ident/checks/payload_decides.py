@@ -57,12 +57,14 @@ def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same
     given = explained_with_payload(logs, carrying, known, as_it_is(logs.arm))
     (free,) = logs.explained((as_it_is(logs.arm),))
     excess = float(gain_over(given.left, free.left).sum())
+    doubts = list[Remark]()
     for each, _ in moving:
         other = explained_with_payload(logs, carrying, known, each)
         gain = gain_over(given.column_left, other.column_left)
-        if gain.sum() < MOST_OF * excess:
-            continue
         if convincing(gain, evidence_of(gain, given.column_freedom, other.column_freedom), each):
+            if gain.sum() < MOST_OF * excess:
+                doubts.append(_not_as_drawn(each))
+                continue
             return [
                 Remark(
                     topic=TOPIC,
@@ -73,7 +75,17 @@ def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same
                     advice="mend the zero, or the payload's description",
                 )
             ]
-    return [Remark(topic=TOPIC, seen=f"{matter}; the payload's torque is no better explained so")]
+    return doubts[:1] or [Remark(topic=TOPIC, seen=f"{matter}; the payload's torque is no better explained so")]
+
+
+def _not_as_drawn(other: Reading) -> Remark:
+    """What a reading that is better, and not good, says of the payload."""
+    return Remark(
+        topic=TOPIC,
+        seen=f"the payload's torque is not as described: {other.words} fits it better, but not well",
+        grade=Grade.WEAK,
+        advice="measure the payload's centre of mass; mind axes and units",
+    )
 
 
 def moved_gains(structure: Structure, unknowns: Unknowns, reading: Reading, known: KnownPayload) -> tuple[int, ...]:

@@ -22,6 +22,7 @@ from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import SamenessCheck, check_different, check_load, check_positions, residual_notes
 from ident.problem import Motion, Problem
+from ident.rates import rate_notes
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
 from ident.wiring import WiringCheck, check_wiring, known_wiring
@@ -153,6 +154,7 @@ def identify_motions(
         estimate.remarks
         + tuple(each.sentence for each in found if each.sentence is not None)
         + observation_notes
+        + rate_notes([each.recording for each in motions])
         + scale_notes(counted)
         + odd_gain_notes(kept)
         + lag_notes(late)

@@ -30,10 +30,17 @@ WITNESSED_Z, ALIKE_Z = 3.5, 2.5
 
 The arm's own torque alone reached 5.3 on sound recordings with weeks between them, friction saying otherwise.
 """
+DRIFT = 0.5 * AMOUNT
+"""What friction itself may drift meanwhile: it says a scale no better, however surely the arm's own torque does."""
 COMMON_Z, COMMON_SPREAD = 3.5, 0.1
 """The same of one scale of all joints, and how far each joint's friction may be from it."""
 ALONE, DOUBTFUL_Z = 5.0, 1.5
 """How many times the others' spread one joint's friction must be off, and deviations of the scale, for a note."""
+BLIND = 3.0 * AMOUNT
+"""How far one joint's friction must be off alone for a note where its own torque is too faint to say anything.
+
+Load that friction grows with moves a sliding joint's by 0.14 on sound logs.
+"""
 LEAST_SPREAD = 0.01
 """Of the friction of the others."""
 ADVICE = "bring both logs to one unit and sign"
@@ -115,12 +122,23 @@ def scale_notes(found: Sequence[Counting]) -> tuple[str, ...]:
     """A note on every joint whose friction alone changed, where its own torque does not contradict another scale."""
     return tuple(
         f"{each.second}: friction of joint {scale.joint + 1} alone is {scale.friction:.3g} times that in {each.first}, "
-        f"and the arm's own torque would have v{scale.joint + 1} count {scale.value:.3g} times: did friction change, "
-        "or has one log another scale? The gain is as wrong as that"
+        f"and the arm's own torque {_own_words(scale)}: did friction change, or has one log another scale? The gain is "
+        "as wrong as that"
         for each in found
         for scale in each.scales
         if _doubtful(scale, each.scales)
     )
+
+
+def _own_words(scale: Scale) -> str:
+    if not _leans(scale):
+        return f"of v{scale.joint + 1} is too faint to tell"
+    return f"would have v{scale.joint + 1} count {scale.value:.3g} times"
+
+
+def _leans(scale: Scale) -> bool:
+    """Whether the arm's own torque is for another scale."""
+    return abs(scale.value - 1.0) > DOUBTFUL_Z * scale.std
 
 
 def _doubtful(scale: Scale, scales: Sequence[Scale]) -> bool:
@@ -131,8 +149,10 @@ def _doubtful(scale: Scale, scales: Sequence[Scale]) -> bool:
     spread = max(LEAST_SPREAD, float(np.median(np.abs(np.array(others) - middle))))
     off = scale.friction - middle
     alone = abs(off) > max(ALONE * spread, AMOUNT)
-    alike = abs(scale.value - scale.friction) < ALIKE_Z * scale.std and (scale.value - 1.0) * off > 0.0
-    return alone and alike and abs(scale.value - 1.0) > DOUBTFUL_Z * scale.std
+    if ALIKE_Z * scale.std > BLIND and not _leans(scale):
+        return alone and abs(off) > BLIND
+    same_way = (scale.value - 1.0) * off > 0.0 and _leans(scale)
+    return alone and same_way and _alike(scale.value, scale.friction, scale.std)
 
 
 def _far(scale: Scale) -> bool:
@@ -156,7 +176,12 @@ def _odd(scale: Scale) -> bool:
     if scale.friction is None:
         return False
     far = abs(scale.value - 1.0) > WITNESSED_Z * scale.std and abs(scale.friction - 1.0) > AMOUNT
-    return far and abs(scale.value - scale.friction) < ALIKE_Z * scale.std
+    return far and _alike(scale.value, scale.friction, scale.std)
+
+
+def _alike(value: float, friction: float, std: float) -> bool:
+    """Whether a scale by the arm's own torque, and its deviation, are what friction says."""
+    return abs(value - friction) < max(ALIKE_Z * std, DRIFT)
 
 
 def _common(scales: Sequence[Scale]) -> float | None:
@@ -168,9 +193,8 @@ def _common(scales: Sequence[Scale]) -> float | None:
     pooled, std = float(value @ weight / weight.sum()), float(weight.sum() ** -0.5)
     middle = float(np.median(friction))
     sure = abs(pooled - 1.0) > COMMON_Z * std and abs(middle - 1.0) > AMOUNT
-    alike = abs(pooled - middle) < max(ALIKE_Z * std, 0.5 * AMOUNT)
     together = bool((np.abs(friction / middle - 1.0) < COMMON_SPREAD).all())
-    return pooled if sure and alike and together else None
+    return pooled if sure and _alike(pooled, middle, std) and together else None
 
 
 def _counted(scales: Sequence[Scale]) -> str:

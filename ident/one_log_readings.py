@@ -5,9 +5,10 @@ alone counts otherwise leave more of all currents than the right reading of that
 set of its own for each log explains the currents better: under the right reading it has nothing to add.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import combinations, product
+from typing import TypeVar
 
 import numpy as np
 from scipy import optimize
@@ -31,8 +32,12 @@ BRAKES = np.array([STANDARD.index(name) for name in ("Fv", "Fc")])
 """Friction among a joint's own columns."""
 FEW = 100
 """Instants of each motion that zeros are searched on."""
+CLOCKS, CLOSE_CLOCK = np.log(np.geomspace(0.25, 4.0, 9)), 3e-3
+"""Logarithms of the factors of a clock that are tried, and how near the best one is found."""
 GRID = np.arange(0.0, 360.0, 15.0)
 """Zeros that are tried [degrees]; the best is refined."""
+
+T = TypeVar("T")
 
 
 def one_log_explanations(
@@ -54,12 +59,67 @@ def one_log_explanations(
     few = [thinned(each, FEW) for each in motions]
     own_few = [reading_columns(arm, [each], as_it_is(arm)) for each in few]
     given_few = _explained(arm, unknowns, few, own_few, as_it_is(arm))
+    found += _exchanged(arm, unknowns, motions, own, names)
+    found += _clocks(arm, unknowns, (few, motions), names)
     for k, joint, sign in product(range(len(motions)), range(arm.n), (1.0, -1.0)):
         reading = _best_zero(arm, unknowns, few, own_few, (k, joint, sign), names[k])
         again = _explained(arm, unknowns, few, _with(arm, few, own_few, k, reading), reading)
         if gain_over(given_few.left, again.left).sum() > LOOKS_BETTER:
             found.append(_explained(arm, unknowns, motions, _with(arm, motions, own, k, reading), reading))
     return found
+
+
+def _exchanged(
+    arm: Arm, unknowns: Unknowns, motions: Sequence[Instants], own: Sequence[Array], names: Sequence[str]
+) -> list[Explanation]:
+    """Columns of two joints exchanged in one motion, of positions, currents or both."""
+    found = list[Explanation]()
+    for k, (i, j) in product(range(len(motions)), combinations(range(arm.n), 2)):
+        order = np.arange(arm.n)
+        order[[i, j]] = j, i
+        each, tail = motions[k], f"{j + 1} exchanged in {names[k]} alone"
+        moved = Instants(each.q[:, order], each.dq[:, order], each.ddq[:, order], each.v, each.moving[:, order])
+        columns = _replaced(own, k, reading_columns(arm, [moved], as_it_is(arm)))
+        for words, at, logs in (
+            (f"columns v{i + 1} and v{tail}", own, replace(each, v=each.v[:, order])),
+            (f"columns q{i + 1} and q{tail}", columns, moved),
+            (f"joints {i + 1} and {tail}", columns, replace(moved, v=each.v[:, order])),
+        ):
+            reading = replace(as_it_is(arm), words=words)
+            found.append(_explained(arm, unknowns, _replaced(motions, k, logs), at, reading))
+    return found
+
+
+def _clocks(
+    arm: Arm, unknowns: Unknowns, motions: tuple[Sequence[Instants], Sequence[Instants]], names: Sequence[str]
+) -> list[Explanation]:
+    """The clock of one motion that counts otherwise than that of the others, by the factor that explains most."""
+    few, all_of_them = motions
+    found = list[Explanation]()
+    for k, name in enumerate(names):
+
+        def explained(log: float, motions: Sequence[Instants], k: int = k, name: str = name) -> Explanation:
+            c = float(np.exp(log))
+            timed = _replaced(motions, k, _timed(motions[k], c))
+            columns = [reading_columns(arm, [each], as_it_is(arm)) for each in timed]
+            reading = replace(as_it_is(arm), words=f"t times {c:.3g} in {name} alone")
+            return _explained(arm, unknowns, timed, columns, reading)
+
+        def left(log: float, explained: Callable[..., Explanation] = explained) -> float:
+            return float(np.log(np.maximum(explained(log, few).left, NOTHING)).sum())
+
+        near = float(CLOCKS[int(np.argmin([left(float(log)) for log in CLOCKS]))])
+        step = float(CLOCKS[1] - CLOCKS[0])
+        best = optimize.minimize_scalar(
+            left, bounds=(near - step, near + step), method="bounded", options={"xatol": CLOSE_CLOCK, "maxiter": 12}
+        )
+        found.append(explained(float(best.x), all_of_them))
+    return found
+
+
+def _timed(each: Instants, c: float) -> Instants:
+    """Instants of a motion whose seconds count c times."""
+    return replace(each, dq=each.dq / c, ddq=each.ddq / c**2)
 
 
 def agree(arm: Arm, unknowns: Unknowns, motions: Sequence[Instants], reading: Reading) -> bool:
@@ -118,9 +178,13 @@ def _turned(arm: Arm, joint: int, sign: float, zero: float, name: str) -> Readin
     )
 
 
+def _replaced(given: Sequence[T], k: int, other: T) -> list[T]:
+    return [other if m == k else each for m, each in enumerate(given)]
+
+
 def _with(arm: Arm, motions: Sequence[Instants], own: Sequence[Array], k: int, reading: Reading) -> list[Array]:
     """Columns of each motion, that of one of them as a reading has it."""
-    return [reading_columns(arm, [motions[k]], reading) if m == k else each for m, each in enumerate(own)]
+    return _replaced(own, k, reading_columns(arm, [motions[k]], reading))
 
 
 def _explained(

@@ -14,12 +14,14 @@ from ident.arm import Arm
 from ident.errors import Contradiction, OtherLengths
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
-from ident.instants import instants
+from ident.instants import Instants, instants
 from ident.observation import ObserveOptions
 from ident.one_log_readings import agree, one_log_explanations
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
+from ident.scale_of_lengths import but_lengths_of, scaled_lengths
 from ident.structure import Structure
+from ident.tilt import tilt
 
 FEW, MANY = 120, 400
 """Instants of each motion that all readings, and those that look better, are compared on."""
@@ -55,29 +57,44 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
     better = [each.reading for each in others if gain_over(given.left, each.left).sum() > LOOKS_BETTER]
     families = [(given.reading,), *(tuple(each for each in family if each in better) for family in families)]
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
-    sure = [each for each in others if _surely_better(given, each)]
-    sure += _of_one_log(structure.arm, unknowns, (unloaded, loaded), options, given, sure)
+    seen = [instants(each, MANY, options) for each in (unloaded, loaded)]
+    sure = _of_all_logs(structure.arm, unknowns, seen, given, others)
+    sure += _of_one_log(structure.arm, unknowns, seen, (unloaded.name, loaded.name), given, sure)
     if sure:
         lengths = bool((_best(given, sure).reading.stretch != 1.0).any())
         raise (OtherLengths if lengths else Contradiction)(_message(given, sure))
 
 
+def _of_all_logs(
+    arm: Arm,
+    unknowns: tuple[Unknowns, Unknowns],
+    seen: Sequence[Instants],
+    given: Explanation,
+    others: Sequence[Explanation],
+) -> list[Explanation]:
+    """Readings of all logs that are surely better, the best one first; lengths and the base by what is searched."""
+    scaled = scaled_lengths(arm, unknowns[0], seen)
+    sure = [each for each in (*but_lengths_of(others, scaled), *scaled) if _surely_better(given, each)]
+    sure.sort(key=lambda each: -float(gain_over(given.left, each.left).sum()))
+    lean = tilt(arm, unknowns[1], seen, [each.reading for each in sure], suspected=bool(sure))
+    return sure if lean is None or not _surely_better(given, lean) else [*sure, lean]
+
+
 def _of_one_log(
     arm: Arm,
     unknowns: tuple[Unknowns, Unknowns],
-    motions: Sequence[Recording],
-    options: ObserveOptions,
+    seen: Sequence[Instants],
+    names: Sequence[str],
     given: Explanation,
     sure: Sequence[Explanation],
 ) -> list[Explanation]:
     """Readings of one log alone that are surely better; none are looked for where one of all logs lets them agree."""
-    seen = [instants(motion, MANY, options) for motion in motions]
     ordinary = [each for each in sure if (each.reading.stretch == 1.0).all()]
     if ordinary:
         reading = _best(given, ordinary).reading
         if agree(arm, unknowns[reading.gravity is not arm.gravity], seen, reading):
             return []
-    found = one_log_explanations(arm, unknowns[0], seen, [motion.name for motion in motions], given)
+    found = one_log_explanations(arm, unknowns[0], seen, names, given)
     return [each for each in found if _surely_better(given, each)]
 
 

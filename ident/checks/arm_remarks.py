@@ -4,13 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.checks.comparison import Alternative, Comparison
+from ident.checks.comparison import SUSPECT, Alternative, Comparison
 from ident.checks.remark import Grade, Remark
 from ident.evidence import among_best, convincing
 from ident.readings import Reading
 
-SUSPECT = 20.0
-"""Logarithm of the likelihood ratio from which a reading is worth a word; short or bare real logs reach 35."""
 WITNESSED = 12.0
 """The same from which a reading that friction speaks for as well is sure."""
 NAMED = 4

@@ -14,6 +14,7 @@ from ident.one_log import Counting, check_scales, check_units, countings, scale_
 from ident.one_log_readings import agree, one_log_explanations
 from ident.plausibility import check_different
 from ident.problem import Problem
+from ident.rates import rate_notes
 from ident.recording import Recording
 
 TOPIC = "one log beside another"
@@ -38,7 +39,7 @@ def between_remarks(problem: Problem, logs: Logs, comparison: Comparison) -> lis
         or _one_log(logs, comparison)
         or _told(TOPIC, lambda: check_scales(counted))
     )
-    return wrong or _doubts(counted)
+    return wrong or [*_rates(logs.recordings), *_doubts(counted)]
 
 
 def mounted_remarks(problem: Problem, recordings: Sequence[Recording]) -> list[Remark]:
@@ -57,6 +58,13 @@ def _told(topic: str, asked: Callable[[], None]) -> list[Remark]:
     except (Contradiction, NotIdentifiable) as error:
         return [Remark(topic=topic, seen=str(error), grade=Grade.WRONG, advice="an identification refuses these logs")]
     return []
+
+
+def _rates(recordings: Sequence[Recording]) -> list[Remark]:
+    return [
+        Remark(topic=TOPIC, seen=note, grade=Grade.WEAK, advice="look at how t was made in both logs")
+        for note in rate_notes(recordings)
+    ]
 
 
 def _doubts(counted: Sequence[Counting]) -> list[Remark]:

@@ -142,13 +142,16 @@ def check(
     mounted = (payload if carries else None for carries in carrying)
     problem = Problem(structure, tuple(map(Motion, observed.values(), mounted)), gains)
     remarks = between_remarks(problem, logs, comparison)
-    if worst(remarks) is not Grade.WRONG:  # whatever else would be named is not it
+    wrong = worst(remarks) is Grade.WRONG
+    if not wrong:  # whatever else would be named is not it
         remarks += arm_remarks(comparison, backward, more)
         remarks += friction_remarks(backward)
+        wrong = worst(remarks) is Grade.WRONG
     if payload is not None and any(carrying) and not all(carrying):
         remarks += mounted_remarks(problem, usable)
     if payload is not None:
-        remarks += payload_remarks(logs, carrying, payload, comparison.same)
+        said = payload_remarks(logs, carrying, payload, comparison.same)
+        remarks += [each for each in said if each.grade is Grade.GOOD or not wrong]
     if payload is not None and about is not None and not carrying[0]:
         first = problems[0].motions[0].observation
         remarks += excitation_remarks(usable[0].name, predicted_rel_std(first, payload, about, gains), gains)

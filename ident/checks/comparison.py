@@ -16,9 +16,13 @@ from ident.instants import Instants, instants
 from ident.observation import ObserveOptions
 from ident.readings import Reading, as_it_is, readings
 from ident.recording import Recording
+from ident.scale_of_lengths import but_lengths_of, scaled_lengths
 from ident.structure import Structure
+from ident.tilt import tilt
 from ident.wiring import MANY
 
+SUSPECT = 20.0
+"""Logarithm of the likelihood ratio from which a reading is worth a word; short or bare real logs reach 35."""
 ALIKE = 1e-4
 """Relative difference of what is left that rounding makes of the same spans, and more."""
 
@@ -123,14 +127,25 @@ def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
     families = [*_families(arm), *((each,) for each in more)]
     given, *others = (found for family in families for found in logs.explained(family))
     reached = [each for each in others if not unreachable(arm, logs.recordings, each.reading)]
-    same_as_given, groups = _grouped(logs, given, reached)
-    alternatives = [_alternative(given, group) for group in groups]
+    scaled = scaled_lengths(arm, logs.unknowns, logs.seen)
+    same_as_given, groups = _grouped(logs, given, but_lengths_of(reached, scaled))
+    groups += [[each] for each in scaled]
+    alternatives = _with_tilt(logs, given, [_alternative(given, group) for group in groups])
     return Comparison(
         given=given,
         unreachable=unreachable(arm, logs.recordings, given.reading),
         same=tuple(each.reading for each in same_as_given),
         alternatives=tuple(sorted(alternatives, key=lambda each: -each.evidence)),
     )
+
+
+def _with_tilt(logs: Logs, given: Explanation, others: list[Alternative]) -> list[Alternative]:
+    """Alternatives, and a base that stands otherwise if that is worth a word."""
+    better = sorted((each for each in others if each.evidence > SUSPECT), key=lambda each: -each.evidence)
+    readings = [each.readings[0] for each in better]
+    lean = tilt(logs.arm, logs.aslant, logs.seen, readings, suspected=bool(better))
+    found = None if lean is None else _alternative(given, [lean])
+    return others if found is None or found.evidence < SUSPECT else [*others, found]
 
 
 def _grouped(

@@ -24,6 +24,11 @@ from ident.structure import PROBE_SEED, Structure
 STATES = 60
 """Random states a joint that torques are compared on."""
 TOPIC = "payload as drawn"
+MOST_OF = 0.7
+"""Share that a reading explains of what a payload of any parameters does, in logarithms, to be its name.
+
+A zero or a sign that is mended explains nearly all; a centre that is off makes another zero a little better.
+"""
 SAME = 1e-6
 """Share of a torque that rounding leaves."""
 
@@ -50,21 +55,37 @@ def payload_remarks(logs: Logs, carrying: Sequence[bool], payload: Payload, same
     if not any(carrying) or all(carrying):
         return [Remark(topic=TOPIC, seen=f"{matter}; a bare and a loaded recording with this payload tell")]
     given = explained_with_payload(logs, carrying, known, as_it_is(logs.arm))
+    (free,) = logs.explained((as_it_is(logs.arm),))
+    excess = float(gain_over(given.left, free.left).sum())
+    doubts = list[Remark]()
     for each, _ in moving:
         other = explained_with_payload(logs, carrying, known, each)
         gain = gain_over(given.column_left, other.column_left)
         if convincing(gain, evidence_of(gain, given.column_freedom, other.column_freedom), each):
+            if gain.sum() < MOST_OF * excess:
+                doubts.append(_not_as_drawn(each))
+                continue
             return [
                 Remark(
                     topic=TOPIC,
                     joint=int(np.argmax(gain)),
                     seen=f"{each.words} fits the payload's torque better (residuals smaller by "
-                    f"{100.0 * (1.0 - float(np.exp(-gain.max()))):.3g} %)",
+                    f"{100.0 * (1.0 - float(np.exp(-gain.max()))):.3g} %), as another centre of the payload may",
                     grade=Grade.WRONG,
-                    advice="mend the zero, or turn the payload's description",
+                    advice="mend the zero, or the payload's description",
                 )
             ]
-    return [Remark(topic=TOPIC, seen=f"{matter}; the payload's torque is no better explained so")]
+    return doubts[:1] or [Remark(topic=TOPIC, seen=f"{matter}; the payload's torque is no better explained so")]
+
+
+def _not_as_drawn(other: Reading) -> Remark:
+    """What a reading that is better, and not good, says of the payload."""
+    return Remark(
+        topic=TOPIC,
+        seen=f"the payload's torque is not as described: {other.words} fits it better, but not well",
+        grade=Grade.WEAK,
+        advice="measure the payload's centre of mass; mind axes and units",
+    )
 
 
 def moved_gains(structure: Structure, unknowns: Unknowns, reading: Reading, known: KnownPayload) -> tuple[int, ...]:

@@ -35,8 +35,10 @@ CHECKS: dict[str, Check] = {
 `halves`: the first half of every motion against the second; `bare`: motions with a bare flange against each other;
 `position`, `speed`: what is left against a joint's own; `whiteness`: what is left against itself in time.
 """
+REFUSING: dict[str, Check] = {"joints": check_joints}
+"""Those whose failure costs every gain; for studies, whose trials may not claim what a run of their seed refuses."""
 UNCHECKED: dict[str, Check] = {}
-"""For studies, which ask for gains alone and thousands of times."""
+"""For who asks for gains alone."""
 
 
 def findings(evidence: Evidence, checks: Mapping[str, Check] = CHECKS) -> tuple[Finding, ...]:

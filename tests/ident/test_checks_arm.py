@@ -187,6 +187,20 @@ def test_the_payload_as_drawn_decides_about_the_zero_of_the_last_joint(ur, logs)
     assert payload_remarks(wrong, [False, True], BRICK, [reading(ur, "q1 plus 90 degrees")]) == []
 
 
+def test_another_zero_that_makes_a_wrong_centre_a_little_better_is_no_name_for_it(ur, logs):
+    last = reading(ur, "q6 plus 90 degrees")
+    drawn = replace(BRICK, com=(-0.05, 0.11, 0.07))  # the axes taken in another order
+    good = prepared(ur, logs, OBSERVING)
+    given, other = (
+        explained_with_payload(good, [False, True], drawn.known_part(), x) for x in (as_it_is(ur.arm), last)
+    )
+    better = next(each for each in (given, other) if each.left.sum() == min(given.left.sum(), other.left.sum()))
+    assert better is other
+    (line,) = payload_remarks(good, [False, True], drawn, [last])
+    assert line.grade is Grade.WEAK
+    assert line.seen == "the payload's torque is not as described: q6 plus 90 degrees fits it better, but not well"
+
+
 def seen_moving(logs, moving):
     """Logs of which only some instants show a joint, by what is given of each motion's."""
     return replace(logs, seen=tuple(replace(at, moving=at.moving & moving(at.moving)) for at in logs.seen))

@@ -120,6 +120,26 @@ def test_positions_and_currents_of_one_log_are_named_with_it(axes, logs):
         check_wiring(axes, one, times(two, -1.0, 1), ObserveOptions())
 
 
+def exchanged(x: np.ndarray) -> np.ndarray:
+    return x[:, [0, 2, 1]]
+
+
+@pytest.mark.parametrize(
+    ("place", "change", "words"),
+    [
+        (0, lambda log: Recording(1.25 * log.t, log.q, log.v, log.name), r"t times 0\.(7[89]\d?|8|80\d)"),
+        (1, lambda log: Recording(log.t, log.q, exchanged(log.v), log.name), "columns v2 and v3 exchanged"),
+        (0, lambda log: Recording(log.t, exchanged(log.q), log.v, log.name), "columns q2 and q3 exchanged"),
+        (1, lambda log: Recording(log.t, exchanged(log.q), exchanged(log.v), log.name), "joints 2 and 3 exchanged"),
+    ],
+)
+def test_a_clock_or_an_order_of_one_log_is_named_with_it(axes, logs, place, change, words):
+    named = [Recording(log.t, log.q, log.v, name) for log, name in zip(logs, NAMES, strict=True)]
+    named[place] = change(named[place])
+    with pytest.raises(Contradiction, match=rf"this one: {words} in {re.escape(NAMES[place])} alone \("):
+        check_wiring(axes, *named, ObserveOptions())
+
+
 def test_an_identification_looks_at_units_before_other_readings(axes, logs):
     with pytest.raises(Contradiction, match=r"v1 counts .* times, v2 counts"):
         identify(logs[0], times(logs[1], 1e-3), axes, BRICK, method="ls-2011")
@@ -221,6 +241,27 @@ def test_a_joint_whose_friction_alone_changed_gets_a_note_if_its_own_torque_agre
     assert scale_notes(said(quiet[0], replace(odd, value=0.82, std=0.115), quiet[1])) == ()
     warm = [replace(each, friction=1.1) for each in quiet]
     assert scale_notes(said(warm[0], odd, warm[1])) == ()
+
+
+def test_a_joint_whose_own_torque_is_too_faint_to_tell_gets_a_note_if_its_friction_changed_much():
+    quiet = [replace(each, friction=f) for each, f in zip(SOUND[:2], (0.995, 1.004), strict=True)]
+    faint = Scale(joint=2, value=0.88, std=0.24, evidence=1.0, friction=1.24)
+    (note,) = scale_notes(said(*quiet, faint))
+    assert "friction of joint 3 alone is 1.24 times" in note
+    assert "of v3 is too faint to tell" in note
+    assert scale_notes(said(*quiet, replace(faint, friction=1.2))) == ()
+    assert scale_notes(said(*quiet, replace(faint, value=0.97, std=0.05))) == ()  # for no other scale, and sure of it
+    assert scale_notes(said(*(replace(each, friction=1.24) for each in quiet), faint)) == ()
+
+
+def test_a_sure_scale_takes_a_friction_that_drifted_by_less_than_half_of_what_is_worth_a_refusal():
+    sure = Scale(joint=1, value=0.908, std=0.004, evidence=60.0, friction=0.88)
+    others = (SOUND[0], SOUND[2])
+    with pytest.raises(Contradiction, match=r"two\.csv: v2 counts 0\.908 times those of one\.csv"):
+        check_scales(said(*others, sure))
+    check_scales(said(*others, replace(sure, friction=0.87)))  # 0.038 off
+    check_scales(said(*others, replace(sure, friction=0.95)))
+    check_scales(said(*others, replace(sure, value=0.99, friction=0.92, std=0.003)))
 
 
 def test_joints_that_contradict_each_other_far_beyond_accident_give_no_gain():

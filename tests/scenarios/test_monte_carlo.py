@@ -11,12 +11,15 @@ from quick import RANDOM, quick_scenario
 from rich.console import Console
 
 import scenarios.studies.study as module
+from ident.consistency import joints
+from ident.estimate import RefusedGain
 from scenarios import trials
+from scenarios.build import bench
 from scenarios.cli import main
 from scenarios.errors import OtherStudy, StudyTooLarge, UnfitWorker
 from scenarios.files.draws import drawn_settings
 from scenarios.files.loading import load_scenario
-from scenarios.run import motion_streams
+from scenarios.run import motion_streams, run
 from scenarios.studies.monte_carlo import monte_carlo
 from scenarios.studies.study import carry_out
 from scenarios.workers import tasks
@@ -321,3 +324,17 @@ def test_a_scenario_that_cannot_run_at_all_is_an_error_not_a_failed_study(tmp_pa
     assert main(["monte-carlo", str(path), "-n", "2", "--out", str(tmp_path / "out")]) == 2
     assert "no 'gian' in plant; did you mean 'gain'?" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_a_trial_is_refused_where_the_run_of_its_seed_is(tmp_path, monkeypatch):
+    monkeypatch.setattr(joints, "TORN_Z", 0.0)  # whatever joints say of each other is too much
+    monkeypatch.setattr(joints, "TORN", 0.0)
+    scenario = load_scenario(str(quick_scenario(tmp_path, method="nls")))
+    refused = run(bench(scenario), 3).estimate.joints
+    assert {each.reason for each in refused if isinstance(each, RefusedGain)} == {refused[0].reason}
+    rows = trials.run_trials(
+        scenario, [trials.Trial(number=0, seed=3)], trials.trial_schema(scenario, (), ()), threads=1
+    ).to_pandas()
+    assert not rows["identifiable"].any()
+    assert rows["estimate"].isna().all()
+    assert rows["reason"].str.startswith("joints contradict each other: those of joint ").all()

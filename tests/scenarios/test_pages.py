@@ -175,6 +175,7 @@ def test_a_cell_keeps_its_mood():
         ([("table", Mood.PLAIN, False), ("warned", Mood.DOUBTFUL, True), ("passed", Mood.GOOD, True)], "passed"),
         ([("table", Mood.PLAIN, False), ("missed", Mood.BAD, True), ("saved", Mood.PLAIN, False)], "missed"),
         ([("table", Mood.PLAIN, False), ("weak", Mood.DOUBTFUL, True)], "weak"),
+        ([("one half", Mood.GOOD, True), ("missed", Mood.BAD, True)], "missed"),
         ([("table", Mood.PLAIN, False), ("warned", Mood.DOUBTFUL, True), ("end", Mood.GOOD, False)], "table"),
     ],
 )

@@ -11,6 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ident.arm import Arm
+from ident.borne_out import CLEAR, borne_out
 from ident.errors import Contradiction, OtherLengths
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
@@ -56,6 +57,7 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
     families = [(given.reading,), *(tuple(each for each in family if each in better) for family in families)]
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
     sure = [each for each in others if _surely_better(given, each)]
+    sure = _borne_out(structure.arm, unknowns, (unloaded, loaded), options, given, sure)
     sure += _of_one_log(structure.arm, unknowns, (unloaded, loaded), options, given, sure)
     if sure:
         lengths = bool((_best(given, sure).reading.stretch != 1.0).any())
@@ -102,6 +104,24 @@ def _explained(
 def _surely_better(given: Explanation, other: Explanation) -> bool:
     gain = gain_over(given.left, other.left)
     return convincing(gain, evidence_of(gain, given.freedom, other.freedom), other.reading)
+
+
+def _borne_out(
+    arm: Arm,
+    unknowns: tuple[Unknowns, Unknowns],
+    motions: Sequence[Recording],
+    options: ObserveOptions,
+    given: Explanation,
+    sure: Sequence[Explanation],
+) -> list[Explanation]:
+    """Readings that are better by far, or by what they ought to be."""
+    seen = [instants(motion, MANY, options) for motion in motions]
+
+    def proven(reading: Reading) -> bool:
+        under = unknowns[0], unknowns[reading.gravity is not arm.gravity]
+        return borne_out(arm, under, seen, reading)
+
+    return [each for each in sure if gain_over(given.left, each.left).sum() > CLEAR or proven(each.reading)]
 
 
 def _best(given: Explanation, sure: Sequence[Explanation]) -> Explanation:

@@ -50,7 +50,7 @@ def _convincing(each: Alternative, found: Comparison) -> bool:
     # The log as it is cannot be right; without one that explains as much and can, any that explains more is likelier.
     if found.unreachable and not found.same:
         return each.evidence > 0.0
-    return convincing(each.gain, each.evidence, each.readings[0])
+    return each.borne_out and convincing(each.gain, each.evidence, each.readings[0])
 
 
 def _witnessed(each: Alternative, backward: Sequence[int]) -> bool:

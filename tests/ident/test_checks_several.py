@@ -70,7 +70,7 @@ def test_what_is_mended_is_the_log_as_the_reading_means_it(logs):
 
 
 def alternative(logs: Logs, words: str) -> Alternative:
-    return Alternative((reading(logs, words),), np.zeros(6), 99.0)
+    return Alternative((reading(logs, words),), np.zeros(6), 99.0, borne_out=True)
 
 
 def looked_at(logs: Logs, monkeypatch, after: dict[str, list[str]], sure: list[str]) -> Several | None:

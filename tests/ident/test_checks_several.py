@@ -79,7 +79,7 @@ def looked_at(logs: Logs, monkeypatch, after: dict[str, list[str]], sure: list[s
     monkeypatch.setattr(several, "motor_side", lambda first: first)
     monkeypatch.setattr(several, "compared", lambda first, more: first if more is first else None)
     monkeypatch.setattr(
-        several, "named_readings", lambda first, _: [alternative(logs, words) for words in after[first.words]]
+        several, "better_readings", lambda first: [alternative(logs, words) for words in after[first.words]]
     )
     return several_mistakes(logs, [alternative(logs, words) for words in sure], OBSERVING)
 

@@ -16,7 +16,7 @@ import numpy as np
 from ident.arrays import Array
 from ident.errors import RecordingError
 from ident.logs.columns import Columns, LogFormat, Request
-from ident.logs.parquet import seconds
+from ident.logs.parquet import floats, seconds
 from ident.logs.text import read_text, without_comments
 from ident.naming import one_line, shown
 
@@ -203,7 +203,7 @@ def _parsed(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None
             ),
         )
         return [
-            _dates(table[place]) if dated else np.asarray(table[place].to_numpy(), dtype=np.float64)
+            _dates(table[place]) if dated else floats(table[place])
             for place, dated in zip(places, wanted.dated, strict=True)
         ]
     except pa.ArrowInvalid:

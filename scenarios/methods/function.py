@@ -9,6 +9,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from importlib.metadata import packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -62,10 +63,16 @@ def packages(module: ModuleType) -> tuple[tuple[str, str], ...]:
     origins = {
         value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None) for value in held
     }
-    known = packages_distributions()
+    known = _distributions()
     tops = {origin.partition(".")[0] for origin in origins if isinstance(origin, str)}
     named = {name for top in tops for name in known.get(top, ())} - set(PACKAGES)
     return tuple((name, version(name)) for name in sorted(named))
+
+
+@cache
+def _distributions() -> Mapping[str, Sequence[str]]:
+    """Distributions that a package may be of; the list of every file that is installed is read for it."""
+    return packages_distributions()
 
 
 def _loaded(text: str) -> Callable[[GivenProblem], Gains]:

@@ -17,6 +17,14 @@ from scenarios.methods import estimator, function
 from scenarios.store.documents import estimate_document
 from scenarios.store.problem_folder import GivenProblem, read_problem
 
+LATE = (
+    "pyarrow.compute",
+    "pyarrow.parquet",
+    "pinocchio",
+    *(f"scipy.{name}" for name in ("interpolate", "ndimage", "signal", "stats")),
+)
+"""Modules that reading a problem and identifying import where they are first needed."""
+
 
 def main(text: str, folder: Path) -> None:
     """Read the problem, call the method, print the answer."""
@@ -30,7 +38,8 @@ def main(text: str, folder: Path) -> None:
 
 def prepare() -> None:
     """Import what a call would import late, and read nothing."""
-    import_module("pyarrow.parquet")
+    for name in LATE:
+        import_module(name)
 
 
 def _document(text: str, problem: GivenProblem) -> object:

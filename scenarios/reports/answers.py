@@ -10,7 +10,7 @@ COLUMNS = (
     Column(title="Problem", words=True),
     Column(title="Method", words=True),
     Column(title="Joint"),
-    Column(title="Gain", unit="N m/unit"),
+    Column(title="Gain", unit="N (m)/unit"),
     Column(title="2 sigma", unit="%"),
     Column(title="Verdict", words=True),
 )

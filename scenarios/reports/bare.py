@@ -30,6 +30,20 @@ PARAMETERS = (
     Column(title="Unit", words=True),
 )
 FRICTION = (Column(title="Joint"), *PARAMETERS)
+BASE_PARAMETERS = (
+    "XX to ZZ: inertia of a link about the origin of its frame; MX, MY, MZ: its first moments; Ia: motor inertia; the "
+    "number is the joint's. Parameters that only their sum shows are regrouped into one of them."
+)
+TERMS = {
+    "Fv": "Fv: viscous friction",
+    "Fc": "Fc: Coulomb friction",
+    "off": "off: offset",
+    "cbrt": "cbrt: friction with the cube root of the speed",
+    "by-direction": "by-direction: difference of viscous friction between the two directions",
+    "load": "load: friction as a share of the torque of links and payload",
+    "load-motor": "load-motor: friction as a share of the motor torque",
+}
+"""What the names of a joint's own columns mean."""
 ESSENTIAL = 0.1
 """Relative deviation under which a parameter is essential: the usual limit of IDIM-LS."""
 
@@ -53,10 +67,10 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
             "motions from the others."
         )
     )
-    reasons = ((j, ratios.reason(j)) for j in range(arm.n))
-    parts += [reason_paragraph(j + 1, reason) for j, reason in reasons if reason is not None]
     warnings = prediction_warnings(answer.predicted)
     parts += [Paragraph(sentence(f"Warning: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings]
+    reasons = ((j, ratios.reason(j)) for j in range(arm.n))
+    parts += [reason_paragraph(j + 1, reason) for j, reason in reasons if reason is not None]
     parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
     parts += [] if answer.if_loaded is None else if_loaded_parts(answer.if_loaded, arm)
@@ -66,10 +80,12 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
     left = len(shown.inertial) - len(rows)
     parts.append(Table(title=f"Essential base parameters, {unit}", columns=PARAMETERS, rows=rows))
     parts.append(
-        Paragraph(f"{left} more base parameters have deviations beyond {100.0 * ESSENTIAL:g} % of themselves.")
+        Paragraph(f"{left} more have deviations beyond {100.0 * ESSENTIAL:g} % of themselves. {BASE_PARAMETERS}")
     )
     own = tuple(cells(str(j), *_numbers(each)) for j, all_of in enumerate(found.friction, 1) for each in all_of)
     parts.append(Table(title="Friction and offset, in drive units", columns=FRICTION, rows=own))
+    there = {each.name.partition(" ")[0] for all_of in found.friction for each in all_of}
+    parts.append(Paragraph(f"{'; '.join(words for name, words in TERMS.items() if name in there)}."))
     parts += links_parts(links)
     return Report("Bare motions", tuple(parts), _document(answer, links, arm))
 

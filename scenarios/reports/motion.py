@@ -9,18 +9,6 @@ from ident.checks.motion import JointMotion
 from scenarios.reports.content import Cell, Column, Table, cells, number, percent
 from scenarios.reports.plot import TONES, Axis, Plot, Series, intervals
 
-COLUMNS = (
-    Column(title="Joint"),
-    Column(title="Name", words=True),
-    Column(title="From", unit="rad, m"),
-    Column(title="To", unit="rad, m"),
-    Column(title="Of its range", unit="%"),
-    Column(title="Fastest", unit="rad/s, m/s"),
-    Column(title="Acceleration", unit="rms"),
-    Column(title="Slow", unit="% of time"),
-    Column(title="Current", unit="rms"),
-)
-
 
 def motion_table(title: str, motions: Sequence[JointMotion], arm: Arm) -> Table:
     """A row a joint.
@@ -31,7 +19,24 @@ def motion_table(title: str, motions: Sequence[JointMotion], arm: Arm) -> Table:
         arm: That moved.
     """
     rows = (_motion_row(j, arm.joint_names[j], motion) for j, motion in enumerate(motions))
-    return Table(title=title, columns=COLUMNS, rows=tuple(rows))
+    units = length_units(arm)
+    columns = (
+        Column(title="Joint"),
+        Column(title="Name", words=True),
+        Column(title="From", unit=", ".join(units)),
+        Column(title="To", unit=", ".join(units)),
+        Column(title="Of its range", unit="%"),
+        Column(title="Fastest", unit=", ".join(f"{each}/s" for each in units)),
+        Column(title="Rms acceleration", unit=", ".join(f"{each}/s^2" for each in units)),
+        Column(title="Slow", unit="% of time"),
+        Column(title="Rms current", unit="units"),
+    )
+    return Table(title=title, columns=columns, rows=tuple(rows))
+
+
+def length_units(arm: Arm) -> list[str]:
+    """Units of an arm's positions: of joints that turn, of joints that slide."""
+    return [unit for unit, there in (("rad", arm.revolute.any()), ("m", not arm.revolute.all())) if there]
 
 
 def coverage_plot(recorded: Mapping[str, Sequence[JointMotion]], arm: Arm) -> Plot:
@@ -43,7 +48,7 @@ def coverage_plot(recorded: Mapping[str, Sequence[JointMotion]], arm: Arm) -> Pl
     """
     span = arm.upper - arm.lower
     stated = bool(np.isfinite(span).all())
-    low, unit = (arm.lower, "% of range") if stated else (np.zeros(arm.n), "rad, m")
+    low, unit = (arm.lower, "% of range") if stated else (np.zeros(arm.n), ", ".join(length_units(arm)))
     size = span / 100.0 if stated else np.ones(arm.n)
     names = tuple(f"{j + 1}" for j in range(arm.n))
     series: list[Series] = []

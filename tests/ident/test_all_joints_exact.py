@@ -68,7 +68,7 @@ def test_two_payloads_need_no_bare_motion(structure, heavy, light, rng):
     np.testing.assert_allclose(gains(problem), GAIN, rtol=FOUND)
 
 
-def test_mountings_of_one_description_have_unknown_parameters_of_their_own(structure, heavy, light, rng):
+def test_mountings_of_one_description_have_unknown_parameters_of_their_own(structure, light, rng):
     # Both weigh 3.4 kg and nothing else of them is alike: one object shared between them would fit neither.
     other, chi = replace(light, com=(0.08, 0.02, 0.11)), chi_of(rng)
     weighed = [Payload(mass=3.4, known="mass") for _ in range(2)]

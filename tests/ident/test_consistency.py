@@ -33,7 +33,7 @@ def test_tests_that_are_not_asked_for_are_not_made(clean):
     assert made == [name for name in CHECKS if name != "bare"]  # there is but one bare motion
 
 
-def test_a_method_that_solves_each_joint_alone_has_no_joints_to_compare(axes, clean):
+def test_a_method_that_solves_each_joint_alone_has_no_joints_to_compare(clean):
     assert check_joints(joint_by_joint(clean.problem)) is None
 
 

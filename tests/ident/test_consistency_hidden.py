@@ -87,7 +87,7 @@ def test_an_effect_that_the_fit_explains_is_never_seen(clean):
     assert effect.std == np.inf or effect.possible == 1.0
 
 
-def test_the_assumed_compliance_makes_a_rotor_swing_at_the_assumed_frequency(axes, clean):
+def test_the_assumed_compliance_makes_a_rotor_swing_at_the_assumed_frequency(clean):
     ready = setting(clean.problem, per_motion=True, prior_std=1.0)
     fit = fit_with(ready, [{} for _ in range(3)], (), None).fit
     whole = joint_inertia(clean.problem, ready.shared, fit.found.theta)

@@ -54,7 +54,7 @@ def test_a_part_that_does_not_show_a_quantity_gives_none():
     assert set(part_of(fit, np.array([False, False, True, True]), [1]).changes) == {1}
 
 
-def test_an_estimate_that_is_no_least_squares_is_left_alone(axes, clean):
+def test_an_estimate_that_is_no_least_squares_is_left_alone(clean):
     solution, *_ = linear_solution(np.random.default_rng(3))
     crooked = solution.influence + 1e-3 * np.random.default_rng(5).normal(size=solution.influence.shape)
     assert linear_fit(replace(solution, influence=crooked)) is None

@@ -44,10 +44,6 @@ def estimate_of(problem: Problem) -> GainEstimate:
     return ESTIMATORS["ls-2011"].estimate(problem, ESTIMATORS["ls-2011"].options())
 
 
-def squared_deviations(delay: Delay) -> float:
-    return float(delay.value @ np.linalg.solve(delay.covariance, delay.value))
-
-
 def common_of(problem: Problem) -> Delay:
     return common_delay([joint_delay(problem, joint_rows(problem, j)) for j in range(6)])
 

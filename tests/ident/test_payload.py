@@ -8,7 +8,7 @@ from ident.payload import FARTHEST, HEAVIEST, LIGHTEST, Payload, standard_parame
 from ident.payload_files import payload_from_table, read_payload, write_payload
 
 
-def test_standard_parameters_are_pinocchio_s(rng):
+def test_standard_parameters_are_pinocchio_s():
     body = pin.Inertia.Random()
     J = body.inertia
     ours = standard_parameters(body.mass, body.lever, (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))

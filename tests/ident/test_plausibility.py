@@ -71,7 +71,7 @@ def test_one_recording_given_twice_is_refused(rng):
         check_different([log(q, "a"), log(q, "b")])
 
 
-def test_a_log_in_degrees_is_named(arm, rng):
+def test_a_log_in_degrees_is_named(arm):
     q = 1.2 * np.sin(np.arange(200)[:, None] / 30 + np.arange(6))
     check_positions(arm, log(q))
     with pytest.raises(

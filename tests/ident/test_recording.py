@@ -1,5 +1,7 @@
 import numpy as np
 import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from ident.errors import RecordingError
@@ -27,6 +29,14 @@ def test_parquet_is_what_pandas_writes(recording, tmp_path):
     assert list(frame.columns) == ["t", "q1", "q2", "v1", "v2"]
     frame.assign(note="x").to_parquet(tmp_path / "more.parquet", index=False)  # further columns do not matter
     np.testing.assert_array_equal(read_recording(tmp_path / "more.parquet").v, recording.v)
+
+
+@pytest.mark.parametrize("values", [[0.3, 0.7, None, 0.2], [3, 7, None, 2]])
+def test_a_value_that_is_missing_in_parquet_is_refused_with_its_row(recording, tmp_path, values):
+    t, four = 0.125 * np.arange(4), np.array([0.4, 0.5, 0.7, 0.6])
+    pq.write_table(pa.table({"t": t, "q1": pa.array(values), "v1": four}), tmp_path / "log.parquet")
+    with pytest.raises(RecordingError, match=r"q1.* 3"):
+        read_recording(tmp_path / "log.parquet")
 
 
 def test_csv_may_have_comments_spaces_and_other_columns(tmp_path):
@@ -68,7 +78,7 @@ def test_a_faulty_csv_is_one_line_that_names_file_and_fault(tmp_path, text):
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_file_a_wrong_kind_and_a_text_column_are_named(tmp_path, recording):
+def test_a_missing_file_a_wrong_kind_and_a_text_column_are_named(tmp_path):
     with pytest.raises(RecordingError, match=r"absent\.csv: no such file"):
         read_recording(tmp_path / "absent.csv")
     (tmp_path / "fake.parquet").write_text("t,q1,v1\n")

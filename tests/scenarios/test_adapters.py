@@ -140,7 +140,7 @@ def test_figaroh_without_a_bare_or_a_loaded_motion_refuses_every_joint(adapter, 
         assert [sorted(gain) for gain in told] == [["reason"]] * 6
 
 
-def test_packages_that_a_method_imports_are_recorded_with_their_versions(monkeypatch):
+def test_packages_that_a_method_imports_are_recorded_with_their_versions():
     module = ModuleType("mine")
     module.table, module.os = importlib.import_module("pyarrow").Table, importlib.import_module("os")
     module.console, module.limit = importlib.import_module("rich.console"), 3

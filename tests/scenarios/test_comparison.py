@@ -106,7 +106,7 @@ def test_an_interrupted_comparison_goes_on_where_it_stopped(scenario, tmp_path, 
     pd.testing.assert_frame_equal(whole.drop(columns="seconds"), same.drop(columns="seconds"), check_exact=True)
 
 
-def test_other_methods_other_limits_and_changed_files_are_another_study(scenario, tmp_path, monkeypatch):
+def test_other_methods_other_limits_and_changed_files_are_another_study(scenario, tmp_path):
     carry_out(study(scenario, 1, STUBS[1]), tmp_path / "s", HERE, command="", console=QUIET)
     with pytest.raises(OtherStudy, match="methods"):
         carry_out(study(scenario, 1, STUBS[2]), tmp_path / "s", HERE, command="", console=QUIET)

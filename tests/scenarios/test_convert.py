@@ -93,7 +93,7 @@ def test_what_was_taken_for_what_is_a_table(cell, tmp_path, capsys):
     np.testing.assert_allclose(read_recording(tmp_path / "log.csv").q, Q, rtol=1e-14, atol=1e-14)  # as above
 
 
-def test_few_words_say_the_same_as_a_file(cell, tmp_path, capsys):
+def test_few_words_say_the_same_as_a_file(tmp_path, capsys):
     write_recording(Recording(T, np.rad2deg(Q), V), tmp_path / "log.csv")
     text = (tmp_path / "log.csv").read_text()
     (tmp_path / "log.csv").write_text(re.sub(r"\bv(\d)", r"cur [\1]", text.replace("t,", "time,", 1)))
@@ -286,7 +286,7 @@ def test_all_that_a_description_may_say_is_read(tmp_path):
     assert (said.text.header, said.v.constant, said.joints) == (0, (), None)
 
 
-def test_a_log_of_more_joints_than_the_model_is_not_converted(cell, tmp_path, capsys):
+def test_a_log_of_more_joints_than_the_model_is_not_converted(tmp_path, capsys):
     log = tmp_path / "seven.parquet"
     write_recording(Recording(T, np.column_stack((Q, Q[:, 0] + 0.1 * T)), np.column_stack((V, V[:, 0] + T))), log)
     (tmp_path / "arm.xml").write_text(mjcf())

@@ -27,7 +27,7 @@ from scenarios.studies.study import carry_out
 from scenarios.workers.kinds import Workers
 
 DEADLINE = 120.0
-TRIALS, PARTS = 16, 8
+TRIALS, PARTS = 8, 8
 """On two workers, four chunks a worker."""
 
 
@@ -117,7 +117,7 @@ def alone(process: subprocess.Popen, number: int) -> None:
 def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(
     scenario, tmp_path, send, number, status, moment
 ):
-    running = started(rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 80, "--jobs", 2))
+    running = started(rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 40, "--jobs", 2))
     wait_until(lambda: list((tmp_path / "s").glob(moment)), running)
     kept = parts(tmp_path / "s")
     send(running, number)
@@ -125,7 +125,7 @@ def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(
     assert running.returncode == status
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
     assert said == [
-        f"rx90: stopped; what is finished is kept, go on with: rx90 monte-carlo {scenario} -n 80 "
+        f"rx90: stopped; what is finished is kept, go on with: rx90 monte-carlo {scenario} -n 40 "
         f"--out {tmp_path / 's'} --seed 0 --jobs 2"
     ]
     assert parts(tmp_path / "s").items() >= kept.items()
@@ -141,7 +141,7 @@ def of_its_session(process: subprocess.Popen) -> bool:
 
 
 def test_workers_that_cannot_be_asked_to_end_are_ended(scenario, tmp_path):
-    words = rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 80, "--jobs", 2)
+    words = rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 40, "--jobs", 2)
     running = started(words, as_under_a_supervisor_that_ignores)
     wait_until(lambda: parts(tmp_path / "s"), running)
     group(running, signal.SIGINT)

@@ -289,3 +289,21 @@ def test_the_answer_of_our_own_methods_fits_schema_and_reader(folder):
     for name in ("answer", "result"):
         jsonschema.Draft202012Validator(schemas()[name]).validate(json.loads(said))
     assert read_answer(said, 6)[0].value == asked("ls-2011", folder).outcome[0].value
+
+
+LATE = """
+import sys
+from pathlib import Path
+import scenarios.methods.inside as inside
+inside.prepare()
+before = set(sys.modules)
+inside.main("ls-2011", Path(sys.argv[1]))
+print(*set(sys.modules) - before, file=sys.stderr)
+"""
+
+
+def test_what_a_method_needs_is_imported_before_its_process_is_forked_and_pandas_never(folder):
+    done = subprocess.run([sys.executable, "-c", LATE, str(folder)], capture_output=True, text=True, check=True)
+    late = {name.partition(".")[0] for name in done.stderr.split()}
+    assert late
+    assert not late & {"pandas", "pinocchio", "scipy", "ident", "scenarios"}

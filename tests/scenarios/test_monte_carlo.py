@@ -281,7 +281,7 @@ def test_a_folder_that_cannot_be_made_is_one_line_and_exit_status_2(scenario, tm
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_changed_motion_is_another_study(scenario, tmp_path):
+def test_a_changed_motion_is_another_study(tmp_path):
     path = quick_scenario(tmp_path)
     for text in ("", "# another comment is another file\n"):
         (tmp_path / "short.toml").write_text((tmp_path / "short.toml").read_text() + text)

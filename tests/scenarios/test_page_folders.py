@@ -172,7 +172,7 @@ def test_the_commands_on_the_page_give_the_same_gains(saved, capsys):
     ]
 
 
-def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path, capsys):
+def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path):
     folder = page_folders.identification(tmp_path / "again", saved)
     report = page_of(folder)
     assert report.title == "Drive gains of rx90 by ls-2011"
@@ -187,7 +187,7 @@ def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path, capsy
     assert "--cutoff-hz 14.0" in [part.text for part in report.parts if isinstance(part, Line)][1]
 
 
-def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path):
+def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatch):
     sheet = tmp_path / "sheet.toml"
     known = "\n".join(f'[[gains]]\njoint = {j}\nname = "joint{j}"\nestimate = 1.1\nstd = 0.1\n' for j in range(1, 7))
     sheet.write_text(known)
@@ -228,16 +228,22 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path):
     (folder / "record.json").write_text(json.dumps(record))
     (said,) = [part for part in page_of(folder).parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]
     assert "give other ratios than result.json" in said.text
+    assert report.parts[0].mood is Mood.PLAIN
+    monkeypatch.setattr("scenarios.reports.bare.prediction_warnings", lambda predicted: ["joint 2 is badly predicted"])
+    verdict = page_of(folder).parts[0]
+    assert (verdict.mood, verdict.text.endswith("they give none. Warnings stand below.")) == (Mood.DOUBTFUL, True)
 
 
-def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved, tmp_path, capsys):
+def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved, tmp_path):
     folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"))
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())
     assert report.parts[0].text.startswith(f"{told['verdict'].upper()}: ")
     assert not any(isinstance(part, Paragraph) and "Checked again" in part.text for part in report.parts)
     table = next(part for part in report.parts if isinstance(part, Table))
-    assert [row[3].text for row in table.rows] == [line["seen"] for line in told["lines"]]
+    order = ["wrong", "weak", "good"]
+    lines = sorted(told["lines"], key=lambda line: order.index(line["verdict"]))
+    assert [row[3].text for row in table.rows] == [line["seen"] for line in lines]
     currents = [part for part in report.parts if isinstance(part, Plot) and part.zoom]
     assert len(currents) == 12
     recording = identified_again(saved).motions[0].recording

@@ -9,27 +9,53 @@ from page_parts import identified
 from scipy import stats
 
 from ident.checks.motion import JointMotion
+from ident.consistency import CHECKS
+from ident.consistency.finding import Finding
 from ident.estimate import RefusedGain
+from scenarios.judge import GainVerdict
+from scenarios.reports.content import Cell, Mood, Paragraph, Table, cells
 from scenarios.reports.motion import coverage_plot as motion_plot
+from scenarios.reports.motion import motion_table
+from scenarios.reports.pages.check import worst_first
+from scenarios.reports.pages.consistency import LOOKS_AT, consistency_parts
 from scenarios.reports.pages.fit_rows import FitRows
-from scenarios.reports.pages.gain_plots import share_plot, what_would_show
-from scenarios.reports.pages.monte_carlo import coverage_plot
-from scenarios.reports.pages.monte_carlo import error_plot as study_error_plot
+from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
+from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
+from scenarios.reports.pages.identification import with_warnings
 from scenarios.reports.pages.provenance import named
 from scenarios.reports.pages.residual_plots import FAR, LISTED, against, outliers, spectrum_plot
-from scenarios.reports.pages.sensitivity import cost_plot, ranking
-from scenarios.reports.pages.sensitivity import share_plot as source_shares
 from scenarios.reports.pages.torque_plots import MOST, torque_plot
-from scenarios.studies.budget import Interval, JointBudget, SourceCost
-from scenarios.studies.joint_rows import JointRows
 
 
 def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
     refused = RefusedGain(joint="k", reason="none", predicted_rel_std=0.35)
     plot = share_plot((identified(-0.8, 0.02, 0.03, 0.007), refused))
     assert plot.x.categories == ("1", "2")
+    assert (plot.y.unit, plot.y.zero) == ("%", True)
     found = {series.label: (series.x, series.y) for series in plot.series}
     assert found == {"residual": (("1",), (5.0,)), "payload": (("1",), (6.0,)), "model": (("1",), (1.4,))}
+
+
+def test_a_gain_stands_between_two_deviations_of_all_shares_together():
+    refused = RefusedGain(joint="j", reason="none", predicted_rel_std=0.35)
+    plot = value_plot((refused, identified(-0.8, 0.012, 0.02)), "N/unit")
+    assert (plot.x.categories, plot.y.unit) == (("1", "2"), "N/unit")
+    (shown,) = plot.series
+    # hypot(0.012, 0.02 * 0.8) = 0.02, of which two.
+    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (-0.8,), (-0.84,), (-0.76,))
+
+
+def test_an_error_stands_between_two_deviations_of_the_injected_gain_over_its_tolerance():
+    def verdict(joint: int, **more) -> GainVerdict:
+        given = {"true": -0.5, "estimate": -0.52, "std": 0.015, "rel_error": 0.04, "z": -1.3}
+        told = {"tolerance": 0.07, "identifiable": True, "passed": True, "reason": None}
+        return GainVerdict(joint=joint, **{**given, **told, **more})
+
+    refused = dict.fromkeys(("estimate", "std", "rel_error", "z"))
+    plot = gain_error_plot([verdict(1, **refused, tolerance=0.03), verdict(2)])
+    tolerance, error = plot.series
+    assert (tolerance.x, tolerance.low, tolerance.high) == (("1", "2"), (-3.0, -7.0), (3.0, 7.0))
+    assert (error.x, error.y, error.low, error.high) == (("2",), (4.0,), (-2.0,), (10.0,))  # 0.015 is 3 % of 0.5
 
 
 def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
@@ -39,9 +65,11 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
         RefusedGain(joint="c", reason="", predicted_rel_std=None),
         RefusedGain(joint="d", reason="", predicted_rel_std=0.04),
         RefusedGain(joint="e", reason="", predicted_rel_std=0.105),
+        RefusedGain(joint="f", reason="", predicted_rel_std=0.1),
+        RefusedGain(joint="g", reason="", predicted_rel_std=1.04),
     )
     said = [part.text for part in what_would_show(joints, 0.1)]
-    assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4", "Joint 5"]
+    assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4", "Joint 5", "Joint 6", "Joint 7"]
     # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
     assert "3.5 times the torque" in said[0]
     assert "12 times as many rows" in said[0]
@@ -49,6 +77,8 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
     assert "not what it is refused for" in said[2]
     assert "puts 1.05 times the torque" in said[3]
     assert "or 1.1 times as many rows" in said[3]
+    assert "not what it is refused for" in said[4]  # as large as is allowed
+    assert "puts 10 times the torque" in said[5]
 
 
 def rows_of(residual: np.ndarray, **more) -> FitRows:
@@ -93,6 +123,8 @@ def test_a_line_breaks_where_rows_are_left_out_and_between_motions():
     at, broken = rows.broken(np.arange(6.0))
     np.testing.assert_array_equal(np.isnan(broken), [0, 0, 0, 1, 0, 1, 0, 0])
     np.testing.assert_allclose(at[[3, 5]], [0.25, 0.425], rtol=1e-12)  # half-way, but for rounding
+    one_left_out = rows_of(np.ones(6), t=np.array([0.0, 0.05, 0.1, 0.2, 0.25, 0.3]))
+    np.testing.assert_array_equal(np.isnan(one_left_out.broken(np.arange(6.0))[1]), [0, 0, 0, 1, 0, 0, 0])
 
 
 def test_a_long_line_is_thinned_out_and_its_caption_says_so():
@@ -179,68 +211,6 @@ def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():
     assert abs(tall.x[int(np.argmax(tall.y))] - 3.1) < 0.5
 
 
-def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> JointRows:
-    return JointRows(
-        joint=joint,
-        trials=len(z),
-        failed=0,
-        passed=len(z),
-        tolerance=tolerance,
-        rel_error=-0.012 * z,
-        claimed=np.full(len(z), 0.012),
-        z=z,
-        step=1,
-        true=np.full(len(z), -2.5),
-    )
-
-
-def test_errors_of_a_study_are_a_density_beside_the_one_that_is_claimed():
-    z = np.random.default_rng(9).normal(size=400)
-    plot = study_error_plot(4, trial_rows(z))
-    errors, claimed = plot.series
-    x, y = np.array(errors.x), np.array(errors.y)
-    np.testing.assert_allclose(np.sum(np.diff(x) * 0.5 * (y[1:] + y[:-1])), 1.0, rtol=1e-3)  # five digits
-    np.testing.assert_allclose(max(claimed.y), stats.norm.pdf(0.0, scale=1.2), rtol=1e-4)  # five digits
-    assert [each.at for each in plot.references] == [-2.0, 2.0]
-    assert plot.caption == "400 errors."
-    far = study_error_plot(4, trial_rows(z, tolerance=0.5))
-    assert far.references == ()
-    assert far.caption == "400 errors. The tolerance, 50 %, is beyond."
-
-
-def test_coverage_is_that_of_two_deviations():
-    z = np.random.default_rng(9).normal(size=390)
-    plot = coverage_plot((trial_rows(np.r_[z, np.nan]), trial_rows(np.empty(0), joint=6)))
-    (series,) = plot.series
-    assert plot.x.categories == ("4", "6")
-    assert series.x == ("4",)
-    held = int((np.abs(z) < 2.0).sum())  # the gain that claims no deviation is not held by two of them
-    assert series.y[0] == pytest.approx(100 * held / 391, rel=6e-5)  # five digits
-    interval = stats.binomtest(held, 391).proportion_ci(0.95)
-    assert (series.low[0], series.high[0]) == pytest.approx((100 * interval.low, 100 * interval.high), rel=6e-5)
-
-
-def cost(source: str, share: float, rms: float) -> SourceCost:
-    size = Interval(value=rms, low=0.9 * rms, high=1.2 * rms)
-    return SourceCost(joint=3, source=source, trials=4, bias=0.0, rms=size, share=share, first=None, total=None)
-
-
-def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told():
-    shares = {"a": 0.1, "b": 0.5, "c": 0.05, "d": 0.2, "e": 0.12, "f": 0.03}
-    costs = tuple(cost(source, share, 0.01 * share) for source, share in shares.items())
-    budget = JointBudget(joint=3, costs=costs, floor=0.0, together=0.02, samples=4, lost=0)
-    order = ranking([budget, budget])
-    assert order == ["b", "d", "e", "a", "c", "f"]
-    found = {series.label: series.y for series in source_shares([budget], order).series}
-    assert found == {"b": (50.0,), "d": (20.0,), "e": (12.0,), "a": (10.0,), "all others": (8.0,)}
-    plot = cost_plot(budget, order[:3], 0.7)
-    (bars,) = plot.series
-    assert (bars.y, bars.x) == (("b", "d", "e"), (0.5, 0.2, 0.12))
-    assert bars.high == (0.6, 0.24, 0.144)
-    assert [each.at for each in plot.references] == [0.7]
-    assert cost_plot(budget, order, 1.1).references == ()
-
-
 def test_a_joint_is_shown_in_shares_of_its_range(arm):
     motion = JointMotion(
         low=float(arm.lower[1] + 0.25 * (arm.upper[1] - arm.lower[1])),
@@ -252,7 +222,45 @@ def test_a_joint_is_shown_in_shares_of_its_range(arm):
         slow=0.1,
         current_rms=3.0,
     )
+    units = [column.unit for column in motion_table("", [motion] * arm.n, arm).columns]
+    assert units == ["", "", "rad", "rad", "%", "rad/s", "rad/s^2", "% of time", "units"]
+    sliding = SimpleNamespace(revolute=np.array([True, False]), joint_names=("a", "b"))
+    units = [column.unit for column in motion_table("", [motion] * 2, sliding).columns]
+    assert (units[2], units[5], units[6]) == ("rad, m", "rad/s, m/s", "rad/s^2, m/s^2")
     plot = motion_plot({"first": [motion] * arm.n, "second": [motion] * arm.n}, arm)
     assert [series.label for series in plot.series] == ["first", "second"]
     assert (plot.series[1].low[1], plot.series[1].high[1]) == pytest.approx((25.0, 75.0), rel=6e-5)  # five digits
     assert len({series.tone for series in plot.series}) == 2
+
+
+def found(check, sentence=None):
+    return Finding(check=check, joint=2, statistic=4.13, threshold=3.94, measure="deviations", sentence=sentence)
+
+
+def test_every_consistency_test_says_what_it_looks_at():
+    assert set(LOOKS_AT) == set(CHECKS)
+    _, table, said = consistency_parts([found("halves"), found("joints", "joint 3 is off")])
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["halves", "3", "4.13", "3.94", "deviations", "quiet"],
+        ["joints", "3", "4.13", "3.94", "deviations", "speaks up"],
+    ]
+    assert LOOKS_AT["halves"] in said.text
+    assert LOOKS_AT["whiteness"] not in said.text
+    assert consistency_parts([]) == []
+
+
+def test_a_verdict_without_a_truth_says_how_many_tests_speak_up():
+    said = Paragraph("6 of 6 gains identified.", strong=True)
+    assert with_warnings(said, [found("halves")]) == said
+    one = with_warnings(said, [found("halves"), found("joints", "off")])
+    assert one == Paragraph("6 of 6 gains identified. A warning stands below.", Mood.DOUBTFUL, strong=True)
+    two = with_warnings(said, [found("halves", "off"), found("joints", "off")])
+    assert two.text.endswith("2 warnings stand below.")
+
+
+def test_lines_of_a_check_stand_the_worst_first_else_in_their_order():
+    moods = [Mood.GOOD, Mood.DOUBTFUL, Mood.PLAIN, Mood.BAD, Mood.DOUBTFUL]
+    rows = tuple(cells(f"{k}", Cell("seen", mood)) for k, mood in enumerate(moods))
+    sorted_rows = worst_first(Table(title="lines", columns=(), rows=rows))
+    assert [row[0].text for row in sorted_rows.rows] == ["3", "1", "4", "0", "2"]
+    assert sorted_rows.title == "lines"

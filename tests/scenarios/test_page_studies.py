@@ -10,34 +10,13 @@ from page_parts import Elements
 from scenarios.cli import main
 from scenarios.errors import ForeignAnswers, ForeignResult, UnfinishedResult
 from scenarios.methods.answer import AnswerGain
-from scenarios.reports.content import (
-    Line,
-    Mood,
-    Table,
-)
+from scenarios.reports.content import Heading, Line, Mood, Table
 from scenarios.reports.pages import kind_of, page_of
 from scenarios.reports.pages.monte_carlo import NORMAL
-from scenarios.reports.pages.paper import same
-from scenarios.reports.plot import Plot
+from scenarios.reports.plot import TONES, Plot
 from scenarios.store import study_folder
 from scenarios.store.answers import AnswerRow, write_answers
 from scenarios.store.parts import checked_part
-
-
-@pytest.mark.parametrize(
-    ("here", "equal"),
-    [
-        ({"a": [0.125, None, "x"]}, True),
-        ({"a": [0.125 * (1 + 1e-7), None, "x"]}, True),
-        ({"a": [0.125 * (1 + 1e-5), None, "x"]}, False),
-        ({"a": [0.125, 0.0, "x"]}, False),
-        ({"a": [0.125, None]}, False),
-        ({"b": [0.125, None, "x"]}, False),
-        ({"a": [0.125, None, "y"]}, False),
-    ],
-)
-def test_documents_are_the_same_but_for_rounding(here, equal):
-    assert same({"a": (0.125, None, "x")}, here) is equal
 
 
 def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkeypatch):
@@ -49,6 +28,9 @@ def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkey
     )
     report = page_of(folder)
     assert sorted(looked) == sorted(path.name for path in (folder / "trials").iterdir())  # each once
+    assert report.parts[0].strong  # the verdict
+    told = [[cell.text for cell in row] for part in report.parts if isinstance(part, Table) for row in part.rows]
+    assert [row for row in told if row[0] in ("Trials", "First seed")] == [["Trials", "6"], ["First seed", "11"]]
     commands = [part.text for part in report.parts if isinstance(part, Line)]
     assert commands[0].startswith("rx90 run ")
     rows = next(part for part in report.parts if isinstance(part, Table) and part.columns[0].title == "Seed").rows
@@ -87,14 +69,20 @@ def test_a_comparison_is_read_back_as_it_was_written(tmp_path):
 def test_a_page_of_ours_is_replaced_and_no_other_file(tmp_path, capsys):
     folder = page_folders.comparison(tmp_path / "compared")
     assert main(["report", str(folder)]) == 0
-    assert "report.html: " in capsys.readouterr().out
+    size = (folder / "report.html").stat().st_size / 1e6
+    assert f"report.html: {size:.2f} MB" in capsys.readouterr().out
     assert main(["report", str(folder)]) == 0
     (folder / "report.html").write_text("mine")
     assert main(["report", str(folder)]) == 2
     assert "changed since rx90 report wrote it" in capsys.readouterr().err
     assert (folder / "report.html").read_text() == "mine"
-    assert main(["report", str(folder), "--force"]) == 0
-    assert Elements((folder / "report.html").read_text()).count("table") == 3
+    other, told = tmp_path / "other.html", folder / "report.json"
+    other.write_text("mine")
+    told.write_text(told.read_text().replace("2011-09-25", r"2011\udcff"))  # of a name that is no text
+    assert main(["report", str(folder), "--out", str(other), "--force"]) == 0
+    assert Elements(other.read_text()).count("table") == 3
+    assert r"2011\udcff" in other.read_text()
+    assert (folder / "report.html").read_text() == "mine"
 
 
 def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
@@ -121,6 +109,7 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
         "ls-2011", ("1", "3"), (0.9, -1.5), (0.86, -1.5), (0.94, -1.5)
     )  # fmt: skip
     assert plot.x.categories == ("1", "2", "3")
+    assert plot.y.unit == "N (m)/unit"  # nobody says here which joints slide
     tables = [part for part in report.parts if isinstance(part, Table)]
     said = [[[cell.text for cell in row] for row in table.rows] for table in tables]
     assert said[0][0] == ["ls-2011", "1", "0.9000", "4.44", "identified"]
@@ -134,3 +123,43 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
     (tmp_path / "answers.json").write_text('{"answers": []}')
     with pytest.raises(ForeignAnswers, match="holds no answer"):
         page_of(tmp_path)
+
+
+def answered(problem: str, method: str, *estimates: float | None) -> AnswerRow:
+    gains = [
+        AnswerGain(joint=j, estimate=g, std=None, identifiable=g is not None, reason=f"of {method}")
+        for j, g in enumerate(estimates, 1)
+    ]
+    return AnswerRow(problem=problem, digest=f"of {problem}", method=method, files={}, seconds=0.5, gains=gains)
+
+
+def test_every_problem_has_answers_of_its_own_and_methods_beyond_the_tones_stand_in_its_table(tmp_path):
+    rows = [answered("monday", f"m{k}", 0.5 + 0.1 * k, 2.0) for k in range(len(TONES) + 2)]
+    rows += [
+        answered("monday", "mute", None, None),
+        answered("tuesday", "m0", 3.0),
+        answered("tuesday", "m1", 4.0, 5.0),
+    ]
+    write_answers(rows, tmp_path / "answers.json")
+    report = page_of(tmp_path)
+    assert (report.parts[0].text, report.parts[0].mood) == (
+        "9 answers of 7 methods to 2 problems: 15 gains, 2 refused, 0 calls without any answer.",
+        Mood.PLAIN,
+    )
+    headings = [part.text for part in report.parts if isinstance(part, Heading)]
+    assert headings == ["monday", "tuesday", "What was asked"]
+    monday, tuesday = (part for part in report.parts if isinstance(part, Plot))
+    assert [series.label for series in monday.series] == ["m0", "m1", "m2", "m3"]
+    assert monday.caption.endswith("is a point alone. 2 further methods are in the table alone.")
+    assert tuesday.caption.endswith("is a point alone.")
+    assert [(series.x, series.y) for series in tuesday.series] == [(("1",), (3.0,)), (("1", "2"), (4.0, 5.0))]
+    assert tuesday.x.categories == ("1", "2")  # of the method that has most
+    tables = [part for part in report.parts if isinstance(part, Table)]
+    assert [len(table.rows) for table in tables] == [14, 2, 3, 2]  # gains and reasons; gains; what was asked
+    assert all(len(row) == len(table.columns) for table in tables for row in table.rows)
+    assert [[cell.text for cell in row] for row in tables[1].rows] == [
+        ["mute", "1", "of mute"], ["mute", "2", "of mute"]
+    ]  # fmt: skip
+    assert [[cell.text for cell in row] for row in tables[3].rows] == [
+        ["monday", "of monday"], ["tuesday", "of tuesday"]
+    ]  # fmt: skip

@@ -140,6 +140,8 @@ def test_the_page_of_the_paper_is_made_of_what_is_stored(written, repeated, monk
     report = page_of(written)
     assert report.document == json.loads((written / "paper.json").read_text())["result"]
     assert report.parts[0].text == "PASSED: all 8 claims hold."
+    claims = [part.text for part in report.parts[1 : 1 + len(repeated.checks)]]
+    assert claims == [f"holds: {check.claim}" for check in repeated.checks]
     on_screen = [part for part in told(paper_document(repeated), repeated).parts if isinstance(part, Table)]
     assert [part for part in report.parts if isinstance(part, Table)][:5] == on_screen
     refused = next(joint.reason for joint in repeated.gains.joints if not isinstance(joint, IdentifiedGain))

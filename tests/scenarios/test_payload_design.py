@@ -127,7 +127,7 @@ def test_a_design_in_which_nothing_may_be_mounted_is_refused(designed):
         _ = replace(designed, candidates=refused).best
 
 
-def test_a_scenario_that_carries_nothing_has_nothing_to_be_designed_for(nominal, tmp_path):
+def test_a_scenario_that_carries_nothing_has_nothing_to_be_designed_for(tmp_path):
     path = tmp_path / "bare.toml"
     path.write_text('extends = "nominal"\n[experiment]\nprotocol = ["bare"]\n')
     with pytest.raises(NothingCarried, match="mounts no payload"):

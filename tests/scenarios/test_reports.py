@@ -1,7 +1,10 @@
 import re
+from dataclasses import replace
 
 import pytest
 
+from ident.estimators.nls import FRICTIONS
+from scenarios.reports.bare import TERMS
 from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Report, Table, cells, percent
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 from scenarios.reports.renderers.text import blocks, fold
@@ -118,6 +121,16 @@ def test_a_heading_of_two_lines_is_one_line_of_markdown():
     assert "| 95 % below [%] |\n| ---: |\n| 1.5 |" in text
 
 
+def test_a_bar_in_a_cell_ends_no_column_of_markdown():
+    text = renderer("markdown")(Report("Title", (Table(columns=COLUMNS[:1], rows=(cells("a|b|c"),)),), {}), Page())
+    assert r"| a\|b\|c |" in text
+
+
+def test_of_a_table_that_is_shown_whole_nothing_is_said_to_be_left():
+    whole, cut = (renderer("text")(Report("T", (replace(TABLE, shown=k),), {}), Page()) for k in (2, 1))
+    assert ("and 1 more" in whole, "and 1 more" in cut) == (False, True)
+
+
 def test_json_is_the_document_and_no_number_that_is_none():
     assert renderer("json")(REPORT, Page()) == '{\n  "answer": 0.125\n}\n'
     with pytest.raises(ValueError, match="not JSON compliant"):
@@ -141,3 +154,9 @@ def test_every_renderer_tells_every_kind_of_part_without_drawing_a_picture(name,
 
 def test_a_share_is_told_in_percent_and_none_as_a_dash():
     assert (percent(0.01234, ".2f"), percent(None), percent(-0.5, "+.1f")) == ("1.23", "-", "-50.0")
+
+
+def test_every_term_of_friction_that_is_told_has_its_meaning():
+    known = {"Fv", "Fc", "off", *(name for terms in FRICTIONS.values() for name in terms)}
+    assert set(TERMS) == known
+    assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())

@@ -70,7 +70,7 @@ def test_ends_of_a_turning_joint_in_degrees_are_refused(tmp_path, upper, taken):
         load_arm(path)
 
 
-def test_what_the_parser_says_of_a_file_is_one_line_with_its_name(tmp_path, capsys):
+def test_what_the_parser_says_of_a_file_is_one_line_with_its_name(tmp_path):
     path = written(tmp_path, "arm.urdf", ros())
     path.write_text(re.sub(r'mass value="[^"]*"', 'mass value="2;1"', path.read_text(), count=1))
     with pytest.raises(ModelFileError, match=r"^robot model .*arm\.urdf: MuJoCo cannot read it: .*line \d+ ?$"):

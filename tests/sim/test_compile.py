@@ -72,7 +72,7 @@ def test_a_lopsided_payload_on_drives_wired_backwards_obeys_the_equation_of_moti
     np.testing.assert_allclose(pin.rnea(arm, arm.createData(), q, dq, ddq), right, rtol=0, atol=1e-6)
 
 
-def test_current_is_limited(rng):
+def test_current_is_limited():
     model = plant_model(nominal_plant(current_limit=np.full(6, 10.0)), loaded=False, step=STEP)
     np.testing.assert_array_equal(acceleration(model, np.full(6, 50.0)), acceleration(model, np.full(6, 10.0)))
 

@@ -38,7 +38,7 @@ def test_every_arm_stands_where_its_motion_puts_it(shown, experiments):
         np.testing.assert_allclose(data.xaxis[k * arm.njnt : (k + 1) * arm.njnt], alone.xaxis, atol=1e-12)
 
 
-def test_arms_stand_from_left_to_right_and_apart(shown, experiments):
+def test_arms_stand_from_left_to_right_and_apart(shown):
     data = mujoco.MjData(shown.model)
     shown.put(data, 0.0)
     places = np.array([data.xanchor[p[0]] for p in shown.places])

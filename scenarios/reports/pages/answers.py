@@ -71,7 +71,7 @@ def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
         title="Gains by joint",
         caption=f"Bars: two stated deviations; a gain whose method states none is a point alone.{more}",
         x=Axis(title="joint", categories=names),
-        y=Axis(title="gain", unit="N m/unit"),
+        y=Axis(title="gain", unit="N (m)/unit"),
         series=tuple(series),
     )
     return [plot]

@@ -63,7 +63,9 @@ def page(folder: Path) -> Report:
         name: joint_motions(each.recording, given.arm, given.observing)
         for name, each in zip(provenance.named(record.sources), motions, strict=True)
     }
-    parts: list[Part] = [_verdict(saved), *_differences(saved, report.document), *report.parts]
+    doubtful = any(isinstance(part, Paragraph) and part.mood is Mood.DOUBTFUL for part in report.parts)
+    verdict = _verdict(saved, Mood.DOUBTFUL if doubtful else Mood.PLAIN)
+    parts: list[Part] = [verdict, *_differences(saved, report.document), *report.parts]
     parts += [Heading("What the motion covers"), coverage_plot(seen, given.arm)]
     return Report(record.title, (*parts, *_origin(folder, record, given.arm)), saved)
 
@@ -74,7 +76,7 @@ def _saved_links(saved: dict[str, JsonValue]) -> Links | Unknown:
     return Unknown(str(saved["consistent_reason"])) if links is None else Links.model_validate(links)
 
 
-def _verdict(saved: dict[str, JsonValue]) -> Paragraph:
+def _verdict(saved: dict[str, JsonValue], mood: Mood) -> Paragraph:
     joints = saved["joints"]
     assert isinstance(joints, list), "written with a list of joints"
     reference, found, refused = saved["reference"], list[str](), list[str]()
@@ -84,7 +86,8 @@ def _verdict(saved: dict[str, JsonValue]) -> Paragraph:
             (refused if each["ratio"] is None else found).append(str(each["joint"]))
     text = f"Bare motions give the gains of {_joints(found)} as ratios to that of joint {reference}"
     without = f"; of {_joints(refused)} they give none" if refused else ""
-    return Paragraph(f"{text}{without}.", Mood.PLAIN, strong=True)
+    warned = "" if mood is Mood.PLAIN else " Warnings stand below."
+    return Paragraph(f"{text}{without}.{warned}", mood, strong=True)
 
 
 def _joints(numbers: list[str]) -> str:

@@ -19,7 +19,7 @@ from ident.payload_files import read_payload
 from ident.structure import structure_of
 from scenarios.errors import DamagedResult
 from scenarios.reports.check import check_report
-from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
+from scenarios.reports.content import Cell, Heading, Mood, Paragraph, Part, Report, Table
 from scenarios.reports.motion import coverage_plot
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, values
@@ -59,9 +59,20 @@ def page(folder: Path) -> Report:
     found = replace(found, remarks=(*found.remarks, *_of_temperature(saved)))
     told = check_report(found, given.arm)
     asked = {} if record.payload is None or payload is None else {record.payload: payload}
-    said = sorted(told.parts[:-1], key=lambda part: not isinstance(part, Paragraph))  # what to do, then the lines
+    said = [worst_first(part) if isinstance(part, Table) else part for part in told.parts[:-1]]
+    said.sort(key=lambda part: not isinstance(part, Paragraph))  # what to do, then the lines
     parts = [told.parts[-1], *_differences(saved, told.document), *said, *_plots(found, given.arm)]
     return Report(record.title, (*parts, *_origin(folder, record, asked, given.arm)), saved)
+
+
+def worst_first(table: Table) -> Table:
+    """The table with its bad rows before its doubtful and all others, else in their order."""
+    order = (Mood.BAD, Mood.DOUBTFUL)
+
+    def rank(row: tuple[Cell, ...]) -> int:
+        return min((order.index(cell.mood) for cell in row if cell.mood in order), default=len(order))
+
+    return replace(table, rows=tuple(sorted(table.rows, key=rank)))
 
 
 def _differences(saved: object, now: Mapping[str, object]) -> list[Part]:

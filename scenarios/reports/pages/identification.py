@@ -1,14 +1,18 @@
 """The page of a run or an identification: verdict, gains, refusals, torques, residuals, motion, consistency, origin."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ident.checks.motion import joint_motions
+from ident.consistency.finding import Finding
 from scenarios.again import Again, identified_again
-from scenarios.reports.content import Cell, Column, Heading, Mood, Paragraph, Part, Report, Table, cells
+from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
 from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.reports.identify import identified_table, summary
 from scenarios.reports.motion import coverage_plot, motion_table
 from scenarios.reports.pages import provenance
+from scenarios.reports.pages.consistency import consistency_parts
 from scenarios.reports.pages.fit_rows import begins, fit_rows
 from scenarios.reports.pages.gain_plots import error_plot, share_plot, value_plot, what_would_show
 from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
@@ -31,7 +35,7 @@ def page(folder: Path) -> Report:
     names = provenance.named(again.record.sources)
     parts: list[Part] = [_verdict(again), *_differences(again), *_gains(again)]
     parts += _refusals(again)
-    parts += _consistency(again)
+    parts += consistency_parts(again.result.findings)
     parts += [
         Heading("Torques, measured and reconstructed"),
         Paragraph(TOLD),
@@ -54,7 +58,16 @@ def _verdict(again: Again) -> Paragraph:
     if again.result.judged:
         return conclusion([gain.verdict for gain in again.result.gains])
     fit = again.result.fit
-    return summary(again.result.joints, fit.rows, fit.rel_error_norm)
+    return with_warnings(summary(again.result.joints, fit.rows, fit.rel_error_norm), again.result.findings)
+
+
+def with_warnings(said: Paragraph, findings: Sequence[Finding]) -> Paragraph:
+    """A verdict without a truth, and how many tests of it speak up."""
+    failed = sum(each.sentence is not None for each in findings)
+    if not failed:
+        return said
+    below = "A warning stands below." if failed == 1 else f"{failed} warnings stand below."
+    return replace(said, text=f"{said.text} {below}", mood=Mood.DOUBTFUL)
 
 
 def _differences(again: Again) -> list[Part]:
@@ -91,31 +104,6 @@ def _refusals(again: Again) -> list[Part]:
     ]
     shown = what_would_show(again.result.joints, again.problem.options.max_rel_std)
     return [Heading("Refused or missed, and what would show it"), *reasons, *shown] if reasons else []
-
-
-def _consistency(again: Again) -> list[Part]:
-    """What the tests found, each with its statistic."""
-    columns = (
-        Column(title="Test", words=True),
-        Column(title="Worst joint"),
-        Column(title="Found"),
-        Column(title="Limit"),
-        Column(title="Of what", words=True),
-        Column(title="Verdict", words=True),
-    )
-    rows = tuple(
-        cells(
-            each.check,
-            str(each.joint + 1),
-            f"{each.statistic:.3g}",
-            f"{each.threshold:.3g}",
-            each.measure,
-            Cell("speaks up", Mood.DOUBTFUL) if each.failed else Cell("quiet", Mood.GOOD),
-        )
-        for each in again.result.findings
-    )
-    said = "A test may be beyond its limit and quiet: what it finds moves no gain by what matters."
-    return [Heading("Consistency"), Table(columns=columns, rows=rows), Paragraph(said)] if rows else []
 
 
 def _motion(again: Again, names: tuple[str, ...]) -> list[Part]:

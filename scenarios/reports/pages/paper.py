@@ -30,8 +30,9 @@ def page(folder: Path) -> Report:
     saved, found = read_paper(folder)
     torques = read_torques(folder, saved, DRAWN)
     told = paper_report(found, torques, saved.seed, saved.result)
-    said = [part for part in told.parts if not isinstance(part, Figure)]
-    parts: list[Part] = [said[-1], gain_plot(found), mass_plot(found), *said[:-1]]
+    *said, verdict = (part for part in told.parts if not isinstance(part, Figure))
+    tables, claims = said[: -len(found.checks)], said[-len(found.checks) :]
+    parts: list[Part] = [verdict, *claims, gain_plot(found), mass_plot(found), *tables]
     parts += [
         Heading("Figure 3: torques of case 2, measured and reconstructed"),
         Paragraph(TOLD),

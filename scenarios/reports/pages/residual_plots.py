@@ -50,7 +50,7 @@ def spectrum_plot(rows: FitRows, all_rows: Rows) -> Plot:
     low, high = (float(stats.chi2.ppf(q, freedom) / freedom) for q in (0.025, 0.975))
     return Plot(
         title=f"Joint {rows.joint + 1}",
-        caption=f"From row to row by {neighbours(all_rows, rows.joint):+.2f}.",
+        caption=f"Correlation of a row with the next: {neighbours(all_rows, rows.joint):+.2f}.",
         x=Axis(title="frequency", unit="Hz"),
         y=Axis(title="over white", log=True),
         series=(

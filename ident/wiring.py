@@ -5,12 +5,13 @@ parameters. Readings are compared by the logarithms of what they leave, in sum o
 those that look better on more.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TypeAlias
 
 import numpy as np
 
 from ident.arm import Arm
+from ident.borne_out import CLEAR, borne_out
 from ident.errors import Contradiction, OtherLengths
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
@@ -73,11 +74,16 @@ def _of_all_logs(
     others: Sequence[Explanation],
 ) -> list[Explanation]:
     """Readings of all logs that are surely better, the best one first; lengths and the base by what is searched."""
+
+    def surely(found: Iterable[Explanation]) -> list[Explanation]:
+        better = (each for each in found if _surely_better(given, each))
+        return [each for each in better if _proven(arm, unknowns, seen, given, each)]
+
     scaled = scaled_lengths(arm, unknowns[0], seen)
-    sure = [each for each in (*but_lengths_of(others, scaled), *scaled) if _surely_better(given, each)]
+    sure = surely((*but_lengths_of(others, scaled), *scaled))
     sure.sort(key=lambda each: -float(gain_over(given.left, each.left).sum()))
     lean = tilt(arm, unknowns[1], seen, [each.reading for each in sure], suspected=bool(sure))
-    return sure if lean is None or not _surely_better(given, lean) else [*sure, lean]
+    return sure if lean is None else [*sure, *surely([lean])]
 
 
 def _of_one_log(
@@ -119,6 +125,18 @@ def _explained(
 def _surely_better(given: Explanation, other: Explanation) -> bool:
     gain = gain_over(given.left, other.left)
     return convincing(gain, evidence_of(gain, given.freedom, other.freedom), other.reading)
+
+
+def _proven(
+    arm: Arm,
+    unknowns: tuple[Unknowns, Unknowns],
+    seen: Sequence[Instants],
+    given: Explanation,
+    other: Explanation,
+) -> bool:
+    """Whether a reading of all logs is better by far, or by what it ought to be."""
+    under = unknowns[0], unknowns[other.reading.gravity is not arm.gravity]
+    return gain_over(given.left, other.left).sum() > CLEAR or borne_out(arm, under, seen, other.reading)
 
 
 def _best(given: Explanation, sure: Sequence[Explanation]) -> Explanation:

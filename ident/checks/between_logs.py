@@ -112,4 +112,5 @@ def _one_log(logs: Logs, comparison: Comparison) -> list[Remark]:
 def _ordinary(each: Alternative) -> bool:
     """Whether a reading of all logs, of the lengths as drawn, is surely better than the logs as they are."""
     reading = each.readings[0]
-    return bool((reading.stretch == 1.0).all()) and convincing(each.gain, each.evidence, reading)
+    ordinary = bool((reading.stretch == 1.0).all())
+    return ordinary and each.borne_out and convincing(each.gain, each.evidence, reading)

@@ -7,10 +7,11 @@ import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.borne_out import CLEAR, borne_out
 from ident.checks.further_readings import further_readings
 from ident.checks.reach import unreachable
 from ident.checks.sameness import Fingerprint, fingerprint, same
-from ident.evidence import evidence_of, gain_over
+from ident.evidence import BETTER, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
 from ident.instants import Instants, instants
 from ident.observation import ObserveOptions
@@ -35,11 +36,13 @@ class Alternative:
         readings: One or more that no currents can tell apart, simplest first.
         gain: Logarithm of what the log as it is leaves of each column of currents over what these leave, shape (n,).
         evidence: Logarithm of the likelihood ratio, of white residuals.
+        borne_out: Whether the log as it is does as badly as it would if these were true (`ident.borne_out`).
     """
 
     readings: tuple[Reading, ...]
     gain: Array
     evidence: float
+    borne_out: bool
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,7 +133,7 @@ def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
     scaled = scaled_lengths(arm, logs.unknowns, logs.seen)
     same_as_given, groups = _grouped(logs, given, but_lengths_of(reached, scaled))
     groups += [[each] for each in scaled]
-    alternatives = _with_tilt(logs, given, [_alternative(given, group) for group in groups])
+    alternatives = _with_tilt(logs, given, [_alternative(logs, given, group) for group in groups])
     return Comparison(
         given=given,
         unreachable=unreachable(arm, logs.recordings, given.reading),
@@ -144,7 +147,7 @@ def _with_tilt(logs: Logs, given: Explanation, others: list[Alternative]) -> lis
     better = sorted((each for each in others if each.evidence > SUSPECT), key=lambda each: -each.evidence)
     readings = [each.readings[0] for each in better]
     lean = tilt(logs.arm, logs.aslant, logs.seen, readings, suspected=bool(better))
-    found = None if lean is None else _alternative(given, [lean])
+    found = None if lean is None else _alternative(logs, given, [lean])
     return others if found is None or found.evidence < SUSPECT else [*others, found]
 
 
@@ -181,10 +184,14 @@ def _alike(left: Array, others: Sequence[Array]) -> list[int]:
     return np.flatnonzero(alike.all(axis=1)).tolist()
 
 
-def _alternative(given: Explanation, group: Sequence[Explanation]) -> Alternative:
+def _alternative(logs: Logs, given: Explanation, group: Sequence[Explanation]) -> Alternative:
     gain = gain_over(given.column_left, group[0].column_left)
     evidence = evidence_of(gain, given.column_freedom, group[0].column_freedom)
-    return Alternative(tuple(each.reading for each in group), gain, evidence)
+    reading, better = group[0].reading, float(gain.sum())
+    doubtful = BETTER < better <= CLEAR
+    unknowns = logs.unknowns, logs.unknowns_under(reading)
+    proven = not doubtful or borne_out(logs.arm, unknowns, logs.seen, reading)
+    return Alternative(tuple(each.reading for each in group), gain, evidence, proven)
 
 
 def single_readings(arm: Arm) -> Iterator[Reading]:

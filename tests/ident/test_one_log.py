@@ -194,7 +194,7 @@ def test_what_is_surely_better_with_the_lengths_as_drawn_is_asked_whether_it_let
         (drawn, 1.1, 0.9 * EVIDENCE, False),
         (longer, 1.1, 1.1 * EVIDENCE, False),
     ):
-        assert between_logs._ordinary(Alternative((reading,), factor * gain, evidence)) == expected
+        assert between_logs._ordinary(Alternative((reading,), factor * gain, evidence, borne_out=True)) == expected
 
 
 # Judgement of what was found

@@ -9,6 +9,7 @@ LOOKS_AT = {
     "elasticity": "joints that yield, which no residual shows",
     "load friction": "friction that grows with the load, which no residual shows",
     "joints": "a joint's own currents against all joints together",
+    "centre": "the payload's centre of mass against what is left",
     "halves": "the first half of every motion against the second",
     "bare": "motions with a bare flange against each other",
     "position": "what is left, against the joint's position",

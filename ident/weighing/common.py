@@ -53,6 +53,8 @@ class CommonError:
 
 def common_error(found: Verification) -> CommonError | None:
     """What joints have in common beyond the deviation of it; None where they agree with the scale or not at all."""
+    if found.passed:
+        return None
     masses = {each.joint: each.mass for each in found.joints if each.joint is not None and _sure(each.mass)}
     names, weighed = list(masses), [each for each in masses.values() if each is not None]
     value, std = np.array([each.value for each in weighed]), np.array([each.std for each in weighed])

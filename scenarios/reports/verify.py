@@ -61,7 +61,7 @@ def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
 
 def _conclusion(found: Verification) -> Paragraph:
     common = common_error(found)
-    if common is not None and not found.passed:
+    if common is not None:
         return Paragraph(f"MISSED: {_common_words(common, found)}.", Mood.BAD, strong=True)
     off = sorted(
         (each for each in found.joints if each.verdict == DIFFERS),

@@ -51,7 +51,14 @@ UNPAIRED = {
     (): "no recording is given",
     ("--unloaded", "unloaded.parquet"): "bare motions give no ratio of gains",
     ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "bare motions give no ratio of gains",
-    ("--loaded", "loaded.parquet", "loaded-2.parquet", "--payload", "payload.toml"): "no drive gain can be identified",
+    (
+        "--loaded",
+        "loaded.parquet",
+        "loaded-2.parquet",
+        "--payload",
+        "payload.toml",
+    ): "no drive gain can be identified without a bare "
+    "motion: record one with nothing on the flange (--unloaded); joint 1: ",
     ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "hold the same motion",
 }
 

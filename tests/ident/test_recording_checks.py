@@ -230,7 +230,7 @@ def test_a_current_at_rest_that_flickers_to_either_side_now_and_then_has_no_spik
     v[:, 1] = 0.3
     v[[300, 900, 1500], 1], v[[700, 2100], 1] = 0.55, 0.05
     check_log(log(v=v))
-    v[700, 1] = 0.08  # no multiple of a step
+    v[[700, 2100], 1] = 0.1  # no multiple of a step
     with pytest.raises(RecordingError, match="5 such samples"):
         check_log(log(v=v))
 

@@ -15,8 +15,9 @@ LOOKS_AT = {
     "position": "what is left, against the joint's position",
     "speed": "what is left, against the joint's speed",
     "whiteness": "what is left, against itself in time",
+    "own weight": "the arm's torque by its gains against that of the model's masses",
 }
-"""What a test compares, by its name in `ident.consistency.CHECKS`."""
+"""What a test compares, by its name in `ident.consistency.CHECKS` or its own module."""
 COLUMNS = (
     Column(title="Test", words=True),
     Column(title="Worst joint"),

@@ -1,14 +1,18 @@
 """Our own columns: `t`, `q1` .. `qn`, `v1` .. `vn` in seconds, radians or metres, and drive units."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from ident.errors import RecordingError
 from ident.logs.columns import OURS, listed, used_columns
 from ident.logs.description import Channels, LogDescription
-from ident.naming import one_line
+from ident.logs.units import TIME
+from ident.naming import one_line, shown
 
 NAME = "own"
+_TIME = re.compile(r"(?i)t[^a-z]|time|stamp|sec|elapsed|clock")
+"""How names of columns of time begin."""
 
 
 def layout(path: Path, names: Sequence[str], said: LogDescription) -> LogDescription | None:
@@ -32,7 +36,7 @@ def own_columns(path: Path, names: Sequence[str], wanted: set[str]) -> LogDescri
     """
     used, place = used_columns(path, names), one_line(path)
     if "t" in wanted and "t" not in used:
-        raise RecordingError(f"{place}: column t is missing; found {listed(used)}")
+        raise RecordingError(f"{place}: column t is missing{_likely_time(names)}; found {listed(used)}")
     numbers = {kind: _joint_numbers(place, used, kind) for kind in "qv" if kind in wanted}
     if len(numbers) == 2 and numbers["q"] != numbers["v"]:
         first = min(set(numbers["q"]) ^ set(numbers["v"]))
@@ -46,6 +50,16 @@ def own_columns(path: Path, names: Sequence[str], wanted: set[str]) -> LogDescri
     return LogDescription(
         t=Channels(columns=("t",), unit=("s",)), q=Channels(columns=q, unit=("rad",)), v=Channels(columns=v)
     )
+
+
+def _likely_time(names: Sequence[str]) -> str:
+    """What to say of the column that is time by its name, or of whichever it is."""
+    likely = next((name for name in names if _TIME.match(name)), None)
+    if likely is None:
+        return "; say which one it is: --columns t=NAME[unit]"
+    ending = re.split(r"[^a-z]+", likely.lower().rstrip("])"))[-1]
+    unit = f"[{ending}]" if ending in TIME else "[unit]"
+    return f"; is it {shown(likely)}? --columns 't={one_line(likely)}{unit}'"
 
 
 def _joint_numbers(place: str, used: Sequence[str], kind: str) -> list[int]:

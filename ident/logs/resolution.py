@@ -116,7 +116,11 @@ def _column(path: Path, names: Sequence[str], name: str) -> str:
         return name
     if many > 1:
         raise RecordingError(f"{one_line(path)}: column {shown(name)} appears twice")
-    raise RecordingError(f"{one_line(path)}: no column {shown(name)}{nearest(name, names)}; found {listed(names)}")
+    ours = "; it has our own t, q1, v1, ..: convert only the logs that have others (rx90 convert LOG --columns ..)"
+    advice = ours if {"t", "q1", "v1"} <= set(names) else ""
+    raise RecordingError(
+        f"{one_line(path)}: no column {shown(name)}{nearest(name, names)}; found {listed(names)}{advice}"
+    )
 
 
 def _check_complete(path: Path, found: LogDescription, *, own: bool) -> None:

@@ -2,10 +2,12 @@
 
 import argparse
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.commands.arguments as arguments
+from ident.naming import one_line
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.progress import console, under_way
 from scenarios.commands.status import Status
@@ -84,6 +86,19 @@ def main(options: argparse.Namespace) -> Status:
     if len(folders) < len(options.subjects):
         raise NothingToCompare("scenarios and problem folders together; compare them one after the other")
     return _answered(options, folders, methods, limits)
+
+
+def _saved(subjects: Sequence[str]) -> str:
+    """What to say of a folder that a command saved: it is no problem and no scenario."""
+    from scenarios.store.record import RECORD
+
+    folder = next((subject for subject in subjects if (Path(subject) / RECORD).is_file()), None)
+    if folder is None:
+        return ""
+    return (
+        f"{one_line(folder)} is a saved result (rx90 report shows it; rx90 compare-gains compares two gains files, as "
+        "rx90 identify --gains-out writes them); "
+    )
 
 
 def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[Method]", limits: "Limits") -> Status:
@@ -169,7 +184,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
     from scenarios.studies.study import carry_out
 
     if not options.subjects or options.trials is None or options.out is None:
-        raise NothingToCompare("expected scenarios, -n N and --out DIR")
+        raise NothingToCompare(f"{_saved(options.subjects)}expected scenarios, -n N and --out DIR")
     loaded = [load_scenario(name) for name in options.subjects]
     names = [scenario.name for scenario in loaded]
     twice = next((name for name in names if names.count(name) > 1), None)

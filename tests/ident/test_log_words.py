@@ -1,5 +1,6 @@
 """What has to be said of a foreign log: what is not is asked for in one line."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,8 @@ from foreign_logs import SAID, Q, T, channels, csv, table
 from ident.errors import LogDescriptionError, RecordingError
 from ident.logs.column_words import spread
 from ident.logs.columns import listed
-from ident.logs.description import Channels
+from ident.logs.description import Channels, LogDescription
+from ident.logs.resolution import resolved
 from ident.recording_files import read_recording
 
 UNSAID = {
@@ -93,3 +95,25 @@ def test_a_range_stands_for_one_to_sixty_four_names():
     for word in ("q{2..66}", "q{3..2}"):
         with pytest.raises(LogDescriptionError, match=r"here: 'q\{.*; expected a range of 1 to 64 numbers"):
             spread(word, "here")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("time_ms", "is it 'time_ms'? --columns 't=time_ms[ms]'; found"),
+        ("Timestamp [us]", "is it 'Timestamp [us]'? --columns 't=Timestamp [us][us]'; found"),
+        ("t_robot", "is it 't_robot'? --columns 't=t_robot[unit]'; found"),
+        ("temperature", "say which one it is: --columns t=NAME[unit]; found"),
+    ],
+)
+def test_a_column_that_is_time_by_its_name_is_named_where_t_is_missing(tmp_path, name, said):
+    with pytest.raises(RecordingError, match=re.escape(f"column t is missing; {said} q1, v1")):
+        resolved(tmp_path / "log.csv", [name, "q1", "v1"], LogDescription())
+
+
+def test_a_log_with_our_own_columns_beside_one_with_others_says_what_to_do(tmp_path):
+    said = LogDescription(t=Channels(columns=("time_ms",), unit=("ms",)))
+    with pytest.raises(RecordingError, match=r"no column 'time_ms'.*it has our own t, q1, v1, \.\.: convert only"):
+        resolved(tmp_path / "log.csv", ["t", "q1", "v1"], said)
+    with pytest.raises(RecordingError, match=r"no column 'time_ms'; found seconds, q1, v1$"):
+        resolved(tmp_path / "log.csv", ["seconds", "q1", "v1"], said)

@@ -194,3 +194,12 @@ def test_a_report_says_all_that_it_knows_in_every_form(form):
         assert "1.230" in text
         assert "mine: 1 NotFinite." in text
         assert "1 of them failed before any method was asked." in text
+
+
+def test_a_saved_result_is_no_scenario_to_compare_and_says_what_shows_it(tmp_path, capsys):
+    (tmp_path / "record.json").write_text("{}")
+    assert main(["compare", str(tmp_path), "--method", "ls-2011"]) == 2
+    said = capsys.readouterr().err
+    assert "is a saved result (rx90 report shows it; rx90 compare-gains compares" in said
+    assert main(["compare", "nominal", "--method", "ls-2011"]) == 2
+    assert capsys.readouterr().err.endswith("rx90: expected scenarios, -n N and --out DIR\n")

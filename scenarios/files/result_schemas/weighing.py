@@ -77,8 +77,8 @@ class Departure(OpenObject):
 
     Attributes:
         joint: Its number, from 1.
-        rel_error: Its mass over that of the others, less one.
-        rel_std: Its standard deviation.
+        rel_error: Relative error, its mass over that of the others, less one.
+        rel_std: Its standard deviation, relative as well.
     """
 
     joint: int = Field(ge=1)
@@ -92,7 +92,7 @@ class CommonError(OpenObject):
     Attributes:
         joints: Their numbers, from 1.
         rel_error: Relative error, found less stated over stated.
-        rel_std: Its standard deviation, that of the scale included.
+        rel_std: Its standard deviation, relative as well, that of the scale included.
         apart: Joints that depart from them beyond their intervals.
     """
 

@@ -15,6 +15,7 @@ from scipy import optimize
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.borne_out import CLEAR, SQUARE, mean_square
 from ident.column_space import column_space
 from ident.evidence import NOTHING, gain_over
 from ident.explanation import Explanation, Unknowns, joint_columns, reading_columns, shares_left
@@ -60,12 +61,15 @@ def one_log_explanations(
     own_few = [reading_columns(arm, [each], as_it_is(arm)) for each in few]
     given_few = _explained(arm, unknowns, few, own_few, as_it_is(arm))
     found += _exchanged(arm, unknowns, motions, own, names)
-    found += _clocks(arm, unknowns, (few, motions), names)
+    found += _clocks(arm, unknowns, (few, motions), (own, given), names)
     for k, joint, sign in product(range(len(motions)), range(arm.n), (1.0, -1.0)):
         reading = _best_zero(arm, unknowns, few, own_few, (k, joint, sign), names[k])
         again = _explained(arm, unknowns, few, _with(arm, few, own_few, k, reading), reading)
         if gain_over(given_few.left, again.left).sum() > LOOKS_BETTER:
-            found.append(_explained(arm, unknowns, motions, _with(arm, motions, own, k, reading), reading))
+            read = _with(arm, motions, own, k, reading)
+            each = _explained(arm, unknowns, motions, read, reading)
+            if _stands(arm, unknowns, motions, (own, read), (given, each)):
+                found.append(each)
     return found
 
 
@@ -91,19 +95,26 @@ def _exchanged(
 
 
 def _clocks(
-    arm: Arm, unknowns: Unknowns, motions: tuple[Sequence[Instants], Sequence[Instants]], names: Sequence[str]
+    arm: Arm,
+    unknowns: Unknowns,
+    motions: tuple[Sequence[Instants], Sequence[Instants]],
+    given: tuple[Sequence[Array], Explanation],
+    names: Sequence[str],
 ) -> list[Explanation]:
     """The clock of one motion that counts otherwise than that of the others, by the factor that explains most."""
     few, all_of_them = motions
     found = list[Explanation]()
     for k, name in enumerate(names):
 
-        def explained(log: float, motions: Sequence[Instants], k: int = k, name: str = name) -> Explanation:
-            c = float(np.exp(log))
-            timed = _replaced(motions, k, _timed(motions[k], c))
-            columns = [reading_columns(arm, [each], as_it_is(arm)) for each in timed]
-            reading = replace(as_it_is(arm), words=f"t times {c:.3g} in {name} alone")
-            return _explained(arm, unknowns, timed, columns, reading)
+        def columns(log: float, motions: Sequence[Instants], k: int = k) -> list[Array]:
+            timed = _replaced(motions, k, _timed(motions[k], float(np.exp(log))))
+            return [reading_columns(arm, [each], as_it_is(arm)) for each in timed]
+
+        def explained(
+            log: float, motions: Sequence[Instants], read: Callable[..., list[Array]] = columns, name: str = name
+        ) -> Explanation:
+            reading = replace(as_it_is(arm), words=f"t times {float(np.exp(log)):.3g} in {name} alone")
+            return _explained(arm, unknowns, motions, read(log, motions), reading)
 
         def left(log: float, explained: Callable[..., Explanation] = explained) -> float:
             return float(np.log(np.maximum(explained(log, few).left, NOTHING)).sum())
@@ -113,7 +124,9 @@ def _clocks(
         best = optimize.minimize_scalar(
             left, bounds=(near - step, near + step), method="bounded", options={"xatol": CLOSE_CLOCK, "maxiter": 12}
         )
-        found.append(explained(float(best.x), all_of_them))
+        each = explained(float(best.x), all_of_them)
+        if _stands(arm, unknowns, all_of_them, (given[0], columns(float(best.x), all_of_them)), (given[1], each)):
+            found.append(each)
     return found
 
 
@@ -202,6 +215,28 @@ def _explained(
         W, v = _joint(unknowns, motions, columns, joint, apart=apart)
         left[joint], freedom[joint] = shares_left(W, v[:, None])[0], W.shape[0] - W.shape[1]
     return Explanation(reading, left, freedom)
+
+
+def _stands(
+    arm: Arm,
+    unknowns: Unknowns,
+    motions: Sequence[Instants],
+    columns: tuple[Sequence[Array], Sequence[Array]],
+    found: tuple[Explanation, Explanation],
+) -> bool:
+    """Whether a reading is clear, or leaves nothing of what the logs as they are would then miss (`borne_out`).
+
+    Args:
+        arm: The arm.
+        unknowns: Of it.
+        motions: Of each log.
+        columns: Of each motion, as the logs are and as they are read.
+        found: What both explain.
+    """
+    if gain_over(found[0].left, found[1].left).sum() > CLEAR:
+        return True
+    both = np.concatenate(columns[0]), np.concatenate(columns[1])
+    return mean_square(arm, (unknowns, unknowns), motions, both, as_it_is(arm)) < SQUARE
 
 
 def _backward(

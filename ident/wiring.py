@@ -5,7 +5,7 @@ parameters. Readings are compared by the logarithms of what they leave, in sum o
 those that look better on more.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -15,14 +15,14 @@ from ident.borne_out import CLEAR, borne_out
 from ident.errors import Contradiction, OtherLengths
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
-from ident.instants import Instants, instants
+from ident.instants import Instants, calmer, instants
 from ident.observation import ObserveOptions
 from ident.one_log_readings import agree, one_log_explanations
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
-from ident.scale_of_lengths import but_lengths_of, scaled_lengths
+from ident.scale_of_lengths import scaled_lengths, searched
 from ident.structure import Structure
-from ident.tilt import tilt
+from ident.tilt import shown_by_several, tilt
 
 FEW, MANY = 120, 400
 """Instants of each motion that all readings, and those that look better, are compared on."""
@@ -59,8 +59,9 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
     families = [(given.reading,), *(tuple(each for each in family if each in better) for family in families)]
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
     seen = [instants(each, MANY, options) for each in (unloaded, loaded)]
-    sure = _of_all_logs(structure.arm, unknowns, seen, given, others)
-    sure += _of_one_log(structure.arm, unknowns, seen, (unloaded.name, loaded.name), given, sure)
+    calm = [instants(each, MANY, calmer(options)) for each in (unloaded, loaded)]
+    sure = _of_all_logs(structure.arm, unknowns, (seen, calm), given, others)
+    sure += _of_one_log(structure.arm, unknowns, seen, (unloaded, loaded), given, sure)
     if sure:
         lengths = bool((_best(given, sure).reading.stretch != 1.0).any())
         raise (OtherLengths if lengths else Contradiction)(_message(given, sure))
@@ -69,28 +70,25 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
 def _of_all_logs(
     arm: Arm,
     unknowns: tuple[Unknowns, Unknowns],
-    seen: Sequence[Instants],
+    at: tuple[Sequence[Instants], Sequence[Instants]],
     given: Explanation,
     others: Sequence[Explanation],
 ) -> list[Explanation]:
     """Readings of all logs that are surely better, the best one first; lengths and the base by what is searched."""
-
-    def surely(found: Iterable[Explanation]) -> list[Explanation]:
-        better = (each for each in found if _surely_better(given, each))
-        return [each for each in better if _proven(arm, unknowns, seen, given, each)]
-
-    scaled = scaled_lengths(arm, unknowns[0], seen)
-    sure = surely((*but_lengths_of(others, scaled), *scaled))
+    seen, calm = at
+    scaled = scaled_lengths(arm, unknowns[0], seen, calm)
+    better = [*(each for each in others if not searched(each.reading, scaled)), *scaled]
+    sure = [each for each in better if _surely_better(given, each) and _proven(arm, unknowns, seen, given, each)]
     sure.sort(key=lambda each: -float(gain_over(given.left, each.left).sum()))
     lean = tilt(arm, unknowns[1], seen, [each.reading for each in sure], suspected=bool(sure))
-    return sure if lean is None else [*sure, *surely([lean])]
+    return sure if lean is None or not shown_by_several(given, lean) else [*sure, lean]
 
 
 def _of_one_log(
     arm: Arm,
     unknowns: tuple[Unknowns, Unknowns],
     seen: Sequence[Instants],
-    names: Sequence[str],
+    recordings: Sequence[Recording],
     given: Explanation,
     sure: Sequence[Explanation],
 ) -> list[Explanation]:
@@ -100,7 +98,7 @@ def _of_one_log(
         reading = _best(given, ordinary).reading
         if agree(arm, unknowns[reading.gravity is not arm.gravity], seen, reading):
             return []
-    found = one_log_explanations(arm, unknowns[0], seen, names, given)
+    found = one_log_explanations(arm, unknowns[0], seen, recordings, given)
     return [each for each in found if _surely_better(given, each)]
 
 

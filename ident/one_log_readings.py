@@ -15,6 +15,7 @@ from scipy import optimize
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.borne_out import CLEAR, SQUARE, mean_square
 from ident.column_space import column_space
 from ident.evidence import NOTHING, gain_over
 from ident.explanation import Explanation, Unknowns, joint_columns, reading_columns, shares_left
@@ -66,7 +67,10 @@ def one_log_explanations(
         reading = _best_zero(arm, unknowns, few, own_few, (k, joint, sign), names[k])
         again = _explained(arm, unknowns, few, _with(arm, few, own_few, k, reading), reading)
         if gain_over(given_few.left, again.left).sum() > LOOKS_BETTER:
-            found.append(_explained(arm, unknowns, motions, _with(arm, motions, own, k, reading), reading))
+            read = _with(arm, motions, own, k, reading)
+            each = _explained(arm, unknowns, motions, read, reading)
+            if _stands(arm, unknowns, motions, (own, read), (given, each)):
+                found.append(each)
     return found
 
 
@@ -194,6 +198,28 @@ def _explained(
         W, v = _joint(unknowns, motions, columns, joint, apart=apart)
         left[joint], freedom[joint] = shares_left(W, v[:, None])[0], W.shape[0] - W.shape[1]
     return Explanation(reading, left, freedom)
+
+
+def _stands(
+    arm: Arm,
+    unknowns: Unknowns,
+    motions: Sequence[Instants],
+    columns: tuple[Sequence[Array], Sequence[Array]],
+    found: tuple[Explanation, Explanation],
+) -> bool:
+    """Whether a reading is clear, or leaves nothing of what the logs as they are would then miss (`borne_out`).
+
+    Args:
+        arm: The arm.
+        unknowns: Of it.
+        motions: Of each log.
+        columns: Of each motion, as the logs are and as they are read.
+        found: What both explain.
+    """
+    if gain_over(found[0].left, found[1].left).sum() > CLEAR:
+        return True
+    both = np.concatenate(columns[0]), np.concatenate(columns[1])
+    return mean_square(arm, (unknowns, unknowns), motions, both, as_it_is(arm)) < SQUARE
 
 
 def _backward(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from consistency_logs import logs_of, problem_of
 from known_logs import BRICK
-from real_friction import Truth
+from real_friction import Truth, real_logs
 
 from ident.checks import between_logs
 from ident.checks.check import Checked, check
@@ -16,11 +16,12 @@ from ident.checks.remark import Grade
 from ident.consistency.finding import Finding
 from ident.consistency.joints import TORN, TORN_Z, torn
 from ident.errors import Contradiction, OtherLengths
-from ident.evidence import BETTER, EVIDENCE
+from ident.evidence import BETTER, EVIDENCE, gain_over
 from ident.identification import identify
 from ident.observation import ObserveOptions
 from ident.odd_gains import FAR, sign_notes, size_notes
 from ident.one_log import Counting, check_scales, check_units, countings, scale_notes
+from ident.one_log_readings import one_log_explanations
 from ident.options import GainOptions
 from ident.own_torque import Scale
 from ident.recording import Recording
@@ -290,3 +291,23 @@ def test_a_negative_gain_and_one_of_another_unit_get_a_note():
     assert note.startswith("joint 2: ")
     assert size_notes({0: 13.2, 1: 11.4 / FAR * 1.2}) == ()
     assert size_notes({4: 5e-6}) == ()
+
+
+@pytest.mark.parametrize("zero", [0.0, 3.0])
+def test_joints_that_yield_are_no_zero_of_one_log_and_a_zero_still_is_one(axes, monkeypatch, zero):
+    soft = Truth(compliance=(6e-4, 6e-4, 6e-4) if not zero else (0.0, 0.0, 0.0))
+    bare, loaded = real_logs(soft, (None, BRICK), np.random.default_rng(2), noise=0.002)
+    turned = Recording(loaded.t, loaded.q + np.deg2rad([0.0, zero, 0.0]), loaded.v, loaded.name)
+    better = list[str]()
+
+    def looked_at(arm, unknowns, motions, recordings, given):
+        found = one_log_explanations(arm, unknowns, motions, recordings, given)
+        better.extend(each.reading.words for each in found if gain_over(given.left, each.left).sum() > 0.03)
+        return []
+
+    monkeypatch.setattr("ident.wiring.one_log_explanations", looked_at)
+    check_wiring(axes, bare, turned, ObserveOptions())
+    if zero:
+        assert any(each.startswith("q2 minus") and each.endswith("loaded alone") for each in better)
+    else:
+        assert better == []  # its zero imitates a little of what every reading leaves

@@ -49,7 +49,7 @@ def test_noise_is_let_in_up_to_its_share_of_the_power(white):
 
 
 def test_what_is_nothing_but_encoder_noise_is_known_as_that(white):
-    # The fourth derivative of white noise, low-passed as positions are, times M_kk times the root of the sum of squares.
+    # The fourth derivative of white noise, low-passed as positions are, as loud as unit accelerations make it.
     quiet = smooth_motion(smooth_motion(white, PERIOD, CUTOFF)[2], PERIOD, 100.0)[2][2000:-2000]
     own = quiet * np.sqrt(DENSITY / (2.0 * PERIOD))
     for share, whole in ((0.75, True), (1.35, False)):

@@ -21,7 +21,7 @@ from ident.errors import NotIdentifiable
 from ident.estimators.nls import AllJointsOptions, chosen_model
 from ident.held_gains import gain_covariance, held, own_beliefs
 from ident.known_gains import KnownGains
-from ident.parameters import UNITS
+from ident.parameters import unit_of
 from ident.problem import Problem
 from ident.refusal import ratio_refusal
 from ident.rows import Rows
@@ -211,7 +211,7 @@ def _inertial(
     found = tuple(
         Parameter(
             name=names[arm[k]],
-            unit=f"{UNITS[names[arm[k]].rstrip('0123456789')]}{' ' if unit else ''}{unit}",
+            unit=f"{unit_of(names[arm[k]], problem.structure.arm.revolute.tolist())}{' ' if unit else ''}{unit}",
             value=float(fit.found.theta[k] * scale),
             std=float(std[k] * abs(scale)),
         )
@@ -254,6 +254,7 @@ def _rival(each: Rival) -> Array:
 
 
 FRICTION_UNITS = {"Fv": "s/rad", "cbrt": "(s/rad)^(1/3)", "by-direction": "s/rad"}
+"""By name, of a joint that turns, less the drive unit."""
 
 
 def _friction(problem: Problem, selected: Selected, gains: KnownGains | None) -> tuple[tuple[Parameter, ...], ...]:
@@ -269,7 +270,7 @@ def _friction(problem: Problem, selected: Selected, gains: KnownGains | None) ->
             tuple(
                 Parameter(
                     name=name if motion < 0 or len(problem.motions) == 1 else f"{name} in motion {motion + 1}",
-                    unit=_friction_unit(name),
+                    unit=_friction_unit(name, turns=bool(problem.structure.arm.revolute[joint])),
                     value=float(phi[k]),
                     std=float(std[k]),
                 )
@@ -293,7 +294,8 @@ def _rival_friction(each: Rival, joint: int, final: Fitted) -> Array:
     return np.array([each.share * (other[key] - one[key]) if key in one and key in other else 0.0 for key in keys])
 
 
-def _friction_unit(name: str) -> str:
+def _friction_unit(name: str, *, turns: bool) -> str:
     if name.startswith("load"):
         return "1"
-    return f"units {FRICTION_UNITS[name]}" if name in FRICTION_UNITS else "units"
+    unit = FRICTION_UNITS.get(name, "")
+    return f"units {unit if turns else unit.replace('rad', 'm')}".rstrip()

@@ -1,13 +1,14 @@
 """Data that contradict themselves: no gain of theirs is to be believed, however small its deviation."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from ident.all_joints.unmodelled import unmodelled
 from ident.errors import Contradiction
 from ident.estimate import GainEstimate
 from ident.joint_fit import JointFit, joint_fit
-from ident.payload_shape import shape_mismatch
+from ident.payload_shape import ShapeMismatch, shape_mismatch
 from ident.problem import Problem
 from ident.signs import FRICTION_Z, joint_signs
 
@@ -22,6 +23,8 @@ With every model error that `scenarios/catalog/nominal.toml` lists drawn at once
 one joint negated or off by a quarter turn, neighbours exchanged or a base on the ceiling, some joint of a UR-like arm
 has 90 and more (`docs/derivations.md`).
 """
+HELPS = 0.25
+"""Part of the square of a mismatch from which what explains it, though not enough, is named beside the suspects."""
 SUSPECTS = (
     "suspect the sign or the zero of q or v of a joint, the order of the columns, the robot model, the orientation of "
     "the base, or the payload's centre of mass"
@@ -46,26 +49,46 @@ def check_signs(estimate: GainEstimate) -> None:
 def check_shape(problem: Problem, estimate: GainEstimate) -> None:
     """Refuse data in which the load has another shape on some joint than the payload's description implies.
 
-    Joints that are refused anyway do not count: of a torque as small as theirs, a millimetre of the payload's centre
-    is a large share.
+    What friction that grows with load and joints that yield may be of it does not count. Neither do joints that are
+    refused anyway: of a torque as small as theirs, a millimetre of the payload's centre is a large share.
 
     Raises:
         Contradiction: Naming the joints, and the one that is surest.
     """
     known = [payload.known_part() for payload in problem.payloads]
-    certain: dict[int, float] = {}
-    shares: dict[int, float] = {}
-    for joint in np.flatnonzero(estimate.identifiable).tolist():
-        fit = joint_fit(problem, joint, known)
-        mismatch = shape_mismatch(problem, fit) if isinstance(fit, JointFit) else None
-        if mismatch is not None and mismatch.share > SHARE and mismatch.F > SURE_F:
-            certain[joint], shares[joint] = mismatch.F, mismatch.share
-    if certain:
-        worst = max(certain, key=lambda joint: certain[joint])
-        raise Contradiction(
-            f"joint {_listed(certain)}: the payload's torque has another shape than described, surest on joint "
-            f"{worst + 1} ({100.0 * shares[worst]:.3g} % of it); {SUSPECTS}"
-        )
+    fits = [joint_fit(problem, joint, known) for joint in np.flatnonzero(estimate.identifiable).tolist()]
+    alone = {each.system.rows.joint: each for each in fits if isinstance(each, JointFit)}
+    at_first = _sure({joint: shape_mismatch(problem, fit) for joint, fit in alone.items()})
+    lacking = unmodelled(problem) if at_first else None
+    found = at_first
+    if lacking is not None:
+        beside = {joint: lacking.currents(joint, alone[joint].inverse) for joint in at_first}
+        found = _sure({joint: shape_mismatch(problem, alone[joint], most) for joint, most in beside.items()})
+    if found:
+        raise Contradiction(_words(at_first, found))
+
+
+def _words(at_first: Mapping[int, ShapeMismatch], found: Mapping[int, ShapeMismatch]) -> str:
+    """What to say of mismatches, before and after other causes have had their share."""
+    worst = max(found, key=lambda joint: found[joint].F)
+    helped = 1.0 - (found[worst].share / at_first[worst].share) ** 2
+    words = (
+        f"joint {_listed(found)}: the payload's torque has another shape than described, surest on joint {worst + 1} "
+        f"({100.0 * found[worst].share:.3g} % of it); {SUSPECTS}"
+    )
+    if helped < HELPS:
+        return words
+    return (
+        f"{words}; or else joints that yield: with load friction they explain {100.0 * helped:.0f} % of the square of "
+        "what was seen"
+    )
+
+
+def _sure(mismatches: Mapping[int, ShapeMismatch | None]) -> dict[int, ShapeMismatch]:
+    """Mismatches that are no accident and too much, by joint."""
+    return {
+        joint: each for joint, each in mismatches.items() if each is not None and each.share > SHARE and each.F > SURE_F
+    }
 
 
 def _listed(joints: Iterable[int]) -> str:

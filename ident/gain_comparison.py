@@ -135,9 +135,9 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
         raise GainsError(f"joint {joint}: neither gain has a deviation; state one of them, or nothing can be told")
     x, turned = np.log(np.abs(B.value[b] / A.value[a])), A.value[a] * B.value[b] < 0.0
     y = _whitening(C, std) @ x
-    everyone = _scale(x, C)
-    sharing = _sharing(x, C)
-    common = everyone if len(sharing) in (0, len(x)) else _scale(x[sharing], C[np.ix_(sharing, sharing)])
+    everyone = common_scale(x, C)
+    sharing = sharing_joints(x, C)
+    common = everyone if len(sharing) in (0, len(x)) else common_scale(x[sharing], C[np.ix_(sharing, sharing)])
     w = np.zeros(len(x))
     w[sharing if len(sharing) else slice(None)] = common.weights
     apart = np.eye(len(x)) - np.outer(np.ones(len(x)), w)  # x - s
@@ -158,8 +158,15 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Scale:
-    """A change common to some joints: s = w^T x, its deviation, and a test of what is left of x."""
+class CommonScale:
+    """A change common to some joints: s = w^T x.
+
+    Attributes:
+        value: s.
+        std: Its standard deviation.
+        weights: w, shape (k,).
+        rest: A test of what is left of x.
+    """
 
     value: float
     std: float
@@ -167,20 +174,24 @@ class _Scale:
     rest: Together
 
 
-def _scale(x: Array, C: Array) -> _Scale:
+def common_scale(x: Array, C: Array) -> CommonScale:
+    """The change that k joints have in common, of x (k,) with covariance C (k, k)."""
     white = _whitening(C, np.sqrt(np.diag(C)))
     ones, y = white @ np.ones(len(x)), white @ x
     weight = float(ones @ ones)
     value = float(ones @ y) / weight
     rest = _test(float(y @ y) - value**2 * weight, max(len(x) - 1, 1))
-    return _Scale(value=value, std=weight**-0.5, weights=ones @ white / weight, rest=rest)
+    return CommonScale(value=value, std=weight**-0.5, weights=ones @ white / weight, rest=rest)
 
 
-def _sharing(x: Array, C: Array) -> Indices:
-    """The most joints whose changes one scale explains, more than half; of as many, those that it explains best."""
+def sharing_joints(x: Array, C: Array) -> Indices:
+    """The most joints whose changes x (k,) of covariance C (k, k) one scale explains, more than half; empty if none.
+
+    Of as many, those that it explains best.
+    """
     for many in range(min((len(x) - 1) // 2, MOST_APART) + 1):
         kept = [np.setdiff1d(np.arange(len(x)), out) for out in combinations(range(len(x)), many)]
-        tests = [_scale(x[each], C[np.ix_(each, each)]).rest for each in kept]
+        tests = [common_scale(x[each], C[np.ix_(each, each)]).rest for each in kept]
         best = int(np.argmin([test.chi2 for test in tests]))
         if tests[best].p >= APART:
             return kept[best].astype(np.intp)

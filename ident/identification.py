@@ -166,7 +166,7 @@ def identify_motions(
 
 def check_alone(problem: Problem, estimate: GainEstimate) -> None:
     """Refuse what no gains can explain."""
-    check_load(estimate)
+    check_load(estimate, bare=any(motion.payload is None for motion in problem.motions))
     try:
         check_signs(estimate)
         check_shape(problem, estimate)

@@ -12,6 +12,7 @@ import numpy as np
 from ident.arrays import Array, Indices, Mask, readonly
 from ident.errors import OptionError, RecordingError
 from ident.full_rate import FullRate
+from ident.intervals import intervals_of
 from ident.options import check_range
 from ident.parameters import STANDARD
 from ident.recording import JITTER_TOL, Recording, resampled
@@ -149,9 +150,7 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
         raise RecordingError(f"{recording.name}: {recording.n} joints, but robot {structure.arm.name} has {n}")
     notes = []
     if recording.jitter > JITTER_TOL:
-        jitter = 100.0 * recording.jitter
-        rate = 1.0 / recording.period
-        notes.append(f"{recording.name}: sampling intervals vary by {jitter:.0f} %; resampled at {rate:.4g} Hz")
+        notes.append(f"{recording.name}: {_uneven(recording)}; resampled at {1.0 / recording.period:.4g} Hz")
         recording = resampled(recording)
     _check_rates(recording, options)
     edge = edge_samples(recording.period, options.cutoff_hz)
@@ -194,6 +193,13 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
         noise=noise_density(recording.q, recording.period),
     )
     return Observation(structure, tuple(joints), tuple(notes), behind)
+
+
+def _uneven(recording: Recording) -> str:
+    """How uneven a clock is, gaps apart, as a check of the log says it."""
+    found = intervals_of(recording.t)
+    varied = f"sampling intervals vary by {100.0 * found.jitter:.3g} %"
+    return varied if not found.lost else f"{varied}, {found.lost} samples missing beside"
 
 
 def reduced(

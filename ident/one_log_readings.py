@@ -5,7 +5,7 @@ alone counts otherwise leave more of all currents than the right reading of that
 set of its own for each log explains the currents better: under the right reading it has nothing to add.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, product
 from typing import TypeVar
@@ -20,7 +20,9 @@ from ident.evidence import NOTHING, gain_over
 from ident.explanation import Explanation, Unknowns, joint_columns, reading_columns, shares_left
 from ident.instants import Instants, thinned
 from ident.parameters import STANDARD
+from ident.rates import DIFFERENT, hertz_of
 from ident.readings import Reading, as_it_is
+from ident.recording import Recording
 
 APART = 0.03
 """Sum of logarithms by which sets of their own must explain logs better for their readings to be looked at."""
@@ -32,8 +34,6 @@ BRAKES = np.array([STANDARD.index(name) for name in ("Fv", "Fc")])
 """Friction among a joint's own columns."""
 FEW = 100
 """Instants of each motion that zeros are searched on."""
-CLOCKS, CLOSE_CLOCK = np.log(np.geomspace(0.25, 4.0, 9)), 3e-3
-"""Logarithms of the factors of a clock that are tried, and how near the best one is found."""
 GRID = np.arange(0.0, 360.0, 15.0)
 """Zeros that are tried [degrees]; the best is refined."""
 
@@ -41,7 +41,7 @@ T = TypeVar("T")
 
 
 def one_log_explanations(
-    arm: Arm, unknowns: Unknowns, motions: Sequence[Instants], names: Sequence[str], given: Explanation
+    arm: Arm, unknowns: Unknowns, motions: Sequence[Instants], recordings: Sequence[Recording], given: Explanation
 ) -> list[Explanation]:
     """What readings explain that differ from the log as it is in one log; none where the logs agree about the arm.
 
@@ -49,18 +49,19 @@ def one_log_explanations(
         arm: The arm.
         unknowns: Of it.
         motions: The first one, with whatever it carries, and others, each of which may carry something else.
-        names: Of their logs.
+        recordings: Their logs, at least two.
         given: What the logs as they are explain, on the same instants.
     """
     if agree(arm, unknowns, motions, as_it_is(arm)):
         return []
+    names = [each.name for each in recordings]
     own = [reading_columns(arm, [each], as_it_is(arm)) for each in motions]
     found = [_backward(arm, unknowns, motions, own, names, given, joint) for joint in range(arm.n)]
     few = [thinned(each, FEW) for each in motions]
     own_few = [reading_columns(arm, [each], as_it_is(arm)) for each in few]
     given_few = _explained(arm, unknowns, few, own_few, as_it_is(arm))
     found += _exchanged(arm, unknowns, motions, own, names)
-    found += _clocks(arm, unknowns, (few, motions), names)
+    found += _clocks(arm, unknowns, motions, recordings)
     for k, joint, sign in product(range(len(motions)), range(arm.n), (1.0, -1.0)):
         reading = _best_zero(arm, unknowns, few, own_few, (k, joint, sign), names[k])
         again = _explained(arm, unknowns, few, _with(arm, few, own_few, k, reading), reading)
@@ -91,29 +92,20 @@ def _exchanged(
 
 
 def _clocks(
-    arm: Arm, unknowns: Unknowns, motions: tuple[Sequence[Instants], Sequence[Instants]], names: Sequence[str]
+    arm: Arm, unknowns: Unknowns, motions: Sequence[Instants], recordings: Sequence[Recording]
 ) -> list[Explanation]:
-    """The clock of one motion that counts otherwise than that of the others, by the factor that explains most."""
-    few, all_of_them = motions
-    found = list[Explanation]()
-    for k, name in enumerate(names):
+    """The clock of one motion that counts otherwise, so that it was sampled at the rate of another.
 
-        def explained(log: float, motions: Sequence[Instants], k: int = k, name: str = name) -> Explanation:
-            c = float(np.exp(log))
+    No other factor is tried: a coarse encoder makes some factor fit better on any log.
+    """
+    found = list[Explanation]()
+    for k, one in enumerate(recordings):
+        c = hertz_of(one) / hertz_of(recordings[1 if k == 0 else 0])
+        if abs(c - 1.0) > DIFFERENT:
             timed = _replaced(motions, k, _timed(motions[k], c))
             columns = [reading_columns(arm, [each], as_it_is(arm)) for each in timed]
-            reading = replace(as_it_is(arm), words=f"t times {c:.3g} in {name} alone")
-            return _explained(arm, unknowns, timed, columns, reading)
-
-        def left(log: float, explained: Callable[..., Explanation] = explained) -> float:
-            return float(np.log(np.maximum(explained(log, few).left, NOTHING)).sum())
-
-        near = float(CLOCKS[int(np.argmin([left(float(log)) for log in CLOCKS]))])
-        step = float(CLOCKS[1] - CLOCKS[0])
-        best = optimize.minimize_scalar(
-            left, bounds=(near - step, near + step), method="bounded", options={"xatol": CLOSE_CLOCK, "maxiter": 12}
-        )
-        found.append(explained(float(best.x), all_of_them))
+            reading = replace(as_it_is(arm), words=f"t times {c:.3g} in {one.name} alone")
+            found.append(_explained(arm, unknowns, timed, columns, reading))
     return found
 
 

@@ -19,6 +19,25 @@ UNITS = {
     **dict.fromkeys(("Fv", "Fvm"), "N m s/rad"),
     **dict.fromkeys(("Fc", "Fcm", "off"), "N m"),
 }
+"""By name, of a joint that turns."""
+SLIDING = {
+    **dict.fromkeys(("Ia", "Iam"), "kg"),
+    **dict.fromkeys(("Fv", "Fvm"), "N s/m"),
+    **dict.fromkeys(("Fc", "Fcm", "off"), "N"),
+}
+"""Where the drive of a joint that slides has another unit."""
+
+
+def unit_of(label: str, revolute: Sequence[bool]) -> str:
+    """Unit of a parameter by its label, `Ia3`, of an arm whose joints turn or slide.
+
+    Example:
+        >>> unit_of("Ia2", (True, False)), unit_of("ZZ2", (True, False)), unit_of("Ia1", (True, False))
+        ('kg', 'kg m^2', 'kg m^2')
+    """
+    name = label.rstrip("0123456789")
+    turns = revolute[int(label[len(name) :]) - 1]
+    return UNITS[name] if turns else SLIDING.get(name, UNITS[name])
 
 
 def labels(n_joints: int, couplings: Sequence[tuple[int, int]] = ()) -> tuple[str, ...]:

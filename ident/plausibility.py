@@ -19,6 +19,7 @@ from ident.signs import FRICTION_Z, joint_signs
 
 LOAD_Z = 4.0
 """Standard deviations that 1/g must differ from zero by on some joint for a load to be there."""
+RECORD_BARE = "record one with nothing on the flange (--unloaded)"
 LARGE_RESIDUAL = 0.15
 """Share of a joint's current above which its residual is worth a note."""
 
@@ -79,11 +80,15 @@ def repeatable(recordings: Sequence[Recording]) -> None:
     """Trust that each is of a motion of its own: simulated ones repeat to the last digit where nothing is random."""
 
 
-def check_load(estimate: GainEstimate) -> None:
+def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
     """Refuse an estimate that shows no load, or a negative one: the two files are swapped.
 
     A drive wired backwards has a negative gain and negative friction over gain as well; with the files swapped
     only the payload changes sign. Where friction is too small to tell, positive gains are expected.
+
+    Args:
+        estimate: The estimate.
+        bare: Whether a motion has a bare flange.
 
     Raises:
         NotIdentifiable: Saying which.
@@ -91,12 +96,15 @@ def check_load(estimate: GainEstimate) -> None:
     signs = joint_signs(estimate)
     seen = np.abs(signs.load_z) > LOAD_Z
     if len(seen) and not seen.any():
+        if not bare:
+            raise NotIdentifiable(f"without a bare motion no joint shows the load: {RECORD_BARE}")
         raise NotIdentifiable(
             f"by {estimate.method} the loaded motion shows no load on any joint; was the payload mounted?"
         )
     if not estimate.identifiable.any():
         reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
-        raise NotIdentifiable(f"no drive gain can be identified; joint 1: {reason}")
+        missing = "" if bare else f" without a bare motion: {RECORD_BARE}"
+        raise NotIdentifiable(f"no drive gain can be identified{missing}; joint 1: {reason}")
     sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
     if not (signs.load_z * sign > 0.0)[seen].any():
         raise NotIdentifiable(

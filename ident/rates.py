@@ -10,9 +10,14 @@ DIFFERENT = 0.02
 """Relative difference of rates that is worth a word; a clock off by as much errs inertias by twice that."""
 
 
+def hertz_of(recording: Recording) -> float:
+    """The usual rate of a log [Hz]."""
+    return 1.0 / float(np.median(np.diff(recording.t)))
+
+
 def rate_notes(recordings: Sequence[Recording]) -> tuple[str, ...]:
     """A note on every log whose usual rate is not that of the first."""
-    hertz = [1.0 / float(np.median(np.diff(each.t))) for each in recordings]
+    hertz = [hertz_of(each) for each in recordings]
     return tuple(
         f"{each.name}: sampled at {rate:.4g} Hz, {recordings[0].name} at {hertz[0]:.4g} Hz; was it set so, or does t "
         "count otherwise in one of them? Inertias, and gains that rest on them, go with its square"

@@ -12,6 +12,7 @@ and asks for what no motion does, so that it does not alarm on one:
 
 Of Gaussian noise alone, a sample would have to lie 50 standard deviations out by the second, 13 by the third. The third
 is for spikes in more than `MANY` of the samples, which are usual by the others' measure; smaller ones are not found.
+Channels that are logged in coarse steps flicker by one of them, which is no spike.
 """
 
 from collections.abc import Callable, Iterator
@@ -35,6 +36,10 @@ BURST = 10
 """Samples that a spike lasts at most; what lasts longer is taken for a motion."""
 NEAR = 3
 """Samples to either side whose median stands for what a sample should be; a spike may last as many."""
+LEVELS = 3
+"""Values that a coarse channel has at least: of two, one may be a fault."""
+WHOLE = 0.01
+"""What a difference of two values of a coarse channel may be off a multiple of its step, in steps."""
 MANY = 0.001
 """Share of the samples from which spikes of that size are too many; fewer decide no gain."""
 SHARE = 0.99
@@ -118,7 +123,7 @@ def _check_currents(recording: Recording, j: int) -> None:
     away = np.abs(v - np.median(v))
     usual = float(np.quantile(away, SHARE))
     spikes = _short(away > UNUSUAL * usual)
-    if not spikes.any():
+    if not spikes.any() or _flickers(v, away[spikes]):
         return
     row = int(spikes.argmax())
     rows = np.flatnonzero(spikes)
@@ -135,13 +140,22 @@ def _check_many(recording: Recording, channel: str, x: Array, far: float) -> Non
     low, high = np.quantile(x, MIDDLE)
     spikes = (away > UNUSUAL * np.median(away)) & (away > min(far, 0.5 * float(high - low)))
     row, many = int(spikes.argmax()), int(spikes.sum())
-    if many <= MANY * len(x):
+    if many <= MANY * len(x) or _flickers(x, away[spikes]):
         return
     raise RecordingError(
         f"{recording.name}: {channel} has {many} spikes ({100.0 * many / len(x):.2g} % of its samples), the first at "
         f"row {row + 1}, t = {recording.t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}; remove "
         "or repair those samples"
     )
+
+
+def _flickers(x: Array, away: Array) -> bool:
+    """Whether samples are away by one step of a channel that has few values, multiples of this step."""
+    steps = np.diff(np.unique(x))
+    if len(steps) + 1 < LEVELS:
+        return False
+    step = float(steps.min())
+    return bool((away < 1.5 * step).all() and np.abs(steps / step - np.rint(steps / step)).max() < WHOLE)
 
 
 def _short(far: Mask) -> Mask:

@@ -11,17 +11,18 @@ from typing import TypeAlias
 import numpy as np
 
 from ident.arm import Arm
+from ident.borne_out import CLEAR, borne_out
 from ident.errors import Contradiction, OtherLengths
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
-from ident.instants import Instants, instants
+from ident.instants import Instants, calmer, instants
 from ident.observation import ObserveOptions
 from ident.one_log_readings import agree, one_log_explanations
 from ident.readings import WEIGHTLESS, Reading, readings
 from ident.recording import Recording
-from ident.scale_of_lengths import but_lengths_of, scaled_lengths
+from ident.scale_of_lengths import scaled_lengths, searched
 from ident.structure import Structure
-from ident.tilt import tilt
+from ident.tilt import shown_by_several, tilt
 
 FEW, MANY = 120, 400
 """Instants of each motion that all readings, and those that look better, are compared on."""
@@ -58,8 +59,9 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
     families = [(given.reading,), *(tuple(each for each in family if each in better) for family in families)]
     given, *others = _explained(structure.arm, unknowns, (unloaded, loaded), options, MANY, families)
     seen = [instants(each, MANY, options) for each in (unloaded, loaded)]
-    sure = _of_all_logs(structure.arm, unknowns, seen, given, others)
-    sure += _of_one_log(structure.arm, unknowns, seen, (unloaded.name, loaded.name), given, sure)
+    calm = [instants(each, MANY, calmer(options)) for each in (unloaded, loaded)]
+    sure = _of_all_logs(structure.arm, unknowns, (seen, calm), given, others)
+    sure += _of_one_log(structure.arm, unknowns, seen, (unloaded, loaded), given, sure)
     if sure:
         lengths = bool((_best(given, sure).reading.stretch != 1.0).any())
         raise (OtherLengths if lengths else Contradiction)(_message(given, sure))
@@ -68,23 +70,25 @@ def check_wiring(structure: Structure, unloaded: Recording, loaded: Recording, o
 def _of_all_logs(
     arm: Arm,
     unknowns: tuple[Unknowns, Unknowns],
-    seen: Sequence[Instants],
+    at: tuple[Sequence[Instants], Sequence[Instants]],
     given: Explanation,
     others: Sequence[Explanation],
 ) -> list[Explanation]:
     """Readings of all logs that are surely better, the best one first; lengths and the base by what is searched."""
-    scaled = scaled_lengths(arm, unknowns[0], seen)
-    sure = [each for each in (*but_lengths_of(others, scaled), *scaled) if _surely_better(given, each)]
+    seen, calm = at
+    scaled = scaled_lengths(arm, unknowns[0], seen, calm)
+    better = [*(each for each in others if not searched(each.reading, scaled)), *scaled]
+    sure = [each for each in better if _surely_better(given, each) and _proven(arm, unknowns, seen, given, each)]
     sure.sort(key=lambda each: -float(gain_over(given.left, each.left).sum()))
     lean = tilt(arm, unknowns[1], seen, [each.reading for each in sure], suspected=bool(sure))
-    return sure if lean is None or not _surely_better(given, lean) else [*sure, lean]
+    return sure if lean is None or not shown_by_several(given, lean) else [*sure, lean]
 
 
 def _of_one_log(
     arm: Arm,
     unknowns: tuple[Unknowns, Unknowns],
     seen: Sequence[Instants],
-    names: Sequence[str],
+    recordings: Sequence[Recording],
     given: Explanation,
     sure: Sequence[Explanation],
 ) -> list[Explanation]:
@@ -94,7 +98,7 @@ def _of_one_log(
         reading = _best(given, ordinary).reading
         if agree(arm, unknowns[reading.gravity is not arm.gravity], seen, reading):
             return []
-    found = one_log_explanations(arm, unknowns[0], seen, names, given)
+    found = one_log_explanations(arm, unknowns[0], seen, recordings, given)
     return [each for each in found if _surely_better(given, each)]
 
 
@@ -119,6 +123,18 @@ def _explained(
 def _surely_better(given: Explanation, other: Explanation) -> bool:
     gain = gain_over(given.left, other.left)
     return convincing(gain, evidence_of(gain, given.freedom, other.freedom), other.reading)
+
+
+def _proven(
+    arm: Arm,
+    unknowns: tuple[Unknowns, Unknowns],
+    seen: Sequence[Instants],
+    given: Explanation,
+    other: Explanation,
+) -> bool:
+    """Whether a reading of all logs is better by far, or by what it ought to be."""
+    under = unknowns[0], unknowns[other.reading.gravity is not arm.gravity]
+    return gain_over(given.left, other.left).sum() > CLEAR or borne_out(arm, under, seen, other.reading)
 
 
 def _best(given: Explanation, sure: Sequence[Explanation]) -> Explanation:

@@ -33,7 +33,16 @@ def named_readings(found: Comparison, backward: Sequence[int]) -> tuple[Alternat
 
     A joint that its friction drives is a second witness for a reading that negates its positions.
     """
-    sure = [each for each in found.alternatives if _convincing(each, found) or _witnessed(each, backward)]
+    return _best_of([each for each in found.alternatives if _proven(each, found) or _witnessed(each, backward)])
+
+
+def better_readings(found: Comparison) -> tuple[Alternative, ...]:
+    """As `named_readings`, borne out or not: where they are not, something else is wrong that they make up for."""
+    return _best_of([each for each in found.alternatives if _convincing(each, found)])
+
+
+def _best_of(sure: Sequence[Alternative]) -> tuple[Alternative, ...]:
+    """Those within a tie of the best."""
     return tuple(each for each, tied in zip(sure, among_best([each.gain for each in sure]), strict=True) if tied)
 
 
@@ -42,6 +51,11 @@ def words_of(readings: Sequence[Reading], backward: Sequence[int] = ()) -> str:
     ordered = sorted(readings, key=lambda each: _against_friction(each, backward))
     words = " = ".join(each.words for each in ordered[:NAMED])
     return words + (f" = {len(ordered) - NAMED} more" if len(ordered) > NAMED else "")
+
+
+def _proven(each: Alternative, found: Comparison) -> bool:
+    # Where the log as it is cannot be right, any reading that explains more is likelier.
+    return _convincing(each, found) and (each.borne_out or bool(found.unreachable and not found.same))
 
 
 def _convincing(each: Alternative, found: Comparison) -> bool:

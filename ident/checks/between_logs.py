@@ -82,8 +82,7 @@ def _one_log(logs: Logs, comparison: Comparison) -> list[Remark]:
         reading = max(ordinary, key=lambda each: float(each.gain.sum())).readings[0]
         if agree(logs.arm, logs.unknowns_under(reading), logs.seen, reading):
             return []
-    names = [each.name for each in logs.recordings]
-    found = one_log_explanations(logs.arm, logs.unknowns, logs.seen, names, given)
+    found = one_log_explanations(logs.arm, logs.unknowns, logs.seen, logs.recordings, given)
     gains = [gain_over(given.left, each.left) for each in found]
     best_of_all = max((float(each.gain.sum()) for each in comparison.alternatives), default=0.0)
     sure = [
@@ -111,5 +110,4 @@ def _one_log(logs: Logs, comparison: Comparison) -> list[Remark]:
 
 def _ordinary(each: Alternative) -> bool:
     """Whether a reading of all logs, of the lengths as drawn, is surely better than the logs as they are."""
-    reading = each.readings[0]
-    return bool((reading.stretch == 1.0).all()) and convincing(each.gain, each.evidence, reading)
+    return each.sure and bool((each.readings[0].stretch == 1.0).all())

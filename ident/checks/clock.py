@@ -3,11 +3,10 @@
 import numpy as np
 
 from ident.checks.remark import Grade, Remark
+from ident.intervals import Intervals, intervals_of
 from ident.observation import ObserveOptions
 from ident.recording import JITTER_TOL, LARGEST_GAP, Recording
 
-LOST = 1.5
-"""Interval, in medians, from which on a sample is missing."""
 FEW = 0.02
 """Share of missing samples that straight lines between the others stand in for."""
 ROOM = 4.0
@@ -27,14 +26,10 @@ SLOW = slowest_hz(ObserveOptions())
 
 def clock_remarks(recording: Recording) -> list[Remark]:
     """What the time stamps say."""
-    intervals = np.diff(recording.t)
-    usual = float(np.median(intervals))
-    missing = np.rint(intervals / usual - 1.0) * (intervals > LOST * usual)
-    lost, gaps = int(missing.sum()), int((missing > 0.0).sum())
-    even = intervals[missing == 0.0]
-    jitter = float(np.abs(even / usual - 1.0).max(initial=0.0))
+    found = intervals_of(recording.t)
+    jitter = found.jitter
     duration = float(recording.t[-1] - recording.t[0])
-    hertz = 1.0 / float(even.mean())  # controllers that log every 10 or 12 ms do so at a rate between the two
+    hertz = 1.0 / found.mean  # controllers that log every 10 or 12 ms do so at a rate between the two
     rate = Remark(
         topic="rate",
         log=recording.name,
@@ -50,16 +45,17 @@ def clock_remarks(recording: Recording) -> list[Remark]:
         grade=Grade.WEAK if uneven else Grade.GOOD,
         advice="log the time at which a sample was taken, not at which it arrived" if uneven else None,
     )
-    return [rate, steady, _gaps(recording, intervals, usual, lost, gaps)]
+    return [rate, steady, _gaps(recording, found)]
 
 
-def _gaps(recording: Recording, intervals: np.ndarray, usual: float, lost: int, gaps: int) -> Remark:
+def _gaps(recording: Recording, found: Intervals) -> Remark:
+    intervals, lost = np.diff(recording.t), found.lost
     if not lost:
         return Remark(topic="missing samples", log=recording.name, seen="none by the time stamps")
     at = int(intervals.argmax())
-    hole = intervals[at] > LARGEST_GAP * usual
+    hole = intervals[at] > LARGEST_GAP * found.usual
     many = lost > FEW * (len(recording.t) + lost)
-    where = f"{lost} in {gaps} gap{'s' if gaps > 1 else ''}"
+    where = f"{lost} in {found.gaps} gap{'s' if found.gaps > 1 else ''}"
     return Remark(
         topic="missing samples",
         log=recording.name,

@@ -1,24 +1,25 @@
 """The log as it is beside every other reading of it: which one explains the currents best, on the same instants."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.borne_out import CLEAR, borne_out
 from ident.checks.further_readings import further_readings
 from ident.checks.reach import unreachable
 from ident.checks.sameness import Fingerprint, fingerprint, same
-from ident.evidence import evidence_of, gain_over
+from ident.evidence import BETTER, convincing, evidence_of, gain_over
 from ident.explanation import Explanation, Unknowns, explanations, unknowns_of, unknowns_under_any
-from ident.instants import Instants, instants
+from ident.instants import Instants, calmer, instants
 from ident.observation import ObserveOptions
 from ident.readings import Reading, as_it_is, readings
 from ident.recording import Recording
-from ident.scale_of_lengths import but_lengths_of, scaled_lengths
+from ident.scale_of_lengths import scaled_lengths, searched
 from ident.structure import Structure
-from ident.tilt import tilt
+from ident.tilt import shown_by_several, tilt
 from ident.wiring import MANY
 
 SUSPECT = 20.0
@@ -35,11 +36,18 @@ class Alternative:
         readings: One or more that no currents can tell apart, simplest first.
         gain: Logarithm of what the log as it is leaves of each column of currents over what these leave, shape (n,).
         evidence: Logarithm of the likelihood ratio, of white residuals.
+        borne_out: Whether the log as it is does as badly as it would if these were true (`ident.borne_out`).
     """
 
     readings: tuple[Reading, ...]
     gain: Array
     evidence: float
+    borne_out: bool
+
+    @property
+    def sure(self) -> bool:
+        """Whether these are surely better than the log as it is."""
+        return self.borne_out and convincing(self.gain, self.evidence, self.readings[0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +77,7 @@ class Logs:
         aslant: The same under any.
         recordings: The first with whatever it carries, others that may carry something else.
         seen: Their instants.
+        calm: The same of positions filtered lower.
     """
 
     structure: Structure
@@ -76,6 +85,7 @@ class Logs:
     aslant: Unknowns
     recordings: tuple[Recording, ...]
     seen: tuple[Instants, ...]
+    calm: tuple[Instants, ...]
 
     @property
     def arm(self) -> Arm:
@@ -100,7 +110,8 @@ def prepared(structure: Structure, recordings: Sequence[Recording], options: Obs
         options: Filters.
     """
     seen = tuple(instants(each, MANY, options) for each in recordings)
-    return Logs(structure, unknowns_of(structure), unknowns_under_any(structure), tuple(recordings), seen)
+    calm = tuple(instants(each, MANY, calmer(options)) for each in recordings)
+    return Logs(structure, unknowns_of(structure), unknowns_under_any(structure), tuple(recordings), seen, calm)
 
 
 def same_as_it_is(structure: Structure, *, motions: int) -> tuple[Reading, ...]:
@@ -127,10 +138,9 @@ def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
     families = [*_families(arm), *((each,) for each in more)]
     given, *others = (found for family in families for found in logs.explained(family))
     reached = [each for each in others if not unreachable(arm, logs.recordings, each.reading)]
-    scaled = scaled_lengths(arm, logs.unknowns, logs.seen)
-    same_as_given, groups = _grouped(logs, given, but_lengths_of(reached, scaled))
-    groups += [[each] for each in scaled]
-    alternatives = _with_tilt(logs, given, [_alternative(given, group) for group in groups])
+    same_as_given, groups = _grouped(logs, given, reached)
+    alternatives = [_alternative(logs, given, group) for group in groups]
+    alternatives = _with_tilt(logs, given, _with_factors(logs, given, alternatives))
     return Comparison(
         given=given,
         unreachable=unreachable(arm, logs.recordings, given.reading),
@@ -139,13 +149,23 @@ def compared(logs: Logs, more: Sequence[Reading] = ()) -> Comparison:
     )
 
 
+def _with_factors(logs: Logs, given: Explanation, others: list[Alternative]) -> list[Alternative]:
+    """Alternatives, those of other lengths by the factors that explain most."""
+    scaled = scaled_lengths(logs.arm, logs.unknowns, logs.seen, logs.calm)
+    kept = [each for each in others if not searched(each.readings[0], scaled)]
+    return [*kept, *(_alternative(logs, given, [each]) for each in scaled)]
+
+
 def _with_tilt(logs: Logs, given: Explanation, others: list[Alternative]) -> list[Alternative]:
     """Alternatives, and a base that stands otherwise if that is worth a word."""
     better = sorted((each for each in others if each.evidence > SUSPECT), key=lambda each: -each.evidence)
     readings = [each.readings[0] for each in better]
     lean = tilt(logs.arm, logs.aslant, logs.seen, readings, suspected=bool(better))
-    found = None if lean is None else _alternative(given, [lean])
-    return others if found is None or found.evidence < SUSPECT else [*others, found]
+    if lean is None:
+        return others
+    found = _alternative(logs, given, [lean])
+    found = replace(found, borne_out=shown_by_several(given, lean))
+    return others if found.evidence < SUSPECT else [*others, found]
 
 
 def _grouped(
@@ -181,10 +201,14 @@ def _alike(left: Array, others: Sequence[Array]) -> list[int]:
     return np.flatnonzero(alike.all(axis=1)).tolist()
 
 
-def _alternative(given: Explanation, group: Sequence[Explanation]) -> Alternative:
+def _alternative(logs: Logs, given: Explanation, group: Sequence[Explanation]) -> Alternative:
     gain = gain_over(given.column_left, group[0].column_left)
     evidence = evidence_of(gain, given.column_freedom, group[0].column_freedom)
-    return Alternative(tuple(each.reading for each in group), gain, evidence)
+    reading, better = group[0].reading, float(gain.sum())
+    doubtful = BETTER < better <= CLEAR
+    unknowns = logs.unknowns, logs.unknowns_under(reading)
+    proven = not doubtful or borne_out(logs.arm, unknowns, logs.seen, reading)
+    return Alternative(tuple(each.reading for each in group), gain, evidence, proven)
 
 
 def single_readings(arm: Arm) -> Iterator[Reading]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.arrays import Mask
-from ident.checks.arm_remarks import MEND, NAMED, TOPIC, named_readings
+from ident.checks.arm_remarks import MEND, NAMED, TOPIC, better_readings
 from ident.checks.comparison import Alternative, Logs, compared, prepared
 from ident.checks.gear_ratio import motor_side
 from ident.checks.remark import Grade, Remark
@@ -46,7 +46,7 @@ def several_mistakes(logs: Logs, sure: Sequence[Alternative], options: ObserveOp
     for each in sure[:NAMED]:
         first = each.readings[0]
         after = mended(logs, first, options)
-        second = named_readings(compared(after, motor_side(after)), ())
+        second = better_readings(compared(after, motor_side(after)))
         if not second:
             return None
         found.append(Several(first, second[0].readings[0]))

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 from ident.consistency.bare import check_bare
+from ident.consistency.centre import check_centre
 from ident.consistency.curves import check_position, check_speed
 from ident.consistency.elasticity import check_elasticity
 from ident.consistency.evidence import Evidence
@@ -23,6 +24,7 @@ CHECKS: dict[str, Check] = {
     "elasticity": check_elasticity,
     "load friction": check_single_load,
     "joints": check_joints,
+    "centre": check_centre,
     "halves": check_halves,
     "bare": check_bare,
     "position": check_position,
@@ -32,8 +34,9 @@ CHECKS: dict[str, Check] = {
 """What each looks at.
 
 `elasticity`, `load friction`: an error of the model that no residual shows; `joints`: each alone against all together;
-`halves`: the first half of every motion against the second; `bare`: motions with a bare flange against each other;
-`position`, `speed`: what is left against a joint's own; `whiteness`: what is left against itself in time.
+`centre`: the payload's centre of mass against what is left; `halves`: the first half of every motion against the
+second; `bare`: motions with a bare flange against each other; `position`, `speed`: what is left against a joint's own;
+`whiteness`: what is left against itself in time.
 """
 REFUSING: dict[str, Check] = {"joints": check_joints}
 """Those whose failure costs every gain; for studies, whose trials may not claim what a run of their seed refuses."""

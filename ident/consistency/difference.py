@@ -16,6 +16,8 @@ DIFFERENT = 1e-6
 """Deviation of a difference, over that of the gain itself, under which the two estimates are one."""
 FREEDOM = 38
 """Degrees of freedom of a deviation that stretches of two motions give (`uncertainty.jackknife`)."""
+MATTERS = 0.5
+"""Difference in claimed deviations of the gain from which it is worth a word, as of all that bends a gain."""
 
 
 def difference_std(evidence: Evidence, influence: Array, residual: Array) -> float:
@@ -48,7 +50,13 @@ def most_deviations(tests: int) -> float:
 
 
 def judged_difference(
-    check: str, z: Mapping[int, float], change: Mapping[int, float], words: tuple[str, str], reason: str
+    check: str,
+    z: Mapping[int, float],
+    change: Mapping[int, float],
+    words: tuple[str, str],
+    reason: str,
+    *,
+    claimed: Mapping[int, float],
 ) -> Finding | None:
     """The finding of a test that compares two gains of each joint; None where no joint has two.
 
@@ -58,10 +66,13 @@ def judged_difference(
         change: The same in percent of the gain.
         words: What gives the other gain, and what it is compared with.
         reason: What to suspect.
+        claimed: Relative deviation that is claimed of each gain; a difference of less than `MATTERS` of it is not told.
     """
     if not z:
         return None
-    worst, limit = max(z, key=lambda joint: z[joint]), most_deviations(len(z))
+    limit = most_deviations(len(z))
+    told_of = [each for each in z if z[each] > limit and abs(change[each]) > 100.0 * MATTERS * claimed[each]]
+    worst = max(told_of or z, key=lambda joint: z[joint])
     side = "larger" if change[worst] > 0.0 else "smaller"
     told = (
         f"joint {worst + 1}: {words[0]} a gain {abs(change[worst]):.2g} % {side} {words[1]}, by {z[worst]:.2g} "
@@ -74,6 +85,6 @@ def judged_difference(
         statistic=z[worst],
         threshold=limit,
         measure="standard deviations",
-        sentence=told if z[worst] > limit else None,
+        sentence=told if told_of else None,
         change=change[worst],
     )

@@ -1,5 +1,6 @@
 """What consistency tests read: the estimate, and what several of them need of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -96,11 +97,20 @@ class Evidence:
     @cached_property
     def stated(self) -> Array:
         """Change of each row's current per deviation of what is stated of the payloads [drive units], shape (r, p)."""
-        solution, payloads = self.estimate.solution, self.problem.payloads
-        rows, spread = solution.rows, [payload.known_part().spread for payload in payloads]
+        spread = [payload.known_part().spread for payload in self.problem.payloads]
         if not any(each.any() for each in spread):
-            return np.zeros((len(rows.V), 0))
-        first = np.cumsum([0, *(each.shape[1] for each in spread)])
+            return np.zeros((len(self.estimate.solution.rows.V), 0))
+        return self.payload_currents(spread)
+
+    def payload_currents(self, parameters: Sequence[Array]) -> Array:
+        """Change of each row's current by changes of the payloads' parameters [drive units], shape (r, p).
+
+        Args:
+            parameters: Columns of changes of each payload's standard parameters, each of shape (10, .), p in all.
+        """
+        solution, payloads = self.estimate.solution, self.problem.payloads
+        rows = solution.rows
+        first = np.cumsum([0, *(each.shape[1] for each in parameters)])
         found = np.zeros((len(rows.V), first[-1]))
         inverse = dict(zip(solution.joints.tolist(), solution.inverse.tolist(), strict=True))
         mounted = [id(payload) for payload in payloads]
@@ -109,5 +119,5 @@ class Evidence:
             if motion.payload is not None and joint in inverse:
                 observed, which = motion.observation.joints[joint], mounted.index(id(motion.payload))
                 at = np.searchsorted(observed.position, rows.position[run])
-                found[run, first[which] : first[which + 1]] = inverse[joint] * (observed.W_L[at] @ spread[which])
+                found[run, first[which] : first[which + 1]] = inverse[joint] * (observed.W_L[at] @ parameters[which])
         return found

@@ -33,4 +33,4 @@ def check_halves(evidence: Evidence) -> Finding | None:
                 z[joint] = abs(apart) / std
     words = ("the second half of the motions gives", "than the first")
     reason = "did the drive warm up, or the payload come loose? The deviations do not contain it"
-    return judged_difference(NAME, z, change, words, reason)
+    return judged_difference(NAME, z, change, words, reason, claimed={joint: evidence.rel_std(joint) for joint in z})

@@ -43,7 +43,7 @@ def check_joints(evidence: Evidence) -> Finding | None:
             z[joint] = abs(part.value) / size / float(np.hypot(own / size, granted[k]))
     words = ("its own currents alone give", "than all joints together")
     reason = "suspect its friction, its zero, lengths of the model, or the payload's centre and inertia"
-    return judged_difference(NAME, z, change, words, reason)
+    return judged_difference(NAME, z, change, words, reason, claimed={joint: evidence.rel_std(joint) for joint in z})
 
 
 def torn(findings: Sequence[Finding]) -> str | None:

@@ -4,6 +4,7 @@ import argparse
 import time
 
 import scenarios.commands.arguments as arguments
+from ident.consistency import CHECKS
 from ident.estimators import DEFAULT, ESTIMATORS
 from ident.identification import Recorded, identify_motions
 from ident.logs.description import LogDescription
@@ -46,6 +47,7 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from ident.time_order import in_order_of_time
+    from scenarios.model_masses import with_masses
     from scenarios.reports.identify import estimate_report
 
     files = mounted_files(options.given)
@@ -73,6 +75,7 @@ def main(options: argparse.Namespace) -> Status:
             options=own,
             observing=observing,
             gains=limits,
+            checks=with_masses(CHECKS, options.model, options.flange),
         )
         identify_s = time.perf_counter() - started
     if held is not None:

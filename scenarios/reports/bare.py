@@ -86,7 +86,7 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
     parts.append(Table(title="Friction and offset, in drive units", columns=FRICTION, rows=own))
     there = {each.name.partition(" ")[0] for all_of in found.friction for each in all_of}
     parts.append(Paragraph(f"{'; '.join(words for name, words in TERMS.items() if name in there)}."))
-    parts += links_parts(links)
+    parts += links_parts(links, arm.revolute)
     return Report("Bare motions", tuple(parts), _document(answer, links, arm))
 
 

@@ -1,5 +1,6 @@
 """What `rx90 identify` says of links that bodies can have."""
 
+from ident.arrays import Array
 from scenarios.patching.link_document import Links
 from scenarios.patching.link_values import FAR
 from scenarios.patching.values import Unknown
@@ -10,12 +11,16 @@ COLUMNS = (
     Column(title="Mass", unit="kg"),
     Column(title="Centre", unit="m", words=True),
     Column(title="ixx iyy izz ixy ixz iyz", unit="kg m^2", words=True),
-    Column(title="Motor", unit="kg m^2"),
 )
 
 
-def links_parts(links: Links | Unknown) -> list[Part]:
-    """The set as a table, and how far data had to give way; why there is none."""
+def links_parts(links: Links | Unknown, revolute: Array) -> list[Part]:
+    """The set as a table, and how far data had to give way; why there is none.
+
+    Args:
+        links: The set.
+        revolute: Whether each joint turns, shape (n,).
+    """
     if isinstance(links, Unknown):
         return [Paragraph(f"No mass, centre and inertia of every link: {links.reason}.")]
     rows = tuple(
@@ -28,6 +33,7 @@ def links_parts(links: Links | Unknown) -> list[Part]:
         )
         for each in links.links
     )
+    unit = "kg m^2" if revolute.all() else "kg" if not revolute.any() else "kg (m^2)"
     title = "Links as bodies, in SI, each in the frame of its joint"
     far = links.farthest_deviations
     words = (
@@ -36,6 +42,6 @@ def links_parts(links: Links | Unknown) -> list[Part]:
     )
     doubt = "" if far <= FAR else " That is more than its deviation explains: model, gains or data are mistaken."
     return [
-        Table(title=title, columns=COLUMNS, rows=rows),
+        Table(title=title, columns=(*COLUMNS, Column(title="Motor", unit=unit)), rows=rows),
         Paragraph(words + doubt, Mood.DOUBTFUL if doubt else Mood.PLAIN),
     ]

@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ident.consistency.finding import joints_in_words
 from ident.cross_validation import STRETCHES, JointPrediction
 from ident.estimate import GainEstimate
+from ident.weighing.common import CommonError, common_error
 from ident.weighing.verification import AGREES, DIFFERS, Verification, Weighed
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import sentence
@@ -58,14 +60,15 @@ def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
 
 
 def _conclusion(found: Verification) -> Paragraph:
+    common = common_error(found)
+    if common is not None:
+        return Paragraph(f"MISSED: {_common_words(common, found)}.", Mood.BAD, strong=True)
     off = sorted(
         (each for each in found.joints if each.verdict == DIFFERS),
         key=lambda each: -abs(each.rel_error or 0.0) / (each.rel_std or 1.0),
     )
     named = ", ".join(
-        f"joint {(each.joint or 0) + 1} by {100.0 * (each.rel_error or 0.0):+.2g} % (2 sigma "
-        f"{200.0 * (each.rel_std or 0.0):.2g})"
-        for each in off
+        f"joint {(each.joint or 0) + 1} by {_off(each.rel_error or 0.0, each.rel_std or 0.0)}" for each in off
     )
     if found.passed:
         return Paragraph("PASSED: the mass from the currents agrees with the scale.", Mood.GOOD, strong=True)
@@ -76,6 +79,23 @@ def _conclusion(found: Verification) -> Paragraph:
         words = "the mass differs, and no joint alone says whose gain is off; or the payload is another one"
         return Paragraph(f"MISSED: {words}.", Mood.BAD, strong=True)
     return Paragraph(sentence(f"MISSED: the mass says nothing: {found.together.reason}"), Mood.BAD, strong=True)
+
+
+def _common_words(common: CommonError, found: Verification) -> str:
+    shown = sum(each.mass is not None for each in found.joints)
+    who = "all joints" if len(common.joints) == shown else joints_in_words(common.joints)
+    apart = "".join(
+        f"; joint {each.joint + 1} departs from the others by {_off(each.rel_error, each.rel_std)}: its gain is off"
+        for each in common.apart
+    )
+    return (
+        f"{who} alike are off by {_off(common.rel_error, common.rel_std)}: suspect the weight, here or where the "
+        f"gains were found, or all gains in common{apart}"
+    )
+
+
+def _off(rel_error: float, rel_std: float) -> str:
+    return f"{100.0 * rel_error:+.2g} % (2 sigma {200.0 * rel_std:.2g})"
 
 
 PREDICTIONS = (

@@ -1,17 +1,20 @@
 """Results of gains in use for programs: the JSON objects of `rx90 verify`, `payload-of` and `compare-gains`."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 
 from ident.cross_validation import JointPrediction
 from ident.estimate import GainEstimate
 from ident.parameters import UNITS
 from ident.weighing.body import FoundBody, Quantity
+from ident.weighing.common import CommonError, common_error
 from ident.weighing.together import FoundPayload
 from ident.weighing.verification import Verification, Weighed
 
 
 def verification_document(found: Verification) -> dict[str, object]:
     """What a scale says of gains; masses are null where they do not show."""
+    common = common_error(found)
     return {
         "passed": found.passed,
         "mass": found.payload.mass,
@@ -20,6 +23,7 @@ def verification_document(found: Verification) -> dict[str, object]:
         "together": _weighed(found.together),
         "joints": [_weighed(each) for each in found.joints],
         "payload": [_quantity(each) for each in found.body.quantities],
+        "common": None if common is None else _common(common),
         "notes": list(found.remarks),
     }
 
@@ -62,6 +66,15 @@ def payload_document(found: FoundPayload, body: FoundBody, joints: Sequence[Weig
         "possible": body.possible,
         "joints": [_weighed(each) for each in joints],
         "notes": list(found.selected.remarks),
+    }
+
+
+def _common(common: CommonError) -> dict[str, object]:
+    return {
+        "joints": [joint + 1 for joint in common.joints],
+        "rel_error": common.rel_error,
+        "rel_std": common.rel_std,
+        "apart": [{**asdict(each), "joint": each.joint + 1} for each in common.apart],
     }
 
 

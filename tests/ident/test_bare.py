@@ -7,12 +7,13 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
 from ident.all_joints.selection import Rival
-from ident.bare import GainRatios, _check_size, _covariance, _rival_friction, arm_in_SI, gain_ratios
+from ident.bare import GainRatios, _check_size, _covariance, _friction_unit, _rival_friction, arm_in_SI, gain_ratios
 from ident.errors import GainsError, NotIdentifiable
 from ident.estimators.nls import AllJointsOptions
 from ident.known_gains import KnownGains
 from ident.off_ratios import off_ratios
 from ident.problem import Problem
+from ident.structure import structure_of
 
 NAMES = tuple(f"joint{j}" for j in range(1, 7))
 
@@ -53,6 +54,26 @@ def test_friction_of_each_motion_has_its_number(structure, chi, rng):
     names = ["Fv in motion 1", "Fv in motion 2", "Fc in motion 1", "Fc in motion 2", "off"]
     assert [each.name for each in found.friction[3]] == names
     assert [each.unit for each in found.friction[3]] == ["units s/rad"] * 2 + ["units"] * 3
+
+
+def test_what_belongs_to_a_sliding_joint_has_units_of_force(arm, rng):
+    slides = structure_of(replace(arm, revolute=np.array([True, True, False, True, True, True])))
+    chi = rng.uniform(0.5, 2.0, 84)
+    found = gain_ratios(bare(slides, chi, rng, 1e-6), AllJointsOptions(friction_per_motion=False))
+    units = {each.name: each.unit.partition(" / ")[0] for each in found.inertial}
+    assert units["Ia3"] == "kg"
+    assert units["Ia5"] == units["XX4"] == "kg m^2"
+    assert [[each.unit for each in own] for own in found.friction[1:3]] == [
+        ["units s/rad", "units", "units"],
+        ["units s/m", "units", "units"],
+    ]
+
+
+@pytest.mark.parametrize("name", ["Fv", "by-direction"])
+def test_friction_by_speed_is_per_metre_where_a_joint_slides(name):
+    assert _friction_unit(name, turns=False) == "units s/m"
+    assert _friction_unit("cbrt", turns=False) == "units (s/m)^(1/3)"
+    assert _friction_unit("load-motor", turns=False) == "1"
 
 
 @pytest.mark.slow

@@ -196,7 +196,8 @@ def test_evidence_counts_the_instants_of_each_column_whatever_joint_it_is_of(ur)
     left, freedom = np.array([0.3, 0.2, 0.5, 0.7, 0.4, 0.6]), np.array([100, 200, 300, 400, 500, 600])
     given = Explanation(as_it_is(ur.arm), left, freedom)
     exchanged = Explanation(named(ur.arm, "columns v2 and v5 exchanged"), 0.5 * left, freedom)
-    found = _alternative(given, [exchanged])
+    made = Logs(ur, unknowns_of(ur), unknowns_under_any(ur), (), (), ())
+    found = _alternative(made, given, [exchanged])
     # Column 2 is of joint 5 and column 5 of joint 2 where they are exchanged; the fewer instants of both are 200.
     gain = np.log([2.0, 0.2 / 0.2, 2.0, 2.0, 0.4 / 0.1, 2.0])
     np.testing.assert_allclose(found.gain, gain, rtol=1e-12, atol=1e-15)  # rounding
@@ -204,7 +205,7 @@ def test_evidence_counts_the_instants_of_each_column_whatever_joint_it_is_of(ur)
 
 
 def test_a_reading_of_another_gravity_is_solved_for_all_that_shows_under_any(ur):
-    made = Logs(ur, unknowns_of(ur), unknowns_under_any(ur), (), ())
+    made = Logs(ur, unknowns_of(ur), unknowns_under_any(ur), (), (), ())
     assert made.unknowns_under(named(ur.arm, "q3 negated")) is made.unknowns
     assert made.unknowns_under(named(ur.arm, "gravity along (0, 0, 1) of the base")) is made.aslant
     assert len(made.aslant.arm[0]) > len(made.unknowns.arm[0])  # the first axis is upright

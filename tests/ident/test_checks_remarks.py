@@ -36,7 +36,7 @@ def compared(arm, by_words):
         return Comparison(
             given=Explanation(as_it_is(arm), left, np.full(6, 900)),
             alternatives=tuple(
-                Alternative(tuple(by_words[each] for each in words.split(" = ")), gain, evidence)
+                Alternative(tuple(by_words[each] for each in words.split(" = ")), gain, evidence, borne_out=True)
                 for words, evidence in alternatives
             ),
             **{"unreachable": (), "same": (), **more},

@@ -70,7 +70,7 @@ def test_what_is_mended_is_the_log_as_the_reading_means_it(logs):
 
 
 def alternative(logs: Logs, words: str) -> Alternative:
-    return Alternative((reading(logs, words),), np.zeros(6), 99.0)
+    return Alternative((reading(logs, words),), np.zeros(6), 99.0, borne_out=True)
 
 
 def looked_at(logs: Logs, monkeypatch, after: dict[str, list[str]], sure: list[str]) -> Several | None:
@@ -79,7 +79,7 @@ def looked_at(logs: Logs, monkeypatch, after: dict[str, list[str]], sure: list[s
     monkeypatch.setattr(several, "motor_side", lambda first: first)
     monkeypatch.setattr(several, "compared", lambda first, more: first if more is first else None)
     monkeypatch.setattr(
-        several, "named_readings", lambda first, _: [alternative(logs, words) for words in after[first.words]]
+        several, "better_readings", lambda first: [alternative(logs, words) for words in after[first.words]]
     )
     return several_mistakes(logs, [alternative(logs, words) for words in sure], OBSERVING)
 

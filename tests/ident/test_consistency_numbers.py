@@ -67,13 +67,26 @@ def test_a_difference_has_the_larger_deviation_of_unrelated_and_of_lasting_error
 
 @pytest.mark.parametrize(("change", "words"), [(-0.71, "0.71 % smaller than that"), (2.3, "2.3 % larger than that")])
 def test_the_joint_whose_gains_differ_most_is_told_with_the_size_and_the_side_of_its_change(change, words):
-    found = judged_difference("x", {1: 4.1, 4: 9.3}, {1: -change, 4: change}, ("this gives", "than that"), "why")
+    words_of, claimed = ("this gives", "than that"), {1: 0.002, 4: 0.003}
+    found = judged_difference("x", {1: 4.1, 4: 9.3}, {1: -change, 4: change}, words_of, "why", claimed=claimed)
     assert (found.check, found.joint, found.statistic) == ("x", 4, 9.3)
     assert str(found.sentence).startswith(f"joint 5: this gives a gain {words}, by 9.3 standard deviations")
     assert str(found.sentence).endswith("; why")
     below = {1: 0.99 * found.threshold, 4: 1.3}
-    assert not judged_difference("x", below, {1: change, 4: 3.1}, ("this gives", "than that"), "why").failed
-    assert judged_difference("x", {}, {}, ("this gives", "than that"), "why") is None
+    assert not judged_difference("x", below, {1: change, 4: 3.1}, words_of, "why", claimed=claimed).failed
+    assert judged_difference("x", {}, {}, words_of, "why", claimed={}) is None
+
+
+def test_a_sure_difference_of_less_than_half_of_what_is_claimed_of_the_gain_is_not_told():
+    def told(change: dict[int, float]):
+        return judged_difference("x", {1: 4.1, 4: 9.3}, change, ("a", "b"), "why", claimed={1: 0.002, 4: 0.003})
+
+    found = told({1: 0.09, 4: -0.14})
+    assert not found.failed
+    assert (found.joint, found.statistic) == (4, 9.3)
+    assert told({1: 0.09, 4: -0.16}).joint == 4
+    assert told({1: 0.11, 4: -0.14}).joint == 1
+    assert told({1: 0.11, 4: -0.14}).sentence.startswith("joint 2: a a gain 0.11 % larger b, by 4.1 standard")
 
 
 def curves(q: np.ndarray, dq: np.ndarray) -> np.ndarray:
@@ -158,7 +171,9 @@ def test_each_joint_alone_is_held_against_all_with_what_the_model_grants_its_gai
         evidence, estimate=replace(evidence.estimate, solution=replace(solution, model=granted))
     )  # of norms 0.5 and 0.13
     told = dict[str, dict[int, float]]()
-    monkeypatch.setattr(joints, "judged_difference", lambda check, z, change, *words: told.update(z=z, change=change))
+    monkeypatch.setattr(
+        joints, "judged_difference", lambda check, z, change, *words, claimed: told.update(z=z, change=change)
+    )
     joints.check_joints(evidence)
     groups = {j: np.repeat([j == 0, j == 1], 2) for j in (0, 1)}
     parts = {j: part_of(evidence.fit, groups[j], [j]) for j in (0, 1)}

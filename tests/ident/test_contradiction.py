@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from consistency_logs import joint_by_joint, logs_of, problem_of
 from corruptions import CHANGES, corrupted
 from exact import exact_pair
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from real_friction import GAIN, Truth, real_logs
 
+from ident.all_joints.terms import STRONGEST
+from ident.all_joints.unmodelled import SOFTEST, unmodelled
 from ident.consistency import UNCHECKED
 from ident.contradiction import SHARE, SURE_F, check_shape
 from ident.errors import Contradiction, NotIdentifiable, OptionError
@@ -176,3 +180,66 @@ def test_a_method_that_is_the_check_s_own_is_run_once_and_says_the_same(ur, logs
     assert found.options == asked
     with pytest.raises(OptionError, match="options are float"):
         identify(*logs, ur, BRICK, method="ls-2011", options=1.5, wiring=known_wiring)
+
+
+@pytest.fixture(scope="module")
+def braked() -> list[Recording]:
+    """Friction that grows with load, by a seed with which joint 3 alone takes it for another shape of the payload."""
+    return logs_of(Truth(load=(0.15, 0.12, 0.105)), seed=2)
+
+
+def test_friction_that_grows_with_load_is_no_other_shape_of_the_payload(axes, braked):
+    problem = problem_of(axes, braked)
+    fit = joint_fit(problem, 2, [BRICK.known_part()])
+    mismatch = shape_mismatch(problem, fit)
+    assert mismatch.share > SHARE
+    assert mismatch.F > SURE_F
+    check_shape(problem, joint_by_joint(problem).estimate)
+
+
+def test_a_centre_of_mass_that_is_off_is_one_beside_friction_that_grows_with_load(axes, braked):
+    problem = problem_of(axes, braked, (None, replace(BRICK, com=(0.09, -0.05, 0.11))))
+    with pytest.raises(Contradiction, match="3: the payload's torque has another shape than described"):
+        check_shape(problem, joint_by_joint(problem).estimate)
+
+
+def test_joints_that_yield_are_named_where_they_explain_part_of_it(axes):
+    # 25 times the compliance that drives may have on joint 2, and nine times what it is let have.
+    logs = real_logs(Truth(compliance=(0.0, 6e-4, 0.0)), (None, BRICK), np.random.default_rng(1), noise=5e-4)
+    problem = problem_of(axes, logs)
+    with pytest.raises(Contradiction, match=r"joints that yield: with load friction they explain [2-9][0-9] %"):
+        check_shape(problem, joint_by_joint(problem).estimate)
+
+
+@pytest.mark.parametrize(("size", "left"), [(0.5, 0.5), (2.0, 0.0), (-0.7, 1.0)])
+def test_other_causes_count_up_to_the_most_they_may_add(axes, braked, size, left):
+    problem = problem_of(axes, braked)
+    fit = joint_fit(problem, 2, [BRICK.known_part()])
+    alone = shape_mismatch(problem, fit)
+    beside = size * fit.fit.residual[:, None]
+    with_it = shape_mismatch(problem, fit, np.hstack((beside, np.zeros_like(beside))))
+    # The share is linear in what is left of the residual; rounding is that of a difference of squares.
+    np.testing.assert_allclose(with_it.share, left * alone.share, rtol=1e-9, atol=1e-7)
+    if left:
+        freedom = len(beside) - fit.system.W.shape[1] - 5 - 1
+        np.testing.assert_allclose(with_it.F, alone.F * freedom / (freedom + 1), rtol=1e-3)  # a column is none too few
+
+
+def test_unmodelled_currents_are_the_most_that_friction_and_compliance_may_add(axes):
+    loads = (0.05, 0.04, 0.03)
+    stiff = unmodelled(problem_of(axes, logs_of(Truth())))
+    yields = 0.5 * stiff.compliance
+    for truth, parts in (
+        (Truth(load=loads), np.array(loads) / STRONGEST),
+        (Truth(compliance=tuple(yields)), np.full(3, 0.5 / SOFTEST)),
+    ):
+        problem = problem_of(axes, real_logs(truth, (None, BRICK), np.random.default_rng(4), noise=1e-4))
+        lacking = unmodelled(problem)
+        for joint, part in enumerate(parts):
+            fit = joint_fit(problem, joint, [BRICK.known_part()])
+            most = lacking.currents(joint, 1.0 / GAIN[joint])
+            column = most[:, 1] if truth.load[0] else most[:, 2:].sum(axis=1)
+            W = np.column_stack((fit.system.W, column))
+            found = np.linalg.lstsq(W / np.linalg.norm(W, axis=0), fit.system.rows.V)[0][-1] / np.linalg.norm(column)
+            # First order in small terms, from torques of a fit that lacks them.
+            np.testing.assert_allclose(found, part, rtol=0.15)

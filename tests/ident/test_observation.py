@@ -77,6 +77,15 @@ def test_a_jittered_clock_is_resampled_and_said_so(arm, structure, chi):
     assert "resampled at 500" in observation.notes[0]
 
 
+def test_samples_that_are_missing_are_no_jitter(arm, structure, chi):
+    recording = smooth_recording(arm, chi, period=2e-3)
+    t = recording.t + np.where(np.arange(len(recording.t)) % 9 == 4, 3e-4, 0.0)  # 15 % of 2 ms
+    kept = np.delete(np.arange(len(t)), [300, 301])
+    observation = observe(Recording(t[kept], recording.q[kept], recording.v[kept], "log"), structure, OPTIONS)
+    said = "log: sampling intervals vary by 15 %, 2 samples missing beside; resampled at "
+    assert [note[: len(said)] for note in observation.notes] == [said]
+
+
 def test_what_cannot_be_observed_is_refused(arm, structure, chi):
     recording = smooth_recording(arm, chi)
     short = Recording(recording.t[:1500], recording.q[:1500], recording.v[:1500], "log")

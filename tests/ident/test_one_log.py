@@ -127,7 +127,7 @@ def exchanged(x: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     ("place", "change", "words"),
     [
-        (0, lambda log: Recording(1.25 * log.t, log.q, log.v, log.name), r"t times 0\.(7[89]\d?|8|80\d)"),
+        (0, lambda log: Recording(1.25 * log.t, log.q, log.v, log.name), r"t times 0\.8"),
         (1, lambda log: Recording(log.t, log.q, exchanged(log.v), log.name), "columns v2 and v3 exchanged"),
         (0, lambda log: Recording(log.t, exchanged(log.q), log.v, log.name), "columns q2 and q3 exchanged"),
         (1, lambda log: Recording(log.t, exchanged(log.q), exchanged(log.v), log.name), "joints 2 and 3 exchanged"),
@@ -194,7 +194,7 @@ def test_what_is_surely_better_with_the_lengths_as_drawn_is_asked_whether_it_let
         (drawn, 1.1, 0.9 * EVIDENCE, False),
         (longer, 1.1, 1.1 * EVIDENCE, False),
     ):
-        assert between_logs._ordinary(Alternative((reading,), factor * gain, evidence)) == expected
+        assert between_logs._ordinary(Alternative((reading,), factor * gain, evidence, borne_out=True)) == expected
 
 
 # Judgement of what was found

@@ -43,6 +43,15 @@ def test_an_estimate_without_any_gain_is_an_error_with_the_first_reason(motions,
     estimate = drive_gains(motions[0], motions[1], lopsided(payload), GainOptions(max_rel_std=1e-9))
     with pytest.raises(NotIdentifiable, match="no drive gain can be identified; joint 1: predicted standard deviation"):
         check_load(estimate)
+    with pytest.raises(
+        NotIdentifiable, match="identified without a bare motion: record one with nothing on the flange"
+    ):
+        check_load(estimate, bare=False)
+
+
+def test_loaded_motions_that_show_no_load_lack_a_bare_one(motions, payload):
+    with pytest.raises(NotIdentifiable, match="without a bare motion no joint shows the load: record one"):
+        check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()), bare=False)
 
 
 def test_a_joint_that_the_model_does_not_explain_gets_a_note(structure, payload, rng):

@@ -191,5 +191,56 @@ def test_noise_however_large_is_no_spike(kind, size):
     check_log(log(v=V + size * noise))  # 13 deviations of Gaussian noise, probability 1e-38
 
 
+COARSE = 0.25 * np.rint(1.6 * np.sin(1.7 * T))  # five values
+
+
+def coarse(step: float, rows: slice | list[int]) -> np.ndarray:
+    """A current of few values that is away by a step in some rows."""
+    v = V.copy()
+    v[:, 1] = 0.3 + COARSE
+    v[rows, 1] += step
+    return v
+
+
+@pytest.mark.parametrize("rows", [slice(40, None, 190), [700]])
+def test_a_coarse_current_that_flickers_by_a_step_has_no_spikes(rows):
+    still = V.copy()
+    still[:, 1] = 0.3
+    still[2000:2100, 1] = 0.55
+    still[rows, 1] -= 0.25
+    for v in (coarse(0.25, rows), still):
+        check_log(log(v=v))
+
+
+def test_a_coarse_current_that_is_away_by_more_than_a_step_has_spikes():
+    with pytest.raises(RecordingError, match="v2 has 21 spikes"):
+        check_log(log(v=coarse(1.25, slice(40, None, 190))))
+
+
+def test_of_two_values_one_may_be_a_fault():
+    v = V.copy()
+    v[:, 1] = 0.3
+    v[40::190, 1] = 0.55
+    with pytest.raises(RecordingError, match="v2"):
+        check_log(log(v=v))
+
+
+def test_a_current_at_rest_that_flickers_to_either_side_now_and_then_has_no_spikes():
+    v = V.copy()
+    v[:, 1] = 0.3
+    v[[300, 900, 1500], 1], v[[700, 2100], 1] = 0.55, 0.05
+    check_log(log(v=v))
+    v[[700, 2100], 1] = 0.1  # no multiple of a step
+    with pytest.raises(RecordingError, match="5 such samples"):
+        check_log(log(v=v))
+
+
+def test_spikes_of_one_size_in_a_fine_current_are_no_steps_of_it():
+    v = V.copy()
+    v[:, 1] = np.where(np.arange(4000) % 190 == 40, 0.8, 0.1 * np.rint(T) * 1e-3)
+    with pytest.raises(RecordingError, match="v2"):
+        check_log(log(v=v))
+
+
 def test_a_step_of_friction_is_no_spike():
     check_log(log(v=V + 9.0 * np.sign(np.sin(2.7 * T))[:, None]))

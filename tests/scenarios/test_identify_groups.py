@@ -16,6 +16,7 @@ from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording
 from ident.wiring import known_wiring
 from scenarios.cli import main
+from scenarios.model_masses import with_masses
 from scenarios.robots import robot
 from scenarios.store.run_folder import save_run
 
@@ -50,7 +51,14 @@ UNPAIRED = {
     (): "no recording is given",
     ("--unloaded", "unloaded.parquet"): "bare motions give no ratio of gains",
     ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "bare motions give no ratio of gains",
-    ("--loaded", "loaded.parquet", "loaded-2.parquet", "--payload", "payload.toml"): "no drive gain can be identified",
+    (
+        "--loaded",
+        "loaded.parquet",
+        "loaded-2.parquet",
+        "--payload",
+        "payload.toml",
+    ): "no drive gain can be identified without a bare "
+    "motion: record one with nothing on the flange (--unloaded); joint 1: ",
     ("--unloaded", "unloaded.parquet", "unloaded.parquet"): "hold the same motion",
 }
 
@@ -126,3 +134,24 @@ def test_motions_with_absolute_time_are_taken_in_its_order_and_others_as_given(s
         main(["identify", "--help"])
     said = " ".join(capsys.readouterr().out.split())
     assert "in order of time if all files have absolute time (seconds since 1970), otherwise in the order given" in said
+
+
+def test_a_payload_stated_three_times_too_heavy_is_doubted_by_the_models_masses(saved, capsys):
+    said = (saved / "payload.toml").read_text()
+    (saved / "thrice.toml").write_text(said.replace("mass = 7.025", "mass = 21.075"))
+    for name, failed in (("payload.toml", False), ("thrice.toml", True)):
+        given = words(saved, "--unloaded", "unloaded.parquet", "--loaded", "loaded.parquet", "--payload", name)
+        assert main([*given, "--method", "ls-2011", "--json"]) == 0
+        output = capsys.readouterr()
+        found = {each["check"]: each for each in json.loads(output.out)["consistency"]}["own weight"]
+        assert found["failed"] == failed
+        assert ("times what its model says" in output.err) == failed
+
+
+def test_a_model_without_masses_is_no_witness_and_no_fault(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        '<robot name="bare"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/>'
+        '<child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
+    assert with_masses(UNCHECKED, path, None) == {}

@@ -43,6 +43,19 @@ def test_a_gain_that_is_off_is_named_by_its_joint(weighed_cell, capsys):
     assert "MISSED: gains are off: joint 3 by +" in capsys.readouterr().out
 
 
+def test_a_weight_stated_wrong_is_suspected_and_no_joint_is_blamed(weighed_cell, capsys):
+    run = weighed_cell / "run"
+    said = (run / "payload-light.toml").read_text()
+    (run / "payload-wrong.toml").write_text(said.replace("mass = 4.275", "mass = 5.13"))
+    words = verified(weighed_cell)
+    words[words.index(str(run / "payload-light.toml"))] = str(run / "payload-wrong.toml")
+    assert main([*words, "--json"]) == 1
+    common = printed(capsys, "verify")["common"]
+    # 4.275 / 5.13 - 1, and what the gains of joints leave.
+    assert abs(common["rel_error"] + 1.0 / 6.0) < 4.0 * common["rel_std"] < 0.1
+    assert common["apart"] == []
+
+
 def test_gains_are_not_verified_by_what_they_were_found_from(weighed_cell, capsys):
     assert main(verified(weighed_cell, which="heavy")) == 2
     assert "heavy.parquet: the gains were found from this recording" in capsys.readouterr().err

@@ -72,6 +72,36 @@ class Weighed(Deviations):
     reason: str | None
 
 
+class Departure(OpenObject):
+    """A joint whose mass departs from that of the others.
+
+    Attributes:
+        joint: Its number, from 1.
+        rel_error: Its mass over that of the others, less one.
+        rel_std: Its standard deviation.
+    """
+
+    joint: int = Field(ge=1)
+    rel_error: float
+    rel_std: float
+
+
+class CommonError(OpenObject):
+    """A mass on which joints agree, and which the scale does not say: no single gain is to blame.
+
+    Attributes:
+        joints: Their numbers, from 1.
+        rel_error: Relative error, found less stated over stated.
+        rel_std: Its standard deviation, that of the scale included.
+        apart: Joints that depart from them beyond their intervals.
+    """
+
+    joints: list[int]
+    rel_error: float
+    rel_std: float
+    apart: list[Departure]
+
+
 class Verification(OpenObject):
     """What `rx90 verify --gains G --json` prints.
 
@@ -80,6 +110,7 @@ class Verification(OpenObject):
         together: The mass from all joints.
         joints: The mass from each joint alone, in their order.
         payload: What was found of the payload: mass, centre and inertia, as many as the data show.
+        common: On what joints agree against the scale, null where they do not.
         notes: What the method chose and what one should know.
     """
 
@@ -90,6 +121,7 @@ class Verification(OpenObject):
     together: Weighed
     joints: list[Weighed]
     payload: list[Quantity]
+    common: CommonError | None
     notes: list[str]
 
 

@@ -9,13 +9,15 @@ LOOKS_AT = {
     "elasticity": "joints that yield, which no residual shows",
     "load friction": "friction that grows with the load, which no residual shows",
     "joints": "a joint's own currents against all joints together",
+    "centre": "the payload's centre of mass against what is left",
     "halves": "the first half of every motion against the second",
     "bare": "motions with a bare flange against each other",
     "position": "what is left, against the joint's position",
     "speed": "what is left, against the joint's speed",
     "whiteness": "what is left, against itself in time",
+    "own weight": "the arm's torque by its gains against that of the model's masses",
 }
-"""What a test compares, by its name in `ident.consistency.CHECKS`."""
+"""What a test compares, by its name in `ident.consistency.CHECKS` or its own module."""
 COLUMNS = (
     Column(title="Test", words=True),
     Column(title="Worst joint"),

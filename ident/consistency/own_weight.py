@@ -1,0 +1,128 @@
+"""What the masses of a robot model say of the scale of all gains: a witness, which no gain depends on.
+
+With the gain g_j of a joint, its bare currents are a torque g_j V_j, and the links as the model draws them explain it
+by k_j times their own:
+
+    g_j V_j = k_j W_j chi_drawn + Ia ddq_j + Fv dq_j + Fc sign(dq_j) + off        W_j  (r, p)  rows of joint j
+
+Gains are in proportion to the payload's mass, and with them every k_j. Real arms are told by masses of their data
+sheets within a third.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.column_space import column_space
+from ident.consistency.evidence import Evidence
+from ident.consistency.finding import Finding, joints_in_words
+from ident.estimate import IdentifiedGain
+from ident.parameters import COUPLING, INERTIAL, STANDARD
+from ident.problem import Problem
+
+NAME = "own weight"
+SHOWN = 0.7
+"""Share of the square that motor and friction leave of a joint's torque, which the links as drawn explain at least.
+
+Links of other proportions than the arm's, as placeholders are, explain less.
+"""
+FACTOR = 1.5
+"""Factor, either way, beyond which masses are doubted; by right payloads real arms reached 1.26, simulated 1.02."""
+LEAST = 2
+"""Joints that show it at least: a spring or a wrong gain bends one."""
+ALIKE = 1e-6
+"""Relative difference of masses that are one placeholder."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnWeight:
+    """How many times the torque of the links as drawn a joint's bare currents are, by its gain.
+
+    Attributes:
+        joint: The joint, from 0.
+        factor: k.
+        share: Of the square that motor and friction leave, what the links explain.
+    """
+
+    joint: int
+    factor: float
+    share: float
+
+
+def check_own_weight(evidence: Evidence, links: Array) -> Finding | None:
+    """Whether the arm weighs by its gains what its model says.
+
+    Args:
+        evidence: Motions and gains.
+        links: Standard parameters of every link as the model draws it, with all that is fixed to it, shape (n, 10).
+
+    Returns:
+        What was found; None where masses are placeholders, no motion is bare, or too few joints show it.
+    """
+    return None if _alike(links) else judged(own_weights(evidence, links))
+
+
+def judged(found: Sequence[OwnWeight]) -> Finding | None:
+    """What the factors say where enough joints show them: it fails where more than half are beyond `FACTOR` one way."""
+    shown = [each for each in found if each.share >= SHOWN]
+    if len(shown) < LEAST:
+        return None
+    factors = sorted(each.factor for each in shown)
+    low, high = factors[(len(factors) - 1) // 2], factors[len(factors) // 2]  # one and the same of an odd number
+    if low <= 0.0:
+        return None
+    statistic, median = max(low, 1.0 / high), 0.5 * (low + high)
+    return Finding(
+        check=NAME,
+        joint=max(shown, key=lambda each: abs(np.log(abs(each.factor) / median))).joint,
+        statistic=statistic,
+        threshold=FACTOR,
+        measure="factor between the arm's torque by its gains and by the model's masses",
+        sentence=_sentence(median, [each.joint for each in shown]) if statistic > FACTOR else None,
+    )
+
+
+def _sentence(factor: float, joints: Sequence[int]) -> str:
+    return (
+        f"by these gains the arm weighs {factor:.2g} times what its model says (median of {joints_in_words(joints)}, "
+        "bare motions): is the payload's mass right, or are the model's?"
+    )
+
+
+def own_weights(evidence: Evidence, links: Array) -> tuple[OwnWeight, ...]:
+    """The factor of every joint with a gain that its links put a torque on; arguments as `check_own_weight`."""
+    names = evidence.problem.structure.base.labels
+    drawn = np.zeros(len(names))
+    drawn[[names.index(f"{name}{j + 1}") for j in range(len(links)) for name in INERTIAL]] = links.ravel()
+    found = (
+        _own_weight(evidence.problem, joint, gain.value, drawn)
+        for joint, gain in enumerate(evidence.estimate.joints)
+        if isinstance(gain, IdentifiedGain)
+    )
+    return tuple(each for each in found if each is not None)
+
+
+def _own_weight(problem: Problem, joint: int, gain: float, drawn: Array) -> OwnWeight | None:
+    base = problem.structure.base
+    bare = [each.observation.joints[joint] for each in problem.motions if each.payload is None]
+    if not bare:
+        return None
+    K = base.regrouping[bare[0].columns]
+    W, V = np.vstack([each.W for each in bare]), np.concatenate([each.V for each in bare])
+    own = [f"{name}{joint + 1}" for name in STANDARD[len(INERTIAL) :]]
+    beside = [k for k, name in enumerate(base.labels) if name in own or name.rstrip("0123456789") in COUPLING]
+    Q = column_space(W @ K[:, beside])
+    torque, links = (each - Q @ (Q.T @ each) for each in (gain * V, W @ (K @ drawn)))
+    size = float(links @ links)
+    if size <= ALIKE**2 * float(torque @ torque):
+        return None
+    factor = float(links @ torque) / size
+    return OwnWeight(joint=joint, factor=factor, share=factor**2 * size / float(torque @ torque))
+
+
+def _alike(links: Array) -> bool:
+    """Whether all links have one mass, as in a model that states none."""
+    mass = links[:, INERTIAL.index("M")]
+    return bool(np.ptp(mass) <= ALIKE * float(np.abs(mass).max()))

@@ -1,0 +1,46 @@
+"""Masses that joints alone find, as a verification holds them against a scale."""
+
+import numpy as np
+
+from ident.payload import Payload
+from ident.weighing.body import FoundBody, Quantity
+from ident.weighing.verification import AGREES, DIFFERS, Verification, Weighed
+
+STATED, SCALE = 7.3, 0.002
+
+
+def mass(rel_error: float, rel_std: float, gain_share: float = 0.0) -> Quantity:
+    return Quantity(
+        name="mass",
+        unit="kg",
+        value=STATED * (1.0 + rel_error),
+        residual_std=STATED * rel_std,
+        gain_std=STATED * gain_share,
+        model_std=0.0,
+    )
+
+
+def weighing(*errors: float | None, stds: float | tuple[float, ...] = 0.01, gain_share: float = 0.0) -> Verification:
+    """What a verification finds where joints alone are off by so much, 2.7 deviations being too much."""
+    each = np.broadcast_to(stds, len(errors)).tolist()
+    joints = tuple(
+        Weighed(joint=j, mass=None, rel_error=None, rel_std=None, verdict="says nothing", reason="it is weak")
+        if off is None
+        else Weighed(
+            joint=j,
+            mass=mass(off, std, gain_share),
+            rel_error=off,
+            rel_std=float(np.hypot(std, SCALE)),
+            verdict=DIFFERS if abs(off) > 2.7 * np.hypot(std, SCALE) else AGREES,
+        )
+        for j, (off, std) in enumerate(zip(errors, each, strict=True))
+    )
+    known = [off for off in errors if off is not None]
+    return Verification(
+        payload=Payload(mass=STATED, mass_std=STATED * SCALE, known="mass"),
+        together=Weighed(joint=None, mass=mass(known[0], 0.01), rel_error=known[0], rel_std=0.01, verdict=DIFFERS),
+        joints=joints,
+        body=FoundBody(quantities=(), refused={}, possible=None),
+        limit=2.7,
+        remarks=(),
+    )

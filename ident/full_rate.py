@@ -23,6 +23,7 @@ class FullRate:
         decimator: What makes rows of samples.
         edge: Samples of the recording that are left out at either end.
         group: Samples of the recording that one sample here is the mean of.
+        noise: Density of white noise in the recorded positions [rad^2/Hz or m^2/Hz], shape (n,).
     """
 
     q: Array
@@ -34,6 +35,7 @@ class FullRate:
     decimator: Decimator
     edge: int
     group: int
+    noise: Array
 
     def sampled(self, x: Array) -> Array:
         """A signal at the rate of the recording as the samples here have it, shape (N, ...)."""

@@ -26,6 +26,7 @@ from ident.signals import (
     delayed,
     edge_samples,
     group_means,
+    noise_density,
     smooth_motion,
 )
 from ident.structure import Structure
@@ -189,6 +190,7 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
         decimator=D,
         edge=edge,
         group=group,
+        noise=noise_density(recording.q, recording.period),
     )
     return Observation(structure, tuple(joints), tuple(notes), behind)
 

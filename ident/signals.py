@@ -16,6 +16,10 @@ KERNEL_CUTOFFS = 3.3
 """Length of the decimation kernel in periods of its cut-off: a Hamming window's transition is then as wide as that."""
 SETTLING = 2.0
 """Edge of a filtered recording that still feels the missing past or future, in periods of the cut-off."""
+NOISE_STRETCH = 256
+"""Samples in each of the stretches whose spectra are averaged for the density of noise."""
+NOISE_BAND = (0.25, 0.45)
+"""Frequencies between which nothing but noise is expected, in sampling rates."""
 
 
 def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Array, Array]:
@@ -32,9 +36,7 @@ def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Arr
     Returns:
         q, dq, ddq [rad, rad/s, rad/s^2], shape (N, n). The outer `edge_samples` are to be discarded.
     """
-    sos = scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=1.0 / period, output="sos")
-    padding = min(len(q) - 1, 2 * edge_samples(period, cutoff_hz))
-    smooth = scipy.signal.sosfiltfilt(sos, np.ascontiguousarray(q.T), padlen=padding)  # (n, N), for the cache
+    smooth = low_passed(q, period, cutoff_hz).T  # (n, N), for the cache
     dq, ddq = np.zeros_like(smooth), np.zeros_like(smooth)
     m2, m1, c, p1, p2 = (smooth[:, k : smooth.shape[1] - 4 + k] for k in range(5))
     dq[:, 2:-2] = (8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * period)
@@ -42,9 +44,42 @@ def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Arr
     return smooth.T, dq.T, ddq.T
 
 
+def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
+    """Low-pass signals without phase: a Butterworth filter of order four, forward and backward.
+
+    Args:
+        x: Signals, shape (N, k), on a uniform clock.
+        period: Sampling interval [s].
+        cutoff_hz: Quarter-power frequency [Hz], below the Nyquist frequency.
+
+    Returns:
+        Shape (N, k). The outer `edge_samples` feel what is missing beyond.
+    """
+    sos = scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=1.0 / period, output="sos")
+    padding = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
+    return scipy.signal.sosfiltfilt(sos, np.ascontiguousarray(x.T), padlen=padding).T
+
+
 def edge_samples(period: float, cutoff_hz: float) -> int:
     """Samples at either end that `smooth_motion` cannot be trusted on."""
     return 2 + int(np.ceil(SETTLING / (cutoff_hz * period)))
+
+
+def noise_density(x: Array, period: float) -> Array:
+    """Density of white noise in signals of slow motion, from the upper half of their spectrum.
+
+    Args:
+        x: Signals, shape (N, n), on a uniform clock.
+        period: Sampling interval [s].
+
+    Returns:
+        One-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period, where all there is are N(0, sigma^2).
+    """
+    bent = np.diff(x, 2, axis=0)  # slow motion is so much smaller then that it does not leak
+    f, power = scipy.signal.welch(bent, nperseg=min(len(bent), NOISE_STRETCH), axis=0)
+    upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
+    white = power[upper] / (2.0 * np.sin(np.pi * f[upper, None])) ** 4
+    return np.median(white, axis=0) * period
 
 
 def delayed(x: Array, periods: float) -> Array:

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ident.all_joints.columns import SharedParameters
+from ident.all_joints.torques import inertia_matrices
 from ident.arrays import Array
 from ident.problem import Problem
-from ident.regressor import regressor
 
 RESONANCE_HZ = 25.0
 """Frequency of a rotor on its transmission, assumed; measured ones of geared drives are 20 to 31 Hz."""
@@ -13,8 +13,6 @@ ROTOR_SHARE = 0.5
 """Share of a rotor in a joint's inertia where the two cannot be told apart, assumed: gears match rotor and load."""
 LEAST_ROTOR = 0.1
 """Share of a rotor in a joint's inertia at least: a smaller one that is found is an error of the fit."""
-STATES = 16
-"""Positions along the first motion that a joint's inertia is the mean of."""
 
 
 def assumed_compliance(problem: Problem, shared: SharedParameters, theta: Array) -> Array:
@@ -43,10 +41,6 @@ def joint_inertia(problem: Problem, shared: SharedParameters, theta: Array) -> A
     """Mean inertia of the arm about each joint, rotor included [kg m^2] or [kg], shape (n,)."""
     structure, behind = problem.structure, problem.motions[0].observation.full_rate
     assert behind is not None, "asked of recordings only"
-    n = structure.arm.n
-    q = behind.q[np.linspace(0, len(behind.q) - 1, STATES).astype(np.intp)]
-    states = np.repeat(q, n + 1, axis=0)
-    ddq = np.tile(np.vstack((np.zeros(n), np.eye(n))), (STATES, 1))
-    W = regressor(structure.arm, states, np.zeros_like(states), ddq)[:, :, structure.base.columns[shared.arm]]
-    torque = (W @ theta[: len(shared.arm)]).reshape(STATES, n + 1, n)
-    return np.mean(np.einsum("sjj->sj", torque[:, 1:] - torque[:, :1]), axis=0)
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+    return np.mean(np.einsum("sjj->sj", inertia_matrices(structure.arm, chi, behind.q)), axis=0)

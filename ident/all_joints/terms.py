@@ -8,7 +8,8 @@ import numpy as np
 from ident.all_joints.columns import SharedParameters
 from ident.all_joints.fit import AllJointsFit
 from ident.all_joints.friction import OwnColumns, Term
-from ident.all_joints.torques import Torques, torques
+from ident.all_joints.shown_band import without_encoder_noise
+from ident.all_joints.torques import torques
 from ident.arrays import Array
 from ident.full_rate import FullRate
 from ident.problem import Problem
@@ -32,7 +33,8 @@ class TermColumns:
     Attributes:
         own: Friction terms, n dicts of columns of shape (r_j,). Those of `LOAD_FORMS` have coefficients without unit,
             positive where friction brakes.
-        softened: Change of torque per unit of each joint's compliance, n arrays of shape (r_j, n), empty if not asked.
+        softened: Change of torque per unit of each joint's compliance, as far as encoder noise lets it be seen, n
+            arrays of shape (r_j, n), empty if not asked.
     """
 
     own: tuple[dict[str, Array], ...]
@@ -95,6 +97,7 @@ def torque_terms(
         behind = motion.observation.full_rate
         assert behind is not None, "asked of recordings only"
         found = torques(problem, motion, shared, fit.found.theta, compliance=compliance)
+        slow = without_encoder_noise(behind, found.softened, found.inertia) if compliance else found.softened
         for j in range(n):
             kept = motion.observation.joints[j].position
             against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
@@ -104,7 +107,7 @@ def torque_terms(
             for name, current in zip(LOAD_FORMS, (given, needed), strict=True):
                 columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
             if compliance:
-                softened[j].append(_softened(behind, found, j)[kept])
+                softened[j].append(_softened(behind, slow, j)[kept])
     return TermColumns(
         tuple({name: np.concatenate(parts) for name, parts in each.items()} for each in columns),
         tuple(np.vstack(each) for each in softened) if compliance else (),
@@ -148,6 +151,6 @@ def _braking(behind: FullRate, own: OwnColumns, phi: Array, joint: int, motion: 
     return total
 
 
-def _softened(behind: FullRate, found: Torques, joint: int) -> Array:
+def _softened(behind: FullRate, softened: Array, joint: int) -> Array:
     """Decimated change of a joint's torque per compliance of each joint, shape (rows, n)."""
-    return np.column_stack([behind.decimated(column, joint) for column in found.softened[:, joint].T])
+    return np.column_stack([behind.decimated(column, joint) for column in softened[:, joint].T])

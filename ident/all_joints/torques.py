@@ -7,6 +7,7 @@ import scipy
 
 from ident.all_joints.columns import SharedParameters
 from ident.all_joints.displacement import States, displaced_torques
+from ident.arm import Arm
 from ident.arrays import Array, Indices
 from ident.inverse_dynamics import drive_torques, inverse_dynamics
 from ident.problem import Motion, Problem
@@ -14,6 +15,8 @@ from ident.structure import Structure
 
 TORQUE_RATE = 8.0
 """Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
+STATES = 16
+"""Positions along a motion that inertia is a mean over."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,10 +27,13 @@ class Torques:
         rigid: Torque of everything but friction and offset at full rate [N m], shape (N, n).
         softened: Its change on each joint per unit of each joint's compliance [N m / (rad / (N m))], shape (N, n, n),
             joint before compliance.
+        inertia: Mean squares of the inertia matrix of what moves with the links, shape (n, n); empty without
+            `softened`.
     """
 
     rigid: Array
     softened: Array
+    inertia: Array
 
 
 def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: Array, *, compliance: bool) -> Torques:
@@ -57,7 +63,7 @@ def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: A
     torque = inverse_dynamics(structure.arm, chi, states.q, states.dq, states.ddq)
     rigid = scipy.interpolate.CubicSpline(t[at], torque)(t)
     if not compliance:
-        return Torques(rigid, np.zeros((0, structure.arm.n, structure.arm.n)))
+        return Torques(rigid, np.zeros((0, structure.arm.n, structure.arm.n)), np.zeros((0, 0)))
     rotors = np.zeros_like(chi)
     rotors[_rotors(structure)] = chi[_rotors(structure)]
     transmitted = scipy.interpolate.CubicSpline(
@@ -65,7 +71,26 @@ def torques(problem: Problem, motion: Motion, shared: SharedParameters, theta: A
     )
     behind_motor = States(*(-transmitted(t[at], order) for order in range(3)))
     softened = displaced_torques(structure.arm, chi - rotors, states, behind_motor)
-    return Torques(rigid, scipy.interpolate.CubicSpline(t[at], softened)(t))
+    inertia = np.mean(inertia_matrices(structure.arm, chi - rotors, states.q) ** 2, axis=0)
+    return Torques(rigid, scipy.interpolate.CubicSpline(t[at], softened)(t), inertia)
+
+
+def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
+    """Inertia matrices at some positions along a motion.
+
+    Args:
+        arm: The arm, n joints.
+        chi: Standard parameters; names as in `parameters.labels`.
+        q: Positions of a motion, shape (N, n).
+
+    Returns:
+        [kg m^2, kg m or kg], shape (STATES, n, n).
+    """
+    q = q[np.linspace(0, len(q) - 1, STATES).astype(np.intp)]
+    ddq = np.tile(np.vstack((np.zeros(arm.n), np.eye(arm.n))), (STATES, 1))
+    states = np.repeat(q, arm.n + 1, axis=0)
+    torque = inverse_dynamics(arm, chi, states, np.zeros_like(states), ddq).reshape(STATES, arm.n + 1, arm.n)
+    return (torque[:, 1:] - torque[:, :1]).swapaxes(1, 2)
 
 
 def _rotors(structure: Structure) -> Indices:

@@ -73,9 +73,14 @@ def torque(model: pin.Model, q: np.ndarray, dq: np.ndarray, ddq: np.ndarray) -> 
 
 
 def real_logs(
-    truth: Truth, payloads: Sequence[Payload | None], rng: np.random.Generator, *, noise: float = 0.01
+    truth: Truth,
+    payloads: Sequence[Payload | None],
+    rng: np.random.Generator,
+    *,
+    noise: float = 0.01,
+    encoder: float = 0.0,
 ) -> list[Recording]:
-    """One recording a payload, motions of their own; encoders are on the motors, noise is white."""
+    """One recording a payload, motions of their own; encoders are on the motors, noise is white, theirs in rad."""
     model, logs = three_axes(), list[Recording]()
     for payload in payloads:
         motion: Fourier = fourier(rng, MIDDLE)
@@ -86,5 +91,6 @@ def real_logs(
         q, dq, _ = (x + np.array(truth.compliance) * yielding.derivative(k)(t) for k, x in enumerate(link))
         v = truth.motor_torque(rigid, dq) / GAIN
         v = v + noise * np.sqrt(np.mean(v**2, axis=0)) * rng.standard_normal(v.shape)
+        q = q + encoder * rng.spawn(1)[0].standard_normal(q.shape)
         logs.append(Recording(t, q, v, "loaded" if payload else "bare"))
     return logs

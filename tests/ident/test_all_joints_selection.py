@@ -132,6 +132,15 @@ def test_compliance_moves_gains_that_its_column_gives_back(axes):
     assert (np.abs(yielding[SHOWN]) < 0.3 * np.abs(stiff[SHOWN]).max()).all()
 
 
+@pytest.mark.parametrize("compliance", [(0.0, 0.0, 0.0), (2e-4, 1.5e-4, 2e-4)], ids=["stiff", "yielding"])
+def test_encoder_noise_neither_makes_a_stiff_arm_yield_nor_hides_what_yields(axes, compliance):
+    logs = real_logs(Truth(compliance=compliance), PAYLOADS, np.random.default_rng(5), encoder=2e-5)
+    estimate = gains(problem_of(axes, logs))
+    assert bool(remarked(estimate, WORDS["yields"])) == any(compliance)
+    assert (np.abs(off(estimate)) < 3.0 * total(estimate)).all()
+    assert (np.abs(off(estimate))[SHOWN] < 5e-3).all()
+
+
 def test_a_root_of_the_speed_is_asked_for_by_name(axes):
     problem = made(axes, Truth(cbrt=(5.0, 12.0, 9.0)))
     plain = gains(problem, friction="viscous-coulomb").solution.rows

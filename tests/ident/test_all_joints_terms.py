@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from known_logs import BRICK, arm_of
 from real_friction import GAIN, Truth, real_logs, three_axes, torque, with_payload
@@ -186,6 +187,17 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
             motor.append(np.abs(V) * s)
         for name, expected in (("load", of_rows(ready, rigid, j)), ("load-motor", of_rows(ready, motor, j))):
             np.testing.assert_allclose(found.own[j][name], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):
+    for number, payload in enumerate((None, BRICK, LIGHT)):
+        motion, full = ready.problem.motions[number], behind(ready, number)
+        found = torques(ready.problem, motion, ready.shared, theta_of(ready, rotors(ready)), compliance=True)
+        model = with_payload(three_axes(), payload)
+        data, places = model.createData(), np.linspace(0, len(full.q) - 1, 16).astype(int)
+        known = np.mean([pin.crba(model, data, full.q[k]) ** 2 for k in places], axis=0)
+        # Positions are those of the samples where torques are evaluated, a few apart from every sixteenth part.
+        np.testing.assert_allclose(found.inertia, known, rtol=0, atol=1e-2 * known.max())
 
 
 def test_compliance_columns_are_rows_of_the_softened_torques(ready, plain):

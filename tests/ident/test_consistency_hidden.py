@@ -15,11 +15,11 @@ from ident.all_joints.stiffness import (
     LEAST_ROTOR,
     RESONANCE_HZ,
     ROTOR_SHARE,
-    STATES,
     assumed_compliance,
     joint_inertia,
 )
 from ident.all_joints.terms import torque_terms
+from ident.all_joints.torques import STATES
 from ident.consistency import elasticity, single_load
 from ident.consistency.elasticity import check_elasticity
 from ident.consistency.evidence import Evidence

@@ -37,6 +37,7 @@ def full_rate(q: np.ndarray, *, period: float = 0.005, cutoff_hz: float = 15.0) 
         decimator=D,
         edge=0,
         group=1,
+        noise=np.zeros(q.shape[1]),
     )
 
 

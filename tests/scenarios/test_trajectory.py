@@ -88,6 +88,7 @@ def test_a_scenario_gives_its_motion_names_and_limits(tmp_path, capsys):
     np.testing.assert_allclose(told["max_velocity"], np.abs(dq).max(axis=0), rtol=1e-9)  # times differ by rounding
 
 
+@pytest.mark.usefixtures("motion")
 def test_what_breaks_a_limit_is_named(tmp_path, capsys):
     center = np.array([0.1, 0.2, 0.3, 3.0, 0.2, 0.1])  # 3.05 rad is the upper limit of the model
     sine = np.zeros((6, 2))

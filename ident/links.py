@@ -17,9 +17,9 @@ import numpy as np
 
 from ident.all_joints.pseudo_inertia import Bodies, nearest_possible, pseudo_inertia
 from ident.arrays import Array, Indices, Mask
-from ident.bare import Parameter
 from ident.base import BaseParameters
 from ident.errors import NoBody
+from ident.parameter_values import Parameter
 from ident.parameters import INERTIAL, STANDARD
 
 LEFT = 1e-3

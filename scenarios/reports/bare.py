@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 
 from ident.arm import Arm
-from ident.bare import GainRatios, Parameter
+from ident.bare import GainRatios
 from ident.cross_validation import JointPrediction
 from ident.off_ratios import OffRatio
+from ident.parameter_values import Parameter
 from ident.plausibility import prediction_warnings
 from scenarios.bare import BareAnswer
 from scenarios.patching.link_document import Links

@@ -7,11 +7,12 @@ import pytest
 from exact import GAIN, TRUSTING, exact_problem
 
 from ident.all_joints.selection import Rival
-from ident.bare import GainRatios, _check_size, _covariance, _friction_unit, _rival_friction, arm_in_SI, gain_ratios
+from ident.bare import GainRatios, _check_size, arm_in_SI, gain_ratios
 from ident.errors import GainsError, NotIdentifiable
 from ident.estimators.nls import AllJointsOptions
 from ident.known_gains import KnownGains
 from ident.off_ratios import off_ratios
+from ident.parameter_values import _covariance, _friction_unit, _rival_friction
 from ident.problem import Problem
 from ident.structure import structure_of
 

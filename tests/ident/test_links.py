@@ -7,9 +7,9 @@ import pytest
 from scipy import linalg
 
 from ident.all_joints.pseudo_inertia import pseudo_inertia
-from ident.bare import Parameter
 from ident.errors import NoBody
 from ident.links import LEFT, DrawnLinks, FoundLinks, nearest_links
+from ident.parameter_values import Parameter
 from ident.payload import standard_parameters
 from ident.structure import structure_of
 

@@ -10,8 +10,8 @@ import pinocchio as pin
 import pytest
 from model_files import LINKS, mjcf
 
-from ident.bare import Parameter
 from ident.links import DrawnLinks, FoundLinks, nearest_links
+from ident.parameter_values import Parameter
 from ident.payload import standard_parameters
 from ident.regressor import regressor
 from ident.structure import Structure, structure_of

@@ -161,8 +161,8 @@ def _far(scale: Scale) -> bool:
         return False
     if scale.friction is None:
         return abs(size - 1.0) > SIGN_Z * scale.std
-    sign = 1.0 if size > 1.0 else -1.0
-    return abs(scale.friction) ** sign > FRICTION_FACTOR
+    friction = abs(scale.friction)
+    return friction > FRICTION_FACTOR if size > 1.0 else friction * FRICTION_FACTOR < 1.0
 
 
 def _turned(scale: Scale) -> bool:

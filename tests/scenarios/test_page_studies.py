@@ -150,7 +150,7 @@ def test_every_problem_has_answers_of_its_own_and_methods_beyond_the_tones_stand
     assert headings == ["monday", "tuesday", "What was asked"]
     monday, tuesday = (part for part in report.parts if isinstance(part, Plot))
     assert [series.label for series in monday.series] == ["m0", "m1", "m2", "m3"]
-    assert monday.caption.endswith("is a point alone. 2 further methods are in the table alone.")
+    assert monday.caption.endswith("is a point alone. In the table alone: 2 more.")
     assert tuesday.caption.endswith("is a point alone.")
     assert [(series.x, series.y) for series in tuesday.series] == [(("1",), (3.0,)), (("1", "2"), (4.0, 5.0))]
     assert tuesday.x.categories == ("1", "2")  # of the method that has most

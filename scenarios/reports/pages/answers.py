@@ -66,7 +66,7 @@ def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
         )
         for row, tone in zip(shown, TONES, strict=False)
     ]
-    more = f" {left} further methods are in the table alone." if left else ""
+    more = f" In the table alone: {left} more." if left else ""
     plot = Plot(
         title="Gains by joint",
         caption=f"Bars: two stated deviations; a gain whose method states none is a point alone.{more}",

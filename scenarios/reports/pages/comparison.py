@@ -61,7 +61,7 @@ def plots(compared: Compared) -> list[Part]:
     best = compared.methods[: len(TONES)]
     names = tuple(str(joint.joint) for joint in best[0].joints)
     others = len(compared.methods) - len(best)
-    left = f" {others} further methods are in the table alone." if others else ""
+    left = f" In the table alone: {others} more." if others else ""
     rms, held = list[Series](), list[Series]()
     for method, tone in zip(best, TONES, strict=False):
         there = [(str(joint.joint), joint.rms) for joint in method.joints if joint.rms is not None]

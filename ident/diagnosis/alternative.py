@@ -1,0 +1,92 @@
+"""What logs may mean, or what a model may lack: the alternatives that compete with the logs as they are.
+
+An `Alternative` is another way to read the logs. A `Direction` is a small one, to first order: columns of currents
+whose coefficient is its parameter; with a value it becomes an alternative that is read exactly.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.diagnosis.reading import Reading
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Alternative:
+    """One way to read logs that differs from what they say.
+
+    Attributes:
+        family: What kind of fault it would be, as `zero` or `delay`.
+        words: What the fault would be, as `zero of q2 off by +4 degrees in loaded.csv alone`.
+        joints: Joints that it is about, from 0; none where it is about all.
+        logs: Logs that it is about, from 0.
+        reading: How to read them.
+        advice: What to do if it is so.
+        value: Size of the fault, None where it has none.
+        unit: Of the size.
+    """
+
+    family: str
+    words: str
+    joints: tuple[int, ...]
+    logs: tuple[int, ...]
+    reading: Reading
+    advice: str
+    value: float | None = None
+    unit: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Direction:
+    """A small alternative: currents that change in proportion to its parameters.
+
+    Attributes:
+        family: What kind of fault, or of term of the model, it would be.
+        joints: Joints that it is about, from 0; none where it is about all.
+        logs: Logs that it is about, from 0.
+        columns: Change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where
+            they are zero.
+        alternative: What it is with values of the parameters, shape (m,); None for a term of the model.
+        unit: Of the parameter as it is told.
+        scale: Of the parameter as it is told, per unit of the columns.
+        largest: Value of the parameter up to which the first order is to be believed.
+    """
+
+    family: str
+    joints: tuple[int, ...]
+    logs: tuple[int, ...]
+    columns: tuple[Array | None, ...]
+    alternative: Callable[[Array], Alternative] | None
+    unit: str
+    scale: float
+    largest: float
+
+
+def scopes(logs: int) -> list[tuple[int, ...]]:
+    """All logs, and each alone."""
+    every = tuple(range(logs))
+    return [every, *((k,) for k in every)] if logs > 1 else [every]
+
+
+def in_logs(words: str, logs: Sequence[int], names: Sequence[str]) -> str:
+    """What is so in some logs of all."""
+    return words if len(logs) == len(names) else f"{words} in {' and '.join(names[k] for k in logs)} alone"
+
+
+def in_rows(parts: Sequence[Sequence[Array]], logs: Sequence[int], joints: Sequence[int] | None = None):
+    """Columns of all logs' rows, joint by joint, zero outside some logs and joints.
+
+    Args:
+        parts: Of each log, n arrays of shape (r, m).
+        logs: Where they are not zero.
+        joints: Likewise; all if None.
+    """
+    n = len(parts[0])
+    return tuple(
+        np.concatenate([each[j] if k in logs else np.zeros_like(each[j]) for k, each in enumerate(parts)])
+        if joints is None or j in joints
+        else None
+        for j in range(n)
+    )

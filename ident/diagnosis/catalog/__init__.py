@@ -1,0 +1,42 @@
+"""Families of alternatives, one file each: a function that lists gross ones, and one that lists small ones."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from ident.diagnosis.alternative import Alternative, Direction
+from ident.diagnosis.catalog import (
+    base,
+    clocks,
+    current_scales,
+    delays,
+    lengths,
+    orders,
+    zeros,
+)
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reference import Reference
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """A kind of fault.
+
+    Attributes:
+        alternatives: Gross ones, as readings.
+        directions: Small ones, as columns of currents; none where all are gross.
+    """
+
+    alternatives: Callable[[Logs], Iterable[Alternative]]
+    directions: Callable[[Reference, Logs], Iterable[Direction]] = lambda reference, logs: ()
+
+
+FAMILIES: dict[str, Family] = {
+    "zeros": Family(zeros.alternatives, zeros.directions),
+    "orders": Family(orders.alternatives),
+    "base": Family(base.alternatives, base.directions),
+    "lengths": Family(lengths.alternatives, lengths.directions),
+    "clocks": Family(clocks.alternatives, clocks.directions),
+    "delays": Family(delays.alternatives, delays.directions),
+    "current scales": Family(current_scales.alternatives, current_scales.directions),
+}
+"""What logs are compared with."""

@@ -1,0 +1,72 @@
+"""A base that stands otherwise than the model's: on a wall or a ceiling, or tilted by a little."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.diagnosis.alternative import Alternative, Direction, in_rows
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reading import as_logged
+from ident.diagnosis.reference import Reference, across
+
+SAME = 1e-6
+"""Difference of unit vectors under which gravity points the same way."""
+LARGEST = np.deg2rad(15.0)
+"""Tilt up to which the derivative by it says its size [rad]."""
+
+
+def alternatives(logs: Logs) -> Iterator[Alternative]:
+    """Gravity along the axes of the base frame and halfway between them."""
+    arm = logs.structure.arm
+    size = float(np.linalg.norm(arm.gravity))
+    for corner in product((0.0, 1.0, -1.0), repeat=3):
+        length = float(np.linalg.norm(corner))
+        if length and size:
+            gravity = np.array(corner) * size / length
+            if np.abs(gravity - arm.gravity).max() > SAME * size:
+                where = f"({', '.join(f'{x:g}' for x in corner)})"
+                yield _standing(logs, gravity, f"the base stands otherwise: gravity points along {where} of its frame")
+
+
+def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """The base tilted by a little about two axes across gravity."""
+    arm = logs.structure.arm
+    if not arm.gravity.any():
+        return
+    axes = across(arm)
+
+    def alternative(value: Array) -> Alternative:
+        turn = float(np.linalg.norm(value))
+        axis = axes.T @ value / turn if turn > 0.0 else axes[0]
+        gravity = _rotated(arm.gravity, axis, turn)
+        about = ", ".join(f"{x:.2g}" for x in axis + 0.0)
+        words = f"the base is tilted by {np.rad2deg(turn):.2g} degrees about ({about})"
+        return replace(_standing(logs, gravity, words), value=float(np.rad2deg(turn)), unit="degrees")
+
+    parts = [motion.rows(motion.tilted()) for motion in reference.motions]
+    every = tuple(range(len(parts)))
+    yield Direction(
+        family="base", joints=(), logs=every, columns=in_rows(parts, every), alternative=alternative, unit="degrees",
+        scale=180.0 / np.pi, largest=LARGEST,
+    )  # fmt: skip
+
+
+def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:
+    count = len(logs.recordings)
+    return Alternative(
+        family="base",
+        words=words,
+        joints=(),
+        logs=tuple(range(count)),
+        reading=replace(as_logged(logs.structure.arm, count), gravity=gravity),
+        advice="correct how the base stands in the model (gravity in its frame)",
+    )
+
+
+def _rotated(x: Array, axis: Array, angle: float) -> Array:
+    """A vector turned about a unit axis (Rodrigues)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return c * x + s * np.cross(axis, x) + (1.0 - c) * float(axis @ x) * axis

@@ -1,0 +1,55 @@
+"""Seconds that are not seconds: the clock of all logs, or of one, runs at another rate."""
+
+from collections.abc import Iterator
+
+from ident.arrays import Array
+from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reading import as_logged
+from ident.diagnosis.reference import Reference
+
+FACTORS = (0.5, 2.0)
+"""That are tried: samples logged half or twice as often as the stamps say; what lies near 1 is found from the derivative."""
+LARGEST = 0.2
+"""Relative change up to which the derivative says its size."""
+
+
+def alternatives(logs: Logs) -> Iterator[Alternative]:
+    """Clocks that run twice or half as fast, and those that make the rates of two logs equal."""
+    rates = [1.0 / each.period for each in logs.recordings]
+    for scope in scopes(len(rates)):
+        factors = set(FACTORS)
+        if len(scope) == 1 and len(rates) > 1:
+            factors |= {round(rates[scope[0]] / other, 6) for k, other in enumerate(rates) if k not in scope}
+        for factor in sorted(factors):
+            if abs(factor - 1.0) > 0.01:
+                yield timed(logs, scope, factor)
+
+
+def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Clocks that run a little slower."""
+    parts = [motion.rows(motion.hurried()[..., None]) for motion in reference.motions]
+    for scope in scopes(len(parts)):
+
+        def alternative(value: Array, scope: tuple[int, ...] = scope) -> Alternative:
+            return timed(logs, scope, 1.0 + float(value[0]))
+
+        yield Direction(
+            family="clock", joints=(), logs=scope, columns=in_rows(parts, scope), alternative=alternative, unit="%",
+            scale=100.0, largest=LARGEST,
+        )  # fmt: skip
+
+
+def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
+    """Logs whose seconds are a factor of those that they say."""
+    given = as_logged(logs.structure.arm, len(logs.recordings))
+    return Alternative(
+        family="clock",
+        words=in_logs(f"the clock is wrong: t must be multiplied by {factor:.4g}", scope, logs.names),
+        joints=(),
+        logs=scope,
+        reading=given.changed(scope, clock=factor),
+        advice="log the controller's own time, in seconds",
+        value=100.0 * (factor - 1.0),
+        unit="%",
+    )

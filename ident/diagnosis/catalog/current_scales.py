@@ -1,0 +1,86 @@
+"""Currents of one log in another unit, of another scale or sign than those of the others."""
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reading import as_logged
+from ident.diagnosis.reference import Reference
+
+SCALES = np.concatenate([sign * np.geomspace(1e-4, 1e4, 97) for sign in (1.0, -1.0)])
+"""Where scales are looked for; neighbours are a fifth apart."""
+LARGEST = 0.3
+"""Relative change up to which the derivative says its size."""
+
+
+def alternatives(logs: Logs) -> Iterator[Alternative]:
+    """Of every later log, each current and all together, by the scale on the grid that leaves least of the currents."""
+    n, count = logs.structure.arm.n, len(logs.recordings)
+    if count < 2:
+        return
+    for k in range(1 if count == 2 else 0, count):
+        squares = np.array([_left(logs, j, k) for j in range(n)])  # (n, scales), logarithms of mean squares
+        for joints, cost in (((), squares.sum(axis=0)), *(((j,), squares[j]) for j in range(n))):
+            scale = float(SCALES[int(np.argmin(cost))])
+            if abs(scale - 1.0) > LARGEST:
+                yield scaled(logs, (k,), joints, scale)
+        for j in range(n):
+            yield scaled(logs, (k,), (j,), -1.0)
+
+
+def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Currents of one log that are a little larger: the torque of the arm itself in it, not that of its payload."""
+    n, count = logs.structure.arm.n, len(logs.recordings)
+    if count < 2:
+        return
+    parts = [motion.rows(motion.arm_alone()[..., None]) for motion in reference.motions]
+    for k, joints in product(range(1 if count == 2 else 0, count), ((), *((j,) for j in range(n)))):
+
+        def alternative(value: Array, k: int = k, joints: tuple[int, ...] = joints) -> Alternative:
+            return scaled(logs, (k,), joints, 1.0 + float(value[0]))
+
+        yield Direction(
+            family="current scale", joints=joints, logs=(k,), columns=in_rows(parts, (k,), joints or None),
+            alternative=alternative, unit="", scale=1.0, largest=LARGEST,
+        )  # fmt: skip
+
+
+def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: float) -> Alternative:
+    """Currents of a log that are a factor of what they would be in the unit of the others."""
+    arm = logs.structure.arm
+    given = as_logged(arm, len(logs.recordings))
+    own = np.isin(np.arange(arm.n), joints) | (not joints)
+    what = "all currents" if not joints else f"v{joints[0] + 1}"
+    verb = "are" if not joints else "is"
+    words = f"{what} {verb} negated" if scale == -1.0 else f"{what} {verb} scaled by {scale:.4g}"
+    return Alternative(
+        family="current sign" if scale < 0.0 else "current scale",
+        words=in_logs(words, scope, logs.names),
+        joints=joints,
+        logs=scope,
+        reading=given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
+        advice="bring the currents of all logs to one unit and sign",
+        value=scale,
+        unit="",
+    )
+
+
+def _left(logs: Logs, joint: int, k: int) -> Array:
+    """Logarithm of the mean square that each scale of log k leaves of a joint's currents, in units of the logs."""
+    held = logs.model.joints[joint]
+    if held is None:
+        return np.zeros(len(SCALES))
+    own = (logs.model.rows[joint].motion == k).astype(np.float64)
+    V = held.fit.V
+    other, mine = held.fit.without(V * (1.0 - own)), held.fit.without(V * own)
+    a, b = other * (1.0 - own), mine * (1.0 - own)  # of the other logs' rows: a + b / s
+    c, d = other * own, mine * own  # of log k's: s c + d in its own unit
+    squares = (
+        a @ a + 2.0 * (a @ b) / SCALES + (b @ b) / SCALES**2 + SCALES**2 * (c @ c) + 2.0 * SCALES * (c @ d) + d @ d
+    )
+    least = 1e-20 * float(V @ V)
+    return 0.5 * held.fit.freedom * np.log(np.maximum(squares, least))

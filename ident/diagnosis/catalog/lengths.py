@@ -1,0 +1,67 @@
+"""Lengths that differ from the model's: all of them, or one from joint to joint."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.diagnosis.alternative import Alternative, Direction, in_rows
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reading import as_logged
+from ident.diagnosis.reference import STEP, Reference
+
+FACTORS = (0.8, 1.25)
+"""That are tried; what lies between is found from the derivative."""
+LARGEST = 0.2
+"""Relative change up to which the derivative says its size."""
+
+
+def alternatives(logs: Logs) -> Iterator[Alternative]:
+    """Every length, or one, a fifth shorter or a quarter longer."""
+    for factor in FACTORS:
+        for which in _which(logs):
+            yield stretched(logs, which, factor)
+
+
+def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Every length, or one, longer by a little."""
+    arm = logs.structure.arm
+    every = tuple(range(len(logs.recordings)))
+    for which in _which(logs):
+
+        def alternative(value: Array, which: int | None = which) -> Alternative:
+            return stretched(logs, which, 1.0 + float(value[0]))
+
+        longer = replace(arm, translation=_stretch(arm.n, which, 1.0 + STEP)[:, None] * arm.translation)
+        parts = [motion.rows(motion.changed(longer)[..., None]) for motion in reference.motions]
+        yield Direction(
+            family="lengths", joints=() if which is None else (which,), logs=every, columns=in_rows(parts, every),
+            alternative=alternative, unit="%", scale=100.0, largest=LARGEST,
+        )  # fmt: skip
+
+
+def stretched(logs: Logs, which: int | None, factor: float) -> Alternative:
+    """Every length, or that before a joint, from 0, times a factor."""
+    arm, count = logs.structure.arm, len(logs.recordings)
+    what = "all lengths are" if which is None else f"the length from joint {which} to {which + 1} is"
+    return Alternative(
+        family="lengths",
+        words=f"{what} {factor:.3g} times those of the model" if which is None else f"{what} {factor:.3g} times drawn",
+        joints=() if which is None else (which,),
+        logs=tuple(range(count)),
+        reading=replace(as_logged(arm, count), stretch=_stretch(arm.n, which, factor)),
+        advice="use the model of this arm; mind units and variants of other reach",
+        value=100.0 * (factor - 1.0),
+        unit="%",
+    )
+
+
+def _which(logs: Logs) -> list[int | None]:
+    """All, and each that is not zero; what precedes the first joint shows nowhere."""
+    long = np.flatnonzero(logs.structure.arm.translation.any(axis=1)).tolist()
+    return [None, *(j for j in long if j > 0)] if long else []
+
+
+def _stretch(n: int, which: int | None, factor: float) -> Array:
+    return np.full(n, factor) if which is None else np.where(np.arange(n) == which, factor, 1.0)

@@ -1,0 +1,76 @@
+"""A joint whose positions are counted from another zero, in the other sense, or both."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reading import as_logged
+from ident.diagnosis.reference import Reference
+
+TURNS = (0, 90, 180, 270)
+"""Zeros that conventions differ by [degrees]; others are found from the nearest of these."""
+LARGEST = np.deg2rad(15.0)
+"""Zero up to which the derivative of the torques by it says its size [rad]."""
+
+
+def alternatives(logs: Logs) -> Iterator[Alternative]:
+    """Each joint negated, turned by quarters, or both; a sliding joint has nothing to turn."""
+    arm = logs.structure.arm
+    for j, (turn, sign) in product(range(arm.n), product(TURNS, (1.0, -1.0))):
+        if (turn or sign < 0.0) and (arm.revolute[j] or not turn):
+            for scope in scopes(len(logs.recordings)):
+                yield turned(logs, j, scope, sign, np.deg2rad(turn))
+
+
+def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """The zero of each joint off by a little."""
+    arm = logs.structure.arm
+    parts = [motion.rows(motion.displaced()) for motion in reference.motions]
+    for scope, k in product(scopes(len(logs.recordings)), range(arm.n)):
+
+        def alternative(value: Array, k: int = k, scope: tuple[int, ...] = scope) -> Alternative:
+            return turned(logs, k, scope, 1.0, float(value[0]))
+
+        yield Direction(
+            family="zero",
+            joints=(k,),
+            logs=scope,
+            columns=in_rows([[each[:, k : k + 1] for each in part] for part in parts], scope),
+            alternative=alternative,
+            unit="degrees" if arm.revolute[k] else "mm",
+            scale=180.0 / np.pi if arm.revolute[k] else 1e3,
+            largest=LARGEST,
+        )
+
+
+def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: float) -> Alternative:
+    """A joint whose position in the arm is `sign q + zero` in some logs."""
+    arm = logs.structure.arm
+    given = as_logged(arm, len(logs.recordings))
+    own = np.arange(arm.n) == joint
+    how = replace(given.logs[0], q_factor=np.where(own, sign, 1.0), zero=np.where(own, zero, 0.0))
+    revolute = bool(arm.revolute[joint])
+    size = float(np.rad2deg((zero + np.pi) % (2.0 * np.pi) - np.pi)) if revolute else 1e3 * zero
+    told = f"{abs(size):.3g} {'degrees' if revolute else 'mm'}"
+    way = "plus" if size > 0.0 else "minus"
+    # what is wrong with the log is the inverse of how it is read
+    if sign < 0.0:
+        words = f"q{joint + 1} is negated" + (f" and its zero off by {told}" if abs(size) > 1e-9 else "")
+    else:
+        words = f"the zero of q{joint + 1} is off by {told}"
+    mended = (f"-q{joint + 1}" if sign < 0.0 else f"q{joint + 1}") + (f" {way} {told}" if abs(size) > 1e-9 else "")
+    return Alternative(
+        family="sign" if sign < 0.0 else "zero",
+        words=in_logs(words, scope, logs.names),
+        joints=(joint,),
+        logs=scope,
+        reading=given.changed(scope, q_factor=how.q_factor, zero=how.zero),
+        advice=f"use {mended}, or correct the model",
+        value=size,
+        unit="degrees" if revolute else "mm",
+    )

@@ -1,0 +1,75 @@
+"""What is said of logs: one line of one kind, whatever was looked at and whichever command asked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Severity(Enum):
+    """How a diagnosis is to be taken."""
+
+    GOOD = "good"
+    WEAK = "weak"
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect:
+    """What a fault does to a gain, or where there are no gains to a joint's current.
+
+    Attributes:
+        joint: The joint, from 0.
+        percent: Error of the gain [%]; share of the joint's rms current where `deviations` is None.
+        deviations: The same in standard deviations that are claimed of the gain, None where there is no gain.
+    """
+
+    joint: int
+    percent: float
+    deviations: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnosis:
+    """One thing that was looked at in logs or in an estimate, and what was found.
+
+    Severity follows from z, whether it is so, and from the effect, whether it matters.
+
+    Attributes:
+        name: What was looked at, as `clipping`, `zero` or `delay`.
+        severity: How it is to be taken.
+        sentence: What was found, in words and numbers.
+        advice: What to do, None where nothing is.
+        joints: Joints that it is about, from 0; none where it is about all.
+        logs: Names of the logs that it is about; none where it is about all.
+        value: Size of what was found, None where it has none.
+        std: Standard deviation of the size.
+        unit: Of both.
+        z: Standard errors by which it predicts the currents better than the logs as they are, None where the samples
+            themselves show it.
+        effects: What it does to each gain.
+        rivals: What these logs cannot tell it from, in words.
+    """
+
+    name: str
+    severity: Severity = Severity.GOOD
+    sentence: str
+    advice: str | None = None
+    joints: tuple[int, ...] = ()
+    logs: tuple[str, ...] = ()
+    value: float | None = None
+    std: float | None = None
+    unit: str | None = None
+    z: float | None = None
+    effects: tuple[Effect, ...] = ()
+    rivals: tuple[str, ...] = ()
+
+    @property
+    def worst(self) -> Effect | None:
+        """The largest effect, in claimed deviations where there are gains."""
+        return max(self.effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent), default=None)
+
+
+def worst(diagnoses: Sequence[Diagnosis]) -> Severity:
+    """The worst severity, good where there is no diagnosis."""
+    order = tuple(Severity)
+    return max((each.severity for each in diagnoses), key=order.index, default=Severity.GOOD)

@@ -1,0 +1,69 @@
+"""Logs of one arm that are doubted together, observed once; how they are read differently and observed again."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.diagnosis.comparison import BLOCKS, Score
+from ident.diagnosis.free_model import FreeModel, free_model, regrouped
+from ident.diagnosis.reading import Reading
+from ident.observation import ObserveOptions, observe
+from ident.problem import Motion, Problem
+from ident.recording import Recording
+from ident.structure import Structure, structure_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Logs:
+    """Logs, and what is compared of them.
+
+    Attributes:
+        recordings: The logs.
+        problem: Their linear systems.
+        observing: Filters.
+        model: The free fits.
+    """
+
+    recordings: tuple[Recording, ...]
+    problem: Problem
+    observing: ObserveOptions
+    model: FreeModel
+
+    @property
+    def structure(self) -> Structure:
+        """Of the arm."""
+        return self.problem.structure
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the logs."""
+        return tuple(each.name for each in self.recordings)
+
+
+def observed_logs(recordings: Sequence[Recording], problem: Problem, observing: ObserveOptions) -> Logs:
+    """Logs whose observation is known."""
+    return Logs(recordings=tuple(recordings), problem=problem, observing=observing, model=free_model(problem))
+
+
+def read_as(logs: Logs, reading: Reading) -> Logs:
+    """The logs read otherwise and observed again.
+
+    Raises:
+        RecordingError: If the logs read so cannot be filtered.
+    """
+    arm = reading.of_arm(logs.structure.arm)
+    structure = logs.structure if arm is logs.structure.arm else structure_of(arm)
+    recordings = tuple(how.read(log) for how, log in zip(reading.logs, logs.recordings, strict=True))
+    motions = tuple(
+        Motion(observe(log, structure, logs.observing), motion.payload)
+        for log, motion in zip(recordings, logs.problem.motions, strict=True)
+    )
+    problem = Problem(structure, motions, logs.problem.options)
+    return Logs(recordings=recordings, problem=problem, observing=logs.observing, model=free_model(problem))
+
+
+def score_as(other: Logs, reading: Reading) -> Score:
+    """Score of logs read otherwise, by the columns and in the units that they have."""
+    unit = np.repeat([1.0 / np.abs(each.v_factor) for each in reading.logs], BLOCKS, axis=0).T  # (n, blocks)
+    return regrouped(other.model.score, reading.logs[0].v_order, unit)

@@ -1,0 +1,232 @@
+"""Currents of the fitted arm along each log, and what small faults would change of them, to first order.
+
+All joints are fitted at once with plain friction and stiff joints (`ident.all_joints`), payloads free and the gain of
+one joint set to 1: nothing has to be known beforehand, and currents do not depend on that scale. Each fault is then a
+column of currents a joint, evaluated beside the rows' own filter.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from ident.all_joints.displacement import States, displaced_torques
+from ident.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting
+from ident.all_joints.torques import TORQUE_RATE
+from ident.arm import Arm
+from ident.arrays import Array
+from ident.errors import IdentificationError
+from ident.full_rate import FullRate
+from ident.inverse_dynamics import inverse_dynamics
+from ident.payload import Payload
+from ident.problem import Problem
+
+STEP = 1e-3
+"""Relative change that derivatives without a closed form are differences over."""
+PRIOR_STD = 1.0
+"""Of the logarithm of a gain, as `nls` has it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A fit of all joints to logs of whatever payloads.
+
+    Attributes:
+        problem: The logs; nothing of their payloads is known.
+        ready: What the fit started from.
+        fitted: The fit.
+    """
+
+    problem: Problem
+    ready: Setting
+    fitted: Fitted
+
+    @property
+    def arm(self) -> Arm:
+        """The arm."""
+        return self.problem.structure.arm
+
+    @property
+    def h(self) -> Array:
+        """1/g of each joint beside the one that was set, shape (n,)."""
+        return self.fitted.fit.found.h
+
+    @cached_property
+    def motions(self) -> tuple["ReferenceMotion", ...]:
+        """Each log."""
+        return tuple(ReferenceMotion(self, k) for k in range(len(self.problem.motions)))
+
+    def parameters(self, log: int) -> Array:
+        """Standard parameters of links, rotors and payload that move in a log, shape (p,)."""
+        structure, shared = self.problem.structure, self.ready.shared
+        theta = self.fitted.fit.found.theta
+        chi = np.zeros(structure.base.regrouping.shape[1])
+        chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+        for mounted, values in zip(self.problem.payloads, shared.payload_values(theta), strict=True):
+            if self.problem.motions[log].payload is mounted:
+                chi[structure.payload_columns] += values
+        return chi
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceMotion:
+    """One log of a reference: states at a rate that torques need, and what makes rows of their columns."""
+
+    reference: Reference
+    log: int
+
+    @cached_property
+    def behind(self) -> FullRate:
+        found = self.reference.problem.motions[self.log].observation.full_rate
+        assert found is not None, "asked of recordings only"
+        return found
+
+    @cached_property
+    def _at(self) -> Array:
+        behind = self.behind
+        stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
+        return np.append(np.arange(0, len(behind.q) - 1, stride), len(behind.q) - 1)
+
+    @cached_property
+    def states(self) -> States:
+        """At `TORQUE_RATE`."""
+        at = self._at
+        return States(self.behind.q[at], self.behind.dq[at], self.behind.ddq[at])
+
+    @cached_property
+    def chi(self) -> Array:
+        """Standard parameters, shape (p,)."""
+        return self.reference.parameters(self.log)
+
+    @cached_property
+    def torque(self) -> Array:
+        """Of links, rotors and payload, at `TORQUE_RATE`, shape (S, n)."""
+        return self.of(self.reference.arm, self.chi, self.states)
+
+    @staticmethod
+    def of(arm: Arm, chi: Array, states: States) -> Array:
+        """Torques of an arm, shape (S, n)."""
+        return inverse_dynamics(arm, chi, states.q, states.dq, states.ddq)
+
+    def rows(self, torque: Array) -> tuple[Array, ...]:
+        """Currents of each joint's rows by torques at `TORQUE_RATE`.
+
+        Args:
+            torque: m torques of each joint, shape (S, n, m).
+
+        Returns:
+            n arrays of shape (r_j, m).
+        """
+        behind, t = self.behind, np.arange(len(self.behind.q)) * self.behind.period
+        n, m = torque.shape[1:]
+        full = scipy.interpolate.make_interp_spline(t[self._at], torque.reshape(len(torque), -1), k=3)(t)
+        full = full.reshape(len(t), n, m)
+        found = list[Array]()
+        for j in range(n):
+            kept = self.reference.problem.motions[self.log].observation.joints[j].position
+            masked = np.where(behind.moving[:, j, None], full[:, j], 0.0)
+            found.append(self.reference.h[j] * decimated(behind, masked)[kept])
+        return tuple(found)
+
+    def displaced(self) -> Array:
+        """Derivative of the torques by each joint's zero [N m / rad], shape (S, n, n)."""
+        still = States(np.ones_like(self.states.q), np.zeros_like(self.states.q), np.zeros_like(self.states.q))
+        return displaced_torques(self.reference.arm, self.chi, self.states, still)
+
+    def changed(self, arm: Arm) -> Array:
+        """Derivative of the torques by a change of the arm that was made by `STEP`, shape (S, n)."""
+        return (self.of(arm, self.chi, self.states) - self.torque) / STEP
+
+    def tilted(self) -> Array:
+        """Derivative by a turn of the base about two axes across gravity [N m / rad], shape (S, n, 2)."""
+        arm, states = self.reference.arm, self.states
+        still = States(states.q, np.zeros_like(states.q), np.zeros_like(states.q))
+        return np.stack(
+            [self.of(replace(arm, gravity=np.cross(axis, arm.gravity)), self.chi, still) for axis in across(arm)],
+            axis=-1,
+        )
+
+    def hurried(self) -> Array:
+        """Derivative by a factor of the seconds, shape (S, n)."""
+        states = self.states
+        slower = States(states.q, states.dq * (1.0 - STEP), states.ddq * (1.0 - 2.0 * STEP))
+        return (self.of(self.reference.arm, self.chi, slower) - self.torque) / STEP
+
+    def rate(self) -> Array:
+        """Rate of change of the torques and of viscous friction [N m / s], shape (S, n)."""
+        t = self._at * self.behind.period
+        rate = scipy.interpolate.make_interp_spline(t, self.torque, k=3)(t, 1)
+        return rate + self._viscous() / self.reference.h * self.states.ddq
+
+    def _viscous(self) -> Array:
+        """Coefficient of viscous friction of each joint in this log [drive units s/rad], shape (n,)."""
+        found = np.zeros(self.reference.arm.n)
+        fitted = self.reference.fitted
+        for j, (own, phi) in enumerate(zip(fitted.own, fitted.fit.phi, strict=True)):
+            for name, which, value in zip(own.names, own.motion, phi, strict=True):
+                if name == "Fv" and which in (-1, self.log):
+                    found[j] = value
+        return found
+
+    def arm_alone(self) -> Array:
+        """Torque of links and rotors without the payload, shape (S, n)."""
+        chi = self.chi.copy()
+        structure, motion = self.reference.problem.structure, self.reference.problem.motions[self.log]
+        for mounted, values in zip(
+            self.reference.problem.payloads,
+            self.reference.ready.shared.payload_values(self.reference.fitted.fit.found.theta),
+            strict=True,
+        ):
+            if motion.payload is mounted:
+                chi[structure.payload_columns] -= values
+        return self.of(self.reference.arm, chi, self.states)
+
+
+def across(arm: Arm) -> Array:
+    """Two unit vectors across gravity, shape (2, 3)."""
+    return scipy.linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
+
+
+def decimated(behind: FullRate, x: Array) -> Array:
+    """Signals decimated like the currents, (N, m) to (rows, m)."""
+    D = behind.decimator
+    rows, pieces = D.rows(len(x)), -(-len(D.kernel) // D.factor)
+    weights = np.zeros(pieces * D.factor)
+    weights[: len(D.kernel)] = D.kernel
+    padded = np.zeros(((rows + pieces - 1) * D.factor, x.shape[1]))
+    used = min(len(x), len(padded))
+    padded[:used] = x[:used]
+    parts = np.einsum("pfm,cf->cpm", padded.reshape(-1, D.factor, x.shape[1]), weights.reshape(pieces, D.factor))
+    return np.sum([parts[k, k : k + rows] for k in range(pieces)], axis=0)
+
+
+def reference(problem: Problem) -> Reference | None:
+    """Fit all joints; None where no such fit is found, as of logs that are of another arm altogether."""
+    if any(motion.observation.full_rate is None for motion in problem.motions):
+        return None
+    unknown = _unknown(problem)
+    try:
+        loudest = _loudest(unknown)
+        ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=[GivenGain(loudest, 1.0)])
+        fitted = fit_with(ready, [{} for _ in range(ready.n)], (), None)
+    except IdentificationError:
+        return None
+    return Reference(unknown, ready, fitted)
+
+
+def _loudest(problem: Problem) -> int:
+    """The joint with most rows' worth of current: its gain is set."""
+    observed = problem.motions[0].observation.joints
+    return int(np.argmax([float(np.linalg.norm(each.V)) for each in observed]))
+
+
+def _unknown(problem: Problem) -> Problem:
+    """The same logs, nothing known of their payloads; the first mounting counts as bare."""
+    first = problem.motions[0].payload
+    others = {id(each): Payload(mass=1.0, known="none") for each in problem.payloads if each is not first}
+    motions = tuple(
+        replace(each, payload=None if each.payload is None else others.get(id(each.payload)))
+        for each in problem.motions
+    )
+    return replace(problem, motions=motions)

@@ -64,7 +64,51 @@ class Diagnosis:
     rivals: tuple[str, ...] = ()
 
     @property
-    def worst(self) -> Effect | None:
+    @dataclass(frozen=True, slots=True, kw_only=True)
+class Exclusion:
+    """A family of faults that logs exclude.
+
+    Attributes:
+        family: As of a diagnosis.
+        sentence: What is excluded, as `zeros of q2 to q5 beyond 1 degree`.
+        joints: Joints that it is about, from 0; none where it is about all.
+        limit: Size beyond which it is excluded, None where any is.
+        unit: Of the limit.
+    """
+
+    family: str
+    sentence: str
+    joints: tuple[int, ...] = ()
+    limit: float | None = None
+    unit: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnosed:
+    """Everything that is said of logs and of what was found from them.
+
+    Attributes:
+        diagnoses: One a thing that was looked at, the worst first.
+        excluded: Faults that these logs exclude.
+        untold: What these logs cannot tell from what they say, a sentence each.
+    """
+
+    diagnoses: tuple[Diagnosis, ...] = ()
+    excluded: tuple[Exclusion, ...] = ()
+    untold: tuple[str, ...] = ()
+
+    @property
+    def severity(self) -> Severity:
+        """The worst of all."""
+        return worst(self.diagnoses)
+
+    @property
+    def doubts(self) -> tuple[Diagnosis, ...]:
+        """The diagnoses that are not good."""
+        return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD)
+
+
+def worst(self) -> Effect | None:
         """The largest effect, in claimed deviations where there are gains."""
         return max(self.effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent), default=None)
 

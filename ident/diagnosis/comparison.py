@@ -15,7 +15,7 @@ parameters.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
@@ -24,6 +24,8 @@ from ident.arrays import Array, Indices
 
 BLOCKS = 20
 """Blocks of time that each log is cut into; with 8 the standard error of z is heavy-tailed."""
+UNSEEN = 1e-7
+"""Square of a unit column that the model must leave for it to be compared."""
 RIDGE = 1e-9
 """Prior precision of the coefficients of unit columns, in units of the residual: makes dependent columns harmless."""
 
@@ -161,3 +163,110 @@ def numbered_blocks(motion: Indices, position: Indices, lengths: Sequence[int]) 
     """
     whole = np.maximum(np.asarray(lengths), 1)[motion]
     return motion * BLOCKS + np.minimum(position * BLOCKS // whole, BLOCKS - 1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fits:
+    """Fits whose blocks are those of the same times, ready for held-out predictions.
+
+    Attributes:
+        parts: One a joint, or one of all joints together; None where there are fewer rows than unknowns.
+        score: How well each part's currents are predicted.
+    """
+
+    parts: tuple[HeldOut | None, ...]
+    score: Score
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviation of each part's held-out residuals [drive units], shape (parts,)."""
+        return np.sqrt(self.score.variance)
+
+
+def fits_of(parts: Sequence[HeldOut | None]) -> Fits:
+    """Fits and their score."""
+    blocks = max((each.fit.blocks for each in parts if each is not None), default=0)
+    squares, rows = np.zeros((len(parts), blocks)), np.zeros(len(parts))
+    for k, each in enumerate(parts):
+        if each is not None:
+            squares[k] = np.sum(each.predicted(each.fit.residual[:, None]) ** 2, axis=(1, 2))
+            rows[k] = len(each.fit.V)
+    return Fits(tuple(parts), Score(squares, rows))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Added:
+    """What further columns, one coefficient each for all joints, add to the held-out predictions.
+
+    Attributes:
+        u: Gain of each block, shape (blocks,).
+        value: Coefficients, shape (m,).
+        covariance: Of them, for residuals that are autocorrelated within blocks, shape (m, m).
+    """
+
+    u: Array
+    value: Array
+    covariance: Array
+
+
+def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
+    """Add columns to the model of all joints.
+
+    Args:
+        fits: The model.
+        columns: Of each part of the fits, shape (r, m), None where they are zero.
+
+    Returns:
+        None if the model knows all that the columns say.
+    """
+    sigma = fits.sigma
+    felt = [
+        (each, columns[j] / sigma[j], j)
+        for j, each in enumerate(fits.parts)
+        if each is not None and columns[j] is not None and sigma[j] > 0.0
+    ]
+    if not felt:
+        return None
+    m = felt[0][1].shape[1]
+    size = np.sqrt(sum(np.sum(c**2, axis=0) for _, c, _ in felt))
+    if not (size > 0.0).all():
+        return None
+    parts = [(each, each.fit.without(c / size), each.fit.residual / sigma[j], j) for each, c, j in felt]
+    S = sum((left.T @ left for _, left, _, _ in parts), np.zeros((m, m)))
+    values, directions = np.linalg.eigh(S)
+    if values[0] < UNSEEN:
+        return None
+    turn = directions / np.sqrt(values)
+    b = sum((turn.T @ (left.T @ e) for _, left, e, _ in parts), np.zeros(m))
+    blocks = len(fits.score.squares[0])
+    G, r, held = np.zeros((blocks, m, m)), np.zeros((blocks, m)), list[tuple[Array, Array]]()
+    scores = np.zeros((blocks, m))
+    for each, left, e, _ in parts:
+        q = left @ turn
+        rest = e - q @ b
+        both = each.predicted(np.column_stack((rest, q)))
+        padded = each.padded(np.column_stack((rest, q)))
+        G += padded[..., 1:].swapaxes(1, 2) @ both[..., 1:]
+        r += np.einsum("bmk,bm->bk", padded[..., 1:], both[..., 0])
+        scores += np.einsum("bmk,bm->bk", padded[..., 1:], padded[..., 0])
+        held.append((both[..., 0], both[..., 1:]))
+    t = np.linalg.solve(np.eye(m) - G, r[..., None])[..., 0]
+    u = np.zeros(blocks)
+    for (_, _, _, j), (rest, q) in zip(parts, held, strict=True):
+        squares = np.sum((rest + np.einsum("bmk,bk->bm", q, t)) ** 2, axis=1)
+        u += 0.5 * (fits.score.squares[j] / sigma[j] ** 2 - squares)
+    own = np.eye(m) + scores.T @ scores
+    spread = turn / size[:, None]
+    return Added(u=u, value=spread @ b, covariance=spread @ own @ spread.T)
+
+
+def regrouped(score: Score, order: Indices, unit: Array) -> Score:
+    """A score of logs whose currents were read in another order and unit, by the columns and in the units of the logs.
+
+    Args:
+        score: Of the logs as they were read.
+        order: Column of the current of each joint, shape (n,).
+        unit: What each joint's currents were divided by in each block, shape (n, blocks).
+    """
+    back = np.argsort(order)
+    return replace(score, squares=(score.squares * unit**2)[back], rows=score.rows[back])

@@ -8,8 +8,7 @@ import numpy as np
 from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.catalog import FAMILIES, Family
-from ident.diagnosis.comparison import gains, z_of
-from ident.diagnosis.free_model import Added, added
+from ident.diagnosis.comparison import Added, added, gains, z_of
 from ident.diagnosis.logs import Logs, read_as, score_as
 from ident.diagnosis.reference import reference
 from ident.diagnosis.screen import Screen, Screened, screened
@@ -82,7 +81,7 @@ def survey(logs: Logs, families: Sequence[Family] = tuple(FAMILIES.values())) ->
     if fit is not None:
         for family in families:
             for each in family.directions(fit, logs):
-                found = added(logs.model, each.columns)
+                found = added(logs.model.fits, each.columns)
                 if found is not None:
                     small.append(Small(each, found))
     small.sort(key=lambda each: -float(each.found.u.sum()))
@@ -102,7 +101,7 @@ def compared(logs: Logs, alternative: Alternative) -> Compared | None:
         other = read_as(logs, alternative.reading)
     except IdentificationError:
         return None
-    return Compared(alternative, gains(logs.model.score, score_as(other, alternative.reading)), other)
+    return Compared(alternative, gains(logs.model.fits.score, score_as(other, alternative.reading)), other)
 
 
 def unfolded(x: Array) -> float:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnosis.comparison import BLOCKS, Score
-from ident.diagnosis.free_model import FreeModel, free_model, regrouped
+from ident.diagnosis.comparison import BLOCKS, Score, regrouped
+from ident.diagnosis.free_model import FreeModel, free_model
 from ident.diagnosis.reading import Reading
 from ident.observation import ObserveOptions, observe
 from ident.problem import Motion, Problem
@@ -66,4 +66,4 @@ def read_as(logs: Logs, reading: Reading) -> Logs:
 def score_as(other: Logs, reading: Reading) -> Score:
     """Score of logs read otherwise, by the columns and in the units that they have."""
     unit = np.repeat([1.0 / np.abs(each.v_factor) for each in reading.logs], BLOCKS, axis=0).T  # (n, blocks)
-    return regrouped(other.model.score, reading.logs[0].v_order, unit)
+    return regrouped(other.model.fits.score, reading.logs[0].v_order, unit)

@@ -71,7 +71,7 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
 
 def _left(logs: Logs, joint: int, k: int) -> Array:
     """Logarithm of the mean square that each scale of log k leaves of a joint's currents, in units of the logs."""
-    held = logs.model.joints[joint]
+    held = logs.model.fits.parts[joint]
     if held is None:
         return np.zeros(len(SCALES))
     own = (logs.model.rows[joint].motion == k).astype(np.float64)

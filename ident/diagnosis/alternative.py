@@ -12,6 +12,9 @@ import numpy as np
 from ident.arrays import Array
 from ident.diagnosis.reading import Reading
 
+SAME_PARAMETER = {"sign": "zero", "current sign": "current scale"}
+"""Families whose size is the parameter of another's direction."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Alternative:
@@ -26,6 +29,7 @@ class Alternative:
         advice: What to do if it is so.
         value: Size of the fault, None where it has none.
         unit: Of the size.
+        refined: The same with its parameters changed by a little, in units of the direction of the family.
     """
 
     family: str
@@ -36,6 +40,12 @@ class Alternative:
     advice: str
     value: float | None = None
     unit: str | None = None
+    refined: "Callable[[Array], Alternative] | None" = None
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
+        """What tells it from others of another family, joint or log."""
+        return SAME_PARAMETER.get(self.family, self.family), self.joints, self.logs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -62,6 +72,11 @@ class Direction:
     unit: str
     scale: float
     largest: float
+
+    @property
+    def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
+        """As of an alternative."""
+        return self.family, self.joints, self.logs
 
 
 def scopes(logs: int) -> list[tuple[int, ...]]:

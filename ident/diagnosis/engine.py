@@ -1,7 +1,10 @@
-"""Which faults logs have: all alternatives against the logs as they are, the best one read in, and again."""
+"""Which faults logs have: every alternative against the logs as they are, the best one read in, and once more.
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+Terms that a model may lack compete with faults, so that a fault is never accused of what a term explains.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,29 +12,39 @@ from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.catalog import FAMILIES, Family
 from ident.diagnosis.comparison import Added, added, gains, z_of
+from ident.diagnosis.free_model import free_model
 from ident.diagnosis.logs import Logs, read_as, score_as
-from ident.diagnosis.reference import reference
+from ident.diagnosis.reference import Reference, reference
 from ident.diagnosis.screen import Screen, Screened, screened
 from ident.errors import IdentificationError
 
 SHOWN = 4.0
-"""Standard errors by which an alternative must predict the currents better to be a fault."""
+"""Standard errors by which an alternative must predict the currents better to be believed."""
 TIE = 2.0
 """Standard errors by which the best of two alternatives must predict better to be told from the other."""
 LOOKED_AT = 3
 """Best alternatives of either kind that are compared in full."""
 WORTH = 8.0
 """Gain in log likelihood on few instants from which a reading is compared in full: that of z = 4 if all is white."""
-FAULTS = 3
-"""Faults that are looked for in one set of logs."""
+MOST = 4
+"""Faults and terms that are looked for in one set of logs."""
+REFINED = 3
+"""Steps in which the size of a fault is refined."""
+SETTLED = 0.5
+"""Standard deviations of a size under which it needs no further step."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Small:
-    """A direction, and what it adds."""
+    """A direction, and what it adds to the predictions."""
 
     direction: Direction
     found: Added
+
+    @property
+    def gain(self) -> float:
+        """In log predictive density."""
+        return float(self.found.u.sum())
 
     @property
     def z(self) -> float:
@@ -54,9 +67,37 @@ class Compared:
     logs: Logs
 
     @property
+    def gain(self) -> float:
+        """In log predictive density."""
+        return float(self.u.sum())
+
+    @property
     def z(self) -> float:
         """Standard errors by which it predicts better."""
         return z_of(self.u)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fault:
+    """An alternative that is believed, or a term of the model.
+
+    Attributes:
+        compared: The alternative in full; None for a term.
+        small: The direction; None for a gross alternative.
+        rivals: Alternatives and terms that these logs cannot tell it from, by name.
+        before: The logs that it was found in: as they are, or with earlier faults read in.
+    """
+
+    compared: Compared | None
+    small: Small | None
+    rivals: tuple[str, ...]
+    before: Logs
+
+    @property
+    def z(self) -> float:
+        """Standard errors by which it predicts better."""
+        assert self.compared is not None or self.small is not None, "one of both"
+        return self.compared.z if self.compared is not None else self.small.z  # pyright: ignore
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,35 +105,120 @@ class Survey:
     """What is said of one set of logs by all alternatives.
 
     Attributes:
+        logs: The logs.
+        fit: The fit that directions were taken from, None where there is none.
         small: Directions, those that predict best first.
-        gross: Other readings by the screen, the best first.
-        full: Those compared in full, the best first.
+        gross: Other readings on few instants, the best first.
     """
 
+    logs: Logs
+    fit: Reference | None
     small: tuple[Small, ...]
     gross: tuple[Screened, ...]
-    full: tuple[Compared, ...]
 
 
 def survey(logs: Logs, families: Sequence[Family] = tuple(FAMILIES.values())) -> Survey:
-    """Compare logs with all alternatives."""
+    """Look at logs beside all alternatives."""
     fit = reference(logs.problem)
-    small = list[Small]()
-    if fit is not None:
-        for family in families:
-            for each in family.directions(fit, logs):
-                found = added(logs.model.fits, each.columns)
-                if found is not None:
-                    small.append(Small(each, found))
-    small.sort(key=lambda each: -float(each.found.u.sum()))
+    small = smalls(logs, directions(fit, logs, families))
     gross = screened(Screen(logs), [each for family in families for each in family.alternatives(logs)])
-    likely = [each.alternative for each in gross[:LOOKED_AT] if each.gain.sum() > WORTH]
-    for each in [each for each in small if each.z > SHOWN - 1.0][:LOOKED_AT]:
-        if each.direction.alternative is not None:
-            likely.append(each.direction.alternative(each.found.value))
-    full = [each for alternative in likely if (each := compared(logs, alternative)) is not None]
-    full.sort(key=lambda each: -float(each.u.sum()))
-    return Survey(tuple(small), tuple(gross), tuple(full))
+    return Survey(logs, fit, small, tuple(gross))
+
+
+def directions(fit: Reference | None, logs: Logs, families: Sequence[Family]) -> list[Direction]:
+    """Of all families; none where there is no fit to take them from."""
+    if fit is None:
+        return []
+    return [each for family in families for each in family.directions(fit, logs)]
+
+
+def smalls(logs: Logs, found: Sequence[Direction]) -> tuple[Small, ...]:
+    """What directions add, those that predict best first."""
+    each_added = ((each, added(logs.model.fits, each.columns)) for each in found)
+    small = [Small(each, more) for each, more in each_added if more is not None]
+    return tuple(sorted(small, key=lambda each: -each.gain))
+
+
+def faults(first: Survey, families: Sequence[Family] = tuple(FAMILIES.values())) -> Iterator[Fault]:
+    """Faults and terms, the one that explains most first, each found beside those before it.
+
+    Args:
+        first: Of the logs as they are.
+        families: Whose alternatives compete.
+    """
+    seen = first
+    for _ in range(MOST):
+        found = _best(seen)
+        if found is None:
+            return
+        yield found
+        if found.compared is None:
+            assert found.small is not None, "a term is a direction"
+            seen = _with_term(seen, found.small.direction)
+        else:
+            seen = survey(found.compared.logs, families)
+
+
+def _best(seen: Survey) -> Fault | None:
+    """The alternative that predicts best of those that surely predict better."""
+    full = [each for each in _in_full(seen) if each.z > SHOWN]
+    terms = [each for each in seen.small if each.direction.alternative is None and each.z > SHOWN]
+    candidates = [*full, *terms]
+    if not candidates:
+        return None
+    best = max(candidates, key=lambda each: each.gain)
+    u = best.u if isinstance(best, Compared) else best.found.u
+    rivals = dict[str, None]()
+    for each in candidates:
+        other = each.u if isinstance(each, Compared) else each.found.u
+        if each is not best and z_of(u - other) < TIE:
+            rivals[each.alternative.words if isinstance(each, Compared) else each.direction.family] = None
+    if isinstance(best, Compared):
+        small = next((each for each in seen.small if each.direction.key == best.alternative.key), None)
+        return Fault(compared=best, small=small, rivals=tuple(rivals), before=seen.logs)
+    return Fault(compared=None, small=best, rivals=tuple(rivals), before=seen.logs)
+
+
+def _in_full(seen: Survey) -> list[Compared]:
+    """The likeliest alternatives compared in full, each with the size that fits best."""
+    likely = [each.alternative for each in seen.gross[:LOOKED_AT] if each.gain.sum() > WORTH]
+    shown = [each for each in seen.small if each.direction.alternative is not None and each.z > SHOWN - 1.0]
+    likely += [each.direction.alternative(each.found.value) for each in shown[:LOOKED_AT]]  # pyright: ignore
+    found = dict[object, Compared]()
+    for each in likely:
+        full = _refined(seen.logs, each)
+        if full is not None and (each.key not in found or found[each.key].gain < full.gain):
+            found[each.key] = full
+    return list(found.values())
+
+
+def _refined(logs: Logs, alternative: Alternative) -> Compared | None:
+    """An alternative in full with the size that fits best, found step by step from its directions."""
+    best = compared(logs, alternative)
+    for _ in range(REFINED):
+        if best is None or best.z < SHOWN - 1.0 or best.alternative.refined is None:
+            break
+        step = _step(best)
+        nearer = None if step is None else compared(logs, best.alternative.refined(step))
+        if nearer is None or nearer.gain <= best.gain:
+            break
+        best = nearer
+    return best
+
+
+def _step(found: Compared) -> Array | None:
+    """Change of the parameters that the logs read so ask for; None where it is small."""
+    fit = reference(found.logs.problem)
+    own = found.alternative.key[0]
+    for family in FAMILIES.values() if fit is not None else ():
+        for each in family.directions(fit, found.logs):
+            if each.key == (own, found.alternative.joints, found.alternative.logs):
+                more = added(found.logs.model.fits, each.columns)
+                if more is None:
+                    return None
+                std = np.sqrt(np.diag(more.covariance))
+                return more.value if (np.abs(more.value) > SETTLED * std).any() else None
+    return None
 
 
 def compared(logs: Logs, alternative: Alternative) -> Compared | None:
@@ -104,6 +230,14 @@ def compared(logs: Logs, alternative: Alternative) -> Compared | None:
     return Compared(alternative, gains(logs.model.fits.score, score_as(other, alternative.reading)), other)
 
 
-def unfolded(x: Array) -> float:
-    """Norm."""
-    return float(np.linalg.norm(x))
+def _with_term(seen: Survey, term: Direction) -> Survey:
+    """The same logs beside a model that has the term, with a coefficient for each joint."""
+    model = seen.logs.model
+    before = model.further or (None,) * len(term.columns)
+    further = tuple(
+        new if old is None else old if new is None else np.column_stack((old, new))
+        for old, new in zip(before, term.columns, strict=True)
+    )
+    logs = replace(seen.logs, model=free_model(seen.logs.problem, further))
+    found = [each.direction for each in seen.small if each.direction is not term]
+    return replace(seen, logs=logs, small=smalls(logs, found))

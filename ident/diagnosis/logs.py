@@ -60,7 +60,21 @@ def read_as(logs: Logs, reading: Reading) -> Logs:
         for log, motion in zip(recordings, logs.problem.motions, strict=True)
     )
     problem = Problem(structure, motions, logs.problem.options)
-    return Logs(recordings=recordings, problem=problem, observing=logs.observing, model=free_model(problem))
+    return Logs(
+        recordings=recordings,
+        problem=problem,
+        observing=logs.observing,
+        model=free_model(problem, logs.model.further) if _same_rows(problem, logs.problem) else free_model(problem),
+    )
+
+
+def _same_rows(one: Problem, other: Problem) -> bool:
+    """Whether columns of rows of one are columns of rows of the other."""
+    return all(
+        np.array_equal(a.position, b.position)
+        for mine, theirs in zip(one.motions, other.motions, strict=True)
+        for a, b in zip(mine.observation.joints, theirs.observation.joints, strict=True)
+    )
 
 
 def score_as(other: Logs, reading: Reading) -> Score:

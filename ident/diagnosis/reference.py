@@ -12,7 +12,12 @@ import numpy as np
 import scipy
 
 from ident.all_joints.displacement import States, displaced_torques
+from ident.all_joints.friction import own_columns
+from ident.all_joints.reduction import reduced_joint
 from ident.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting
+from ident.all_joints.start import friction_z
+from ident.all_joints.stiffness import assumed_compliance
+from ident.all_joints.terms import torque_terms
 from ident.all_joints.torques import TORQUE_RATE
 from ident.arm import Arm
 from ident.arrays import Array
@@ -56,6 +61,17 @@ class Reference:
     def motions(self) -> tuple["ReferenceMotion", ...]:
         """Each log."""
         return tuple(ReferenceMotion(self, k) for k in range(len(self.problem.motions)))
+
+    @cached_property
+    def softened(self) -> tuple[Array, ...]:
+        """Change of each joint's currents per compliance of each joint, n arrays of shape (r_j, n)."""
+        found = torque_terms(self.problem, self.ready.shared, self.fitted.own, self.fitted.fit, compliance=True)
+        return tuple(h * each for h, each in zip(self.h, found.softened, strict=True))
+
+    @cached_property
+    def compliance(self) -> Array:
+        """Compliance that each joint may well have [rad / (N m)] or [m / N], shape (n,), in the units of `softened`."""
+        return assumed_compliance(self.problem, self.ready.shared, self.fitted.fit.found.theta)
 
     def parameters(self, log: int) -> Array:
         """Standard parameters of links, rotors and payload that move in a log, shape (p,)."""
@@ -207,18 +223,22 @@ def reference(problem: Problem) -> Reference | None:
         return None
     unknown = _unknown(problem)
     try:
-        loudest = _loudest(unknown)
-        ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=[GivenGain(loudest, 1.0)])
+        ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=[GivenGain(0, 1.0)])
+        ready = replace(ready, given=(_braked(ready),))
         fitted = fit_with(ready, [{} for _ in range(ready.n)], (), None)
     except IdentificationError:
         return None
     return Reference(unknown, ready, fitted)
 
 
-def _loudest(problem: Problem) -> int:
-    """The joint with most rows' worth of current: its gain is set."""
-    observed = problem.motions[0].observation.joints
-    return int(np.argmax([float(np.linalg.norm(each.V)) for each in observed]))
+def _braked(ready: Setting) -> GivenGain:
+    """A gain of size 1 for the joint whose friction shows surest, with the sign by which it brakes."""
+    z = list[float]()
+    for each in ready.columns:
+        own = own_columns(each, {}, per_motion=True)
+        z.append(friction_z(reduced_joint(each, own), own.names))
+    surest = int(np.argmax(np.abs(z)))
+    return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
 
 
 def _unknown(problem: Problem) -> Problem:

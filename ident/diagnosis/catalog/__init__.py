@@ -11,6 +11,7 @@ from ident.diagnosis.catalog import (
     delays,
     lengths,
     orders,
+    terms,
     zeros,
 )
 from ident.diagnosis.logs import Logs
@@ -26,7 +27,7 @@ class Family:
         directions: Small ones, as columns of currents; none where all are gross.
     """
 
-    alternatives: Callable[[Logs], Iterable[Alternative]]
+    alternatives: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
     directions: Callable[[Reference, Logs], Iterable[Direction]] = lambda reference, logs: ()
 
 
@@ -38,5 +39,9 @@ FAMILIES: dict[str, Family] = {
     "clocks": Family(clocks.alternatives, clocks.directions),
     "delays": Family(delays.alternatives, delays.directions),
     "current scales": Family(current_scales.alternatives, current_scales.directions),
+    "joint elasticity": Family(directions=terms.elasticity),
+    "position-dependent torque": Family(directions=terms.position),
+    "friction law": Family(directions=terms.speed),
+    "friction drift": Family(directions=terms.warming),
 }
 """What logs are compared with."""

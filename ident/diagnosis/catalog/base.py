@@ -44,7 +44,13 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
         gravity = _rotated(arm.gravity, axis, turn)
         about = ", ".join(f"{x:.2g}" for x in axis + 0.0)
         words = f"the base is tilted by {np.rad2deg(turn):.2g} degrees about ({about})"
-        return replace(_standing(logs, gravity, words), value=float(np.rad2deg(turn)), unit="degrees")
+        standing = _standing(logs, gravity, words)
+        return replace(
+            standing,
+            value=float(np.rad2deg(turn)),
+            unit="degrees",
+            refined=lambda more: alternative(value + more),
+        )
 
     parts = [motion.rows(motion.tilted()) for motion in reference.motions]
     every = tuple(range(len(parts)))

@@ -52,4 +52,5 @@ def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
         advice="log the controller's own time, in seconds",
         value=100.0 * (factor - 1.0),
         unit="%",
+        refined=lambda more: timed(logs, scope, factor * (1.0 + float(more[0]))),
     )

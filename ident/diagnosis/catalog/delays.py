@@ -53,4 +53,5 @@ def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delay: flo
         advice="log positions and currents with one clock, unfiltered, or give the delay (--current-delay)",
         value=1e3 * delay,
         unit="ms",
+        refined=lambda more: late(logs, scope, joints, delay + float(more[0])),
     )

@@ -73,4 +73,5 @@ def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: fl
         advice=f"use {mended}, or correct the model",
         value=size,
         unit="degrees" if revolute else "mm",
+        refined=lambda more: turned(logs, joint, scope, sign, zero + float(more[0])),
     )

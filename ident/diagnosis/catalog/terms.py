@@ -1,0 +1,87 @@
+"""What a model of stiff joints with ordinary friction may lack: no fault of the logs, though it may look like one."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from ident.arrays import Array
+from ident.diagnosis.alternative import Direction
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reference import Reference
+from ident.gain_system import JointRows
+
+DEGREE = 6
+"""Of the polynomials in the position, and of those in the speed in either direction."""
+
+
+def elasticity(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Joints that yield, each with a compliance of its own."""
+    size = np.where(reference.compliance > 0.0, reference.compliance, 1.0)
+    yield _term("joint elasticity", (), logs, tuple(each * size for each in reference.softened))
+
+
+def position(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Torque that depends on a joint's own position: a spring, a cable, an error of the kinematics."""
+    yield from _curves("position-dependent torque", logs, lambda q, dq: _polynomials(q, DEGREE))
+
+
+def speed(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Friction that follows another law of the speed."""
+
+    def columns(q: Array, dq: Array) -> Array:
+        even = _polynomials(np.abs(dq), DEGREE // 2)
+        return np.hstack((even, np.sign(dq)[:, None] * even))
+
+    yield from _curves("friction law", logs, columns)
+
+
+def warming(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Friction that changes within each log."""
+    for rows in logs.model.rows:
+        own = [
+            rows.names.index(f"{name}{rows.joint + 1}")
+            for name in ("Fv", "Fc")
+            if f"{name}{rows.joint + 1}" in rows.names
+        ]
+        if own:
+            since = rows.position / max(1, int(rows.position.max(initial=1))) - 0.5
+            parts = [rows.W[:, own] * (since * (rows.motion == log))[:, None] for log in range(len(logs.recordings))]
+            yield _alone("friction drift", rows.joint, logs, np.hstack(parts))
+
+
+def _curves(family: str, logs: Logs, columns: Callable[[Array, Array], Array]) -> Iterator[Direction]:
+    for rows in logs.model.rows:
+        q, dq = states(logs, rows)
+        yield _alone(family, rows.joint, logs, columns(q, dq) * rows.weight[:, None])
+
+
+def states(logs: Logs, rows: JointRows) -> tuple[Array, Array]:
+    """Position and speed of a joint in the middle of its rows' filters, each of shape (r,)."""
+    q, dq = np.zeros(len(rows.V)), np.zeros(len(rows.V))
+    for log, motion in enumerate(logs.problem.motions):
+        behind = motion.observation.full_rate
+        assert behind is not None, "asked of recordings only"
+        own = rows.motion == log
+        at = rows.position[own] * behind.decimator.factor + len(behind.decimator.kernel) // 2
+        q[own], dq[own] = behind.q[at, rows.joint], behind.dq[at, rows.joint]
+    return q, dq
+
+
+def _alone(family: str, joint: int, logs: Logs, columns: Array) -> Direction:
+    n = logs.structure.arm.n
+    return _term(family, (joint,), logs, tuple(columns if j == joint else None for j in range(n)))
+
+
+def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: tuple[Array | None, ...]) -> Direction:
+    return Direction(
+        family=family, joints=joints, logs=tuple(range(len(logs.recordings))), columns=columns, alternative=None,
+        unit="", scale=1.0, largest=np.inf,
+    )  # fmt: skip
+
+
+def _polynomials(x: Array, degree: int) -> Array:
+    """Legendre's of a range, of degree 1 on, shape (r, degree)."""
+    low, high = float(x.min(initial=0.0)), float(x.max(initial=0.0))
+    scaled = (2.0 * x - low - high) / max(high - low, 1e-300)
+    return legendre.legvander(scaled, degree)[:, 1:]

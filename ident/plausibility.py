@@ -81,10 +81,9 @@ def repeatable(recordings: Sequence[Recording]) -> None:
 
 
 def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
-    """Refuse an estimate that shows no load, or a negative one: the two files are swapped.
+    """Refuse an estimate that shows no load, no gain, or a negative load: the two files are swapped.
 
-    A drive wired backwards has a negative gain and negative friction over gain as well; with the files swapped
-    only the payload changes sign. Where friction is too small to tell, positive gains are expected.
+    To be asked of the estimate that is reported: a load that one method does not see may be plain to another.
 
     Args:
         estimate: The estimate.
@@ -105,8 +104,24 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
         reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
         missing = "" if bare else f" without a bare motion: {RECORD_BARE}"
         raise NotIdentifiable(f"no drive gain can be identified{missing}; joint 1: {reason}")
+    check_swapped(estimate)
+
+
+def check_swapped(estimate: GainEstimate) -> None:
+    """Refuse an estimate with gains, all of whose loads are negative: the two files are swapped.
+
+    A drive wired backwards has a negative gain and negative friction over gain as well; with the files swapped
+    only the payload changes sign. Where friction is too small to tell, positive gains are expected.
+
+    Raises:
+        NotIdentifiable: If so.
+    """
+    if not estimate.identifiable.any():
+        return
+    signs = joint_signs(estimate)
+    seen = np.abs(signs.load_z) > LOAD_Z
     sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
-    if not (signs.load_z * sign > 0.0)[seen].any():
+    if seen.any() and not (signs.load_z * sign > 0.0)[seen].any():
         raise NotIdentifiable(
             "every joint shows a payload of negative mass; the unloaded and loaded files are probably swapped"
         )

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from ident.errors import IdentificationError
 from ident.naming import nearest
 from scenarios.commands import COMMANDS, command
-from scenarios.commands.arguments import quoted
+from scenarios.commands.arguments import escaped, is_text, quoted
 from scenarios.commands.command_line import parser_of
 from scenarios.commands.lifetime import (
     NoOutput,
@@ -89,6 +89,9 @@ def _command(arguments: list[str]) -> Status:
     if name is not None and name not in COMMANDS:
         advice = nearest(name, COMMANDS) or f"; there are {', '.join(COMMANDS)}"
         parser.error(f"no command {quoted(name)}{advice}")
+    unreadable = next((word for word in arguments if not is_text(word)), None)
+    if unreadable is not None:
+        parser.error(f"{escaped(unreadable)}: bytes that are no UTF-8; give the file or folder another name")
     options = parser.parse_args(arguments)
     if name is None:
         parser.error("which command?")

@@ -11,13 +11,13 @@ from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
 from ident.consistency.joints import torn
 from ident.contradiction import check_shape, check_signs
-from ident.errors import Contradiction, NotConverged, NotIdentifiable, OtherLengths
+from ident.errors import Contradiction, NotConverged, NotIdentifiable
 from ident.estimate import GainEstimate
 from ident.estimators import DEFAULT, estimator, ls_2011
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.odd_gains import odd_gain_notes
-from ident.one_log import check_scales, check_units, countings, scale_notes
+from ident.one_log import Counting, alike, scale_notes
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import (
@@ -131,15 +131,16 @@ def identify_motions(
     sameness([motion.recording for motion in motions])
     observed = tuple(Motion(observe(each.recording, structure, observing), each.payload) for each in motions)
     problem = Problem(structure, observed, gains)
-    counted = countings(problem, [each.recording.name for each in motions]) if wiring is not known_wiring else []
-    check_units(counted)
-    try:
+
+    def wired() -> None:
         for first, second in _compared(motions):
             wiring(structure, first.recording, second.recording, observing)
-    except OtherLengths:
-        check_scales(counted)
-        raise
-    check_scales(counted)
+
+    counted = list[Counting]()
+    if wiring is known_wiring:
+        wired()
+    else:
+        counted = alike(problem, [each.recording.name for each in motions], wired)
     bare = any(motion.payload is None for motion in motions)
     alone = joint_by_joint(problem)
     if alone is not None:

@@ -11,16 +11,23 @@ from ident.consistency.evidence import Evidence
 from ident.consistency.finding import Finding
 from ident.consistency.joints import torn
 from ident.contradiction import check_shape, check_signs
-from ident.errors import Contradiction, NotIdentifiable, OtherLengths
+from ident.errors import Contradiction, NotConverged, NotIdentifiable
 from ident.estimate import GainEstimate
 from ident.estimators import DEFAULT, estimator, ls_2011
 from ident.lag import in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.odd_gains import odd_gain_notes
-from ident.one_log import check_scales, check_units, countings, scale_notes
+from ident.one_log import Counting, alike, scale_notes
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.plausibility import SamenessCheck, check_different, check_load, check_positions, residual_notes
+from ident.plausibility import (
+    SamenessCheck,
+    check_different,
+    check_load,
+    check_positions,
+    check_swapped,
+    residual_notes,
+)
 from ident.problem import Motion, Problem
 from ident.rates import rate_notes
 from ident.recording import Recording
@@ -124,15 +131,17 @@ def identify_motions(
     sameness([motion.recording for motion in motions])
     observed = tuple(Motion(observe(each.recording, structure, observing), each.payload) for each in motions)
     problem = Problem(structure, observed, gains)
-    counted = countings(problem, [each.recording.name for each in motions]) if wiring is not known_wiring else []
-    check_units(counted)
-    try:
+
+    def wired() -> None:
         for first, second in _compared(motions):
             wiring(structure, first.recording, second.recording, observing)
-    except OtherLengths:
-        check_scales(counted)
-        raise
-    check_scales(counted)
+
+    counted = list[Counting]()
+    if wiring is known_wiring:
+        wired()
+    else:
+        counted = alike(problem, [each.recording.name for each in motions], wired)
+    bare = any(motion.payload is None for motion in motions)
     alone = joint_by_joint(problem)
     if alone is not None:
         check_alone(problem, alone)
@@ -140,7 +149,13 @@ def identify_motions(
     if alone is not None and method == ls_2011.NAME and wanted == ALONE_OPTIONS:
         estimate = concluded(method, problem, alone.solution)  # found already, judged by another uncertainty
     else:
-        estimate = chosen.estimate(problem, wanted)
+        try:
+            estimate = chosen.estimate(problem, wanted)
+        except NotConverged:
+            if alone is not None:  # the joints alone may say why
+                check_load(alone, bare=bare)
+            raise
+    check_load(estimate, bare=bare)
     if alone is None:
         check_alone(problem, estimate)
     late = lags(problem, estimate)
@@ -165,8 +180,11 @@ def identify_motions(
 
 
 def check_alone(problem: Problem, estimate: GainEstimate) -> None:
-    """Refuse what no gains can explain."""
-    check_load(estimate, bare=any(motion.payload is None for motion in problem.motions))
+    """Refuse what no gains can explain.
+
+    Whether a load shows is not asked: the joints alone may not see one that the method sees.
+    """
+    check_swapped(estimate)
     try:
         check_signs(estimate)
         check_shape(problem, estimate)

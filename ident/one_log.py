@@ -4,12 +4,12 @@
 witness that may change itself, by a third from cold to warm, but never changes its sign or grows tenfold.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ident.errors import Contradiction
+from ident.errors import Contradiction, OtherLengths
 from ident.own_torque import Scale, own_scales
 from ident.problem import Problem
 
@@ -61,20 +61,46 @@ class Counting:
     scales: tuple[Scale, ...]
 
 
-def countings(problem: Problem, names: Sequence[str]) -> list[Counting]:
+def countings(problem: Problem, names: Sequence[str], *, bare: bool = False) -> list[Counting]:
     """Every motion beside the first bare one, or the first of all.
 
     Args:
         problem: Motions and payloads.
         names: Of their logs.
+        bare: Whether all surely have a bare flange; if not, one without a payload may carry what nobody stated.
     """
-    bare = [k for k, motion in enumerate(problem.motions) if motion.payload is None]
-    first = bare[0] if bare else 0
+    first = next((k for k, motion in enumerate(problem.motions) if motion.payload is None), 0)
     return [
-        Counting(first=names[first], second=names[k], scales=tuple(own_scales(problem, first, k)))
+        Counting(first=names[first], second=names[k], scales=tuple(own_scales(problem, first, k, bare=bare)))
         for k in range(len(problem.motions))
         if k != first
     ]
+
+
+def alike(problem: Problem, names: Sequence[str], wired: Callable[[], None], *, bare: bool = False) -> list[Counting]:
+    """Refuse logs that count currents otherwise than the first; units before the wiring, which they would upset.
+
+    Args:
+        problem: Motions and payloads.
+        names: Of their logs.
+        wired: What else makes sure that the logs are of this arm.
+        bare: As in `countings`.
+
+    Returns:
+        What each log says, for `scale_notes`.
+
+    Raises:
+        Contradiction: Naming log, joints and factor; or what `wired` raises.
+    """
+    found = countings(problem, names, bare=bare)
+    check_units(found)
+    try:
+        wired()
+    except OtherLengths:
+        check_scales(found)
+        raise
+    check_scales(found)
+    return found
 
 
 def check_units(found: Sequence[Counting]) -> None:

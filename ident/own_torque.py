@@ -89,24 +89,26 @@ class _Log:
         return readonly(R[: self.A.shape[1] + 1])
 
 
-def own_scales(problem: Problem, first: int, second: int) -> list[Scale]:
+def own_scales(problem: Problem, first: int, second: int, *, bare: bool = False) -> list[Scale]:
     """What each joint that shows it says of the currents of two motions.
 
     Args:
         problem: Motions; what is not known of the payload of the second is free.
         first: Place of the first.
         second: Place of the second.
+        bare: Whether both surely have a bare flange; if not, a motion without a payload may carry one nobody stated.
     """
-    found = [own_scale(problem, joint, first, second) for joint in range(problem.structure.arm.n)]
+    found = [own_scale(problem, joint, first, second, bare=bare) for joint in range(problem.structure.arm.n)]
     return [each for each in found if each is not None]
 
 
-def own_scale(problem: Problem, joint: int, first: int, second: int) -> Scale | None:
+def own_scale(problem: Problem, joint: int, first: int, second: int, *, bare: bool = False) -> Scale | None:
     """What a joint, from 0, says; None where its own torque shows in none, or rows are too few."""
     rows = joint_rows(problem, joint)
     size = np.sqrt(np.sum(rows.W**2, axis=0))
-    one = _log(rows, first, np.zeros((len(rows.V), 0)), size)
-    two = _log(rows, second, _payload(problem, rows, second), size)
+    nothing = np.zeros((len(rows.V), 0))
+    one = _log(rows, first, nothing, size)
+    two = _log(rows, second, nothing if bare else _payload(problem, rows, second), size)
     if one is None or two is None:
         return None
     triangles = one.reduced, two.reduced

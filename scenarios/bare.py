@@ -11,6 +11,7 @@ from ident.if_loaded import ExpectedGain, expected_if_loaded
 from ident.known_gains import KnownGains
 from ident.observation import ObserveOptions, observe
 from ident.off_ratios import OffRatio, off_ratios
+from ident.one_log import alike, scale_notes
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import check_different, check_positions
@@ -41,6 +42,7 @@ class BareAnswer:
         off: Ratios against gains believed beforehand, if there are any.
         in_si: The arm with gains that are given, None without any.
         if_loaded: What a payload would add, None if nobody asks.
+        notes: What the owner of the recordings should know.
     """
 
     found: BareArm
@@ -48,6 +50,7 @@ class BareAnswer:
     off: tuple[OffRatio, ...]
     in_si: BareArm | None
     if_loaded: IfLoaded | None
+    notes: tuple[str, ...]
 
 
 def bare_answer(
@@ -72,14 +75,15 @@ def bare_answer(
         payload: That would be mounted; it takes gains that are known.
 
     Raises:
-        IdentificationError: If the recordings cannot be those of this arm, or show no ratio; if the gains are not of
-            this arm; if nothing of the payload is known.
+        IdentificationError: If the recordings cannot be those of this arm, one counts currents otherwise, or they show
+            no ratio; if the gains are not of this arm; if nothing of the payload is known.
     """
     for each in motions:
         check_positions(structure.arm, each.recording)
     check_different([each.recording for each in motions])
     observed = tuple(Motion(observe(each.recording, structure, observing), None) for each in motions)
     problem = Problem(structure, observed, gains)
+    counted = alike(problem, [each.recording.name for each in motions], lambda: None, bare=True)
     found = gain_ratios(problem, options)
     assert found.ratios is not None, "ratios were asked for"
     off, in_si, if_loaded = (), None, None
@@ -94,4 +98,5 @@ def bare_answer(
         off=off,
         in_si=in_si,
         if_loaded=if_loaded,
+        notes=scale_notes(counted),
     )

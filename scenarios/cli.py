@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from ident.errors import IdentificationError
 from ident.naming import nearest
 from scenarios.commands import COMMANDS, command
-from scenarios.commands.arguments import quoted
+from scenarios.commands.arguments import escaped, is_text, quoted
 from scenarios.commands.command_line import parser_of
 from scenarios.commands.lifetime import (
     NoOutput,
@@ -22,6 +22,7 @@ from scenarios.commands.lifetime import (
 from scenarios.commands.overview import overview
 from scenarios.commands.parser import complain
 from scenarios.commands.status import Status
+from scenarios.commands.surroundings import foreign_packages, without_opengl
 from scenarios.errors import ScenarioError
 from scenarios.files.tables import find_scenario
 from sim.errors import SimulationError
@@ -41,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         open_streams()
-        with signals_as_interrupts():
+        with signals_as_interrupts(), without_opengl():
             return _carried_out(list(sys.argv[1:] if arguments is None else arguments))
     except (IdentificationError, SimulationError, ScenarioError) as error:
         complain(str(error))
@@ -62,6 +63,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:  # the last resort: a traceback would end with 1, which is a missed tolerance
         if os.environ.get(TRACEBACK):
             traceback.print_exc()
+        foreign = foreign_packages(error)
+        if foreign is not None:
+            complain(foreign)
+            return Status.BAD_INPUT
         complain(f"{type(error).__name__}: {error}: nobody foresaw this; please report it ({TRACEBACK}=1 shows where)")
         return Status.UNFORESEEN
 
@@ -84,6 +89,9 @@ def _command(arguments: list[str]) -> Status:
     if name is not None and name not in COMMANDS:
         advice = nearest(name, COMMANDS) or f"; there are {', '.join(COMMANDS)}"
         parser.error(f"no command {quoted(name)}{advice}")
+    unreadable = next((word for word in arguments if not is_text(word)), None)
+    if unreadable is not None:
+        parser.error(f"{escaped(unreadable)}: bytes that are no UTF-8; give the file or folder another name")
     options = parser.parse_args(arguments)
     if name is None:
         parser.error("which command?")

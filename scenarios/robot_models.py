@@ -85,7 +85,9 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
         data.qpos[:] = q
         mujoco.mj_kinematics(model, data)
         anchor, axis = joint_places(arm, q)
-        off = np.abs(anchor - data.xanchor).max(axis=1) / reach, np.abs(axis - data.xaxis).max(axis=1)
+        turned = data.xmat[model.jnt_bodyid].reshape(-1, 3, 3)
+        there = data.xpos[model.jnt_bodyid] + np.einsum("nij,nj->ni", turned, model.jnt_pos)
+        off = np.abs(anchor - there).max(axis=1) / reach, np.abs(axis - data.xaxis).max(axis=1)
         for j in np.flatnonzero(np.maximum(*off) > TOLERANCE):
             what = "axis" if off[1][j] > TOLERANCE else "place"
             raise RobotModelError(f"{where}: the {what} of joint {arm.joint_names[j]}{advice}")
@@ -112,7 +114,12 @@ def check_same_payload(arm: Arm, robot: Robot) -> None:
 
 
 def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
-    """Anchor [m] and axis of every joint in the world, both (n, 3), at positions q (n,)."""
+    """Anchor [m] of every joint, that of a slide on the part that slides, and its axis in the world, both (n, 3).
+
+    Args:
+        arm: Kinematics.
+        q: Positions [rad or m], shape (n,).
+    """
     R, p = np.eye(3), np.zeros(3)
     anchor, axis = np.empty((arm.n, 3)), np.empty((arm.n, 3))
     for j in range(arm.n):
@@ -120,9 +127,9 @@ def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
         axis[j] = R @ arm.axis[j]
         if arm.revolute[j]:
             R = R @ _turned(arm.axis[j], float(q[j]))
-        anchor[j] = p
-        if not arm.revolute[j]:
+        else:
             p = p + axis[j] * q[j]
+        anchor[j] = p
     return anchor, axis
 
 

@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 
 from ident.checks.comparison import Alternative, Comparison, Logs
 from ident.checks.remark import Grade, Remark
-from ident.errors import Contradiction, NotIdentifiable
+from ident.errors import Contradiction, NotConverged, NotIdentifiable
+from ident.estimators import DEFAULT, ESTIMATORS
 from ident.evidence import among_best, convincing, evidence_of, gain_over
 from ident.identification import check_alone, joint_by_joint
 from ident.one_log import Counting, check_scales, check_units, countings, scale_notes
 from ident.one_log_readings import agree, one_log_explanations
-from ident.plausibility import check_different
+from ident.plausibility import check_different, check_load
 from ident.problem import Problem
 from ident.rates import rate_notes
 from ident.recording import Recording
@@ -48,14 +49,26 @@ def mounted_remarks(problem: Problem, recordings: Sequence[Recording]) -> list[R
     if twice:
         return twice
     alone = joint_by_joint(problem)
-    return [] if alone is None else _told(MOUNTED, lambda: check_alone(problem, alone))
+    if alone is None:
+        return []
+    wrong = _told(MOUNTED, lambda: check_alone(problem, alone))
+    return wrong if wrong or alone.identifiable.any() else _told(MOUNTED, lambda: _check_default(problem))
+
+
+def _check_default(problem: Problem) -> None:
+    """Refuse motions from which the method that is used where none is named finds no load.
+
+    Asked only where no joint alone has a gain: it takes longer, and sees whatever they see.
+    """
+    chosen = ESTIMATORS[DEFAULT]
+    check_load(chosen.estimate(problem, chosen.options()))
 
 
 def _told(topic: str, asked: Callable[[], None]) -> list[Remark]:
     """What a check refuses, as a remark."""
     try:
         asked()
-    except (Contradiction, NotIdentifiable) as error:
+    except (Contradiction, NotConverged, NotIdentifiable) as error:
         return [Remark(topic=topic, seen=str(error), grade=Grade.WRONG, advice="an identification refuses these logs")]
     return []
 

@@ -2,7 +2,8 @@
 
 Pinocchio's reader of MJCF takes 0 for what is no number, knows one worldbody with one body, and leaves out gravity, the
 orientation of a base body without joint, default classes under another name than `main`, and elements it does not know.
-What it is given here has none of that: one root body, explicit joints, and gravity beside the text.
+It takes metres of a slide for degrees. What it is given here has none of that: one root body, explicit joints, angles
+in radians, and gravity beside the text.
 """
 
 from dataclasses import dataclass, field
@@ -69,7 +70,7 @@ def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> Minima
     world = tag("worldbody", {}, tag("body", {"name": around}, *bodies or ("",)))
     name = root.attributes.get("model", path.stem)
     return MinimalModel(
-        "mjcf", tag("mujoco", {"model": name}, tag("compiler", {"angle": angles.unit}), world), _gravity(root)
+        "mjcf", tag("mujoco", {"model": name}, tag("compiler", {"angle": "radian"}), world), _gravity(root)
     )
 
 
@@ -133,6 +134,7 @@ def _moves(element: Element) -> bool:
 
 def _body(body: Element, inherited: str, reading: _Reading) -> str:
     _name_once(body, reading)
+    name = body.attributes.get("name", f"body {len(reading.names)}")  # before those inside are counted
     for attribute in body.attributes:
         if attribute not in PLACES and (close := nearest(attribute, PLACES)):
             raise RobotModelError(f"{body.title}: unknown attribute {shown(attribute)}{close}")
@@ -146,14 +148,14 @@ def _body(body: Element, inherited: str, reading: _Reading) -> str:
     inside = [_joint(joint, inherited, reading) for joint in joints] + [
         _body(inner, inherited, reading) for inner in _bodies(body)
     ]
-    return tag("body", {"name": body.attributes.get("name", f"body {len(reading.names)}"), **place}, INERTIA, *inside)
+    return tag("body", {"name": name, **place}, INERTIA, *inside)
 
 
 def _joint(joint: Element, inherited: str, reading: _Reading) -> str:
     number = sum(kind == "joint" for kind, _ in reading.names) + 1
     _name_once(joint, reading)
     defaults = reading.defaults[_known_class(joint, "class", inherited, reading)]
-    return minimal_joint(joint, defaults, autolimits=reading.autolimits, number=number)
+    return minimal_joint(joint, defaults, unit=reading.angles.unit, autolimits=reading.autolimits, number=number)
 
 
 def _name_once(element: Element, reading: _Reading) -> None:

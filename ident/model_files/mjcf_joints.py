@@ -1,5 +1,7 @@
 """Joints of an MJCF file: default classes resolved, every number checked."""
 
+import math
+
 from ident.errors import RobotModelError
 from ident.model_files.minimal import tag
 from ident.model_files.numbers import FARTHEST, direction, vector
@@ -25,12 +27,13 @@ def joint_defaults(root: Element) -> dict[str, dict[str, str]]:
     return defaults
 
 
-def minimal_joint(joint: Element, defaults: dict[str, str], *, autolimits: bool, number: int) -> str:
-    """A joint with every attribute that counts stated.
+def minimal_joint(joint: Element, defaults: dict[str, str], *, unit: str, autolimits: bool, number: int) -> str:
+    """A joint with every attribute that counts stated, angles in radians and ranges as Pinocchio takes them.
 
     Args:
         joint: A `joint` or `freejoint`.
         defaults: Attributes of its class.
+        unit: Of angles, "degree" or "radian"; positions of a slide are in metres whatever it is.
         autolimits: Whether a range alone limits it.
         number: Its place among the joints from 1, for its name if it has none.
 
@@ -51,7 +54,21 @@ def minimal_joint(joint: Element, defaults: dict[str, str], *, autolimits: bool,
     limited = resolved.pop("limited", "auto")
     if limited == "false" or (limited == "auto" and not autolimits):
         resolved.pop("range", None)
+    resolved |= _positions(resolved, math.radians(1.0) if unit == "degree" and kind == "hinge" else 1.0)
     return tag("joint", {"name": joint.attributes.get("name", f"joint{number}"), **resolved, "type": kind})
+
+
+def _positions(resolved: dict[str, str], scale: float) -> dict[str, str]:
+    """Range and ref of a joint times a scale.
+
+    MuJoCo states a range in the joint's position, which is `ref` where the joint is drawn. Pinocchio takes `ref` off
+    the ends, though its positions are the same; it is given ends that are that much larger.
+    """
+    ref = scale * float(resolved.get("ref", "0"))
+    found = {"ref": repr(ref)} if "ref" in resolved else {}
+    if "range" in resolved:
+        found["range"] = " ".join(repr(scale * float(end) + ref) for end in resolved["range"].split())
+    return found
 
 
 def _add_defaults(section: Element, name: str, defaults: dict[str, dict[str, str]]) -> None:

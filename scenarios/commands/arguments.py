@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,6 +10,16 @@ from scenarios.seeds import SEEDS
 
 LONGEST = 40
 """Characters of an argument that a complaint repeats."""
+
+
+def is_text(word: str) -> bool:
+    """Whether a word of the command line is UTF-8; records, formats of logs and MuJoCo know no other names of files."""
+    return not any("\ud800" <= c <= "\udfff" for c in word)
+
+
+def escaped(word: str) -> str:
+    """A word of the command line; bytes of it that are no UTF-8 are escaped as Python does."""
+    return os.fsencode(word).decode("utf-8", "backslashreplace")
 
 
 def quoted(text: str) -> str:

@@ -9,6 +9,7 @@ from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.parser import printable
 from scenarios.commands.progress import under_way
 from scenarios.commands.status import Status
+from scenarios.commands.surroundings import with_opengl
 from scenarios.errors import NoFilm
 from sim.errors import ADVICE, NoPicture
 
@@ -37,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Show every motion of a scenario, side by side."""
+    with_opengl()
     if options.render is not None and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo asks for a screen unless it is told, when it is imported
     _check_opengl()

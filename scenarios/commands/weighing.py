@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from scenarios.commands.log_arguments import log_description, read_recordings
 from scenarios.commands.robot_model import named_structure
 
 if TYPE_CHECKING:
+    from ident.payload import Payload
     from ident.weighing.together import FoundPayload
     from scenarios.files.gains import GainsFile
 
@@ -32,9 +34,13 @@ def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def weigh(
-    options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
+    options: argparse.Namespace,
+    file: "GainsFile",
+    unloaded: Sequence[Path],
+    loaded: Sequence[Path],
+    stated: "Payload | None" = None,
 ) -> "FoundPayload":
-    """Read recordings and find their payload with the gains of a file.
+    """Read recordings and find their payload with the gains of a file; a stated one helps to check the currents alone.
 
     Raises:
         SeenBefore: If the gains were found from a loaded recording, or with a payload in a bare one.
@@ -43,7 +49,7 @@ def weigh(
     from threadpoolctl import threadpool_limits
 
     from ident.weighing.together import payload_of
-    from scenarios.weighing.problem import check_unseen, model_options, observe_options, weighing_problem
+    from scenarios.weighing.problem import UNKNOWN, check_unseen, model_options, observe_options, weighing_problem
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         arm = named_structure(options)
@@ -51,5 +57,6 @@ def weigh(
         bare, heavy = (read_recordings(each, said) for each in (unloaded, loaded))
         check_unseen(file, bare, heavy)
         observing = observe_options(file, options.observe)
-        problem = weighing_problem(arm, bare, heavy, file, observing)
-        return payload_of(problem, file.known, model_options(file, options.option))
+        problem, notes = weighing_problem(arm, bare, heavy, file, observing, stated or UNKNOWN)
+        found = payload_of(problem, file.known, model_options(file, options.option))
+        return replace(found, selected=replace(found.selected, remarks=found.selected.remarks + notes))

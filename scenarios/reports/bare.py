@@ -73,7 +73,7 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
     reasons = ((j, ratios.reason(j)) for j in range(arm.n))
     parts += [reason_paragraph(j + 1, reason) for j, reason in reasons if reason is not None]
     parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
-    parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
+    parts += [Paragraph(sentence(f"Note: {remark}")) for remark in (*found.selected.remarks, *answer.notes)]
     parts += [] if answer.if_loaded is None else if_loaded_parts(answer.if_loaded, arm)
     shown = found if in_si is None else in_si
     unit = "in SI" if in_si is not None else f"over the gain of joint {ratios.reference + 1}"
@@ -150,7 +150,7 @@ def _document(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> dict[str,
         "if_loaded": None if answer.if_loaded is None else if_loaded_document(answer.if_loaded),
         "consistent": None if isinstance(links, Unknown) else links.model_dump(mode="json"),
         "consistent_reason": links.reason if isinstance(links, Unknown) else None,
-        "notes": [*prediction_warnings(answer.predicted), *found.selected.remarks],
+        "notes": [*prediction_warnings(answer.predicted), *found.selected.remarks, *answer.notes],
     }
 
 

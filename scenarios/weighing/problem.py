@@ -1,6 +1,7 @@
 """The problem of a payload with the gains of a file: recordings checked and observed as where the gains were found."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 from pydantic import JsonValue
@@ -10,6 +11,7 @@ from ident.estimators import nls
 from ident.estimators.nls import AllJointsOptions
 from ident.naming import one_line
 from ident.observation import ObserveOptions, observe
+from ident.one_log import alike, scale_notes
 from ident.options import GainOptions, options_from_table, table_from_words
 from ident.payload import Payload
 from ident.plausibility import check_different, check_positions
@@ -37,8 +39,9 @@ def weighing_problem(
     loaded: Sequence[Recording],
     file: GainsFile,
     observing: ObserveOptions,
-) -> Problem:
-    """Observe bare motions and those with a payload of which nothing is known.
+    stated: Payload = UNKNOWN,
+) -> tuple[Problem, tuple[str, ...]]:
+    """Observe bare motions and those with a payload of which nothing is known, and check that they go together.
 
     Args:
         structure: Of the arm.
@@ -46,19 +49,30 @@ def weighing_problem(
         loaded: Motions of one mounting.
         file: The gains.
         observing: Filters and thresholds.
+        stated: The payload as weighed and drawn, where it is. The problem takes nothing of it for granted; it makes a
+            scale of currents plainer.
+
+    Returns:
+        The problem, and what the owner of the recordings should know.
 
     Raises:
-        IdentificationError: If recordings cannot be those of this arm.
+        IdentificationError: If recordings cannot be those of this arm, or one counts currents otherwise.
         WrongGains: If the file's options are none.
     """
     for recording in (*unloaded, *loaded):
         check_positions(structure.arm, recording)
     check_different([*unloaded, *loaded])
-    if unloaded and loaded:
-        check_wiring(structure, unloaded[0], loaded[0], observing)
     motions = [Motion(observe(each, structure, observing), None) for each in unloaded]
     motions += [Motion(observe(each, structure, observing), UNKNOWN) for each in loaded]
-    return Problem(structure, tuple(motions), options_of(GainOptions, file.options.gains, ()))
+    problem = Problem(structure, tuple(motions), options_of(GainOptions, file.options.gains, ()))
+
+    def wired() -> None:
+        if unloaded and loaded:
+            check_wiring(structure, unloaded[0], loaded[0], observing)
+
+    said = [Motion(each.observation, None if each.payload is None else stated) for each in motions]
+    counted = alike(replace(problem, motions=tuple(said)), [each.name for each in (*unloaded, *loaded)], wired)
+    return problem, scale_notes(counted)
 
 
 def observe_options(file: GainsFile, words: Sequence[str]) -> ObserveOptions:

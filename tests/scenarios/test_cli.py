@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import json
+import os
 import re
 from importlib.metadata import version
 
@@ -103,6 +104,36 @@ def test_a_wrong_command_line_is_one_line_and_exit_status_2(words, message, caps
     assert output.err.count("\n") == 1
     assert len(output.err) < 700
     assert not list(tmp_path.iterdir())
+
+
+NO_TEXT = [
+    ["identify", "--model", "m.urdf", "--unloaded", "X.csv", "--loaded", "b.csv", "--payload", "p.toml"],
+    ["identify", "--model", "X.xml", "--unloaded", "a.csv", "--loaded", "b.csv", "--payload", "p.toml"],
+    [*IDENTIFY, "--save", "X"],
+    [*IDENTIFY, "--gains-out=X.toml"],
+    ["check", "X.csv", "--robot", "rx90"],
+    ["convert", "X.csv", "--out", "c.csv"],
+    ["convert", "a.csv", "--out", "X.csv"],
+    ["run", "X.toml"],
+    ["run", "nominal", "--save", "X"],
+    ["monte-carlo", "nominal", "--out", "X"],
+    ["new-robot", "X.xml", "--out", "there"],
+]
+
+
+@pytest.mark.parametrize("words", NO_TEXT, ids=" ".join)
+def test_a_name_that_is_no_text_is_refused_in_one_line_that_can_be_printed(words, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for each in (b"X\xff.csv", b"X\xff.toml"):
+        (tmp_path / os.fsdecode(each)).write_text("t\n")
+    with pytest.raises(SystemExit) as caught:
+        main([word.replace("X", os.fsdecode(b"X\xff")) for word in words])
+    output = capsys.readouterr()
+    assert (caught.value.code, output.out) == (Status.BAD_INPUT, "")
+    assert "X\\xff" in output.err
+    assert "bytes that are no UTF-8; give the file or folder another name; see rx90" in output.err
+    assert output.err.isascii()
+    assert output.err.count("\n") == 1
 
 
 REFUSED = [

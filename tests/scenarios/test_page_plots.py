@@ -254,6 +254,14 @@ def test_every_consistency_test_says_what_it_looks_at():
     assert consistency_parts([]) == []
 
 
+def test_a_consistency_test_without_words_has_its_row_all_the_same():
+    _, table, said = consistency_parts([found("halves"), found("mine", "joint 3 is off")])
+    assert [row[0].text for row in table.rows] == ["halves", "mine"]
+    assert said.text.endswith(f"What each looks at: halves: {LOOKS_AT['halves']}.")
+    *_, alone = consistency_parts([found("mine")])
+    assert "What each looks at" not in alone.text
+
+
 def test_a_verdict_without_a_truth_says_how_many_tests_speak_up():
     said = Paragraph("6 of 6 gains identified.", strong=True)
     assert with_warnings(said, [found("halves")]) == said

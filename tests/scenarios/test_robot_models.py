@@ -3,7 +3,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from model_files import LINKS, mjcf, urdf
+from model_files import INERTIAL, LINKS, mjcf, urdf
 from places import ROOT
 
 import rx90_mjcf
@@ -115,6 +115,46 @@ def test_urdf_and_mjcf_of_one_arm_have_the_same_joints(tmp_path):
         *(joint_places(read_arm(tmp_path / f, ()), q) for f in ("arm.xml", "arm.urdf")), strict=True
     ):
         np.testing.assert_allclose(ours, theirs, atol=1e-12)  # rounding of 90 degrees in radians
+
+
+def _carried(joints: list[str]) -> str:
+    """Bodies within each other, each on one joint and half a metre from the last."""
+    inside = "".join(f'<body pos="0.5 0.1 0.2">{INERTIAL}<joint {each}/>' for each in joints)
+    return f"<worldbody>{inside}{'</body>' * len(joints)}</worldbody>"
+
+
+TURN = {"degree": ('range="-150 120"', "30"), "radian": ('range="-2.6 2.1"', "0.5")}
+SLIDE = 'type="slide" range="-0.2 0.05"'
+
+
+def _scara(unit: str) -> str:
+    turn, ref = TURN[unit]
+    last = f'axis="0 0 1" {turn} ref="{ref}"'
+    return _carried([f'axis="0 0 1" {turn}', f'axis="0 0 1" {turn}', f'axis="0 0 1" {SLIDE} ref="0.03"', last])
+
+
+def _gantry(unit: str) -> str:
+    """Ranges and kinds from default classes; a joint that is not limited; a slide that is drawn off its zero."""
+    classes = (
+        '<default><joint type="slide" range="-1.5 2.5"/><default class="tool"><joint type="hinge"/></default></default>'
+    )
+    turn, ref = TURN[unit]
+    joints = ['axis="1 0 0"', 'axis="0 1 0" limited="false"', 'axis="0 0 -1" range="0 0.4" ref="-0.1"']
+    return classes + _carried([f'class="tool" axis="0 0 1" {turn} ref="{ref}"', *joints])
+
+
+@pytest.mark.parametrize("robot", [_scara, _gantry])
+@pytest.mark.parametrize("unit", [None, "degree", "radian"])
+def test_slides_and_hinges_have_the_ranges_and_zeros_of_mujoco(robot, unit, tmp_path):
+    head = "" if unit is None else f'<compiler angle="{unit}"/>'
+    (tmp_path / "arm.xml").write_text(f"<mujoco>{head}{robot(unit or 'degree')}</mujoco>")
+    arm = read_arm(tmp_path / "arm.xml", ())  # the places of the joints, which need their zeros, are compared there
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    limited = model.jnt_limited.astype(bool)
+    lower, upper = model.jnt_range.T
+    # Limits of radians, metres and sums of two of them: rounding.
+    np.testing.assert_allclose(arm.lower, np.where(limited, lower, -np.inf), rtol=1e-14)
+    np.testing.assert_allclose(arm.upper, np.where(limited, upper, np.inf), rtol=1e-14)
 
 
 def test_limits_are_radians_and_none_where_the_joint_is_unlimited(tmp_path):

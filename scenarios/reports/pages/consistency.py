@@ -17,7 +17,7 @@ LOOKS_AT = {
     "whiteness": "what is left, against itself in time",
     "own weight": "the arm's torque by its gains against that of the model's masses",
 }
-"""What a test compares, by its name in `ident.consistency.CHECKS` or its own module."""
+"""What a test compares, by its name in `ident.consistency.CHECKS` or its own module; one without words has its row."""
 COLUMNS = (
     Column(title="Test", words=True),
     Column(title="Worst joint"),
@@ -44,6 +44,6 @@ def consistency_parts(findings: Sequence[Finding]) -> list[Part]:
     )
     if not rows:
         return []
-    looks = "; ".join(f"{each.check}: {LOOKS_AT[each.check]}" for each in findings)
-    said = Paragraph(f"{SAID} What each looks at: {looks}.")
+    looks = "; ".join(f"{each.check}: {LOOKS_AT[each.check]}" for each in findings if each.check in LOOKS_AT)
+    said = Paragraph(f"{SAID} What each looks at: {looks}." if looks else SAID)
     return [Heading("Consistency"), Table(columns=COLUMNS, rows=rows), said]

@@ -1,0 +1,65 @@
+"""What the shell sets that was meant for other programs: packages of another Python, an OpenGL that is not there."""
+
+import contextlib
+import os
+from collections.abc import Generator, Sequence
+from importlib.machinery import PathFinder
+
+OPENGL = "MUJOCO_GL"
+"""Environment variable that names the OpenGL that MuJoCo looks for as it is imported."""
+ASKED = "RX90_MUJOCO_GL"
+"""Where its value waits for a command that draws, in this process or one that it starts."""
+COMPILED = ("pinocchio", "eigenpy", "coal", "hppfcl", "mujoco", "numpy", "scipy", "pandas", "pyarrow", "pydantic_core")
+"""Packages with compiled parts, which work with the Python alone that they were built for."""
+
+
+@contextlib.contextmanager
+def without_opengl() -> Generator[None]:
+    """Let MuJoCo be imported without an OpenGL: what computes alone needs none, whatever the shell asks for."""
+    asked = os.environ.get(OPENGL)
+    if asked is None:
+        yield
+        return
+    os.environ[OPENGL], os.environ[ASKED] = "disable", asked
+    try:
+        yield
+    finally:
+        os.environ[OPENGL] = asked
+        os.environ.pop(ASKED, None)
+
+
+def with_opengl() -> None:
+    """Give MuJoCo the OpenGL that the shell asks for, before it is imported."""
+    if ASKED in os.environ:
+        os.environ[OPENGL] = os.environ.pop(ASKED)
+
+
+def foreign_packages(error: Exception) -> str | None:
+    """Why an import may have failed: a compiled package that a folder of PYTHONPATH has.
+
+    Args:
+        error: That nobody foresaw.
+
+    Returns:
+        What to say, None where PYTHONPATH has no such package or the error is another.
+    """
+    for folder in os.environ.get("PYTHONPATH", "").split(os.pathsep):
+        found = [name for name in COMPILED if folder and _has(folder, name)]
+        if found and _by_import(error, found):
+            return (
+                f"PYTHONPATH: {folder} has a {found[0]} that cannot be used here ({type(error).__name__}: {error}); "
+                "unset PYTHONPATH for rx90, as in: env -u PYTHONPATH rx90 ..."
+            )
+    return None
+
+
+def _by_import(error: Exception, names: Sequence[str]) -> bool:
+    """Whether an error is of an import, or of something that a package of some names lacks."""
+    lacking = isinstance(error, AttributeError) and any(f"module '{name}" in str(error) for name in names)
+    return lacking or isinstance(error, ImportError)
+
+
+def _has(folder: str, name: str) -> bool:
+    """Whether a package would be imported from a folder; one without a file gives way to any other."""
+    found = PathFinder.find_spec(name, [folder])
+    return found is not None and found.loader is not None and found.origin is not None

@@ -124,7 +124,7 @@ class Score:
 
     Attributes:
         squares: Sum of squares of the held-out residuals of each joint in each block, shape (n, blocks).
-        rows: Rows of each joint, shape (n,).
+        rows: Rows of each joint in each block, shape (n, blocks).
     """
 
     squares: Array
@@ -133,15 +133,24 @@ class Score:
     @property
     def variance(self) -> Array:
         """Mean square of each joint's held-out residuals, shape (n,)."""
-        return self.squares.sum(axis=1) / np.maximum(self.rows, 1.0)
+        return self.squares.sum(axis=1) / np.maximum(self.rows.sum(axis=1), 1.0)
+
+    @property
+    def log_variance(self) -> Array:
+        """The same of each log, shape (n, logs)."""
+        squares, rows = (each.reshape(len(each), -1, BLOCKS).sum(axis=2) for each in (self.squares, self.rows))
+        return squares / np.maximum(rows, 1.0)
 
 
 def gains(given: Score, other: Score) -> Array:
-    """Gain of each block in log predictive density by another reading, u_b, shape (blocks,)."""
-    variance = np.minimum(given.variance, other.variance)
+    """Gain of each block in log predictive density by another reading, u_b, shape (blocks,).
+
+    Residuals count in units of the smaller of both rms, joint by joint and log by log.
+    """
+    variance = np.repeat(np.minimum(given.log_variance, other.log_variance), BLOCKS, axis=1)
     shown = variance > 0.0
-    weight = np.where(shown, 0.5 / np.where(shown, variance, 1.0), 0.0)
-    return weight @ (given.squares - other.squares)
+    gain = np.where(shown, 0.5 * (given.squares - other.squares) / np.where(shown, variance, 1.0), 0.0)
+    return gain.sum(axis=0)
 
 
 def z_of(u: Array) -> float:
@@ -186,11 +195,11 @@ class Fits:
 def fits_of(parts: Sequence[HeldOut | None]) -> Fits:
     """Fits and their score."""
     blocks = max((each.fit.blocks for each in parts if each is not None), default=0)
-    squares, rows = np.zeros((len(parts), blocks)), np.zeros(len(parts))
+    squares, rows = np.zeros((len(parts), blocks)), np.zeros((len(parts), blocks))
     for k, each in enumerate(parts):
         if each is not None:
             squares[k] = np.sum(each.predicted(each.fit.residual[:, None]) ** 2, axis=(1, 2))
-            rows[k] = len(each.fit.V)
+            rows[k] = np.bincount(each.fit.block, minlength=blocks)
     return Fits(tuple(parts), Score(squares, rows))
 
 

@@ -9,9 +9,11 @@ from ident.diagnosis.catalog import (
     clocks,
     current_scales,
     delays,
+    gravity_compensation,
     lengths,
     orders,
     terms,
+    units,
     zeros,
 )
 from ident.diagnosis.logs import Logs
@@ -39,6 +41,8 @@ FAMILIES: dict[str, Family] = {
     "clocks": Family(clocks.alternatives, clocks.directions),
     "delays": Family(delays.alternatives, delays.directions),
     "current scales": Family(current_scales.alternatives, current_scales.directions),
+    "units": Family(units.alternatives),
+    "gravity compensation": Family(gravity_compensation.alternatives),
     "joint elasticity": Family(directions=terms.elasticity),
     "position-dependent torque": Family(directions=terms.position),
     "friction law": Family(directions=terms.speed),

@@ -25,6 +25,8 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
         if (turn or sign < 0.0) and (arm.revolute[j] or not turn):
             for scope in scopes(len(logs.recordings)):
                 yield turned(logs, j, scope, sign, np.deg2rad(turn))
+    if len(logs.recordings) > 1:  # in all logs it is the sign of the position alone, and of the gain
+        yield from (reversed_joint(logs, j, (k,)) for j in range(arm.n) for k in range(len(logs.recordings)))
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
@@ -74,4 +76,18 @@ def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: fl
         value=size,
         unit="degrees" if revolute else "mm",
         refined=lambda more: turned(logs, joint, scope, sign, zero + float(more[0])),
+    )
+
+
+def reversed_joint(logs: Logs, joint: int, scope: tuple[int, ...]) -> Alternative:
+    """A joint whose position and current both count in the other sense in some logs."""
+    arm = logs.structure.arm
+    own = np.where(np.arange(arm.n) == joint, -1.0, 1.0)
+    return Alternative(
+        family="joint reversed",
+        words=in_logs(f"q{joint + 1} and v{joint + 1} are negated", scope, logs.names),
+        joints=(joint,),
+        logs=scope,
+        reading=as_logged(arm, len(logs.recordings)).changed(scope, q_factor=own, v_factor=own),
+        advice=f"negate q{joint + 1} and v{joint + 1} there",
     )

@@ -1,0 +1,61 @@
+"""Positions in another unit than radians and metres, or counted on the motor's side of a gear."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ident.diagnosis.alternative import Alternative, in_logs, scopes
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reach import within_reach
+from ident.diagnosis.reading import as_logged
+
+ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
+"""What makes radians of an angle in another unit."""
+LENGTHS = {"millimetres": 1e-3}
+"""What makes metres of a length."""
+RATIOS = np.geomspace(2.0, 500.0, 280)
+"""Plausible gears, 2 % apart; a planetary stage has 3, a harmonic drive up to 320."""
+
+
+def alternatives(logs: Logs) -> Iterator[Alternative]:
+    """Positions of all joints or of one in another unit, in all logs or one, where that puts them within reach."""
+    arm = logs.structure.arm
+    for kind, units in ((arm.revolute, ANGLES), (~arm.revolute.astype(bool), LENGTHS)):
+        joints = np.flatnonzero(kind)
+        for name, factor in units.items():
+            chosen = [tuple(joints.tolist())] if len(joints) > 1 else []
+            for which in [*chosen, *((int(j),) for j in joints)]:
+                for scope in scopes(len(logs.recordings)):
+                    found = in_unit(logs, scope, which, factor, f"in {name}")
+                    if all(within_reach(arm, logs.recordings[k], found.reading.logs[k]) for k in scope):
+                        yield found
+
+
+def gears(logs: Logs, joint: int) -> Iterator[Alternative]:
+    """Positions of one joint that count a motor's turns, by every plausible ratio, either sign."""
+    every = tuple(range(len(logs.recordings)))
+    for ratio in np.concatenate((RATIOS, -RATIOS)).tolist():
+        yield geared(logs, every, joint, ratio)
+
+
+def geared(logs: Logs, scope: tuple[int, ...], joint: int, ratio: float) -> Alternative:
+    """Positions of a joint on the motor's side of a gear."""
+    found = in_unit(logs, scope, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
+    return replace(found, value=ratio, refined=lambda more: geared(logs, scope, joint, ratio * (1.0 + float(more[0]))))
+
+
+def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:
+    """Positions of some joints times a factor."""
+    arm = logs.structure.arm
+    given = as_logged(arm, len(logs.recordings))
+    every = len(joints) == int(np.sum(arm.revolute == arm.revolute[joints[0]])) and len(joints) > 1
+    what = "all positions are" if every else f"q{joints[0] + 1} is"
+    return Alternative(
+        family="unit",
+        words=in_logs(f"{what} {words}", scope, logs.names),
+        joints=() if every else joints,
+        logs=scope,
+        reading=given.changed(scope, q_factor=np.where(np.isin(np.arange(arm.n), joints), factor, 1.0)),
+        advice="convert the positions to radians and metres of the joints",
+    )

@@ -1,0 +1,42 @@
+"""Whether the positions of a log, read in some way, are where the joints of the arm can be."""
+
+import numpy as np
+
+from ident.arm import Arm
+from ident.arrays import Array
+from ident.diagnosis.reading import LogReading
+from ident.recording import Recording
+
+SLACK = 0.1
+"""Position beyond a limit that is taken for a zero not quite right [rad or m]."""
+TURNS = 4.0 * np.pi
+"""Position that no joint without stated limits goes beyond, as two turns either way [rad]."""
+STILL = 0.1
+"""Range of a joint, of motions made to excite it, below which it is taken as standing still [rad or m]."""
+
+
+def beyond_reach(arm: Arm, log: Recording) -> tuple[int, ...]:
+    """Joints, from 0, that a log puts where they cannot be; a revolute joint may be counted from another turn."""
+    low, high = log.q.min(axis=0), log.q.max(axis=0)
+    return tuple(j for j in range(arm.n) if not _reached(arm, j, low, high))
+
+
+def within_reach(arm: Arm, log: Recording, how: LogReading) -> bool:
+    """Whether a reading that changes units leaves every joint where it can be, and moving as much as a joint does."""
+    ends = how.q_factor * np.array([log.q.min(axis=0), log.q.max(axis=0)])[:, how.q_order] + how.zero
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    changed = np.abs(how.q_factor) != 1.0
+    return all(
+        _reached(arm, j, low, high) and not (changed[j] and high[j] - low[j] < STILL)
+        for j in range(arm.n)
+        if changed[j]
+    )
+
+
+def _reached(arm: Arm, j: int, low: Array, high: Array) -> bool:
+    lower, upper = float(arm.lower[j]), float(arm.upper[j])
+    if not arm.revolute[j]:
+        return bool(low[j] >= lower - SLACK and high[j] <= upper + SLACK)
+    lower, upper = max(lower, -TURNS), min(upper, TURNS)
+    turns = 2.0 * np.pi * np.ceil((lower - SLACK - low[j]) / (2.0 * np.pi))  # the lowest turn that is not too low
+    return bool(high[j] + turns <= upper + SLACK)

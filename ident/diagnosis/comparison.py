@@ -269,13 +269,17 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
     return Added(u=u, value=spread @ b, covariance=spread @ own @ spread.T)
 
 
-def regrouped(score: Score, order: Indices, unit: Array) -> Score:
+def regrouped(score: Score, orders: Sequence[Indices], units: Sequence[Array]) -> Score:
     """A score of logs whose currents were read in another order and unit, by the columns and in the units of the logs.
 
     Args:
         score: Of the logs as they were read.
-        order: Column of the current of each joint, shape (n,).
-        unit: What each joint's currents were divided by in each block, shape (n, blocks).
+        orders: Of each log, the column of the current of each joint, shape (n,).
+        units: Of each log, what each joint's currents were multiplied by, shape (n,).
     """
-    back = np.argsort(order)
-    return replace(score, squares=(score.squares * unit**2)[back], rows=score.rows[back])
+    squares, rows = np.empty_like(score.squares), np.empty_like(score.rows)
+    for k, (order, unit) in enumerate(zip(orders, units, strict=True)):
+        own = slice(k * BLOCKS, (k + 1) * BLOCKS)
+        squares[order, own] = score.squares[:, own] / unit[:, None] ** 2
+        rows[order, own] = score.rows[:, own]
+    return replace(score, squares=squares, rows=rows)

@@ -107,12 +107,14 @@ class Survey:
     Attributes:
         logs: The logs.
         fit: The fit that directions were taken from, None where there is none.
-        small: Directions, those that predict best first.
+        directions: Of all families.
+        small: What they add, those that predict best first.
         gross: Other readings on few instants, the best first.
     """
 
     logs: Logs
     fit: Reference | None
+    directions: tuple[Direction, ...]
     small: tuple[Small, ...]
     gross: tuple[Screened, ...]
 
@@ -120,9 +122,10 @@ class Survey:
 def survey(logs: Logs, families: Sequence[Family] = tuple(FAMILIES.values())) -> Survey:
     """Look at logs beside all alternatives."""
     fit = reference(logs.problem)
-    small = smalls(logs, directions(fit, logs, families))
+    small_ones = tuple(directions(fit, logs, families))
+    small = smalls(logs, small_ones)
     gross = screened(Screen(logs), [each for family in families for each in family.alternatives(logs)])
-    return Survey(logs, fit, small, tuple(gross))
+    return Survey(logs, fit, small_ones, small, tuple(gross))
 
 
 def directions(fit: Reference | None, logs: Logs, families: Sequence[Family]) -> list[Direction]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnosis.comparison import BLOCKS, Score, regrouped
+from ident.diagnosis.comparison import Score, regrouped
 from ident.diagnosis.free_model import FreeModel, free_model
 from ident.diagnosis.reading import Reading
 from ident.observation import ObserveOptions, observe
@@ -79,5 +79,6 @@ def _same_rows(one: Problem, other: Problem) -> bool:
 
 def score_as(other: Logs, reading: Reading) -> Score:
     """Score of logs read otherwise, by the columns and in the units that they have."""
-    unit = np.repeat([1.0 / np.abs(each.v_factor) for each in reading.logs], BLOCKS, axis=0).T  # (n, blocks)
-    return regrouped(other.model.fits.score, reading.logs[0].v_order, unit)
+    return regrouped(
+        other.model.fits.score, [each.v_order for each in reading.logs], [each.v_factor for each in reading.logs]
+    )

@@ -38,13 +38,10 @@ class Screened:
     Attributes:
         alternative: Which.
         gain: Log likelihood of white residuals that it gains, of each column of currents, shape (n,).
-        left: Share of each column that it leaves, shape (n,).
-        told: Share of the currents by which the two explanations differ, all columns together.
     """
 
     alternative: Alternative
     gain: Array
-    left: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,53 +107,43 @@ class Screen:
         return _Normal(gram, rhs, square, moving.sum(axis=0))
 
     def left(self, reading: Reading) -> tuple[Array, Array]:
-        """Mean square that a reading leaves of each column of currents, and degrees of freedom, each of shape (n,)."""
-        arm = self._arm(reading)
+        """Mean square that a reading leaves of each column of each log in its own unit, and instants, (n, logs)."""
+        arm = reading.of_arm(self.logs.structure.arm)
         parts = [self.normal(k, how, arm) for k, how in enumerate(reading.logs)]
-        n = arm.n
-        left, freedom = np.full(n, np.inf), np.zeros(n)
-        for j in range(n):
-            gram = sum((each.gram[j] for each in parts[1:]), parts[0].gram[j])
+        left, many = np.full((arm.n, len(parts)), np.inf), np.zeros((arm.n, len(parts)))
+        for j in range(arm.n):
             columns = [int(how.v_order[j]) for how in reading.logs]
-            rhs = sum((e.rhs[j][:, c] * s[j] for e, c, s in self._signed(parts, columns, reading)), np.zeros(len(gram)))
-            square = sum(float(e.square[j, c]) * s[j] ** 2 for e, c, s in self._signed(parts, columns, reading))
-            size = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-            unit = gram / np.outer(size, size)
+            units = [float(how.v_factor[j]) for how in reading.logs]
+            grams = [each.gram[j] for each in parts]
+            rhs = [each.rhs[j][:, c] * s for each, c, s in zip(parts, columns, units, strict=True)]
+            gram, b = sum(grams[1:], grams[0]), sum(rhs[1:], rhs[0])
             felt = np.diag(gram) > 0.0
-            unit[np.diag_indices_from(unit)] += RIDGE
-            b = rhs / size
-            unit, b = unit[np.ix_(felt, felt)], b[felt]
-            rows = sum(float(each.rows[j]) for each in parts)
-            many = rows - len(b)
-            if many < 1:
+            size = np.where(felt, np.sqrt(np.where(felt, np.diag(gram), 1.0)), np.inf)
+            unit = gram / np.outer(size, size)
+            unit[np.diag_indices_from(unit)] += np.where(felt, RIDGE, 1.0)
+            x = np.linalg.solve(unit, b / size) / size
+            rows = np.array([float(each.rows[j]) for each in parts])
+            free = rows.sum() - np.count_nonzero(felt)
+            if free < 1.0:
                 continue
-            left[columns[0]] = max(square - float(b @ np.linalg.solve(unit, b)), 0.0) / many
-            freedom[columns[0]] = many
-        return left, freedom
-
-    def _arm(self, reading: Reading) -> Arm:
-        own = self.logs.structure.arm
-        arm = reading.of_arm(own)
-        return arm
-
-    @staticmethod
-    def _signed(parts: Sequence[_Normal], columns: Sequence[int], reading: Reading):
-        return zip(parts, columns, [how.v_factor for how in reading.logs], strict=True)
+            for k, (each, c, s) in enumerate(zip(parts, columns, units, strict=True)):
+                square = float(each.square[j, c]) * s**2 - 2.0 * float(x @ rhs[k]) + float(x @ grams[k] @ x)
+                left[c, k] = max(square, 0.0) / s**2 / free * rows.sum() / max(rows[k], 1.0)
+                many[c, k] = rows[k] * free / rows.sum()
+        return left, many
 
 
 def screened(screen: Screen, alternatives: Sequence[Alternative]) -> list[Screened]:
     """What alternatives gain on few instants, the best first."""
-    arm = screen.logs.structure.arm
-    given, freedom = screen.left(as_logged(arm, len(screen.at)))
-    scale = np.concatenate([each.v for each in screen.at])
-    noise = NOTHING**2 * np.mean(scale**2, axis=0)
+    given, freedom = screen.left(as_logged(screen.logs.structure.arm, len(screen.at)))
+    noise = NOTHING**2 * np.column_stack([np.mean(each.v**2, axis=0) for each in screen.at])  # (n, logs)
     found = list[Screened]()
     for each in alternatives:
         left, own = screen.left(each.reading)
         known = np.isfinite(given) & np.isfinite(left)
         ratio = np.where(known, np.maximum(given, noise) / np.maximum(left, noise), 1.0)
         gain = 0.5 * np.minimum(freedom, own) * np.log(np.where(known, ratio, 1.0))
-        found.append(Screened(each, gain, np.sqrt(left / np.mean(scale**2, axis=0))))
+        found.append(Screened(each, gain.sum(axis=1)))
     return sorted(found, key=lambda each: -float(each.gain.sum()))
 
 

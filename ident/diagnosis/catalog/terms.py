@@ -11,6 +11,26 @@ from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference
 from ident.gain_system import JointRows
 
+SENTENCES = {
+    "joint elasticity": "the joints are elastic, which the model lacks",
+    "position-dependent torque": "joint {joints}: a torque depends on the joint's position that the model lacks",
+    "friction law": "joint {joints}: friction follows another law of the speed than the model's",
+    "friction drift": "joint {joints}: friction changes within the logs",
+    "payload centre": "the payload's centre of mass seems to lie elsewhere than stated",
+    "payload inertia": "the payload's inertia seems to differ from the one stated",
+    "split halves": "joint {joints}: the second half of the motions gives another gain than the first",
+}
+"""What a term says, by family."""
+ADVICE = {
+    "joint elasticity": "let the method model it (nls with compliance), or move more slowly",
+    "position-dependent torque": "look for a spring, a cable or an error of the kinematics",
+    "friction law": "choose a friction law that fits (nls, friction)",
+    "friction drift": "warm the drives up before recording",
+    "payload centre": "measure the payload's centre; mind axes and units",
+    "payload inertia": "check the payload's inertia; mind axes, reference point and units",
+    "split halves": "let the drives warm up; check that the payload is fixed",
+}
+"""What to do about it."""
 DEGREE = 6
 """Of the polynomials in the position, and of those in the speed in either direction."""
 

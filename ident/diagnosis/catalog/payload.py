@@ -1,0 +1,50 @@
+"""A payload that is not as stated: its centre of mass, its inertia, or how it is turned."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.diagnosis.alternative import Direction
+from ident.estimate import GainEstimate
+from ident.gain_system import joint_rows
+from ident.payload import Payload
+from ident.problem import Problem
+
+KNOWN_CENTRE = ("all", "com")
+"""Payloads of which a centre of mass is stated."""
+
+
+def directions(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
+    """The centre and the inertia of each payload elsewhere than stated."""
+    for which, payload in enumerate(problem.payloads):
+        if payload.known in KNOWN_CENTRE:
+            yield _of(problem, estimate, which, "payload centre", per_metre(payload), "mm", 1e3)
+        if payload.known == "all":
+            inertia = np.zeros((10, 6))
+            inertia[:6] = np.eye(6)
+            yield _of(problem, estimate, which, "payload inertia", inertia, "kg m^2", 1.0)
+
+
+def per_metre(payload: Payload) -> Array:
+    """Change of a payload's known standard parameters per metre of its centre along each axis, shape (10, 3)."""
+    return replace(payload, com_std=(1.0, 1.0, 1.0)).known_part().spread[:, 1:4]
+
+
+def _of(
+    problem: Problem, estimate: GainEstimate, which: int, family: str, change: Array, unit: str, scale: float
+) -> Direction:
+    """Currents by a change of a payload's standard parameters, (10, m)."""
+    inverse = dict(zip(estimate.solution.joints.tolist(), estimate.solution.inverse.tolist(), strict=True))
+    columns = tuple(
+        inverse[j] * (joint_rows(problem, j).W_L[which] @ change) if j in inverse else None
+        for j in range(problem.structure.arm.n)
+    )
+    shown = np.sqrt(sum(np.sum(each**2, axis=0) for each in columns if each is not None)) > 0.0
+    mounted = problem.payloads[which]
+    return Direction(
+        family=family, joints=(), logs=tuple(k for k, m in enumerate(problem.motions) if m.payload is mounted),
+        columns=tuple(None if each is None else each[:, shown] for each in columns), alternative=None, unit=unit,
+        scale=scale, largest=np.inf,
+    )  # fmt: skip

@@ -1,0 +1,228 @@
+"""From logs and an estimate to what is said of them: faults, what the model lacks, what is excluded, what is untold.
+
+Severity follows from two numbers: z, whether it is so, and the effect on each gain, whether it matters.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.diagnosis.alternative import Direction, in_logs
+from ident.diagnosis.catalog import payload
+from ident.diagnosis.catalog.terms import ADVICE, SENTENCES
+from ident.diagnosis.comparison import Added, z_of
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity
+from ident.diagnosis.engine import SHOWN, TIE, Fault, Survey, faults, survey
+from ident.diagnosis.excluded import exclusions, untold
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.stated import Stated, stated
+from ident.errors import IdentificationError
+from ident.estimate import GainEstimate, IdentifiedGain
+from ident.problem import Problem
+
+MATTERS, SPOILS = 0.5, 3.0
+"""Error of a gain, in its claimed standard deviations, that is worth a word, and beyond which it is refused."""
+SHARE = 0.01
+"""Share of a joint's current that matters where there are no gains."""
+MOST = 3
+"""Things that an estimate may lack, one beside the other."""
+Estimate = Callable[[Problem], GainEstimate]
+
+
+def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate | None = None) -> Diagnosed:
+    """Compare logs and an estimate with every alternative.
+
+    Args:
+        logs: As they were observed.
+        estimate: What was found from them, None where nothing was.
+        again: The same estimate of other logs: tells the effect of gross faults.
+    """
+    seen = survey(logs)
+    base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
+    found = list(faults(seen))
+    of_logs = [each for each in found if each.compared is not None]
+    diagnoses = [_of_fault(each, logs, base, again) for each in of_logs]
+    if base is not None and not of_logs:
+        diagnoses += list(_of_estimate(base, seen))
+    elif base is None:
+        diagnoses += [_of_term(each) for each in found if each.compared is None]
+    order = tuple(Severity)
+    diagnoses.sort(key=lambda each: -order.index(each.severity))
+    if of_logs:
+        return Diagnosed(diagnoses=tuple(diagnoses))
+    return Diagnosed(diagnoses=tuple(diagnoses), excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
+
+
+def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
+    """What an estimate lacks, of logs that are trusted."""
+    if not _linear(estimate):
+        return Diagnosed()
+    return Diagnosed(diagnoses=tuple(_of_estimate(stated(problem, estimate), survey(logs))))
+
+
+def severity_of(effects: Sequence[Effect]) -> Severity:
+    """By the largest effect, in claimed deviations where there are gains."""
+    if any(each.deviations is not None for each in effects):
+        size = max(abs(each.deviations or 0.0) for each in effects)
+        return Severity.WRONG if size > SPOILS else Severity.WEAK if size > MATTERS else Severity.GOOD
+    return Severity.WRONG if any(each.percent > 100.0 * SHARE for each in effects) else Severity.WEAK
+
+
+def _of_fault(fault: Fault, logs: Logs, base: Stated | None, again: Estimate | None) -> Diagnosis:
+    """A fault of the logs."""
+    assert fault.compared is not None, "a fault of the logs"
+    alternative = fault.compared.alternative
+    effects = _effects(fault, logs, base, again)
+    std = None
+    if fault.small is not None and len(fault.small.found.value) == 1:
+        std = float(np.sqrt(fault.small.found.covariance[0, 0])) * fault.small.direction.scale
+    return Diagnosis(
+        name=alternative.family,
+        severity=severity_of(effects),
+        sentence=f"{alternative.words}{_consequence(effects)}",
+        advice=alternative.advice,
+        joints=alternative.joints,
+        logs=tuple(logs.names[k] for k in alternative.logs) if len(alternative.logs) < len(logs.names) else (),
+        value=alternative.value,
+        std=std,
+        unit=alternative.unit,
+        z=fault.z,
+        effects=effects,
+        rivals=fault.rivals,
+    )
+
+
+def _effects(fault: Fault, logs: Logs, base: Stated | None, again: Estimate | None) -> tuple[Effect, ...]:
+    """What a fault does to the gains: by the influence of the rows if it is small, by another estimate if not."""
+    assert fault.compared is not None, "a fault of the logs"
+    small = fault.small
+    if base is not None and small is not None and fault.before is logs:
+        if (np.abs(small.found.value) <= small.direction.largest).all():
+            return base.effects(base.stacked(small.direction.columns) @ small.found.value)
+    if base is not None and again is not None:
+        try:
+            other = again(fault.compared.logs.problem)
+        except IdentificationError:
+            other = None
+        if other is not None:
+            return tuple(_between(base.estimate, other))
+    before, after = (each.model.fits.score for each in (fault.before, fault.compared.logs))
+    order = fault.compared.alternative.reading.logs[-1].v_order
+    rms = np.array([np.sqrt(np.mean(each.V**2)) for each in logs.model.rows])
+    lost = np.sqrt(np.maximum(before.variance[order] - after.variance, 0.0)) / rms[order]
+    return tuple(Effect(joint=int(order[j]), percent=100.0 * float(x), deviations=None) for j, x in enumerate(lost))
+
+
+def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
+    """Error of gains if others are right."""
+    for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
+        if isinstance(mine, IdentifiedGain):
+            claimed = max(mine.total_std / abs(mine.value), mine.predicted_rel_std)
+            share = mine.value / theirs.value - 1.0 if isinstance(theirs, IdentifiedGain) else np.inf
+            size = min(abs(share), 10.0) * (np.sign(share) if np.isfinite(share) else 1.0)
+            yield Effect(joint=j, percent=100.0 * float(size), deviations=float(size) / claimed)
+
+
+def _of_term(fault: Fault) -> Diagnosis:
+    """A term that the free model lacks, where there are no gains that it could move."""
+    assert fault.small is not None, "a term is a direction"
+    direction = fault.small.direction
+    return Diagnosis(
+        name=direction.family, severity=Severity.GOOD, sentence=_term_words(direction), joints=direction.joints,
+        z=fault.z, rivals=fault.rivals,
+    )  # fmt: skip
+
+
+def _of_estimate(base: Stated, seen: Survey) -> Iterator[Diagnosis]:
+    """What an estimate lacks, the one that explains most first."""
+    directions = [*seen.directions, *payload.directions(base.problem, base.estimate)]
+    for _ in range(MOST):
+        added = [(each, more) for each in directions if (more := base.added(each)) is not None]
+        shown = [(each, more) for each, more in added if z_of(more.u) > SHOWN]
+        if not shown:
+            return
+        best, more = max(shown, key=lambda pair: float(pair[1].u.sum()))
+        rivals = [each for each, other in shown if each is not best and z_of(more.u - other.u) < TIE]
+        yield _lacks(base, best, more, rivals, seen.logs)
+        base = base.beside(best)
+        directions.remove(best)
+
+
+def _lacks(base: Stated, direction: Direction, more: Added, rivals: Sequence[Direction], logs: Logs) -> Diagnosis:
+    effects = base.effects(base.stacked(direction.columns) @ more.value)
+    severity = severity_of(effects)
+    if direction.alternative is None and not direction.family.startswith("payload"):
+        severity = Severity.WEAK if severity is Severity.WRONG else severity  # the model lacks it; no log is at fault
+    words, advice = _words(direction, more.value, logs)
+    one = len(more.value) == 1
+    return Diagnosis(
+        name=direction.family,
+        severity=severity,
+        sentence=f"{words}{_consequence(effects)}",
+        advice=advice,
+        joints=direction.joints,
+        logs=tuple(logs.names[k] for k in direction.logs) if len(direction.logs) < len(logs.names) else (),
+        value=float(more.value[0]) * direction.scale if one else None,
+        std=float(np.sqrt(more.covariance[0, 0])) * direction.scale if one else None,
+        unit=direction.unit if one else None,
+        z=z_of(more.u),
+        effects=effects,
+        rivals=tuple(_words(each, _value(base, each), logs)[0] for each in rivals),
+    )
+
+
+def _value(base: Stated, direction: Direction) -> Array:
+    more = base.added(direction)
+    assert more is not None, "it was shown"
+    return more.value
+
+
+def _words(direction: Direction, value: Array, logs: Logs) -> tuple[str, str | None]:
+    """What a direction with values of its parameters says, and what to do."""
+    if direction.alternative is not None:
+        found = direction.alternative(value)
+        return found.words, found.advice
+    words = _term_words(direction)
+    if direction.family == "payload centre":
+        size = ", ".join(f"{1e3 * x:+.2g}" for x in value)
+        words = f"the payload's centre of mass seems to lie elsewhere than stated, by ({size}) mm"
+    return in_logs(words, direction.logs, logs.names), ADVICE.get(direction.family)
+
+
+def _term_words(direction: Direction) -> str:
+    joints = ", ".join(str(j + 1) for j in direction.joints)
+    return SENTENCES[direction.family].format(joints=joints)
+
+
+def _consequence(effects: Sequence[Effect]) -> str:
+    """How much gains are off, or currents, in words."""
+    if not effects:
+        return ""
+    worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
+    if worst.deviations is None:
+        return f"; {worst.percent:.2g} % of joint {worst.joint + 1}'s current is not explained otherwise"
+    if abs(worst.percent) >= 100.0:
+        return f"; the gain of joint {worst.joint + 1} is no result"
+    listed = [each for each in effects if abs(each.deviations or 0.0) > MATTERS]
+    if not listed:
+        return "; no gain is moved noticeably"
+    more = ", ".join(f"joint {each.joint + 1} {each.percent:+.2g} %" for each in listed)
+    return f"; gains are off: {more}"
+
+
+def _linear(estimate: GainEstimate) -> bool:
+    """Whether an estimate is one of least squares, whose influence its explained columns give."""
+    rows, solution = estimate.solution.rows, estimate.solution
+    if not len(solution.joints) or not rows.explained.shape[1]:
+        return False
+    if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
+        return False  # explained to the last digit, which no recording is
+    weighted = solution.influence / rows.weight
+    along = np.linalg.lstsq(rows.explained, weighted.T, rcond=None)[0]
+    left = np.linalg.norm(rows.explained @ along - weighted.T)
+    return bool(left < LINEAR * np.linalg.norm(weighted))
+
+
+LINEAR = 1e-6
+"""Relative part of the influence that a fit by least squares cannot explain; instruments and total least squares do."""

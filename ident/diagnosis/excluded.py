@@ -1,0 +1,109 @@
+"""What logs exclude, and what they cannot tell: the comparison the other way round.
+
+A small fault is excluded beyond the size at which its prediction is surely worse; a gross one where it leaves so much
+more of the currents that nothing it could gain elsewhere makes up for it.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ident.diagnosis.alternative import Direction
+from ident.diagnosis.comparison import Fits, z_of
+from ident.diagnosis.diagnosis import Exclusion
+from ident.diagnosis.engine import SHOWN, Survey
+from ident.diagnosis.screen import Screened
+
+SIZES = np.geomspace(1e-2, 1.0, 41)
+"""Sizes that are tried, in units of the largest that the derivative says."""
+SURELY_WORSE = 30.0
+"""Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
+BOUNDED = {"zero": "zeros of q{joints}", "delay": "delays", "lengths": "all lengths off", "clock": "the clock off"}
+"""Families whose excluded sizes are told, of all logs together, and how."""
+NAMED = 6
+"""Alternatives that a sentence names."""
+
+
+def bound(fits: Fits, direction: Direction) -> float | None:
+    """Size beyond which a direction of one parameter is excluded either way; None if it is not."""
+    sigma = fits.sigma
+    cross, square = np.zeros(fits.score.squares.shape[1]), np.zeros(fits.score.squares.shape[1])
+    for j, part in enumerate(fits.parts):
+        columns = direction.columns[j]
+        if part is not None and columns is not None and sigma[j] > 0.0:
+            held = part.predicted(np.column_stack((part.fit.residual, part.fit.without(columns)))) / sigma[j]
+            cross += np.sum(held[..., 0] * held[..., 1], axis=1)
+            square += np.sum(held[..., 1] ** 2, axis=1)
+    sizes = direction.largest * SIZES
+    for k in range(len(sizes)):
+        z = [z_of(sign * sizes[k] * cross - 0.5 * sizes[k] ** 2 * square) for sign in (1.0, -1.0)]
+        if max(z) < -SHOWN:
+            return float(sizes[k])
+    return None
+
+
+def exclusions(seen: Survey) -> list[Exclusion]:
+    """What the logs exclude, a sentence a family."""
+    logs = tuple(range(len(seen.logs.recordings)))
+    found = list[Exclusion]()
+    for family, words in BOUNDED.items():
+        own = [
+            each
+            for each in seen.directions
+            if each.family == family and each.logs == logs and (family == "zero" or not each.joints)
+        ]
+        sizes = [(each, bound(seen.logs.model.fits, each)) for each in own]
+        known = [(each, size * each.scale) for each, size in sizes if size is not None]
+        for unit in dict.fromkeys(each.unit for each, _ in known):
+            same = [(each, size) for each, size in known if each.unit == unit]
+            joints = tuple(j for each, _ in same for j in each.joints)
+            limit = _rounded(max(size for _, size in same))
+            listed = _numbers(joints)
+            sentence = f"{words.format(joints=listed)} beyond {limit:g} {unit}"
+            found.append(Exclusion(family=family, sentence=sentence, joints=joints, limit=limit, unit=unit))
+    lost = [each for each in seen.gross if _loss(each) > SURELY_WORSE]
+    for family in dict.fromkeys(each.alternative.family for each in lost):
+        own = [each for each in lost if each.alternative.family == family]
+        all_own = [each for each in seen.gross if each.alternative.family == family]
+        what = f"{len(own)} of {len(all_own)} readings of another {family}"
+        found.append(Exclusion(family=family, sentence=what, joints=()))
+    return found
+
+
+def untold(seen: Survey) -> Iterator[str]:
+    """What the logs cannot tell from what they say: by joint, then the rest."""
+    open_ones = [each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE]
+    n = seen.logs.structure.arm.n
+    every = tuple(range(len(seen.logs.recordings)))
+    for j in range(n):
+        own = [each for each in open_ones if each.joints == (j,) and each.logs == every]
+        kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
+        if kinds:
+            what = " and ".join(kinds)
+            yield f"joint {j + 1}: {what} cannot be checked from these logs ({_few([each.words for each in own])})"
+    rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family != "clock"]
+    if rest:
+        yield f"not told apart from these logs: {_few([each.words for each in rest])}"
+
+
+def _loss(each: Screened) -> float:
+    """Log likelihood that an alternative loses."""
+    return -float(each.gain.sum())
+
+
+def _few(words: Sequence[str]) -> str:
+    more = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""
+    return "; ".join(words[:NAMED]) + more
+
+
+def _numbers(joints: Sequence[int]) -> str:
+    """Joints from 0 as `2 to 5` or `2, 4`."""
+    numbers = sorted(j + 1 for j in joints)
+    if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
+        return f"{numbers[0]} to q{numbers[-1]}"
+    return ", q".join(str(each) for each in numbers)
+
+
+def _rounded(x: float) -> float:
+    """Up to two digits."""
+    return float(f"{x:.2g}")

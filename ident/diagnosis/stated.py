@@ -1,0 +1,105 @@
+"""An estimate as the model that it is: what all joints together, and the payload as stated, leave of the currents.
+
+The rows, weights and explained columns of the estimate predict each block of time from the others. Directions that the
+free model of the logs cannot show, as the payload's centre, are compared here, and what each would do to the gains
+follows from the influence of each row:
+
+    error of g_j / g_j = -influence_j (C x) / (1 / g_j)        C x  currents that the direction adds
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.column_space import column_space
+from ident.diagnosis.alternative import Direction
+from ident.diagnosis.comparison import (
+    BLOCKS,
+    Added,
+    Fits,
+    FreeFit,
+    added,
+    fits_of,
+    held_out,
+    numbered_blocks,
+)
+from ident.diagnosis.diagnosis import Effect
+from ident.diagnosis.free_model import row_counts
+from ident.estimate import GainEstimate, IdentifiedGain
+from ident.problem import Problem
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stated:
+    """An estimate, ready for held-out predictions.
+
+    Attributes:
+        problem: Motions and payloads.
+        estimate: What was found from them.
+        fits: Its rows as one part, in units of each joint's residual.
+    """
+
+    problem: Problem
+    estimate: GainEstimate
+    fits: Fits
+
+    def stacked(self, columns: Sequence[Array | None]) -> Array:
+        """Columns of each joint's rows as the estimate has them, (R, m)."""
+        rows = self.estimate.solution.rows
+        width = next(each.shape[1] for each in columns if each is not None)
+        return np.vstack(
+            [each if (each := columns[j]) is not None else np.zeros((_count(rows.of(j)), width)) for j in rows.unknowns]
+        )
+
+    def added(self, direction: Direction) -> Added | None:
+        """What a direction adds; None if the estimate knows all that it says."""
+        weight = self.estimate.solution.rows.weight
+        return added(self.fits, [weight[:, None] * self.stacked(direction.columns)])
+
+    def beside(self, direction: Direction) -> "Stated":
+        """The same estimate beside a model that has the direction."""
+        (held,) = self.fits.parts
+        assert held is not None, "an estimate has more rows than unknowns"
+        weight = self.estimate.solution.rows.weight
+        left = held.fit.without(weight[:, None] * self.stacked(direction.columns))
+        new = column_space(left)
+        fit = replace(
+            held.fit,
+            residual=held.fit.residual - new @ (new.T @ held.fit.residual),
+            Q=np.column_stack((held.fit.Q, new)),
+        )
+        return replace(self, fits=fits_of([held_out(fit)]))
+
+    def effects(self, currents: Array) -> tuple[Effect, ...]:
+        """Error of each gain if currents that are added to the rows, shape (R,), have no place in the model."""
+        solution = self.estimate.solution
+        moved = -(solution.influence @ currents) / solution.inverse
+        place = {int(j): k for k, j in enumerate(solution.joints)}
+        return tuple(
+            Effect(joint=j, percent=100.0 * float(moved[place[j]]), deviations=float(moved[place[j]]) / claimed(gain))
+            for j, gain in enumerate(self.estimate.joints)
+            if isinstance(gain, IdentifiedGain)
+        )
+
+
+def stated(problem: Problem, estimate: GainEstimate) -> Stated:
+    """Prepare the held-out predictions of an estimate."""
+    rows = estimate.solution.rows
+    lengths = row_counts(problem)
+    block = numbered_blocks(rows.motion, rows.position, lengths)
+    fit = FreeFit(
+        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, block=block,
+        blocks=BLOCKS * len(lengths),
+    )  # fmt: skip
+    return Stated(problem, estimate, fits_of([held_out(fit)]))
+
+
+def claimed(gain: IdentifiedGain) -> float:
+    """Relative standard deviation that is claimed of a gain, and not less than any real drive lets expect."""
+    return max(gain.total_std / abs(gain.value), gain.predicted_rel_std)
+
+
+def _count(part: slice) -> int:
+    return part.stop - part.start

@@ -64,7 +64,12 @@ class Diagnosis:
     rivals: tuple[str, ...] = ()
 
     @property
-    @dataclass(frozen=True, slots=True, kw_only=True)
+    def worst(self) -> Effect | None:
+        """The largest effect, in claimed deviations where there are gains."""
+        return max(self.effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent), default=None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Exclusion:
     """A family of faults that logs exclude.
 
@@ -106,11 +111,6 @@ class Diagnosed:
     def doubts(self) -> tuple[Diagnosis, ...]:
         """The diagnoses that are not good."""
         return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD)
-
-
-def worst(self) -> Effect | None:
-        """The largest effect, in claimed deviations where there are gains."""
-        return max(self.effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent), default=None)
 
 
 def worst(diagnoses: Sequence[Diagnosis]) -> Severity:

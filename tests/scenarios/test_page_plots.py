@@ -8,9 +8,9 @@ import pytest
 from page_parts import identified
 from scipy import stats
 
-from ident.checks.motion import JointMotion
 from ident.consistency import CHECKS, own_weight
 from ident.consistency.finding import Finding
+from ident.diagnosis.samples.motion import JointMotion
 from ident.estimate import RefusedGain
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Cell, Mood, Paragraph, Table, cells

@@ -52,9 +52,8 @@ def _limits(recording: Recording) -> Iterator[tuple[int, str, float, Mask]]:
     """Joint, which limit, its value and the samples at it, of each current that is clipped."""
     for j, v in enumerate(recording.v.T):
         for name, extreme in (("largest", float(v.max())), ("smallest", float(v.min()))):
-            at = clipped(v, extreme)
-            if at.sum() > SHARE * len(v) and not _coarse(v, extreme):
-                yield j, name, extreme, at
+            if clipped(v, extreme).sum() > SHARE * len(v) and not _coarse(v, extreme):
+                yield j, name, extreme, v == extreme
 
 
 def _coarse(v: Array, extreme: float) -> bool:

@@ -15,13 +15,13 @@ is for spikes in more than `MANY` of the samples, which are usual by the others'
 Channels that are logged in coarse steps flicker by one of them, which is no spike.
 """
 
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 
 import numpy as np
 import scipy
 
 from ident.arrays import Array, Mask
+from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.errors import RecordingError
 from ident.logs.units import ISO, TIME
 from ident.recording import Recording
@@ -59,26 +59,51 @@ def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
         RecordingError: Naming the channel and the rows, and what it looks like.
     """
     for fault in log_faults(recording, t_unit=t_unit):
-        raise fault
+        raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
 
 
-def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[RecordingError]:
+def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[Diagnosis]:
     """Everything of a recording that no robot can have, channel by channel, the clock first."""
-    fastest = FASTEST * float(np.median(np.diff(recording.t)))
-    checks: list[Callable[[], None]] = [partial(_check_clock, recording, t_unit)]
-    checks += [partial(_check_steps, recording, j) for j in range(recording.n)]
-    checks += [partial(_check_currents, recording, j) for j in range(recording.n)]
+    yield from _clock_faults(recording, t_unit)
     for j in range(recording.n):
-        checks.append(partial(_check_many, recording, f"q{j + 1}", recording.q[:, j], fastest))
-        checks.append(partial(_check_many, recording, f"v{j + 1}", recording.v[:, j], float("inf")))
-    for check in checks:
-        try:
-            check()
-        except RecordingError as error:
-            yield error
+        yield from _step_faults(recording, j)
+    for j in range(recording.n):
+        yield from _current_faults(recording, j)
+    fastest = FASTEST * float(np.median(np.diff(recording.t)))
+    for j in range(recording.n):
+        yield from _spike_faults(recording, "q", j, fastest)
+        yield from _spike_faults(recording, "v", j, float("inf"))
 
 
-def _check_clock(recording: Recording, t_unit: str | None) -> None:
+def spikes(recording: Recording) -> tuple[Mask, Mask]:
+    """Samples of positions and of currents that are spikes, both of shape (N, n)."""
+    fastest = FASTEST * float(np.median(np.diff(recording.t)))
+    q, v = np.zeros(recording.q.shape, dtype=np.bool_), np.zeros(recording.v.shape, dtype=np.bool_)
+    for j in range(recording.n):
+        q[:, j] = _many_spikes(recording.q[:, j], fastest)[0]
+        v[:, j] = _few_spikes(recording.v[:, j]) | _many_spikes(recording.v[:, j], float("inf"))[0]
+    return q, v
+
+
+def jumps(recording: Recording, j: int) -> Mask:
+    """Rows after which a joint moves faster than any does, shape (N - 1,)."""
+    interval, size = np.diff(recording.t), np.abs(np.diff(recording.q[:, j]))
+    fastest = FASTEST * np.maximum(interval, np.median(interval))
+    return (size > fastest) & (size > UNUSUAL * float(np.quantile(size, SHARE)))
+
+
+def _fault(recording: Recording, j: int | None, sentence: str, advice: str) -> Diagnosis:
+    return Diagnosis(
+        name="values",
+        severity=Severity.WRONG,
+        sentence=sentence,
+        advice=advice,
+        joints=() if j is None else (j,),
+        logs=(recording.name,),
+    )
+
+
+def _clock_faults(recording: Recording, t_unit: str | None) -> Iterator[Diagnosis]:
     interval = float(np.median(np.diff(recording.t)))
     if FASTEST_CLOCK <= interval < SLOWEST:
         return
@@ -87,66 +112,81 @@ def _check_clock(recording: Recording, t_unit: str | None) -> None:
         fitting = " or ".join(
             unit for unit, scale in TIME.items() if unit != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST
         )
-        raise RecordingError(
-            f"{recording.name}: t is said to be in {t_unit}, and advances by {logged:.3g} {t_unit} a row, which no log "
-            f"of a robot does; {f'is it in {fitting}?' if fitting else 'is it time?'}"
+        sentence = (
+            f"t is said to be in {t_unit}, and advances by {logged:.3g} {t_unit} a row, which no log of a robot does"
         )
+        yield _fault(recording, None, sentence, f"is it in {fitting}?" if fitting else "is it time?")
+        return
     units = ((1e5, "nanoseconds"), (100.0, "microseconds"), (SLOWEST, "milliseconds"), (0.0, "hours"))
     unit = next(name for least, name in units if interval >= least)
     counted = ", or the number of the row" if (np.diff(recording.t) == 1.0).all() else ""
-    raise RecordingError(
-        f"{recording.name}: t advances by {interval:.3g} a row; is it in {unit}{counted}? t is in seconds, "
-        f"rows faster than {1.0 / SLOWEST:g} Hz"
+    yield _fault(
+        recording,
+        None,
+        f"t advances by {interval:.3g} a row",
+        f"is it in {unit}{counted}? t is in seconds, rows faster than {1.0 / SLOWEST:g} Hz",
     )
 
 
-def _check_steps(recording: Recording, j: int) -> None:
-    step, interval = np.diff(recording.q[:, j]), np.diff(recording.t)
-    size = np.abs(step)
-    usual = float(np.quantile(size, SHARE))
-    jumps = (size > FASTEST * np.maximum(interval, np.median(interval))) & (size > UNUSUAL * usual)
-    if not jumps.any():
+def _step_faults(recording: Recording, j: int) -> Iterator[Diagnosis]:
+    jumped = jumps(recording, j)
+    if not jumped.any():
         return
-    row = int(jumps.argmax())
-    what = f"{recording.name}: q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next"
+    step = np.diff(recording.q[:, j])
+    row, usual = int(jumped.argmax()), float(np.quantile(np.abs(step), SHARE))
+    what = f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next"
     for turn, name, repair in TURNS:
-        if abs(size[row] - turn) <= min(UNUSUAL * usual, 0.1 * turn):
-            raise RecordingError(f"{what}, a turn of {name}: the angles are wrapped; unwrap them with {repair}")
-    more = f", and {int(jumps.sum()) - 1} more such steps" if jumps.sum() > 1 else ""
-    raise RecordingError(
-        f"{what}, faster than {FASTEST:g} rad/s or m/s{more}; no joint moves like that, remove or repair those samples"
-    )
+        if abs(abs(step[row]) - turn) <= min(UNUSUAL * usual, 0.1 * turn):
+            sentence = f"{what}, a turn of {name}: the angles are wrapped"
+            yield _fault(recording, j, sentence, f"unwrap them with {repair}")
+            return
+    more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
+    sentence = f"{what}, faster than {FASTEST:g} rad/s or m/s{more}"
+    yield _fault(recording, j, sentence, "no joint moves like that, remove or repair those samples")
 
 
-def _check_currents(recording: Recording, j: int) -> None:
-    v = recording.v[:, j]
+def _few_spikes(v: Array) -> Mask:
+    """Samples of a current that are far out for a short time, none where they are steps of a coarse one."""
     away = np.abs(v - np.median(v))
-    usual = float(np.quantile(away, SHARE))
-    spikes = _short(away > UNUSUAL * usual)
-    if not spikes.any() or _flickers(v, away[spikes]):
+    found = _short(away > UNUSUAL * float(np.quantile(away, SHARE)))
+    return found & (not found.any() or not _flickers(v, away[found]))
+
+
+def _current_faults(recording: Recording, j: int) -> Iterator[Diagnosis]:
+    v = recording.v[:, j]
+    rows = np.flatnonzero(_few_spikes(v))
+    if not len(rows):
         return
-    row = int(spikes.argmax())
-    rows = np.flatnonzero(spikes)
+    middle = float(np.median(v))
+    usual = float(np.quantile(np.abs(v - middle), SHARE))
     listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
-    raise RecordingError(
-        f"{recording.name}: v{j + 1} = {v[row]:.4g} at row {row + 1}, while 99 % of it are within {usual:.3g} of "
-        f"{float(np.median(v)):.3g}; {len(rows)} such samples (rows {listed}): remove or repair them"
+    sentence = (
+        f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of it are within {usual:.3g} of {middle:.3g}; "
+        f"{len(rows)} such samples (rows {listed})"
     )
+    yield _fault(recording, j, sentence, "remove or repair them")
 
 
-def _check_many(recording: Recording, channel: str, x: Array, far: float) -> None:
+def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
+    """Samples that are spikes, none where they are few, and what each should be by its neighbours."""
     near: Array = scipy.ndimage.median_filter(x, size=2 * NEAR + 1, mode="nearest")
     away = np.abs(x - near)
     low, high = np.quantile(x, MIDDLE)
-    spikes = (away > UNUSUAL * np.median(away)) & (away > min(far, 0.5 * float(high - low)))
-    row, many = int(spikes.argmax()), int(spikes.sum())
-    if many <= MANY * len(x) or _flickers(x, away[spikes]):
+    found = (away > UNUSUAL * np.median(away)) & (away > min(far, 0.5 * float(high - low)))
+    return found & (int(found.sum()) > MANY * len(x) and not _flickers(x, away[found])), near
+
+
+def _spike_faults(recording: Recording, kind: str, j: int, far: float) -> Iterator[Diagnosis]:
+    x = recording.q[:, j] if kind == "q" else recording.v[:, j]
+    found, near = _many_spikes(x, far)
+    if not found.any():
         return
-    raise RecordingError(
-        f"{recording.name}: {channel} has {many} spikes ({100.0 * many / len(x):.2g} % of its samples), the first at "
-        f"row {row + 1}, t = {recording.t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}; remove "
-        "or repair those samples"
+    row, many = int(found.argmax()), int(found.sum())
+    sentence = (
+        f"{kind}{j + 1} has {many} spikes ({100.0 * many / len(x):.2g} % of its samples), the first at row {row + 1}, "
+        f"t = {recording.t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}"
     )
+    yield _fault(recording, j, sentence, "remove or repair those samples")
 
 
 def _flickers(x: Array, away: Array) -> bool:

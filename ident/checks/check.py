@@ -163,7 +163,7 @@ def check(
 def _log_read(recording: Recording, structure: Structure, options: ObserveOptions) -> LogRead:
     """One log by itself; what cannot be filtered is not looked at further."""
     remarks = [
-        Remark(topic="values", log=recording.name, seen=_without_name(fault, recording), grade=Grade.WRONG)
+        Remark(topic="values", log=recording.name, seen=f"{fault.sentence}; {fault.advice}", grade=Grade.WRONG)
         for fault in log_faults(recording)
     ]
     remarks = remarks or [Remark(topic="values", log=recording.name, seen="no jumps, no spikes")]

@@ -28,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--payload", metavar="P", type=arguments.file, help="the payload one has, TOML: what the motion will show of it"
     )
+    add("--all", action="store_true", help="list the good checks too, and how each joint moved")
     add_reading_arguments(parser)
     add_log_arguments(parser)
     add_save_argument(parser)
@@ -40,9 +41,9 @@ def main(options: argparse.Namespace) -> Status:
     """Read, check, tell."""
     from threadpoolctl import threadpool_limits
 
-    from ident.checks.check import check
-    from ident.checks.remark import Grade
-    from ident.checks.warming import Warmth
+    from ident.diagnosis.check import check
+    from ident.diagnosis.diagnosis import Severity
+    from ident.diagnosis.samples.temperature import Warmth
     from ident.identification import Recorded
     from ident.options import GainOptions
     from ident.payload_files import read_payload
@@ -70,7 +71,7 @@ def main(options: argparse.Namespace) -> Status:
             for recording, celsius in zip(recordings, temperatures, strict=True)
             if celsius is not None
         ]
-        found = check(
+        checked = check(
             recordings,
             robot.structure,
             observing=chosen(ObserveOptions, options),
@@ -80,12 +81,12 @@ def main(options: argparse.Namespace) -> Status:
             about=robot.gain,
             warmths=warmths,
         )
-    report = check_report(found, robot.structure.arm)
+    report = check_report(checked, robot.structure.arm, every=options.all)
     if saving is not None:
         carried = [None] * len(options.log) + [payload] * len(options.loaded)
         done = Done(
             kind="check",
-            title=report.title,
+            title=f"Logs of {robot.structure.arm.name}",
             command=options.command_line,
             model=robot.model,
             flange=robot.flange,
@@ -99,4 +100,4 @@ def main(options: argparse.Namespace) -> Status:
         )
         save(done, saving)
     show(report, options)
-    return Status.MISSED if found.grade is Grade.WRONG else Status.PASSED
+    return Status.MISSED if checked.found.severity is Severity.WRONG else Status.PASSED

@@ -140,11 +140,13 @@ class Report:
         title: One line.
         parts: In the order one reads.
         document: The same for programs, as JSON values.
+        mood: Of a title that is the verdict.
     """
 
     title: str
     parts: tuple[Part, ...]
     document: Mapping[str, object]
+    mood: Mood = Mood.PLAIN
 
 
 def number(value: float | None, form: str, unit: str = "") -> str:

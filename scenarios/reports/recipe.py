@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
-from ident.checks.clock import slowest_hz
+from ident.diagnosis.samples.clock import slowest_hz
 from ident.observation import REGRESSOR_RATE, ObserveOptions
 from ident.payload import Payload
 from scenarios.build import Bench

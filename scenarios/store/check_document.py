@@ -3,41 +3,67 @@
 from dataclasses import asdict
 
 from ident.arm import Arm
-from ident.checks.check import Checked, LogRead
-from ident.checks.remark import Remark
+from ident.diagnosis.check import Checked, LogRead
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+
+LIMITS, FRICTION = "joint limits", "friction sign"
+"""Names of diagnoses of joints that are where they cannot be, and of friction that drives."""
 
 
-def check_document(found: Checked, arm: Arm) -> dict[str, object]:
+def check_document(checked: Checked, arm: Arm) -> dict[str, object]:
     """The result as one JSON object.
 
     Args:
-        found: What the check found.
+        checked: What the check found.
         arm: That moved.
     """
-    comparison = found.comparison
+    found = checked.found
     return {
         "robot": arm.name,
-        "verdict": found.grade.value,
-        "lines": [_line(each) for each in found.all_remarks],
-        "logs": [_log(each) for each in found.logs],
+        "verdict": found.severity.value,
+        "lines": [_line(each) for each in found.diagnoses],
+        "logs": [_log(each) for each in checked.logs],
         "readings": {
-            "better": list(found.named),
-            "same": [] if comparison is None else [each.words for each in comparison.same],
-            "out_of_reach": [] if comparison is None else [joint + 1 for joint in comparison.unreachable],
-            "driven_by_friction": [joint + 1 for joint in found.backward],
+            "better": [each.sentence for each in found.diagnoses if _predicts_better(each)],
+            "same": list(found.untold),
+            "out_of_reach": _joints(found, LIMITS),
+            "driven_by_friction": _joints(found, FRICTION),
         },
+        "diagnoses": [diagnosis_document(each) for each in found.diagnoses],
+        "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],
+        "untold": list(found.untold),
     }
 
 
-def _line(remark: Remark) -> dict[str, object]:
-    joint = None if remark.joint is None else remark.joint + 1
+def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
+    """Every field of a diagnosis, joints from 1."""
+    own: dict[str, object] = {
+        "severity": diagnosis.severity.value,
+        "joints": [joint + 1 for joint in diagnosis.joints],
+        "logs": list(diagnosis.logs),
+        "effects": [asdict(each) | {"joint": each.joint + 1} for each in diagnosis.effects],
+        "rivals": list(diagnosis.rivals),
+    }
+    return asdict(diagnosis) | own
+
+
+def _predicts_better(diagnosis: Diagnosis) -> bool:
+    """Whether it is another reading of the logs, not something that the samples show."""
+    return diagnosis.z is not None and diagnosis.severity is Severity.WRONG
+
+
+def _joints(found: Diagnosed, name: str) -> list[int]:
+    return sorted({joint + 1 for each in found.doubts if each.name == name for joint in each.joints})
+
+
+def _line(diagnosis: Diagnosis) -> dict[str, object]:
     return {
-        "log": remark.log,
-        "what": remark.topic,
-        "joint": joint,
-        "verdict": remark.grade.value,
-        "seen": remark.seen,
-        "advice": remark.advice,
+        "log": diagnosis.logs[0] if len(diagnosis.logs) == 1 else None,
+        "what": diagnosis.name,
+        "joint": diagnosis.joints[0] + 1 if len(diagnosis.joints) == 1 else None,
+        "verdict": diagnosis.severity.value,
+        "seen": diagnosis.sentence,
+        "advice": diagnosis.advice,
     }
 
 

@@ -117,7 +117,7 @@ def test_a_current_is_far_out_relative_to_its_median_and_its_usual_range():
 def test_many_spikes_are_counted_and_the_first_listed():
     spiky = V.copy()
     spiky[[10, 20, 30, 40, 50, 60, 70], 0] = 500.0
-    with pytest.raises(RecordingError, match=r"; 7 such samples \(rows 11, 21, 31, 41, 51, 61, \.\.\): remove"):
+    with pytest.raises(RecordingError, match=r"; 7 such samples \(rows 11, 21, 31, 41, 51, 61, \.\.\); remove"):
         check_log(log(v=spiky))
 
 

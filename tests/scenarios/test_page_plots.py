@@ -8,15 +8,14 @@ import pytest
 from page_parts import identified
 from scipy import stats
 
-from ident.checks.motion import JointMotion
 from ident.consistency import CHECKS, own_weight
 from ident.consistency.finding import Finding
+from ident.diagnosis.samples.motion import JointMotion
 from ident.estimate import RefusedGain
 from scenarios.judge import GainVerdict
-from scenarios.reports.content import Cell, Mood, Paragraph, Table, cells
+from scenarios.reports.content import Mood, Paragraph
 from scenarios.reports.motion import coverage_plot as motion_plot
 from scenarios.reports.motion import motion_table
-from scenarios.reports.pages.check import worst_first
 from scenarios.reports.pages.consistency import LOOKS_AT, consistency_parts
 from scenarios.reports.pages.fit_rows import FitRows, begins
 from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
@@ -269,11 +268,3 @@ def test_a_verdict_without_a_truth_says_how_many_tests_speak_up():
     assert one == Paragraph("6 of 6 gains identified. A warning stands below.", Mood.DOUBTFUL, strong=True)
     two = with_warnings(said, [found("halves", "off"), found("joints", "off")])
     assert two.text.endswith("2 warnings stand below.")
-
-
-def test_lines_of_a_check_stand_the_worst_first_else_in_their_order():
-    moods = [Mood.GOOD, Mood.DOUBTFUL, Mood.PLAIN, Mood.BAD, Mood.DOUBTFUL]
-    rows = tuple(cells(f"{k}", Cell("seen", mood)) for k, mood in enumerate(moods))
-    sorted_rows = worst_first(Table(title="lines", columns=(), rows=rows))
-    assert [row[0].text for row in sorted_rows.rows] == ["3", "1", "4", "0", "2"]
-    assert sorted_rows.title == "lines"

@@ -5,7 +5,7 @@ import shlex
 from importlib import import_module
 from pathlib import Path
 
-from ident.checks.clock import SLOW, slowest_hz
+from ident.diagnosis.samples.clock import SLOW, slowest_hz
 from ident.observation import ObserveOptions
 from ident.payload_files import read_payload
 from scenarios.cli import main

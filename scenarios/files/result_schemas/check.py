@@ -63,10 +63,74 @@ class CheckLog(OpenObject):
 class CheckReadings(OpenObject):
     """Other readings of all logs together."""
 
-    better: list[str] = Field(description="that surely explain the currents better than the logs as they are")
-    same: list[str] = Field(description="that no motion tells from the logs as they are")
-    out_of_reach: list[int] = Field(description="joints that the logs put where they cannot be")
-    driven_by_friction: list[int] = Field(description="joints whose positions or currents count backwards")
+    better: list[str] = Field(description="that predict the currents better than the logs as they are")
+    same: list[str] = Field(description="that these logs cannot tell from the logs as they are")
+    out_of_reach: list[int] = Field(description="joints beyond their limits")
+    driven_by_friction: list[int] = Field(description="joints whose positions or currents have the wrong sign")
+
+
+class CheckEffect(OpenObject):
+    """What a fault does to a gain; to the joint's current where `deviations` is null.
+
+    Attributes:
+        joint: Its number, from 1.
+        percent: Error of the gain, or share of the joint's rms current.
+        deviations: The same in standard deviations that are claimed of the gain.
+    """
+
+    joint: int = Field(ge=1)
+    percent: float
+    deviations: float | None
+
+
+class CheckDiagnosis(OpenObject):
+    """One thing that was looked at, and what was found.
+
+    Attributes:
+        name: What was looked at.
+        severity: How it is to be taken.
+        sentence: What was found, in words and numbers.
+        advice: What to do.
+        joints: That it is about, from 1.
+        logs: Names of those that it is about.
+        value: Size of what was found.
+        std: Standard deviation of the size.
+        unit: Of both.
+        z: Standard errors by which it predicts the currents better than the logs as they are.
+        effects: What it does to each gain.
+        rivals: What these logs cannot tell it from.
+    """
+
+    name: str
+    severity: Literal["good", "weak", "wrong"]
+    sentence: str
+    advice: str | None
+    joints: list[int] = Field(description="none: all of them")
+    logs: list[str] = Field(description="none: all of them")
+    value: float | None
+    std: float | None
+    unit: str | None
+    z: float | None = Field(description="null where the samples themselves show it")
+    effects: list[CheckEffect]
+    rivals: list[str]
+
+
+class CheckExclusion(OpenObject):
+    """A family of faults that the logs exclude.
+
+    Attributes:
+        family: As `name` of a diagnosis.
+        sentence: What is excluded, in words.
+        joints: That it is about, from 1.
+        limit: Size beyond which it is excluded.
+        unit: Of the limit.
+    """
+
+    family: str
+    sentence: str
+    joints: list[int] = Field(description="none: all of them")
+    limit: float | None = Field(description="null: of any size")
+    unit: str | None
 
 
 class Check(OpenObject):
@@ -78,6 +142,9 @@ class Check(OpenObject):
         lines: What was looked at.
         logs: How joints moved.
         readings: Other readings of all logs together.
+        diagnoses: What was looked at, in full.
+        excluded: Faults that the logs exclude.
+        untold: What the logs cannot tell, a sentence each.
     """
 
     robot: str
@@ -85,3 +152,6 @@ class Check(OpenObject):
     lines: list[CheckLine]
     logs: list[CheckLog]
     readings: CheckReadings
+    diagnoses: list[CheckDiagnosis]
+    excluded: list[CheckExclusion]
+    untold: list[str]

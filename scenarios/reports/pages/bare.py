@@ -10,7 +10,7 @@ from pydantic import JsonValue
 from threadpoolctl import threadpool_limits
 
 from ident.arm import Arm
-from ident.checks.motion import joint_motions
+from ident.diagnosis.samples.motion import joint_motions
 from ident.errors import IdentificationError
 from ident.estimators.nls import AllJointsOptions
 from ident.identification import Recorded

@@ -1,4 +1,4 @@
-"""The page of a check: its verdict, the lines, what to do, each log's motion and currents."""
+"""The page of a check: its verdict, what is not good, all checks, each log's motion and currents."""
 
 import json
 from collections.abc import Mapping
@@ -10,23 +10,24 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.arm import Arm
-from ident.checks.check import Checked, LogRead, check
-from ident.checks.remark import Grade, Remark
-from ident.checks.warming import TOPIC
+from ident.diagnosis.check import Checked, LogRead, check, worst_first
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.samples.temperature import NAME
 from ident.errors import IdentificationError
 from ident.payload import Payload
 from ident.payload_files import read_payload
 from ident.structure import structure_of
 from scenarios.errors import DamagedResult
-from scenarios.reports.check import check_report
-from scenarios.reports.content import Cell, Heading, Mood, Paragraph, Part, Report, Table
+from scenarios.reports.check import MOODS, every_line, findings, verdict
+from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
 from scenarios.reports.motion import coverage_plot
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, values
+from scenarios.store.check_document import check_document
 from scenarios.store.record import RECORD, RESULT, RecordFile, check_words, read_record, recorded_problem
 
 PIXELS = 400
-"""Stretches of time of which the lowest and the highest value are drawn."""
+"""Intervals of time of which the lowest and the highest value are drawn."""
 
 
 def page(folder: Path) -> Report:
@@ -44,7 +45,7 @@ def page(folder: Path) -> Report:
             replace(each.recording, name=name) for each, name in zip(given.motions, record.sources, strict=True)
         ]
         with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
-            found = check(
+            checked = check(
                 recordings,
                 structure_of(given.arm),
                 observing=given.observing,
@@ -56,23 +57,14 @@ def page(folder: Path) -> Report:
     except IdentificationError as error:
         raise DamagedResult(f"{folder / RECORD}: the files of this folder cannot be checked: {error}") from error
     saved = json.loads((folder / RESULT).read_text(encoding="utf-8"))
-    found = replace(found, remarks=(*found.remarks, *_of_temperature(saved)))
-    told = check_report(found, given.arm)
+    diagnoses = worst_first((*checked.found.diagnoses, *_of_temperature(saved)))
+    checked = replace(checked, found=replace(checked.found, diagnoses=diagnoses))
+    found, now = checked.found, check_document(checked, given.arm)
     asked = {} if record.payload is None or payload is None else {record.payload: payload}
-    said = [worst_first(part) if isinstance(part, Table) else part for part in told.parts[:-1]]
-    said.sort(key=lambda part: not isinstance(part, Paragraph))  # what to do, then the lines
-    parts = [told.parts[-1], *_differences(saved, told.document), *said, *_plots(found, given.arm)]
-    return Report(record.title, (*parts, *_origin(folder, record, asked, given.arm)), saved)
-
-
-def worst_first(table: Table) -> Table:
-    """The table with its bad rows before its doubtful and all others, else in their order."""
-    order = (Mood.BAD, Mood.DOUBTFUL)
-
-    def rank(row: tuple[Cell, ...]) -> int:
-        return min((order.index(cell.mood) for cell in row if cell.mood in order), default=len(order))
-
-    return replace(table, rows=tuple(sorted(table.rows, key=rank)))
+    parts: list[Part] = [Paragraph(verdict(found, given.arm), MOODS[found.severity], strong=True)]
+    parts += [*_differences(saved, now), *findings(found), Heading("All checks"), every_line(found)]
+    parts += [*_plots(checked, given.arm), *_origin(folder, record, asked, given.arm)]
+    return Report(record.title, tuple(parts), saved)
 
 
 def _differences(saved: object, now: Mapping[str, object]) -> list[Part]:
@@ -80,45 +72,45 @@ def _differences(saved: object, now: Mapping[str, object]) -> list[Part]:
     said = json.loads(json.dumps(now))
     if isinstance(saved, dict) and all(saved.get(key) == said[key] for key in ("verdict", "lines")):
         return []
-    text = f"Checked again, these files give other lines than {RESULT}; the page shows those of now."
+    text = f"A new check of these files differs from {RESULT}; the page shows the new one."
     return [Paragraph(text, Mood.BAD, strong=True)]
 
 
-def _of_temperature(saved: Mapping[str, list[dict[str, Any]]]) -> list[Remark]:
-    """Lines on temperatures as they were told: the folder's recordings have none."""
+def _of_temperature(saved: Mapping[str, list[dict[str, Any]]]) -> list[Diagnosis]:
+    """Temperatures as they were judged: the folder's recordings have none."""
     return [
-        Remark(
-            topic=TOPIC,
-            log=each["log"],
-            joint=each["joint"] - 1,
-            seen=each["seen"],
-            grade=Grade(each["verdict"]),
+        Diagnosis(
+            name=NAME,
+            severity=Severity(each["verdict"]),
+            sentence=each["seen"],
             advice=each["advice"],
+            joints=(each["joint"] - 1,),
+            logs=(each["log"],),
         )
         for each in saved["lines"]
-        if each["what"] == TOPIC
+        if each["what"] == NAME
     ]
 
 
-def _plots(found: Checked, arm: Arm) -> list[Part]:
+def _plots(checked: Checked, arm: Arm) -> list[Part]:
     """Where joints went, and every log as it was recorded."""
     names = dict(
         zip(
-            [log.recording.name for log in found.logs],
-            provenance.named([log.recording.name for log in found.logs]),
+            [log.recording.name for log in checked.logs],
+            provenance.named([log.recording.name for log in checked.logs]),
             strict=True,
         )
     )
-    recorded = {names[log.recording.name]: log.motions for log in found.logs if log.motions is not None}
+    recorded = {names[log.recording.name]: log.motions for log in checked.logs if log.motions is not None}
     parts: list[Part] = [Heading("What the motion covers"), coverage_plot(recorded, arm)] if recorded else []
-    for log in found.logs:
+    for log in checked.logs:
         parts += [Heading(f"Currents of {names[log.recording.name]}, as recorded")]
         parts += [current_plot(log, joint) for joint in range(arm.n)]
     return parts
 
 
 def current_plot(log: LogRead, joint: int) -> Plot:
-    """The current of a joint as it was recorded, the lowest and highest value of every stretch of time.
+    """The current of a joint as it was recorded, the lowest and highest value of every interval of time.
 
     Args:
         log: The log.

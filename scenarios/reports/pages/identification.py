@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ident.checks.motion import joint_motions
 from ident.consistency.finding import Finding
+from ident.diagnosis.samples.motion import joint_motions
 from scenarios.again import Again, identified_again
 from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
 from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, reason_paragraph

@@ -36,7 +36,8 @@ def render(report: Report, page: Page) -> str:
         emoji=False,
     )
     with console.capture() as capture:
-        console.print(report.title, width=width)
+        bold = "" if report.mood is Mood.PLAIN else "bold "
+        console.print(Text(report.title, style=f"{bold}{STYLES[report.mood]}"), width=width)
         for part in report.parts:
             match part:
                 case Paragraph(text, mood, strong):

@@ -1,10 +1,10 @@
-"""Lines on temperatures: how much joints warmed, from when on that is too much, what is no temperature."""
+"""Temperatures: how much joints warmed, from when on that is too much, what is no temperature."""
 
 import numpy as np
 import pytest
 
-from ident.checks.remark import Grade
-from ident.checks.warming import Warmth, warming_remarks
+from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.samples.temperature import Warmth, temperature
 from ident.logs.description import LogDescription
 from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording
@@ -17,60 +17,60 @@ def warmth(log: str, start: list[float], rise: list[float], samples: int = 400) 
 
 
 def test_without_temperatures_nothing_is_said():
-    assert warming_remarks([]) == []
+    assert temperature([]) == []
 
 
-def test_every_joint_s_rise_within_a_log_is_told_and_half_of_it_counts():
-    (line,) = warming_remarks([warmth("a", [31.0, 28.0, 33.0], [0.5, 4.2, -1.5])])
+def test_the_largest_rise_within_a_log_is_named_and_half_of_it_matters():
+    (line,) = temperature([warmth("a", [31.0, 28.0, 33.0], [0.5, 4.2, -1.5])])
     # Medians of a twentieth at either end: 0.95 of a steady rise.
-    assert "warmed by 0.5, 4.0, -1.4 K" in line.seen
-    assert (line.joint, line.log, line.grade, line.advice) == (1, "a", Grade.GOOD, None)
-    assert "joint 2: up to 0.2 % of gain, 2 and 6 % of friction" in line.seen  # 4.0 / 2 times 0.1, 1 and 3 %/K
+    assert line.sentence.startswith("joint 2 warms by 4.0 K: ")
+    assert (line.joints, line.logs, line.severity, line.advice) == ((1,), ("a",), Severity.GOOD, None)
+    assert line.sentence.endswith("gain may change by 0.2 %, friction by 6 %")  # 4.0 / 2 times 0.1 and 3 %/K
 
 
-@pytest.mark.parametrize(("rise", "grade"), [(6.9, Grade.GOOD), (7.2, Grade.WEAK), (-7.2, Grade.WEAK)])
+@pytest.mark.parametrize(("rise", "grade"), [(6.9, Severity.GOOD), (7.2, Severity.WEAK), (-7.2, Severity.WEAK)])
 def test_a_tenth_of_the_friction_within_a_log_is_weak(rise, grade):
-    (line,) = warming_remarks([warmth("a", [31.0, 28.0], [0.2, rise])])  # 3 %/K times 0.95 times half of the rise
-    assert line.grade is grade
-    assert (line.advice is None) == (grade is Grade.GOOD)
+    (line,) = temperature([warmth("a", [31.0, 28.0], [0.2, rise])])  # 3 %/K times 0.95 times half of the rise
+    assert line.severity is grade
+    assert (line.advice is None) == (grade is Severity.GOOD)
 
 
-@pytest.mark.parametrize(("rise", "grade"), [(3.2, Grade.GOOD), (3.5, Grade.WEAK), (-3.5, Grade.WEAK)])
-def test_between_logs_the_whole_rise_counts(rise, grade):
+@pytest.mark.parametrize(("rise", "grade"), [(3.2, Severity.GOOD), (3.5, Severity.WEAK), (-3.5, Severity.WEAK)])
+def test_between_logs_the_whole_rise_matters(rise, grade):
     logs = [warmth("a", [31.0, 28.0], [0.0, 0.0]), warmth("b", [31.4, 28.0 + rise], [0.0, 0.0])]
-    line = warming_remarks(logs)[-1]
-    assert f"beside a warmer by 0.4, {rise:.1f} K" in line.seen
-    assert (line.joint, line.log, line.grade) == (1, "b", grade)
+    line = temperature(logs)[-1]
+    assert f"joint 2 is warmer by {rise:.1f} K than in a: " in line.sentence
+    assert (line.joints, line.logs, line.severity) == ((1,), ("b",), grade)
 
 
 def test_a_third_log_is_held_against_the_first():
     logs = [warmth(name, [20.0 + k, 30.0], [0.0, 0.0]) for k, name in enumerate("abc")]
-    lines = warming_remarks(logs)
-    assert [each.log for each in lines] == ["a", "b", "c", "b", "c"]
-    assert "beside a warmer by 2.0, 0.0 K" in lines[-1].seen
+    lines = temperature(logs)
+    assert [each.logs[0] for each in lines] == ["a", "b", "c", "b", "c"]
+    assert "joint 1 is warmer by 2.0 K than in a: " in lines[-1].sentence
 
 
 @pytest.mark.parametrize("value", [305.0, -41.0, np.nan])
 def test_what_is_no_temperature_of_a_drive_is_not_looked_at(value):
     strange = warmth("a", [31.0, 28.0], [0.1, 0.2])
     strange.celsius[200:, 1] = value
-    lines = warming_remarks([strange, warmth("b", [31.0, 28.0], [0.1, 0.2]), warmth("c", [31.0, 28.0], [0.1, 0.2])])
-    assert (lines[0].joint, lines[0].grade) == (1, Grade.WEAK)
-    assert "is no temperature" in lines[0].seen
-    assert [each.log for each in lines[1:]] == ["b", "c", "c"]
-    assert "beside b" in lines[-1].seen
+    lines = temperature([strange, warmth("b", [31.0, 28.0], [0.1, 0.2]), warmth("c", [31.0, 28.0], [0.1, 0.2])])
+    assert (lines[0].joints, lines[0].severity) == ((1,), Severity.WEAK)
+    assert "is ignored" in lines[0].sentence
+    assert [each.logs[0] for each in lines[1:]] == ["b", "c", "c"]
+    assert "than in b: " in lines[-1].sentence
 
 
 @pytest.mark.parametrize(("value", "taken"), [(151.0, False), (149.0, True), (-39.0, True), (-41.0, False)])
 def test_a_temperature_that_no_drive_has_is_none_without_a_jump_too(value, taken):
-    (line,) = warming_remarks([warmth("a", [31.0, value], [0.1, 0.2])])
-    assert ("is no temperature" in line.seen) is not taken
+    (line,) = temperature([warmth("a", [31.0, value], [0.1, 0.2])])
+    assert ("is ignored" in line.sentence) is not taken
 
 
 def test_a_column_that_jumps_is_no_temperature():
     torque = warmth("a", [31.0, 28.0], [0.1, 0.2])
     torque.celsius[::2, 0] += 5.1
-    assert "joint 1 is no temperature" in warming_remarks([torque])[0].seen
+    assert "the temperature of joint 1 jumps" in temperature([torque])[0].sentence
 
 
 def log() -> Recording:

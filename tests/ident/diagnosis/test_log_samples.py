@@ -4,17 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from remarks import told
+from diagnoses import named
 
-from ident.checks.clipping import clipping_remarks
-from ident.checks.clock import clock_remarks
-from ident.checks.columns import column_remarks
-from ident.checks.lateness import delay_remark
-from ident.checks.motion import joint_motions, motion_remarks
-from ident.checks.noise import noise_remarks
-from ident.checks.remark import Grade, Remark, worst
-from ident.checks.samples import odd_steps, sample_remarks
-from ident.observation import ObserveOptions, observe
+from ident.diagnosis.diagnosis import Diagnosis, Severity, worst
+from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
+from ident.diagnosis.samples.clock import clock
+from ident.diagnosis.samples.lost_samples import lost_samples, odd_steps
+from ident.diagnosis.samples.motion import joint_motions, motion
+from ident.observation import ObserveOptions
 from ident.recording import Recording
 from ident.recording_checks import log_faults
 
@@ -26,66 +23,81 @@ def without(log: Recording, rows, *, even: bool = False) -> Recording:
     return Recording(log.t[: len(kept)] if even else log.t[kept], log.q[kept], log.v[kept], log.name)
 
 
-def test_a_clean_log_has_nothing_but_good_lines(ur, ur_log):
-    lines = clock_remarks(ur_log) + sample_remarks(ur_log) + clipping_remarks(ur_log) + column_remarks(ur_log, OPTIONS)
-    lines += noise_remarks(ur_log, OPTIONS) + motion_remarks(ur_log, joint_motions(ur_log, ur.arm, OPTIONS))
-    lines.append(delay_remark(ur_log, observe(ur_log, ur, OPTIONS), OPTIONS))
-    assert {each.grade for each in lines} == {Grade.GOOD}
-    assert {each.log for each in lines} == {"a/log.csv"}
+def clocked(log: Recording) -> list[Diagnosis]:
+    return clock(log, OPTIONS)
+
+
+def test_a_clean_log_has_nothing_but_good_lines(ur_log):
+    lines = [each for check in SAMPLE_CHECKS.values() for each in check(ur_log, OPTIONS)]
+    assert {each.severity for each in lines} == {Severity.GOOD}
+    assert {each.logs for each in lines} == {("a/log.csv",)}
     assert all(each.advice is None for each in lines)
+    assert not any(spoilt(ur_log).any() for spoilt in SPOILING.values())
 
 
-def test_the_worst_of_several_grades_counts():
-    lines = [Remark(topic="x", seen="y", grade=grade) for grade in (Grade.WEAK, Grade.WRONG, Grade.GOOD)]
-    assert worst(lines) is Grade.WRONG
-    assert worst(lines[::2]) is Grade.WEAK
-    assert worst([]) is Grade.GOOD
+WORST_IN_THE_MIDDLE = (Severity.WEAK, Severity.WRONG, Severity.GOOD)
+
+
+def test_the_severity_of_several_is_the_worst():
+    lines = [
+        Diagnosis(name="x", sentence="y", severity=severity)
+        for severity in (Severity.WEAK, Severity.WRONG, Severity.GOOD)
+    ]
+    assert worst(lines) is Severity.WRONG
+    assert worst(lines[::2]) is Severity.WEAK
+    assert worst([]) is Severity.GOOD
 
 
 def test_missing_samples_are_counted_where_the_clock_shows_them(ur_log):
-    found = told(clock_remarks(without(ur_log, [300, 301, 302, 700])), "missing samples")
-    assert found.seen == "4 in 2 gaps, the longest 0.032 s at t = 2.392 s"  # 125 Hz: row 299 and three more
-    assert found.grade is Grade.WEAK
+    found = named(clocked(without(ur_log, [300, 301, 302, 700])), "missing samples")
+    assert (
+        found.sentence == "4 samples are missing in 2 gaps, the longest 0.032 s at t = 2.392 s"
+    )  # 125 Hz: row 299 and three more
+    assert found.severity is Severity.WEAK
 
 
-def test_a_hole_is_wrong_and_so_are_many_small_gaps(ur_log):
+def test_a_hole_splits_a_log_and_many_small_gaps_are_wrong(ur_log):
     # ten intervals of 8 ms and a bit, beyond which nothing is interpolated
-    assert told(clock_remarks(without(ur_log, np.arange(500, 509))), "missing samples").grade is Grade.WEAK
-    hole = told(clock_remarks(without(ur_log, np.arange(500, 510))), "missing samples")
-    assert (hole.grade, hole.advice) == (Grade.WRONG, "use one side of the hole")
+    assert "used" not in named(clocked(without(ur_log, np.arange(900, 909))), "missing samples").sentence
+    hole = named(clocked(without(ur_log, np.arange(900, 910))), "missing samples")
+    assert (hole.severity, hole.sentence[-14:]) == (Severity.WEAK, "used as 2 logs")  # of 7 and 13 s
+    early = named(clocked(without(ur_log, np.arange(90, 110))), "missing samples")
+    assert early.sentence.endswith("; used from 0.88 to 19.99 s")  # .7 s are too short for six joints
+    short = Recording(ur_log.t[:600], ur_log.q[:600], ur_log.v[:600])
+    assert named(clocked(without(short, np.arange(280, 310))), "missing samples").severity is Severity.WRONG
     few, many = np.arange(40, 2400, 59), np.arange(40, 2400, 45)  # 40 and 53 of 2500 samples, 2 % are 50
-    assert told(clock_remarks(without(ur_log, few)), "missing samples").grade is Grade.WEAK
-    found = told(clock_remarks(without(ur_log, many)), "missing samples")
-    assert found.grade is Grade.WRONG
-    assert str(found.advice).startswith("record again")
+    assert named(clocked(without(ur_log, few)), "missing samples").severity is Severity.WEAK
+    found = named(clocked(without(ur_log, many)), "missing samples")
+    assert found.severity is Severity.WRONG
+    assert str(found.advice).startswith("log with less load")
 
 
 def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(ur_log):
     t = ur_log.t + np.where(np.arange(len(ur_log.t)) % 7 == 3, 0.0016, 0.0)  # a fifth of 8 ms
-    lines = clock_remarks(without(Recording(t, ur_log.q, ur_log.v), [500, 501]))
-    assert told(lines, "rate").seen == "125 Hz, 2498 samples, 19.99 s"
-    assert told(lines, "jitter").seen == "intervals vary by up to 20 %"
-    assert told(lines, "jitter").grade is Grade.GOOD
+    lines = clocked(without(Recording(t, ur_log.q, ur_log.v), [500, 501]))
+    assert named(lines, "rate").sentence == "sampled at 125 Hz: 2498 samples in 19.99 s"
+    assert named(lines, "jitter").sentence == "sampling intervals vary by up to 20 %"
+    assert named(lines, "jitter").severity is Severity.GOOD
     late = ur_log.t + np.where(np.arange(len(ur_log.t)) % 7 == 3, 0.0048, 0.0)
-    found = told(clock_remarks(Recording(np.sort(late), ur_log.q, ur_log.v)), "jitter")
-    assert found.grade is Grade.WEAK  # 60 %
+    found = named(clocked(Recording(np.sort(late), ur_log.q, ur_log.v)), "jitter")
+    assert found.severity is Severity.WEAK  # 60 %
 
 
 def test_the_rate_of_a_clock_of_two_intervals_is_that_of_their_mean(ur_log):
     t = np.cumsum(np.where(np.arange(len(ur_log.t)) % 3 == 2, 0.012, 0.010))  # two of 10 ms, one of 12: 93.75 Hz
-    found = told(clock_remarks(without(Recording(t, ur_log.q, ur_log.v), [700])), "rate")
-    assert float(found.seen.split()[0]) == pytest.approx(93.75, rel=1e-3)  # a gap of one interval less
+    found = named(clocked(without(Recording(t, ur_log.q, ur_log.v), [700])), "rate")
+    assert float(found.value) == pytest.approx(93.75, rel=1e-3)  # a gap of one interval less
 
 
 def test_one_gap_is_one(ur_log):
-    found = told(clock_remarks(without(ur_log, [300, 301])), "missing samples").seen
-    assert found.startswith("2 in 1 gap, the longest 0.024 s")  # three intervals of 8 ms
+    found = named(clocked(without(ur_log, [300, 301])), "missing samples").sentence
+    assert found.startswith("2 samples are missing in 1 gap, the longest 0.024 s")  # three intervals of 8 ms
 
 
 def test_a_slow_log_is_weak(ur_log):
-    for step, grade in ((2, Grade.GOOD), (3, Grade.WEAK)):  # 62.5 and 41.7 Hz
+    for step, grade in ((2, Severity.GOOD), (3, Severity.WEAK)):  # 62.5 and 41.7 Hz
         slow = Recording(ur_log.t[::step], ur_log.q[::step], ur_log.v[::step])
-        assert told(clock_remarks(slow), "rate").grade is grade
+        assert named(clocked(slow), "rate").severity is grade
 
 
 def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log):
@@ -93,9 +105,9 @@ def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log):
     odd = odd_steps(without(ur_log, lost, even=True))
     np.testing.assert_array_equal(odd.long, [410, 900, 1696])  # the row before, in the log that remains
     assert len(odd.still) == 0
-    found = told(sample_remarks(without(ur_log, lost, even=True)), "lost samples")
-    assert found.grade is Grade.WEAK
-    assert "3 times, first after row 411, t = 3.28 s" in found.seen
+    found = named(lost_samples(without(ur_log, lost, even=True)), "lost samples")
+    assert found.severity is Severity.WEAK
+    assert "4 samples are lost unseen by the time stamps, first after row 411, 3.28 s" in found.sentence
 
 
 def test_samples_that_the_clock_shows_to_be_missing_are_not_lost_behind_it(ur_log):
@@ -107,10 +119,14 @@ def test_a_long_loss_hides_no_short_one_beside_it(ur_log):
     np.testing.assert_array_equal(odd_steps(without(ur_log, lost, even=True)).long, [499, 502])
 
 
-def test_a_log_that_loses_more_than_one_step_in_five_hundred_is_wrong(ur_log):
-    for count, grade in ((4, Grade.WEAK), (7, Grade.WRONG)):
-        lost = np.linspace(200, 2300, count).astype(int)
-        assert told(sample_remarks(without(ur_log, lost, even=True)), "lost samples").grade is grade
+def test_a_log_that_loses_too_much_to_be_restored_is_wrong_from_one_step_in_five_hundred(ur_log):
+    for count, severity in ((4, Severity.WEAK), (7, Severity.WRONG)):
+        rows = np.linspace(200, 2300, count).astype(int)
+        lost = (rows[:, None] + np.arange(14)).ravel()  # more than straight lines may stand in for
+        found = named(lost_samples(without(ur_log, lost, even=True)), "lost samples")
+        assert found.severity is severity
+        assert "jump ahead" in found.sentence
+        assert "stamps corrected" in lost_samples(without(ur_log, rows, even=True))[0].sentence
 
 
 def test_repeated_rows_of_a_moving_arm_are_found(ur_log):
@@ -118,8 +134,9 @@ def test_repeated_rows_of_a_moving_arm_are_found(ur_log):
     rows[[600, 601, 1500]] = [599, 599, 1499]
     again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows], ur_log.name)
     np.testing.assert_array_equal(odd_steps(again).still, [599, 600, 1499])
-    found = told(sample_remarks(again), "repeated samples")
-    assert "repeated 3 times, first after row 600" in found.seen
+    assert len(odd_steps(again).long) == 0  # the row after them catches up
+    found = named(lost_samples(again), "repeated samples")
+    assert "repeat 3 times, first after row 600" in found.sentence
 
 
 def test_an_arm_at_rest_repeats_nothing(ur_log):
@@ -146,12 +163,12 @@ def test_one_joint_that_jumps_alone_is_no_lost_sample(ur_log):
     assert 800 not in odd_steps(Recording(ur_log.t, q, ur_log.v)).long
 
 
-def test_currents_that_are_logged_more_slowly_are_told(ur_log):
+def test_currents_that_are_logged_more_slowly_are_named(ur_log):
     held = Recording(ur_log.t, ur_log.q, np.repeat(ur_log.v[::2], 2, axis=0))
-    assert told(sample_remarks(held), "held currents").grade is Grade.WEAK
+    assert named(lost_samples(held), "held currents").severity is Severity.WEAK
     one = np.where(np.arange(6) == 3, held.v, ur_log.v)
     for other in (ur_log.v, one):  # a current that holds alone is coarse, or logged on its own
-        assert not [each for each in sample_remarks(replace(ur_log, v=other)) if each.topic == "held currents"]
+        assert not [each for each in lost_samples(replace(ur_log, v=other)) if each.name == "held currents"]
 
 
 def test_how_a_joint_moved_is_that_of_the_motion(ur):
@@ -172,22 +189,22 @@ def test_how_a_joint_moved_is_that_of_the_motion(ur):
     np.testing.assert_allclose(first.current_rms, np.sqrt(np.mean((np.cos(rate * q[:, 0]) + 3.0) ** 2)), rtol=1e-9)
 
 
-def test_joints_that_move_little_or_rest_long_are_weak(ur, ur_log):
+def test_joints_that_move_little_or_rest_long_are_weak(ur_log):
     small = Recording(ur_log.t, ur_log.q * [1, 1, 1, 1, 0.02, 1], ur_log.v)
-    found = told(motion_remarks(small, joint_motions(small, ur.arm, OPTIONS)), "range")
-    assert (found.grade, found.joint) == (Grade.WEAK, 4)
+    found = named(motion(small, OPTIONS), "range")
+    assert (found.severity, found.joints) == (Severity.WEAK, (4,))
     rest = np.concatenate((np.repeat(ur_log.q[:1, 1], 1400), ur_log.q[:1100, 1]))
     q = ur_log.q.copy()
     q[:, 1] = rest
     resting = Recording(ur_log.t, q, ur_log.v)
-    found = told(motion_remarks(resting, joint_motions(resting, ur.arm, OPTIONS)), "reversals")
-    assert (found.grade, found.joint) == (Grade.WEAK, 1)
+    found = named(motion(resting, OPTIONS), "reversals")
+    assert (found.severity, found.joints) == (Severity.WEAK, (1,))
 
 
 def test_every_fault_of_a_log_is_listed_not_the_first_alone(ur_log):
     q, v = ur_log.q.copy(), ur_log.v.copy()
     q[800:, 1] += 2.0 * np.pi
     v[900, 3] += 5e4
-    found = [str(each) for each in log_faults(Recording(ur_log.t, q, v, "x"))]
+    found = [each.sentence for each in log_faults(Recording(ur_log.t, q, v, "x"))]
     assert ["q2 jumps" in found[0], "v4 = " in found[1], len(found)] == [True, True, 2]
     assert list(log_faults(ur_log)) == []

@@ -3,11 +3,11 @@
 import re
 
 import numpy as np
+from diagnoses import named
 from known_logs import fourier
-from remarks import told
 
-from ident.checks.noise import acceleration_noise, noise_remarks, noise_std, quantum
-from ident.checks.remark import Grade
+from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.samples.noise import acceleration_noise, noise, noise_std, quantum
 from ident.observation import ObserveOptions
 from ident.recording import Recording
 from ident.signals import smooth_motion
@@ -51,32 +51,32 @@ def test_values_are_few_by_the_steps_between_them_not_by_their_last_digits():
 
 
 def test_noise_of_an_acceleration_is_that_of_the_filtered_noise(ur_log):
-    noise = np.random.default_rng(3).normal(0.0, 3e-4, ur_log.q.shape)
-    loud = Recording(ur_log.t, ur_log.q + noise, ur_log.v)
+    white = np.random.default_rng(3).normal(0.0, 3e-4, ur_log.q.shape)
+    loud = Recording(ur_log.t, ur_log.q + white, ur_log.v)
     inner = slice(20, -20)
-    ddq, alone = (smooth_motion(x, ur_log.period, OPTIONS.cutoff_hz)[2][inner] for x in (loud.q, noise))
+    ddq, alone = (smooth_motion(x, ur_log.period, OPTIONS.cutoff_hz)[2][inner] for x in (loud.q, white))
     share = np.sqrt(np.mean(alone**2, axis=0) / np.mean(ddq**2, axis=0))
     np.testing.assert_allclose(acceleration_noise(loud, OPTIONS), share, rtol=0.15)  # 20 s at 15 Hz: 600 values
-    assert told(noise_remarks(ur_log, OPTIONS), "noise of q").grade is Grade.GOOD
+    assert named(noise(ur_log, OPTIONS), "noise of q").severity is Severity.GOOD
 
 
 def test_the_coarsest_encoder_is_named(ur_log):
     step = np.array([0.0, 0.0037, 0.0, 0.0, 0.0011, 0.0])
     q = np.where(step > 0.0, np.round(ur_log.q / np.where(step > 0.0, step, 1.0)) * step, ur_log.q)
-    found = told(noise_remarks(Recording(ur_log.t, q, ur_log.v), OPTIONS), "encoder resolution")
-    assert found.seen == "steps of 0.0037 (q2)"
-    assert told(noise_remarks(ur_log, OPTIONS), "encoder resolution").seen == "finer than noise"
+    found = named(noise(Recording(ur_log.t, q, ur_log.v), OPTIONS), "encoder resolution")
+    assert found.sentence == "the coarsest encoder has steps of 0.0037 rad or m (q2)"
+    assert named(noise(ur_log, OPTIONS), "encoder resolution").sentence == "encoder steps are finer than the noise"
 
 
 def test_noise_that_counts_is_weak_and_names_the_joint(ur_log):
     q = ur_log.q + np.array([0, 0, 0, 0, 2e-3, 0]) * np.random.default_rng(4).normal(size=ur_log.q.shape)
-    found = told(noise_remarks(Recording(ur_log.t, q, ur_log.v), OPTIONS), "noise of q")
-    assert (found.grade, found.joint) == (Grade.WEAK, 4)
-    assert " rad or m on q5, " in found.seen
+    found = named(noise(Recording(ur_log.t, q, ur_log.v), OPTIONS), "noise of q")
+    assert (found.severity, found.joints) == (Severity.WEAK, (4,))
+    assert found.sentence.startswith("q5 has noise of 0.00")
     v = ur_log.v + np.array([0, 0.6, 0, 0, 0, 0]) * ur_log.v.std(axis=0) * np.random.default_rng(5).normal(
         size=ur_log.v.shape
     )
     for standing in (0.0, 50.0):  # a current that holds a weight is not the less noisy
-        found = told(noise_remarks(Recording(ur_log.t, ur_log.q, v + standing), OPTIONS), "noise of v")
-        assert (found.grade, found.joint) == (Grade.WEAK, 1)
-        assert re.fullmatch(r"5[01] % of the deviation of the current of joint 2", found.seen)  # 0.6 / hypot(1, 0.6)
+        found = named(noise(Recording(ur_log.t, ur_log.q, v + standing), OPTIONS), "noise of v")
+        assert (found.severity, found.joints) == (Severity.WEAK, (1,))
+        assert re.fullmatch(r"v2 has noise of 5[01] % of its standard deviation", found.sentence)  # 0.6 / hypot(1, 0.6)

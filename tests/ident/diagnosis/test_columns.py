@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.checks.clipping import clipped, clipping_remarks
-from ident.checks.columns import column_remarks
-from ident.checks.remark import Grade
+from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.samples.clipping import clipped, clipping
+from ident.diagnosis.samples.columns import columns
 from ident.observation import ObserveOptions
 from ident.recording import Recording
 
@@ -16,17 +16,17 @@ OPTIONS = ObserveOptions()
 
 def test_samples_in_a_row_at_an_extreme_value_are_clipped():
     v = np.array([1.0, 5.0, 5.0, 5.0, 5.0, 2.0, 5.0, 5.0, 5.0, 3.0])
-    assert clipped(v, 5.0) == 4  # three in a row are a peak
-    assert clipped(v, 1.0) == 0
+    assert clipped(v, 5.0).sum() == 4  # three in a row are a peak
+    assert clipped(v, 1.0).sum() == 0
 
 
 def test_a_few_samples_at_the_extreme_of_a_long_log_are_a_peak():
-    for count, grade in ((7_000, Grade.WRONG), (9_000, Grade.GOOD)):  # one in 2000 are 3.5 and 4.5
+    for count, grade in ((7_000, Severity.WRONG), (9_000, Severity.GOOD)):  # one in 2000 are 3.5 and 4.5
         t = 0.004 * np.arange(count)
         v = np.sin(7.3 * t)[:, None]
         v[2_000:2_004] = 1.7
-        (found,) = clipping_remarks(Recording(t, np.sin(0.9 * t)[:, None], v))
-        assert found.grade is grade
+        (found,) = clipping(Recording(t, np.sin(0.9 * t)[:, None], v), OPTIONS)
+        assert found.severity is grade
 
 
 @pytest.mark.parametrize(("sign", "word"), [(1.0, "largest"), (-1.0, "smallest")])
@@ -34,16 +34,16 @@ def test_a_clipped_current_is_named_with_its_limit(ur_log, sign, word):
     v = ur_log.v.copy()
     limit = 0.7 * float((sign * v[:, 3]).max())
     v[:, 3] = sign * np.minimum(sign * v[:, 3], limit)
-    (found,) = clipping_remarks(Recording(ur_log.t, ur_log.q, v))
-    assert (found.grade, found.joint) == (Grade.WRONG, 3)
-    assert f"v4 stays at its {word} value {sign * limit:.4g}" in found.seen
+    (found,) = clipping(Recording(ur_log.t, ur_log.q, v), OPTIONS)
+    assert (found.severity, found.joints) == (Severity.WRONG, (3,))
+    assert f"v4 is clipped at its {word} value {sign * limit:.4g}: " in found.sentence
     first = ur_log.t[np.flatnonzero(sign * ur_log.v[:, 3] >= limit)[0]]
-    assert found.seen.endswith(f", first at t = {first:.6g} s")
+    assert found.sentence.endswith(f", first at {first:.6g} s")
 
 
 def test_a_coarse_current_is_not_clipped(ur_log):
     coarse = np.round(ur_log.v / ur_log.v.std(axis=0) * 3.0)
-    assert {each.grade for each in clipping_remarks(Recording(ur_log.t, ur_log.q, coarse))} == {Grade.GOOD}
+    assert {each.severity for each in clipping(Recording(ur_log.t, ur_log.q, coarse), OPTIONS)} == {Severity.GOOD}
 
 
 @pytest.mark.parametrize("what", ["position", "speed", "acceleration"])
@@ -52,27 +52,27 @@ def test_motion_in_place_of_a_current_is_named(ur_log, what):
     x = {"position": ur_log.q[:, 2], "speed": rate, "acceleration": np.gradient(rate, ur_log.t)}[what]
     v = ur_log.v.copy()
     v[:, 2] = 4.0 - 7.0 * x
-    (found,) = column_remarks(Recording(ur_log.t, ur_log.q, v), OPTIONS)
-    assert (found.grade, found.joint) == (Grade.WRONG, 2)
-    assert f"v3 is the {what} of joint 3" in found.seen
+    (found,) = columns(Recording(ur_log.t, ur_log.q, v), OPTIONS)
+    assert (found.severity, found.joints) == (Severity.WRONG, (2,))
+    assert f"v3 is the {what} of joint 3" in found.sentence
     assert str(found.advice).startswith("log the current")
 
 
 def test_a_current_that_is_nearly_all_viscous_friction_is_no_speed(ur_log):
     rate, v = np.gradient(ur_log.q[:, 2], ur_log.t), ur_log.v.copy()
     v[:, 2] = 7.0 * rate + 0.05 * np.std(7.0 * rate) * np.sign(rate)  # dry friction leaves 3 %
-    (found,) = column_remarks(Recording(ur_log.t, ur_log.q, v), OPTIONS)
-    assert found.seen == "none is a copy of another"
+    (found,) = columns(Recording(ur_log.t, ur_log.q, v), OPTIONS)
+    assert found.sentence == "no column is a copy of another"
 
 
 @pytest.mark.parametrize("kind", ["q", "v"])
 def test_a_column_that_is_there_twice_is_named(ur_log, kind):
     x = getattr(ur_log, kind).copy()
     x[:, 4] = 2.0 - 3.0 * x[:, 1]
-    (found,) = column_remarks(replace(ur_log, **{kind: x}), OPTIONS)
-    assert f"{kind}5 and {kind}2 hold the same numbers" in found.seen
-    assert found.grade is Grade.WRONG
-    assert str(found.advice).startswith({"q": "log each joint's own", "v": "log the current"}[kind])
+    (found,) = columns(replace(ur_log, **{kind: x}), OPTIONS)
+    assert f"{kind}5 is a copy of {kind}2" in found.sentence
+    assert found.severity is Severity.WRONG
+    assert str(found.advice).startswith({"q": "log the position of each joint", "v": "log the current"}[kind])
     x[:, 4] += 0.03 * np.std(x[:, 4]) * np.sin(5.3 * ur_log.t)  # two joints that move alike
-    (found,) = column_remarks(replace(ur_log, **{kind: x}), OPTIONS)
-    assert found.grade is Grade.GOOD
+    (found,) = columns(replace(ur_log, **{kind: x}), OPTIONS)
+    assert found.severity is Severity.GOOD

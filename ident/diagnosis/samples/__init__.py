@@ -1,0 +1,34 @@
+"""What the samples of one log show by themselves, whatever arm they are of.
+
+One file a check; `SAMPLE_CHECKS` lists them, `SPOILING` those that tell which samples are spoilt, of which joints.
+"""
+
+from collections.abc import Callable
+
+from ident.arrays import Mask
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.samples import clipping, clock, columns, frozen, lost_samples, motion, noise, values, wrapped
+from ident.observation import ObserveOptions
+from ident.recording import Recording
+
+SAMPLE_CHECKS: dict[str, Callable[[Recording, ObserveOptions], list[Diagnosis]]] = {
+    "values": values.values,
+    "wrapped": wrapped.wrapped,
+    "clock": clock.clock,
+    "lost samples": lost_samples.lost_samples,
+    "clipping": clipping.clipping,
+    "frozen": frozen.frozen,
+    "noise": noise.noise,
+    "columns": columns.columns,
+    "motion": motion.motion,
+}
+FILTERED = ("noise", "columns", "motion")
+"""Checks of logs that can be filtered."""
+SPOILING: dict[str, Callable[[Recording], Mask]] = {
+    "clipping": clipping.spoilt,
+    "frozen": frozen.spoilt,
+    "values": values.spoilt,
+    "lost samples": lost_samples.lost_spoilt,
+    "repeated samples": lost_samples.repeated_spoilt,
+}
+"""Samples that each joint's gain should not be judged by, shape (N, n), by the name of the diagnosis."""

@@ -1,0 +1,65 @@
+"""Currents that stay at one extreme value: a drive at its limit, or a log that was clipped."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ident.arrays import Array, Mask
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.samples.runs import long_runs
+from ident.observation import ObserveOptions
+from ident.recording import Recording
+
+LEAST = 4
+"""Samples in a row at the very largest value from which it is a limit, not a peak."""
+SHARE = 0.0005
+"""Share of the samples at it, besides."""
+
+
+def clipped(v: Array, extreme: float) -> Mask:
+    """Samples of a current, shape (N,), in runs of at least `LEAST` at exactly its extreme value."""
+    return long_runs(v == extreme, LEAST)
+
+
+def clipping(recording: Recording, _: ObserveOptions) -> list[Diagnosis]:
+    """Which currents are clipped, and where."""
+    found = [
+        Diagnosis(
+            name="clipping",
+            severity=Severity.WRONG,
+            sentence=f"v{j + 1} is clipped at its {name} value {extreme:.4g}: {int(at.sum())} samples, "
+            f"first at {recording.t[int(at.argmax())]:.6g} s",
+            advice="move more slowly or carry less",
+            joints=(j,),
+            logs=(recording.name,),
+            value=100.0 * float(at.mean()),
+            unit="% of the samples",
+        )
+        for j, name, extreme, at in _limits(recording)
+    ]
+    return found or [Diagnosis(name="clipping", sentence="no current is clipped", logs=(recording.name,))]
+
+
+def spoilt(recording: Recording) -> Mask:
+    """Samples of currents that are clipped, shape (N, n)."""
+    found = np.zeros(recording.v.shape, dtype=np.bool_)
+    for j, _, _, at in _limits(recording):
+        found[:, j] |= at
+    return found
+
+
+def _limits(recording: Recording) -> Iterator[tuple[int, str, float, Mask]]:
+    """Joint, which limit, its value and the samples at it, of each current that is clipped."""
+    for j, v in enumerate(recording.v.T):
+        for name, extreme in (("largest", float(v.max())), ("smallest", float(v.min()))):
+            if clipped(v, extreme).sum() > SHARE * len(v) and not _coarse(v, extreme):
+                yield j, name, extreme, v == extreme
+
+
+def _coarse(v: Array, extreme: float) -> bool:
+    """Whether the value before the extreme one is held as long: a coarse or slowly logged current, no limit."""
+    others = v[v != extreme]
+    if not len(others):
+        return False
+    near = float(others.max() if extreme > others.max() else others.min())
+    return 2 * int(np.sum(v == near)) > int(np.sum(v == extreme))

@@ -1,0 +1,58 @@
+"""Columns that are not what their names say: one written twice, a speed or a position in place of a current."""
+
+from itertools import combinations
+
+import numpy as np
+
+from ident.arrays import Array
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.observation import ObserveOptions
+from ident.recording import Recording, resampled
+from ident.signals import edge_samples, smooth_motion
+
+ALIKE = 0.01
+"""Share of a column that another, with a factor and an offset, may leave for it to be that one.
+
+What friction that is viscous alone leaves of a current is noise and steps of dry friction, some per cent.
+"""
+
+
+def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
+    """Which columns are copies of others."""
+    found: list[Diagnosis] = []
+    for kind, x in (("q", recording.q), ("v", recording.v)):
+        found += [
+            _wrong(recording, (i, j), f"{kind}{j + 1} is a copy of {kind}{i + 1}, up to a factor and an offset")
+            for i, j in combinations(range(recording.n), 2)
+            if _left(x[:, j], x[:, i]) < 1e-6
+        ]
+    even = resampled(recording)
+    edge = edge_samples(even.period, observing.cutoff_hz)
+    inner = slice(edge, max(edge + 2, len(even.t) - edge))
+    smooth = smooth_motion(even.q, even.period, observing.cutoff_hz)
+    v = smooth_motion(even.v, even.period, observing.cutoff_hz)[0][inner]
+    for j in range(recording.n):
+        for what, x in zip(("position", "speed", "acceleration"), smooth, strict=True):
+            if _left(v[:, j], x[inner, j]) < ALIKE:
+                found.append(_wrong(recording, (j,), f"v{j + 1} is the {what} of joint {j + 1}, times a factor"))
+    return found or [Diagnosis(name="columns", sentence="no column is a copy of another", logs=(recording.name,))]
+
+
+def _wrong(recording: Recording, joints: tuple[int, ...], sentence: str) -> Diagnosis:
+    advice = "log the current, measured or commanded" if sentence[0] == "v" else "log the position of each joint"
+    return Diagnosis(
+        name="columns",
+        severity=Severity.WRONG,
+        sentence=sentence,
+        advice=advice,
+        joints=joints,
+        logs=(recording.name,),
+    )
+
+
+def _left(y: Array, x: Array) -> float:
+    """Share of a column that another leaves, both less their means."""
+    y, x = y - y.mean(), x - x.mean()
+    size = float(np.linalg.norm(y))
+    square = float(x @ x)
+    return float(np.linalg.norm(y - x * (float(x @ y) / square))) / size if size > 0.0 and square > 0.0 else 1.0

@@ -1,0 +1,141 @@
+"""Positions and currents that stay exactly constant while the arm moves: a channel that stopped.
+
+A position is frozen where it stays for `LONG` times as long as its neighbouring steps take and then jumps by `AHEAD`
+times as much as they do, or where it stops at speed and stays to the end, while other joints move. A joint that rests
+slows down before, and starts slowly; a coarse encoder jumps by one step like any other time; a column that is logged
+more slowly changes as rarely beside.
+
+A current is frozen where it stays while its joint moves, for longer than chance allows: a current that changes with
+probability p from one row to the next of a moving joint stays for L rows somewhere with probability N (1 - p)^L.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ident.arrays import Array, Mask
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.samples.noise import quantum
+from ident.diagnosis.samples.runs import runs
+from ident.observation import ObserveOptions
+from ident.recording import Recording
+
+LEAST = 10
+"""Rows that a frozen column stays for at least; fewer are held samples and hardly move a gain."""
+LONG, AHEAD = 10.0, 5.0
+"""Ratios to the time and the size of neighbouring steps."""
+BESIDE = 5
+"""Steps to either side that a step is compared with."""
+AT_SPEED = 0.5
+"""Speed, as a share of its root mean square, from which a joint does not stop between two samples."""
+CHANCE = 1e-9
+"""Probability with which a current stays that long in a sound log."""
+MOVES = 0.1
+"""Speed, as a share of its root mean square, above which a joint moves: as where reversals are left out."""
+
+
+def frozen(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:
+    """Which positions and currents stop, and when."""
+    found = list[Diagnosis]()
+    for kind, per_joint in (("q", _frozen_positions(recording)), ("v", _frozen_currents(recording))):
+        for j, at in per_joint:
+            first, last = recording.t[np.flatnonzero(at)[[0, -1]]]
+            found.append(
+                Diagnosis(
+                    name="frozen",
+                    severity=Severity.WRONG,
+                    sentence=f"{kind}{j + 1} stays constant for {int(at.sum())} samples while the arm moves, "
+                    f"{first:.5g} to {last:.5g} s",
+                    advice="leave out that part",
+                    joints=(j,),
+                    logs=(recording.name,),
+                    value=100.0 * float(at.mean()),
+                    unit="% of the samples",
+                )
+            )
+    return found or [Diagnosis(name="frozen", sentence="no column stops while the arm moves", logs=(recording.name,))]
+
+
+def spoilt(recording: Recording) -> Mask:
+    """Samples of currents that stop, and of all joints where a position does, shape (N, n)."""
+    found = np.zeros(recording.q.shape, dtype=np.bool_)
+    for _, at in _frozen_positions(recording):
+        found |= at[:, None]
+    for j, at in _frozen_currents(recording):
+        found[:, j] |= at
+    return found
+
+
+def _frozen_positions(recording: Recording) -> Iterator[tuple[int, Mask]]:
+    """Joints with the samples of which their position stands still."""
+    changes = np.diff(recording.q, axis=0) != 0.0  # (N - 1, n)
+    rms = np.sqrt(np.mean(np.diff(recording.q, axis=0) ** 2, axis=0))  # a row
+    for j in range(recording.n):
+        at = np.zeros(len(recording.t), dtype=np.bool_)
+        others = np.delete(changes, j, axis=1).any(axis=1)
+        for start, end in _stops(recording.q[:, j], AT_SPEED * float(rms[j])):
+            at[start:end] = others[start : end - 1].mean() > 0.5
+        if at.any():
+            yield j, at
+
+
+def _stops(q: Array, at_speed: float) -> Iterator[tuple[int, int]]:
+    """First sample and the one after the last of each time that a position stands still and should not."""
+    steps = np.diff(q)
+    rows = np.flatnonzero(steps)  # after these the position changes
+    edges = np.concatenate(([-1], rows, [len(q) - 1]))
+    sizes, lengths = np.abs(steps[rows]), np.diff(edges)  # of n steps, of the n + 1 times between them
+    for k in np.flatnonzero(lengths >= LEAST):
+        beside = np.r_[max(0, k - BESIDE) : k, k + 1 : min(len(lengths), k + 1 + BESIDE)]
+        if not len(beside) or lengths[k] < LONG * np.median(lengths[beside]):
+            continue
+        if k == len(rows):  # to the end
+            before = edges[k] - edges[max(0, k - 2)]
+            stops = float(np.abs(q[edges[k] + 1] - q[edges[max(0, k - 2)] + 1])) > at_speed * before
+        else:
+            near = np.r_[max(0, k - BESIDE) : k, k + 1 : min(len(sizes), k + 1 + BESIDE)]
+            stops = bool(len(near)) and sizes[k] > AHEAD * np.median(sizes[near])
+        if stops:
+            yield int(edges[k]) + 1, int(edges[k + 1]) + 1
+
+
+def _frozen_currents(recording: Recording) -> Iterator[tuple[int, Mask]]:
+    """Joints with the samples of which their current stands still."""
+    for j, v in enumerate(recording.v.T):
+        moving = _moving(recording.q[:, j])
+        at = np.zeros(len(v), dtype=np.bool_)
+        for start, end in _long_stays(v, moving):
+            at[start:end] = moving[start:end].mean() > 0.5
+        if at.any():
+            yield j, at
+
+
+def _long_stays(v: Array, moving: Mask) -> Iterator[tuple[int, int]]:
+    """First sample and the one after the last of each time that a current stays longer than chance allows."""
+    step = np.diff(v)
+    starts, ends = runs(step == 0.0)
+    counted = moving[1:].copy()
+    longest = int((ends - starts).argmax()) if len(starts) else 0
+    if len(starts):
+        counted[starts[longest] : ends[longest]] = False
+    changing = float(np.mean(step[counted] != 0.0)) if counted.any() else 0.0
+    if changing <= 0.0:
+        return
+    least = LEAST + np.log(CHANCE / len(v)) / np.log1p(-min(changing, 1.0 - 1e-6))
+    coarse = quantum(v)
+    extremes = (float(v.min()), float(v.max()))
+    for start, end in zip(starts, ends, strict=True):
+        clipped = float(v[start]) in extremes  # another check's
+        if end - start >= least and not clipped and _jumps(step, start, end, coarse):
+            yield int(start), int(end) + 1
+
+
+def _jumps(step: Array, start: int, end: int, coarse: float | None) -> bool:
+    """Whether a current jumps by more than the step of a coarse one where it starts to change again, or never does."""
+    return coarse is None or end >= len(step) or bool(np.abs(step[end]) > 1.5 * coarse)
+
+
+def _moving(q: Array) -> Mask:
+    """Samples at which a joint moves, shape (N,)."""
+    rate = np.gradient(q)
+    return np.abs(rate) > MOVES * np.sqrt(np.mean(rate**2))

@@ -1,0 +1,174 @@
+"""Samples that were lost and whose time was filled in, and old ones that were written again: no time stamp shows them.
+
+Where one sample of a moving arm is lost and the time stamps run on evenly, all joints advance twice as far from one row
+to the next; where one is repeated, none advances. The step of all joints is compared with that of the rows to either
+side, as a share of it:
+
+    share = sum_j s_j m_j / sum_j m_j^2         s_j the step of joint j, m_j the median of the steps beside it
+
+A share of 3 is two samples lost. Where the shares of all such steps are whole numbers, time stamps can be restored.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arrays import Array, Indices, Mask
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.samples.noise import noise_std, quantum
+from ident.observation import ObserveOptions
+from ident.recording import LARGEST_GAP, Recording
+
+APART = 4
+"""Steps to either side whose median speed a step is compared with."""
+SURE = 12.0
+"""Deviations by noise of the positions that a share must be off by."""
+OFF = 0.5
+"""Share of a step by which it is too long or too short."""
+SHOWS, MOST = 3.0, 0.75
+"""Deviations that a joint must move by in a step to show it, and share of such joints that must agree."""
+MANY = 0.002
+"""Share of the rows from which it is no accident."""
+HELD = 0.3
+"""Share of rows on which all currents stay as they are, from which they are logged more slowly than positions."""
+
+
+PLAIN = 0.25
+"""Deviation from a whole number of samples up to which the number lost is plain."""
+SURELY = 3.0
+"""Deviations by noise that must lie within half a sample, besides."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OddSteps:
+    """Rows whose step is not that of their neighbours.
+
+    Attributes:
+        long: Rows, from 0, after which all joints advance too far.
+        lost: Samples that were lost after each of these, 0 where their number is not plain.
+        still: Rows, from 0, after which none advances although the arm moves.
+    """
+
+    long: Indices
+    lost: Indices
+    still: Indices
+
+    @property
+    def plain(self) -> bool:
+        """Whether samples were lost, and everywhere how many."""
+        return len(self.lost) > 0 and bool((self.lost > 0).all())
+
+
+def odd_steps(recording: Recording) -> OddSteps:
+    """Steps of all joints together that are too long, or none at all, for the time that they take."""
+    interval = np.diff(recording.t)
+    usual_interval = float(np.median(interval))
+    rate = np.diff(recording.q, axis=0) / interval[:, None]  # (N - 1, n)
+    rounding = np.array([quantum(q) or np.finfo(float).eps for q in recording.q.T]) / np.sqrt(12.0)
+    sigma = np.sqrt(2.0) * np.hypot(noise_std(recording.q), rounding) / usual_interval
+    usual = _beside(rate)
+    size = np.sum((usual / sigma) ** 2, axis=1)
+    share = np.divide(np.sum(rate * usual / sigma**2, axis=1), size, out=np.ones(len(size)), where=size > 0.0)
+    sure = (np.abs(share - 1.0) * np.sqrt(size) > SURE) & (np.abs(share - 1.0) > OFF)
+    moving = np.abs(usual) > SHOWS * sigma
+    own = np.divide(rate, usual, out=np.ones_like(rate), where=moving)
+    alike = (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share > 1.0)[:, None])
+    sure &= np.sum(alike & moving, axis=1) > MOST * moving.sum(axis=1)  # one coarse encoder steps alone
+    unmoved = (np.diff(recording.q, axis=0) == 0.0).all(axis=1)
+    still = sure & unmoved
+    long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after old rows it catches up
+    lost = (share[long] - 1.0) * interval[long] / usual_interval
+    error = SURELY * interval[long] / usual_interval / np.sqrt(size[long])
+    plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (error < 0.5) & (lost < LARGEST_GAP - 1.0)
+    return OddSteps(long, np.where(plain, np.rint(lost), 0).astype(np.intp), np.flatnonzero(still))
+
+
+def _beside(rate: Array) -> Array:
+    """Median speed of the steps to either side of each, itself left out, shape (N - 1, n)."""
+    padded = np.pad(rate, ((APART, APART), (0, 0)), mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * APART + 1, axis=0)
+    return np.median(np.delete(windows, APART, axis=2), axis=2)
+
+
+def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:
+    """What positions and currents say of lost and repeated samples."""
+    odd = odd_steps(recording)
+    found = [_lost(recording, odd), _repeated(recording, odd)]
+    held = 100.0 * float((np.diff(recording.v, axis=0) == 0.0).all(axis=1).mean())
+    if held > 100.0 * HELD:
+        found.append(
+            Diagnosis(
+                name="held currents",
+                severity=Severity.WEAK,
+                sentence=f"all currents repeat the row before on {held:.3g} % of the rows: logged more slowly than q",
+                advice="log them at the rate of positions",
+                logs=(recording.name,),
+                value=held,
+                unit="% of the rows",
+            )
+        )
+    return found
+
+
+def lost_spoilt(recording: Recording) -> Mask:
+    """Samples on both sides of lost ones, shape (N, n)."""
+    return _beside_steps(recording, odd_steps(recording).long)
+
+
+def repeated_spoilt(recording: Recording) -> Mask:
+    """Samples that were written again, shape (N, n)."""
+    return _beside_steps(recording, odd_steps(recording).still)
+
+
+def _beside_steps(recording: Recording, rows: Indices) -> Mask:
+    found = np.zeros(recording.q.shape, dtype=np.bool_)
+    found[rows] = found[rows + 1] = True
+    return found
+
+
+def _lost(recording: Recording, odd: OddSteps) -> Diagnosis:
+    name, logs = "lost samples", (recording.name,)
+    if not len(odd.long):
+        return Diagnosis(name=name, sentence="no samples are lost by the motion", logs=logs)
+    first = f"first after row {odd.long[0] + 1}, {recording.t[odd.long[0]]:.6g} s"
+    if odd.plain:
+        many = int(odd.lost.sum())
+        return Diagnosis(
+            name=name,
+            severity=Severity.WEAK,
+            sentence=f"{many} {'sample is' if many == 1 else 'samples are'} lost unseen by the time stamps, {first}; "
+            "stamps corrected",
+            advice="log the controller's own time",
+            logs=logs,
+            value=float(many),
+            unit="samples",
+        )
+    return Diagnosis(
+        name=name,
+        severity=Severity.WRONG if len(odd.long) > MANY * len(recording.t) else Severity.WEAK,
+        sentence=f"all joints jump ahead {_times(len(odd.long))}, {first}: samples are lost",
+        advice="log the controller's own time",
+        logs=logs,
+        value=float(len(odd.long)),
+        unit="jumps",
+    )
+
+
+def _repeated(recording: Recording, odd: OddSteps) -> Diagnosis:
+    name, logs, still = "repeated samples", (recording.name,), odd.still
+    if not len(still):
+        return Diagnosis(name=name, sentence="no samples are repeated", logs=logs)
+    return Diagnosis(
+        name=name,
+        severity=Severity.WRONG if len(still) > MANY * len(recording.t) else Severity.WEAK,
+        sentence=f"positions of a moving arm repeat {_times(len(still))}, first after row {still[0] + 1}, "
+        f"{recording.t[still[0]]:.6g} s",
+        advice="log each sample once, with its own time",
+        logs=logs,
+        value=float(len(still)),
+        unit="rows",
+    )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

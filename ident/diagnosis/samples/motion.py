@@ -1,0 +1,125 @@
+"""What the motion of a log shows of an arm: ranges, speeds, accelerations, time beside reversals."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arm import Arm
+from ident.arrays import Array
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.observation import ObserveOptions
+from ident.recording import Recording, resampled
+from ident.signals import edge_samples, smooth_motion
+
+SLOW_TIME = 0.4
+"""Share of the time beside reversals that leaves too little of a motion."""
+LITTLE = 0.2
+"""Range of a joint that shows little of its gravity [rad or m]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointMotion:
+    """How one joint moved.
+
+    Attributes:
+        low: Lowest position [rad or m].
+        high: Highest position.
+        covered: Share of the joint's range, None where the model states no limits.
+        speed: Largest speed [rad/s or m/s].
+        speed_rms: Its root mean square.
+        acceleration_rms: The same of the acceleration [rad/s^2 or m/s^2].
+        slow: Share of the time below the speed at which samples are left out as beside a reversal.
+        current_rms: Of the current [drive units].
+    """
+
+    low: float
+    high: float
+    covered: float | None
+    speed: float
+    speed_rms: float
+    acceleration_rms: float
+    slow: float
+    current_rms: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Filtered:
+    """A motion after the filters, their edges left out.
+
+    Attributes:
+        q: Positions, shape (N, n).
+        dq: Speeds.
+        ddq: Accelerations.
+        slow: Share of the time that each joint is beside a reversal or at rest, shape (n,).
+    """
+
+    q: Array
+    dq: Array
+    ddq: Array
+    slow: Array
+
+
+def _filtered(recording: Recording, options: ObserveOptions) -> _Filtered:
+    even = resampled(recording)
+    edge = edge_samples(even.period, options.cutoff_hz)
+    inner = slice(edge, max(edge + 1, len(even.t) - edge))
+    q, dq, ddq = (each[inner] for each in smooth_motion(even.q, even.period, options.cutoff_hz))
+    return _Filtered(q, dq, ddq, np.mean(np.abs(dq) <= options.reversal_speed * _rms(dq), axis=0))
+
+
+def joint_motions(recording: Recording, arm: Arm, options: ObserveOptions) -> tuple[JointMotion, ...]:
+    """How the joints of a recording moved, after the filters."""
+    x = _filtered(recording, options)
+    speed_rms, acceleration_rms, current_rms = _rms(x.dq), _rms(x.ddq), _rms(recording.v)
+    span = arm.upper - arm.lower
+    return tuple(
+        JointMotion(
+            low=float(x.q[:, j].min()),
+            high=float(x.q[:, j].max()),
+            covered=float(np.ptp(x.q[:, j]) / span[j]) if np.isfinite(span[j]) else None,
+            speed=float(np.abs(x.dq[:, j]).max()),
+            speed_rms=float(speed_rms[j]),
+            acceleration_rms=float(acceleration_rms[j]),
+            slow=float(x.slow[j]),
+            current_rms=float(current_rms[j]),
+        )
+        for j in range(arm.n)
+    )
+
+
+def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
+    """Which joints moved too little, or too slowly."""
+    x = _filtered(recording, observing)
+    ranges = np.ptp(x.q, axis=0)
+    j, k = int(ranges.argmin()), int(x.slow.argmax())
+    short, slow = ranges[j] < LITTLE, x.slow[k] > SLOW_TIME
+    return [
+        Diagnosis(
+            name="range",
+            severity=Severity.WEAK if short else Severity.GOOD,
+            sentence=f"every joint moves by {ranges[j]:.3g} rad or m or more (q{j + 1} the least)"
+            if not short
+            else f"q{j + 1} moves by {ranges[j]:.3g} rad or m only",
+            advice="let every joint move further" if short else None,
+            joints=(j,),
+            logs=(recording.name,),
+            value=float(ranges[j]),
+            unit="rad or m",
+        ),
+        Diagnosis(
+            name="reversals",
+            severity=Severity.WEAK if slow else Severity.GOOD,
+            sentence=f"q{k + 1} is beside a reversal or at rest for {100.0 * x.slow[k]:.3g} % of the time"
+            if slow
+            else f"joints are beside a reversal or at rest for {100.0 * x.slow[k]:.3g} % of the time or less",
+            advice="reverse less often, and leave out what is recorded at rest" if slow else None,
+            joints=(k,),
+            logs=(recording.name,),
+            value=100.0 * float(x.slow[k]),
+            unit="% of the time",
+        ),
+    ]
+
+
+def _rms(x: Array) -> Array:
+    return np.sqrt(np.mean(x**2, axis=0))

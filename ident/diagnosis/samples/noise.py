@@ -1,0 +1,114 @@
+"""Noise and resolution of a log's columns, from the samples alone.
+
+Fourth differences are blind to what moves slowly and multiply the variance of white noise by 1 + 16 + 36 + 16 + 1 = 70;
+steps and spikes hardly change their median size.
+"""
+
+import numpy as np
+from scipy import stats
+
+from ident.arrays import Array
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.observation import ObserveOptions
+from ident.recording import Recording, resampled
+from ident.signals import edge_samples, smooth_motion
+
+FOURTH = 70.0
+"""Sum of the squares of 1, -4, 6, -4, 1."""
+NORMAL_MEDIAN = float(stats.norm.ppf(0.75))
+"""Median size of a standard normal variable."""
+DIGITS = 1e-9
+"""Share of the largest step below which two values are one, written in two ways."""
+WHOLE = 0.02
+"""Deviation from a whole number of quanta, as a share of one, that rounding of a file makes."""
+SHARE = 0.99
+"""Share of the samples that are whole numbers of quanta."""
+NOISY_CURRENT = 0.3
+"""White noise over the deviation of a current that makes deviations larger than a longer motion can pay for."""
+NOISY_ACCELERATION = 0.1
+"""Noise of a filtered acceleration over its rms that biases least squares; `iv` bears it."""
+
+
+def noise_std(x: Array) -> Array:
+    """Standard deviation of the white noise of columns, shape (n,), zero for fewer than five rows.
+
+    Args:
+        x: Samples on a uniform clock, shape (N, n).
+    """
+    if len(x) < 5:
+        return np.zeros(x.shape[1])
+    size = np.median(np.abs(np.diff(x, n=4, axis=0)), axis=0)
+    return size / (NORMAL_MEDIAN * np.sqrt(FOURTH))
+
+
+def quantum(x: Array) -> float | None:
+    """The step that all values of a column are whole multiples of, shape (N,); None where there is none to be seen."""
+    step = np.diff(np.unique(x))
+    step = step[step > DIGITS * step.max(initial=0.0)]
+    if len(step) < 2:
+        return None
+    least = float(step.min())
+    several = step / np.rint(step / least)  # single steps are rounded by the file; their mean is not
+    least = float(np.sum(np.rint(step / least) * several) / np.sum(np.rint(step / least)))
+    off = np.abs(step / least - np.rint(step / least))
+    return least if float(np.mean(off < WHOLE)) > SHARE and 2 * (len(step) + 1) < len(x) + 2 else None
+
+
+def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:
+    """Noise of the filtered accelerations over their rms, shape (n,): what white noise of the positions makes of them.
+
+    The filter is fourth order both ways, of which a noise of unit variance leaves `(2 pi f_c)^2 sqrt(0.4 f_c / f_s)`
+    or so [1/s^2]; it is measured, on noise itself.
+    """
+    even = resampled(recording)
+    edge = edge_samples(even.period, options.cutoff_hz)
+    inner = slice(edge, len(even.t) - edge)
+    sigma = noise_std(even.q)
+    white = np.random.default_rng(0).normal(size=(len(even.t), 1))
+    gain = float(np.std(smooth_motion(white, even.period, options.cutoff_hz)[2][inner]))
+    rms = np.sqrt(np.mean(smooth_motion(even.q, even.period, options.cutoff_hz)[2][inner] ** 2, axis=0))
+    return sigma * gain / np.where(rms > 0.0, rms, np.inf)
+
+
+def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
+    """How noisy and how fine positions and currents are; the worst joint of each."""
+    steps = [(step, j) for j, q in enumerate(recording.q.T) if (step := quantum(q)) is not None]
+    coarsest, which = max(steps, default=(None, 0))
+    resolution = Diagnosis(
+        name="encoder resolution",
+        sentence="encoder steps are finer than the noise"
+        if coarsest is None
+        else f"the coarsest encoder has steps of {coarsest:.3g} rad or m (q{which + 1})",
+        joints=() if coarsest is None else (which,),
+        logs=(recording.name,),
+        value=coarsest,
+        unit=None if coarsest is None else "rad or m",
+    )
+    sigma, share = noise_std(recording.q), acceleration_noise(recording, observing)
+    j = int(share.argmax())
+    noisy = share[j] > NOISY_ACCELERATION
+    of_positions = Diagnosis(
+        name="noise of q",
+        severity=Severity.WEAK if noisy else Severity.GOOD,
+        sentence=f"q{j + 1} has noise of {sigma[j]:.2g} rad or m, "
+        f"{100.0 * share[j]:.2g} % of its filtered acceleration",
+        advice="lower --cutoff-hz, or use --method iv" if noisy else None,
+        joints=(j,),
+        logs=(recording.name,),
+        value=100.0 * float(share[j]),
+        unit="% of the acceleration",
+    )
+    loud = noise_std(recording.v) / np.std(recording.v, axis=0)
+    k = int(loud.argmax())
+    noisy = loud[k] > NOISY_CURRENT
+    of_currents = Diagnosis(
+        name="noise of v",
+        severity=Severity.WEAK if noisy else Severity.GOOD,
+        sentence=f"v{k + 1} has noise of {100.0 * loud[k]:.2g} % of its standard deviation",
+        advice="repeat the motion several times" if noisy else None,
+        joints=(k,),
+        logs=(recording.name,),
+        value=100.0 * float(loud[k]),
+        unit="% of the standard deviation",
+    )
+    return [resolution, of_positions, of_currents]

@@ -1,0 +1,28 @@
+"""Values that no robot has: positions that jump, currents with spikes, time in other units."""
+
+import numpy as np
+
+from ident.arrays import Mask
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.samples.wrapped import continuous
+from ident.observation import ObserveOptions
+from ident.recording import Recording
+from ident.recording_checks import jumps, log_faults, spikes
+
+
+def values(recording: Recording, _: ObserveOptions) -> list[Diagnosis]:
+    """Jumps and spikes, of angles that are unwrapped."""
+    found = list(log_faults(continuous(recording)))
+    return found or [
+        Diagnosis(name="values", sentence="positions have no jumps, currents no spikes", logs=(recording.name,))
+    ]
+
+
+def spoilt(recording: Recording) -> Mask:
+    """Samples of each joint's current that are spikes, and of all joints where a position is one, shape (N, n)."""
+    recording = continuous(recording)
+    q, v = spikes(recording)
+    jumped = np.column_stack([jumps(recording, j) for j in range(recording.n)])
+    q[:-1] |= jumped
+    q[1:] |= jumped
+    return v | q.any(axis=1, keepdims=True)

@@ -1,0 +1,81 @@
+"""A check of several logs: what it says, in which order, of what it cannot filter."""
+
+import numpy as np
+import pytest
+
+from ident.diagnosis.check import check, worst_first
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
+from ident.diagnosis.samples.temperature import Warmth
+from ident.errors import RecordingError
+from ident.observation import ObserveOptions
+from ident.options import GainOptions
+from ident.recording import Recording
+
+OPTIONS, LIMITS = ObserveOptions(), GainOptions()
+
+
+def test_diagnoses_stand_the_worst_first_each_once_else_in_their_order():
+    severities = [Severity.GOOD, Severity.WEAK, Severity.WRONG, Severity.WEAK]
+    found = [Diagnosis(name=f"{k}", severity=each, sentence="s") for k, each in enumerate(severities)]
+    assert [each.name for each in worst_first([*found, found[1]])] == ["2", "1", "3", "0"]
+
+
+def test_a_sound_log_has_motions_and_good_diagnoses(ur, ur_log):
+    found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS)
+    assert found.found.severity is Severity.GOOD
+    assert len(found.logs[0].motions) == 6
+    assert {"rate", "clipping", "frozen", "noise of q", "range"} <= {each.name for each in found.found.diagnoses}
+
+
+def test_what_was_repaired_is_said_once_and_motions_are_of_the_repaired_log(ur, ur_log):
+    q = ur_log.q.copy()
+    q[900:, 1] += 2.0 * np.pi
+    found = check([Recording(ur_log.t, q, ur_log.v, "w")], ur, observing=OPTIONS, gains=LIMITS)
+    assert [each.name for each in found.found.doubts] == ["wrapped"]
+    assert found.logs[0].motions[1].speed < 3.0
+
+
+def test_a_log_that_cannot_be_filtered_is_wrong_and_has_no_motions(ur, ur_log):
+    short = Recording(ur_log.t[:200], ur_log.q[:200], ur_log.v[:200], "short")
+    found = check([ur_log, short], ur, observing=OPTIONS, gains=LIMITS)
+    assert found.found.diagnoses[0].name == "filters"
+    assert found.found.diagnoses[0].sentence.startswith("it cannot be filtered: 1.59 s give")
+    assert [each.motions is None for each in found.logs] == [False, True]
+
+
+def test_temperatures_are_judged_beside_the_logs(ur, ur_log):
+    warm = Warmth("a/log.csv", np.linspace(21.0, 31.0, 400)[:, None] * np.ones(6))
+    found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS, warmths=[warm])
+    assert [each.name for each in found.found.doubts] == ["temperature"]
+
+
+def test_a_log_of_another_arm_is_refused(ur, ur_log):
+    with pytest.raises(RecordingError, match="5 joints, but robot"):
+        check([Recording(ur_log.t, ur_log.q[:, :5], ur_log.v[:, :5])], ur, observing=OPTIONS, gains=LIMITS)
+
+
+def test_every_check_that_spoils_samples_says_so_under_its_name(ur_log):
+    names = {each.name for look in SAMPLE_CHECKS.values() for each in look(ur_log, OPTIONS)}
+    assert set(SPOILING) <= names
+
+
+def test_spikes_spoil_their_own_current_and_clipping_its_own(ur_log):
+    v = ur_log.v.copy()
+    v[[433, 1200], 2] += 3e4
+    v[:, 4] = np.maximum(v[:, 4], 0.6 * v[:, 4].min())
+    log = Recording(ur_log.t, ur_log.q, v)
+    spikes, clipped = SPOILING["values"](log), SPOILING["clipping"](log)
+    np.testing.assert_array_equal(np.argwhere(spikes), [[433, 2], [1200, 2]])
+    np.testing.assert_array_equal(clipped[:, 4], v[:, 4] == v[:, 4].min())
+    assert not np.delete(clipped, 4, axis=1).any()
+
+
+def test_lost_and_repeated_samples_spoil_the_rows_beside_them(ur_log):
+    kept = np.setdiff1d(np.arange(2500), [411])
+    lost = Recording(ur_log.t[:2499], ur_log.q[kept], ur_log.v[kept])
+    np.testing.assert_array_equal(np.flatnonzero(SPOILING["lost samples"](lost).all(axis=1)), [410, 411])
+    rows = np.arange(2500)
+    rows[600] = 599
+    again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows])
+    np.testing.assert_array_equal(np.flatnonzero(SPOILING["repeated samples"](again).any(axis=1)), [599, 600])

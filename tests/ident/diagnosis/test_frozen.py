@@ -1,0 +1,95 @@
+"""A column that stops while the arm moves, and what looks like it and is none."""
+
+import numpy as np
+import pytest
+
+from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.samples.frozen import frozen, spoilt
+from ident.recording import Recording
+
+
+def changed(log: Recording, kind: str, j: int, rows: slice, value=None) -> Recording:
+    x = {"q": log.q.copy(), "v": log.v.copy()}
+    x[kind][rows, j] = x[kind][rows.start, j] if value is None else value
+    return Recording(log.t, x["q"], x["v"], log.name)
+
+
+def alarms(log: Recording) -> list[str]:
+    return [each.sentence for each in frozen(log) if each.severity is not Severity.GOOD]
+
+
+@pytest.mark.parametrize("rows", [slice(700, 783), slice(0, 61), slice(1600, 2500)])
+def test_a_position_that_stops_and_jumps_is_frozen_and_spoils_every_joint(ur_log, rows):
+    log = changed(ur_log, "q", 2, rows)
+    (found,) = frozen(log)
+    assert (found.severity, found.joints) == (Severity.WRONG, (2,))
+    count = rows.stop - rows.start
+    assert found.sentence.startswith(f"q3 stays constant for {count} samples while the arm moves")
+    np.testing.assert_allclose(found.value, 100.0 * count / 2500, rtol=1e-12)  # rounding
+    expected = np.zeros((2500, 6), dtype=bool)
+    expected[rows] = True
+    np.testing.assert_array_equal(spoilt(log), expected)
+
+
+@pytest.mark.parametrize("rows", [slice(700, 760), slice(1900, 2500)])
+def test_a_current_that_stops_is_frozen_and_spoils_its_joint_alone(ur_log, rows):
+    log = changed(ur_log, "v", 4, rows)
+    (found,) = frozen(log)
+    assert (found.severity, found.joints) == (Severity.WRONG, (4,))
+    assert found.sentence.startswith(f"v5 stays constant for {rows.stop - rows.start} samples")
+    expected = np.zeros((2500, 6), dtype=bool)
+    expected[rows, 4] = True
+    np.testing.assert_array_equal(spoilt(log), expected)
+
+
+def test_the_whole_arm_at_rest_is_not_frozen(ur_log):
+    started = np.clip((ur_log.t - 3.0) / 2.0, 0.0, 1.0) ** 3
+    q = ur_log.q[400] + started[:, None] * (ur_log.q - ur_log.q[400])
+    v = np.where(ur_log.t[:, None] < 3.0, ur_log.v[400], ur_log.v)  # brakes hold it
+    assert alarms(Recording(ur_log.t, q, v)) == []
+    assert alarms(Recording(ur_log.t, q[::-1], v[::-1])) == []
+
+
+def test_a_joint_that_rests_while_others_move_is_not_frozen(ur_log):
+    """It slows down within half a second and starts as slowly, with an encoder and without."""
+    t, q, v = ur_log.t, ur_log.q.copy(), ur_log.v.copy()
+    rest = np.clip((np.abs(t - 9.0) - 2.0) / 0.5, 0.0, 1.0)  # from 7 to 11 s
+    speed = np.gradient(q[:, 1], t) * rest**2 * (3.0 - 2.0 * rest)
+    q[:, 1] = q[0, 1] + np.cumsum(speed) * 0.008
+    v[np.abs(t - 9.0) < 2.0, 1] = 0.37
+    assert (np.diff(q[900:1100, 1]) == 0.0).all()
+    assert alarms(Recording(t, q, v)) == []
+    assert alarms(Recording(t, np.round(q / 7e-4) * 7e-4, v)) == []
+
+
+@pytest.mark.parametrize("every", [2, 5])
+def test_columns_that_are_logged_more_slowly_are_not_frozen(ur_log, every):
+    held = np.repeat(ur_log.v[::every], every, axis=0)
+    assert alarms(Recording(ur_log.t, ur_log.q, held)) == []
+    q = ur_log.q.copy()
+    q[:, 3] = np.repeat(q[::every, 3], every)
+    assert alarms(Recording(ur_log.t, q, ur_log.v)) == []
+
+
+@pytest.mark.parametrize("step", [3e-4, 4e-3, 2e-2])
+def test_coarse_encoders_are_not_frozen(ur_log, step):
+    assert alarms(Recording(ur_log.t, np.round(ur_log.q / step) * step, ur_log.v)) == []
+    q = ur_log.q.copy()
+    q[:, 2] = np.round(q[:, 2] / step) * step
+    assert alarms(Recording(ur_log.t, q, ur_log.v)) == []
+
+
+@pytest.mark.parametrize("steps", [3.0, 11.0])
+def test_coarse_currents_are_not_frozen(ur_log, steps):
+    size = ur_log.v.std(axis=0) / steps
+    smooth = ur_log.v.copy()
+    smooth[2:-2] = (ur_log.v[:-4] + ur_log.v[1:-3] + ur_log.v[2:-2] + ur_log.v[3:-1] + ur_log.v[4:]) / 5.0
+    for v in (ur_log.v, smooth):
+        assert alarms(Recording(ur_log.t, ur_log.q, np.round(v / size) * size)) == []
+
+
+def test_a_clipped_current_is_not_frozen(ur_log):
+    limit = 0.6 * ur_log.v[:, 1].max()
+    v = ur_log.v.copy()
+    v[:, 1] = np.minimum(v[:, 1], limit)
+    assert alarms(Recording(ur_log.t, ur_log.q, v)) == []

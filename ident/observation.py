@@ -8,6 +8,7 @@ column, so that every row is still a linear combination of exact equations (pape
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from ident.arrays import Array, Indices, Mask, readonly
 from ident.errors import OptionError, RecordingError
@@ -130,13 +131,16 @@ class Observation:
     full_rate: FullRate | None = None
 
 
-def observe(recording: Recording, structure: Structure, options: ObserveOptions) -> Observation:
+def observe(
+    recording: Recording, structure: Structure, options: ObserveOptions, spoilt: Mask | None = None
+) -> Observation:
     """Turn a recording into the linear system of its motion (paper, eq. 14 and 15).
 
     Args:
         recording: One motion, n joints; a jittered clock is resampled and noted.
         structure: Of the same arm.
         options: Filters and thresholds.
+        spoilt: Samples that each joint's rows shall not rest on, shape (N, n); none if None.
 
     Returns:
         One linear system a joint.
@@ -178,6 +182,8 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
     q, dq, ddq = (group_means(x[inner], group) for x in smooth)
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
     moving = _moving(structure, dq, options.reversal_speed)
+    if spoilt is not None and spoilt.any():
+        moving &= group_means(_widened(spoilt, edge)[inner].astype(np.float64), group) == 0.0
     V, W = reduced(structure, (q, dq, ddq), v, moving, D)
     joints = (_kept(structure, j, V, W[j], middle, period * D.factor, options) for j in range(n))
     behind = FullRate(
@@ -193,6 +199,11 @@ def observe(recording: Recording, structure: Structure, options: ObserveOptions)
         noise=noise_density(recording.q, recording.period),
     )
     return Observation(structure, tuple(joints), tuple(notes), behind)
+
+
+def _widened(spoilt: Mask, edge: int) -> Mask:
+    """Samples that feel spoilt ones through the filter of the positions, shape (N, n)."""
+    return scipy.ndimage.binary_dilation(spoilt, np.ones((2 * edge + 1, 1), dtype=np.bool_))
 
 
 def _uneven(recording: Recording) -> str:

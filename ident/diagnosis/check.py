@@ -1,10 +1,10 @@
 """Check recordings before anything is identified: the samples of each, then all of them against the model."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ident.arrays import Array
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.samples import FILTERED, SAMPLE_CHECKS
 from ident.diagnosis.samples.motion import JointMotion, joint_motions
 from ident.diagnosis.samples.temperature import Warmth, temperature
@@ -80,12 +80,6 @@ def check(
         found += said
     found += temperature(warmths)
     return Checked(logs=tuple(logs), found=Diagnosed(diagnoses=worst_first(found)))
-
-
-def worst_first(diagnoses: Iterable[Diagnosis]) -> tuple[Diagnosis, ...]:
-    """Each once, the worst before the others, else in their order."""
-    order = tuple(Severity)
-    return tuple(sorted(dict.fromkeys(diagnoses), key=lambda each: -order.index(each.severity)))
 
 
 def _log_read(recording: Recording, structure: Structure, observing: ObserveOptions) -> tuple[LogRead, list[Diagnosis]]:

@@ -9,22 +9,19 @@ import numpy as np
 
 from ident.arrays import Array
 from ident.diagnosis.alternative import Direction, in_logs
-from ident.diagnosis.catalog import payload
+from ident.diagnosis.catalog import FAMILIES, payload
 from ident.diagnosis.catalog.terms import ADVICE, SENTENCES
 from ident.diagnosis.comparison import Added, z_of
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity
-from ident.diagnosis.engine import SHOWN, TIE, Fault, Survey, faults, survey
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
+from ident.diagnosis.engine import SHOWN, TIE, Fault, Survey, directions, faults, survey
 from ident.diagnosis.excluded import exclusions, untold
 from ident.diagnosis.logs import Logs
+from ident.diagnosis.reference import reference
 from ident.diagnosis.stated import Stated, stated
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.problem import Problem
 
-MATTERS, SPOILS = 0.5, 3.0
-"""Error of a gain, in its claimed standard deviations, that is worth a word, and beyond which it is refused."""
-SHARE = 0.01
-"""Share of a joint's current that matters where there are no gains."""
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
 Estimate = Callable[[Problem], GainEstimate]
@@ -47,26 +44,26 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
         diagnoses += list(_of_estimate(base, seen))
     elif base is None:
         diagnoses += [_of_term(each) for each in found if each.compared is None]
-    order = tuple(Severity)
-    diagnoses.sort(key=lambda each: -order.index(each.severity))
     if of_logs:
-        return Diagnosed(diagnoses=tuple(diagnoses))
-    return Diagnosed(diagnoses=tuple(diagnoses), excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
+        return Diagnosed(diagnoses=worst_first(diagnoses))
+    return Diagnosed(diagnoses=worst_first(diagnoses), excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
 
 
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
     """What an estimate lacks, of logs that are trusted."""
     if not _linear(estimate):
         return Diagnosed()
-    return Diagnosed(diagnoses=tuple(_of_estimate(stated(problem, estimate), survey(logs))))
+    fit = reference(logs.problem)
+    seen = Survey(logs, fit, tuple(directions(fit, logs, tuple(FAMILIES.values()))), (), ())
+    return Diagnosed(diagnoses=worst_first(_of_estimate(stated(problem, estimate), seen)))
 
 
 def severity_of(effects: Sequence[Effect]) -> Severity:
-    """By the largest effect, in claimed deviations where there are gains."""
-    if any(each.deviations is not None for each in effects):
-        size = max(abs(each.deviations or 0.0) for each in effects)
-        return Severity.WRONG if size > SPOILS else Severity.WEAK if size > MATTERS else Severity.GOOD
-    return Severity.WRONG if any(each.percent > 100.0 * SHARE for each in effects) else Severity.WEAK
+    """By the largest effect."""
+    if any(each.spoils for each in effects):
+        return Severity.WRONG
+    known = any(each.deviations is not None for each in effects)
+    return Severity.GOOD if known and not any(each.matters for each in effects) else Severity.WEAK
 
 
 def _of_fault(fault: Fault, logs: Logs, base: Stated | None, again: Estimate | None) -> Diagnosis:
@@ -136,9 +133,9 @@ def _of_term(fault: Fault) -> Diagnosis:
 
 def _of_estimate(base: Stated, seen: Survey) -> Iterator[Diagnosis]:
     """What an estimate lacks, the one that explains most first."""
-    directions = [*seen.directions, *payload.directions(base.problem, base.estimate)]
+    open_ones = [*seen.directions, *payload.directions(base.problem, base.estimate)]
     for _ in range(MOST):
-        added = [(each, more) for each in directions if (more := base.added(each)) is not None]
+        added = [(each, more) for each in open_ones if (more := base.added(each)) is not None]
         shown = [(each, more) for each, more in added if z_of(more.u) > SHOWN]
         if not shown:
             return
@@ -146,7 +143,7 @@ def _of_estimate(base: Stated, seen: Survey) -> Iterator[Diagnosis]:
         rivals = [each for each, other in shown if each is not best and z_of(more.u - other.u) < TIE]
         yield _lacks(base, best, more, rivals, seen.logs)
         base = base.beside(best)
-        directions.remove(best)
+        open_ones.remove(best)
 
 
 def _lacks(base: Stated, direction: Direction, more: Added, rivals: Sequence[Direction], logs: Logs) -> Diagnosis:
@@ -204,7 +201,7 @@ def _consequence(effects: Sequence[Effect]) -> str:
         return f"; {worst.percent:.2g} % of joint {worst.joint + 1}'s current is not explained otherwise"
     if abs(worst.percent) >= 100.0:
         return f"; the gain of joint {worst.joint + 1} is no result"
-    listed = [each for each in effects if abs(each.deviations or 0.0) > MATTERS]
+    listed = [each for each in effects if each.matters]
     if not listed:
         return "; no gain is moved noticeably"
     more = ", ".join(f"joint {each.joint + 1} {each.percent:+.2g} %" for each in listed)

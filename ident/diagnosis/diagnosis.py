@@ -1,8 +1,13 @@
 """What is said of logs: one line of one kind, whatever was looked at and whichever command asked."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+
+MATTERS, SPOILS = 0.5, 3.0
+"""Error of a gain, in its claimed standard deviations, that is worth a word, and beyond which it is refused."""
+SHARE = 0.01
+"""Share of a joint's current that matters where there are no gains."""
 
 
 class Severity(Enum):
@@ -26,6 +31,16 @@ class Effect:
     joint: int
     percent: float
     deviations: float | None
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is worth a word."""
+        return abs(self.percent) > 100.0 * SHARE if self.deviations is None else abs(self.deviations) > MATTERS
+
+    @property
+    def spoils(self) -> bool:
+        """Whether no interval contains it."""
+        return abs(self.percent) > 100.0 * SHARE if self.deviations is None else abs(self.deviations) > SPOILS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,3 +132,9 @@ def worst(diagnoses: Sequence[Diagnosis]) -> Severity:
     """The worst severity, good where there is no diagnosis."""
     order = tuple(Severity)
     return max((each.severity for each in diagnoses), key=order.index, default=Severity.GOOD)
+
+
+def worst_first(diagnoses: Iterable[Diagnosis]) -> tuple[Diagnosis, ...]:
+    """Each once, the worst before the others, else in their order."""
+    order = tuple(Severity)
+    return tuple(sorted(dict.fromkeys(diagnoses), key=lambda each: -order.index(each.severity)))

@@ -18,10 +18,9 @@ from threadpoolctl import threadpool_limits
 
 import rx90_mjcf
 from ident.arm import load_pinocchio
-from ident.consistency import UNCHECKED
 from ident.identification import identify
+from ident.preparation import DOUBTED, SIMULATED, Policy
 from ident.regressor import regressor_blocks
-from ident.wiring import check_wiring, known_wiring
 from scenarios.build import bench
 from scenarios.files.loading import load_scenario
 from scenarios.files.mountings import LOADED
@@ -80,7 +79,7 @@ def identification_speed() -> None:
     unloaded, loaded = run(prepared, 0).recordings
     chosen = prepared.scenario.table.identification
 
-    def action() -> None:
+    def action(policy: Policy) -> None:
         identify(
             unloaded,
             loaded,
@@ -89,14 +88,13 @@ def identification_speed() -> None:
             method=chosen.method,
             observing=chosen.observe,
             gains=chosen.gains,
-            wiring=known_wiring,
-            checks=UNCHECKED,
+            policy=policy,
         )
 
-    times, checks = medians(action, lambda: check_wiring(prepared.structure, unloaded, loaded, chosen.observe))
+    times, checks = medians(lambda: action(SIMULATED), lambda: action(DOUBTED))
     samples = len(unloaded.t) + len(loaded.t)
     print(f"identification of the pair ({samples} samples): {statistics.median(times):.3f} s (best {min(times):.3f})")
-    print(f"check that it is of this arm: {statistics.median(checks):.3f} s (best {min(checks):.3f})")
+    print(f"the same with every doubt about the logs: {statistics.median(checks):.3f} s (best {min(checks):.3f})")
 
 
 def closed_loop_ratio(simulations: int) -> None:

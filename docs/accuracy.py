@@ -8,8 +8,8 @@ from threadpoolctl import threadpool_limits
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.identification import identify
 from ident.observation import ObserveOptions
+from ident.preparation import SIMULATED
 from ident.recording import Recording
-from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
 from scenarios.files.loading import load_scenario
 from sim.record import record
@@ -34,7 +34,7 @@ def estimate(
         prepared.payloads["loaded"],
         method=method,
         observing=observing,
-        wiring=known_wiring,
+        policy=SIMULATED,
     ).estimate
 
 

@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from ident.arrays import Array
 from ident.checks.check import Checked
 from ident.checks.remark import Grade
+
+from ident.arrays import Array
 from ident.structure import Structure, structure_of
 
 RATIOS = (79.4, -158.8)

@@ -18,14 +18,14 @@ from pathlib import Path
 
 import numpy as np
 from check_faults import Fault, base_structures, model_faults, of_log, reading
+from ident.checks.check import Checked, check
+from ident.checks.comparison import same_as_it_is
+from ident.checks.remark import Grade
 from scipy import stats
 from simulations import outcomes_of
 from threadpoolctl import threadpool_limits
 
 from ident.arm import load_arm
-from ident.checks.check import Checked, check
-from ident.checks.comparison import same_as_it_is
-from ident.checks.remark import Grade
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.recording import Recording

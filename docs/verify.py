@@ -13,13 +13,13 @@ from threadpoolctl import threadpool_limits
 
 from ident.errors import IdentificationError
 from ident.estimators.nls import AllJointsOptions
-from ident.identification import Recorded, identify_motions
+from ident.identification import identify_motions
 from ident.known_gains import KnownGains, estimated_gains
 from ident.observation import observe
+from ident.preparation import SIMULATED, Recorded
 from ident.problem import Motion, Problem
 from ident.weighing.together import payload_of
 from ident.weighing.verification import AGREES, DIFFERS, Verification, verified
-from ident.wiring import known_wiring
 from scenarios.build import Bench
 from scenarios.run import Simulated
 
@@ -59,9 +59,7 @@ def trial(prepared: Bench, recordings: tuple) -> Trial:
         for carried, recording in zip(prepared.protocol, recordings, strict=True)
         if carried != WEIGHED
     ]
-    found = identify_motions(
-        motions, prepared.structure, observing=table.observe, gains=table.gains, wiring=known_wiring, checks={}
-    )
+    found = identify_motions(motions, prepared.structure, observing=table.observe, gains=table.gains, policy=SIMULATED)
     return Trial(prepared, recordings, estimated_gains(found.estimate))
 
 

@@ -4,10 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ident.arm import Arm
+from ident.arrays import Array
+from ident.diagnosis.autocorrelation import autocorrelation
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.gains import gain_diagnoses
-from ident.errors import Contradiction, IdentificationError, NotIdentifiable
+from ident.diagnosis.link_masses import link_mass_consistency
+from ident.errors import Contradiction, NotIdentifiable
 from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimators import DEFAULT, estimator
 from ident.observation import ObserveOptions
@@ -65,6 +68,7 @@ def identify_motions(
     observing: ObserveOptions = OBSERVE_DEFAULTS,
     gains: GainOptions = GAIN_DEFAULTS,
     policy: Policy = DOUBTED,
+    links: Array | None = None,
 ) -> Identification:
     """Identify drive gains from any number of motions, bare and with one or more mountings of a payload.
 
@@ -76,6 +80,8 @@ def identify_motions(
         observing: Filters and thresholds.
         gains: When a gain counts as identifiable, and how its uncertainty is found.
         policy: How far the logs are trusted.
+        links: Standard parameters of every link as its model draws it, shape (n, 10), to hold the gains against; None
+            where nobody knows them.
 
     Raises:
         IdentificationError: One class a cause, if the data cannot be what they are said to be; the message says what
@@ -92,28 +98,29 @@ def identify_motions(
         estimate = again(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except NotIdentifiable as error:
-        raise_for(prepared, diagnose(prepared.logs()) if policy.doubt else Diagnosed(), error)
+        raise_for(prepared, diagnose(prepared.logs()) if policy.doubt else Diagnosed())
+        raise error
     if policy.doubt:
         found = diagnose(prepared.logs(), estimate, again)
     else:
         found = lacking(prepared.problem, estimate, prepared.logs())
-    found = joined(found, more=[*prepared.diagnoses, *gain_diagnoses(estimate)])
+    alone = [autocorrelation(estimate)]
+    alone += [] if links is None else [link_mass_consistency(prepared.problem, estimate, links)]
+    more = [*prepared.diagnoses, *gain_diagnoses(estimate), *(each for each in alone if each is not None)]
+    found = joined(found, more=more)
     kept = without_spoilt(estimate, found.diagnoses)
     return Identification(kept, estimate.remarks + prepared.notes, found)
 
 
-def raise_for(prepared: Prepared, found: Diagnosed, error: IdentificationError | None = None) -> None:
-    """Refuse logs as a whole: by what is wrong with them, or by what was not found.
+def raise_for(prepared: Prepared, found: Diagnosed) -> None:
+    """Refuse logs as a whole if something is wrong with them.
 
     Raises:
-        Contradiction: Naming the worst that is wrong with the logs.
-        IdentificationError: `error`, where nothing is.
+        Contradiction: Naming the worst.
     """
     wrong = [each for each in (*found.diagnoses, *prepared.diagnoses) if each.severity is Severity.WRONG]
     if wrong:
-        raise Contradiction(refusal_of(wrong)) from error
-    if error is not None:
-        raise error
+        raise Contradiction(refusal_of(wrong))
 
 
 def refusal_of(wrong: Sequence[Diagnosis]) -> str:

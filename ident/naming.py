@@ -2,7 +2,7 @@
 
 import difflib
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 LONGEST = 60
 """Characters of a value that a message shows."""
@@ -35,3 +35,11 @@ class _Short(reprlib.Repr):
 
 _SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = LONGEST
+
+
+def joints_in_words(joints: Sequence[int]) -> str:
+    """`joint 2` or `joints 2, 3 and 5`, of joints from 0."""
+    numbers = [str(joint + 1) for joint in joints]
+    if len(numbers) == 1:
+        return f"joint {numbers[0]}"
+    return f"joints {', '.join(numbers[:-1])} and {numbers[-1]}"

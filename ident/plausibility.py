@@ -4,9 +4,8 @@ Each raises one error that says what the data look like and what to do, before o
 otherwise look like an answer.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import combinations
-from typing import TypeAlias
 
 import numpy as np
 
@@ -25,9 +24,6 @@ finds 4 to 10 of none (two bare motions of a UR-like arm, six seeds)."""
 RECORD_BARE = "record one with nothing on the flange (--unloaded)"
 LARGE_RESIDUAL = 0.15
 """Share of a joint's current above which its residual is worth a note."""
-
-SamenessCheck: TypeAlias = Callable[[Sequence[Recording]], None]
-"""All recordings; raises if two are one."""
 
 
 def check_joints(arm: Arm, recording: Recording) -> None:
@@ -77,10 +73,6 @@ def check_different(recordings: Sequence[Recording]) -> None:
             raise NotIdentifiable(
                 f"{first.name} and {second.name} hold the same motion; record one with the payload mounted"
             )
-
-
-def repeatable(recordings: Sequence[Recording]) -> None:
-    """Trust that each is of a motion of its own: simulated ones repeat to the last digit where nothing is random."""
 
 
 def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
@@ -144,15 +136,4 @@ def prediction_warnings(found: Sequence[JointPrediction]) -> tuple[str, ...]:
         "(--coupling), or is it another friction, sign, column or base?"
         for each in found
         if each.share > LARGE_RESIDUAL
-    )
-
-
-def residual_notes(estimate: GainEstimate) -> tuple[str, ...]:
-    """A note on every joint whose current the model explains badly."""
-    shares = ((j + 1, estimate.residual_share(j)) for j in range(len(estimate.joints)))
-    return tuple(
-        f"joint {number}: the model leaves {100.0 * share:.0f} % of the current "
-        "unexplained; is it the model of this robot, with this friction and base?"
-        for number, share in shares
-        if share is not None and share > LARGE_RESIDUAL
     )

@@ -8,17 +8,14 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from ident.consistency.evidence import Evidence
 from ident.errors import IdentificationError
 from ident.estimate import IdentifiedGain, JointResult
 from ident.estimators import estimator
-from ident.identification import Identification, Recorded, identify_motions
-from ident.observation import observe
+from ident.identification import Identification, identify_motions
 from ident.options import options_from_table
-from ident.plausibility import repeatable
-from ident.problem import Motion, Problem
+from ident.preparation import KNOWN, Recorded, prepare
+from ident.problem import Problem
 from ident.structure import structure_of
-from ident.wiring import known_wiring
 from scenarios.errors import DamagedResult
 from scenarios.store.problem_folder import GivenProblem
 from scenarios.store.record import RECORD, RESULT, RecordFile, read_record, recorded_problem
@@ -54,12 +51,6 @@ class Again:
     differences: tuple[str, ...]
     document: Mapping[str, object]
 
-    @property
-    def evidence(self) -> Evidence:
-        """What the consistency tests read."""
-        drift = estimator(self.found.estimate.method).drift
-        return Evidence(problem=self.problem, estimate=self.found.estimate, drift=drift)
-
 
 def identified_again(folder: Path) -> Again:
     """Read the folder of a run or an identification, and identify again.
@@ -87,19 +78,18 @@ def identified_again(folder: Path) -> Again:
                 options=options,
                 observing=given.observing,
                 gains=given.gains,
-                wiring=known_wiring,
-                sameness=repeatable,
+                policy=KNOWN,
             )
-            observed = tuple(Motion(observe(m.recording, structure, given.observing), m.payload) for m in motions)
+            prepared = prepare(motions, structure, observing=given.observing, gains=given.gains, policy=KNOWN)
     except IdentificationError as error:
         raise DamagedResult(f"{folder / RECORD}: the files of this folder give no estimate: {error}") from error
     return Again(
         folder=folder,
         record=record,
         result=result,
-        motions=motions,
+        motions=prepared.motions,
         given=given,
-        problem=Problem(structure, observed, given.gains),
+        problem=prepared.problem,
         found=found,
         differences=differences(result.joints, found.estimate.joints),
         document=json.loads((folder / RESULT).read_text(encoding="utf-8")),

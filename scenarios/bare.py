@@ -5,17 +5,17 @@ from dataclasses import dataclass
 
 from ident.bare import BareArm, arm_in_SI, gain_ratios
 from ident.cross_validation import JointPrediction, predicted
+from ident.diagnosis.diagnose import diagnose
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimators.nls import AllJointsOptions
-from ident.identification import Recorded
+from ident.identification import raise_for
 from ident.if_loaded import ExpectedGain, expected_if_loaded
 from ident.known_gains import KnownGains
-from ident.observation import ObserveOptions, observe
+from ident.observation import ObserveOptions
 from ident.off_ratios import OffRatio, off_ratios
-from ident.one_log import alike, scale_notes
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.plausibility import check_different, check_positions
-from ident.problem import Motion, Problem
+from ident.preparation import Recorded, joined, prepare
 from ident.structure import Structure
 
 
@@ -42,7 +42,7 @@ class BareAnswer:
         off: Ratios against gains believed beforehand, if there are any.
         in_si: The arm with gains that are given, None without any.
         if_loaded: What a payload would add, None if nobody asks.
-        notes: What the owner of the recordings should know.
+        said: What is said of the recordings.
     """
 
     found: BareArm
@@ -50,7 +50,7 @@ class BareAnswer:
     off: tuple[OffRatio, ...]
     in_si: BareArm | None
     if_loaded: IfLoaded | None
-    notes: tuple[str, ...]
+    said: Diagnosed
 
 
 def bare_answer(
@@ -78,12 +78,10 @@ def bare_answer(
         IdentificationError: If the recordings cannot be those of this arm, one counts currents otherwise, or they show
             no ratio; if the gains are not of this arm; if nothing of the payload is known.
     """
-    for each in motions:
-        check_positions(structure.arm, each.recording)
-    check_different([each.recording for each in motions])
-    observed = tuple(Motion(observe(each.recording, structure, observing), None) for each in motions)
-    problem = Problem(structure, observed, gains)
-    counted = alike(problem, [each.recording.name for each in motions], lambda: None, bare=True)
+    prepared = prepare(motions, structure, observing=observing, gains=gains)
+    said = diagnose(prepared.logs())
+    raise_for(prepared, said)
+    problem = prepared.problem
     found = gain_ratios(problem, options)
     assert found.ratios is not None, "ratios were asked for"
     off, in_si, if_loaded = (), None, None
@@ -98,5 +96,5 @@ def bare_answer(
         off=off,
         in_si=in_si,
         if_loaded=if_loaded,
-        notes=scale_notes(counted),
+        said=joined(said, more=prepared.diagnoses),
     )

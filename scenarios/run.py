@@ -3,18 +3,16 @@
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ident.consistency import CHECKS, Check
-from ident.consistency.finding import Finding
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate
-from ident.identification import Recorded, identify_motions
-from ident.plausibility import repeatable
+from ident.identification import identify_motions
+from ident.preparation import SIMULATED, Recorded
 from ident.recording import Recording
-from ident.wiring import known_wiring
 from scenarios.build import Bench, bench
 from scenarios.files.draws import drawn_settings
 from scenarios.files.loading import load_scenario
@@ -43,7 +41,7 @@ class Run:
         notes: From identification.
         simulate_s: Wall time of the simulation, its share of the batch [s].
         identify_s: Wall time of the identification [s].
-        findings: What its consistency tests found.
+        found: What is said of the estimate.
     """
 
     bench: Bench
@@ -54,7 +52,7 @@ class Run:
     notes: tuple[str, ...]
     simulate_s: float
     identify_s: float
-    findings: tuple[Finding, ...] = ()
+    found: Diagnosed = field(default_factory=Diagnosed)
 
 
 def run(prepared: Bench, seed: int, *, stages: Stages = SILENT) -> Run:
@@ -78,7 +76,7 @@ def run(prepared: Bench, seed: int, *, stages: Stages = SILENT) -> Run:
     if not isinstance(simulated, Simulated):
         raise simulated
     stages.begin("identifying")
-    outcome = _identified(ready, seed, simulated, CHECKS)
+    outcome = _identified(ready, seed, simulated)
     if isinstance(outcome, Run):
         return outcome
     raise outcome
@@ -174,7 +172,6 @@ def run_batch(
     streams: Sequence[Sequence[NoiseStreams]],
     *,
     threads: int,
-    checks: Mapping[str, Check],
 ) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
     """Run prepared scenarios in one batch.
 
@@ -182,13 +179,12 @@ def run_batch(
         benches: Nothing random left in them, each with the seed it stands for.
         streams: Noise of the motions of each.
         threads: Threads to step with; outcomes do not depend on it, nor on what else is in the batch.
-        checks: Consistency tests of each estimate.
 
     Yields:
         The number of a bench, with its run or why there is none, one at a time.
     """
     for i, outcome in simulate_batch([prepared for prepared, _ in benches], streams, threads=threads):
-        yield i, _identified(*benches[i], outcome, checks) if isinstance(outcome, Simulated) else outcome
+        yield i, _identified(*benches[i], outcome) if isinstance(outcome, Simulated) else outcome
 
 
 def as_identified(prepared: Bench, recordings: Sequence[Recording]) -> tuple[Recorded, ...]:
@@ -210,9 +206,7 @@ def _simulated(outcomes: Sequence[Recording | SimulationError], simulate_s: floa
     return Simulated(recordings=tuple(recordings), simulate_s=simulate_s)
 
 
-def _identified(
-    prepared: Bench, seed: int, simulated: Simulated, checks: Mapping[str, Check]
-) -> Run | IdentificationError:
+def _identified(prepared: Bench, seed: int, simulated: Simulated) -> Run | IdentificationError:
     table, started = prepared.scenario.table, time.perf_counter()
     chosen = table.identification
     try:
@@ -223,9 +217,7 @@ def _identified(
             options=chosen.method_options,
             observing=chosen.observe,
             gains=chosen.gains,
-            wiring=known_wiring,
-            sameness=repeatable,
-            checks=checks,
+            policy=SIMULATED,
         )
     except IdentificationError as error:
         return error
@@ -239,5 +231,5 @@ def _identified(
         notes=found.notes,
         simulate_s=simulated.simulate_s,
         identify_s=identify_s,
-        findings=found.findings,
+        found=found.found,
     )

@@ -7,7 +7,6 @@ import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
 from ident.arrays import Array
-from ident.consistency import REFUSING
 from ident.errors import IdentificationError
 from ident.estimate import IdentifiedGain, JointResult
 from scenarios.build import Bench, bench
@@ -215,7 +214,6 @@ def _identified(trials: Sequence[ReadyTrial], threads: int) -> Iterator[tuple[in
         [(each.bench, each.trial.seed) for each in trials],
         [each.streams for each in trials],
         threads=threads,
-        checks=REFUSING,
     )
     for i, outcome in outcomes:
         each = trials[i]

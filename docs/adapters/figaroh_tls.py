@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.arrays import Array
-from ident.identification import Recorded
 from ident.observation import observe
 from ident.parameters import INERTIAL
 from ident.payload import Payload
+from ident.preparation import Recorded
 from ident.structure import Structure, structure_of
 from scenarios.store.problem_folder import GivenProblem
 

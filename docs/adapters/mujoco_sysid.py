@@ -24,8 +24,8 @@ import mujoco
 import numpy as np
 
 from ident.arrays import Array
-from ident.identification import Recorded
 from ident.payload import Payload
+from ident.preparation import Recorded
 from ident.recording import resampled
 from ident.signals import delayed, edge_samples, group_means, smooth_motion
 from scenarios.store.problem_folder import PROBLEM, GivenProblem

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from ident.arrays import Array, Indices
+from ident.arrays import Array, Indices, readonly
 
 BLOCKS = 20
 """Blocks of time that each log is cut into; with 8 the standard error of z is heavy-tailed."""
@@ -114,7 +114,7 @@ def held_out(fit: FreeFit) -> HeldOut:
     Q = np.zeros((fit.blocks * width, fit.Q.shape[1]))
     Q[place] = fit.Q
     Q = Q.reshape(fit.blocks, width, -1)
-    inverse = np.linalg.inv(np.eye(width) - Q @ Q.swapaxes(1, 2))
+    inverse = readonly(np.linalg.inv(np.eye(width) - Q @ Q.swapaxes(1, 2)))
     return HeldOut(fit, place, inverse, width)
 
 

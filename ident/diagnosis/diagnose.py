@@ -13,14 +13,15 @@ from ident.diagnosis.catalog import FAMILIES, payload
 from ident.diagnosis.catalog.terms import ADVICE, SENTENCES
 from ident.diagnosis.comparison import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.engine import SHOWN, TIE, Fault, Survey, directions, faults, survey
+from ident.diagnosis.engine import SHOWN, TIE, Fault, Small, Survey, directions, faults, survey
 from ident.diagnosis.excluded import exclusions, untold
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reference import reference
+from ident.diagnosis.reference import Reference, reference
 from ident.diagnosis.stated import Stated, stated
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.problem import Problem
+from ident.uncertainty.cautious import cautious
 
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
@@ -39,7 +40,7 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
     found = list(faults(seen))
     of_logs = [each for each in found if each.compared is not None]
-    diagnoses = [_of_fault(each, logs, base, again) for each in of_logs]
+    diagnoses = [_of_fault(each, seen, base, again) for each in of_logs]
     if base is not None and not of_logs:
         diagnoses += list(_of_estimate(base, seen))
     elif base is None:
@@ -66,11 +67,12 @@ def severity_of(effects: Sequence[Effect]) -> Severity:
     return Severity.GOOD if known and not any(each.matters for each in effects) else Severity.WEAK
 
 
-def _of_fault(fault: Fault, logs: Logs, base: Stated | None, again: Estimate | None) -> Diagnosis:
+def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | None) -> Diagnosis:
     """A fault of the logs."""
+    logs = seen.logs
     assert fault.compared is not None, "a fault of the logs"
     alternative = fault.compared.alternative
-    effects = _effects(fault, logs, base, again)
+    effects = _effects(fault, seen, base, again)
     std = None
     if fault.small is not None and len(fault.small.found.value) == 1:
         std = float(np.sqrt(fault.small.found.covariance[0, 0])) * fault.small.direction.scale
@@ -90,25 +92,44 @@ def _of_fault(fault: Fault, logs: Logs, base: Stated | None, again: Estimate | N
     )
 
 
-def _effects(fault: Fault, logs: Logs, base: Stated | None, again: Estimate | None) -> tuple[Effect, ...]:
-    """What a fault does to the gains: by the influence of the rows if it is small, by another estimate if not."""
+def _effects(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | None) -> tuple[Effect, ...]:
+    """What a fault does to the gains: by the influence of the rows if it is small, by another estimate if not.
+
+    Without gains it is what a small fault does to their ratios, and a gross one to the currents.
+    """
     assert fault.compared is not None, "a fault of the logs"
     small = fault.small
-    if base is not None and small is not None and fault.before is logs:
-        if (np.abs(small.found.value) <= small.direction.largest).all():
+    if small is not None and fault.before is seen.logs and small.within:
+        if base is not None:
             return base.effects(base.stacked(small.direction.columns) @ small.found.value)
+        if seen.fit is not None:
+            return tuple(_of_ratios(seen.fit, small))
     if base is not None and again is not None:
         try:
-            other = again(fault.compared.logs.problem)
+            return tuple(_between(base.estimate, again(fault.compared.logs.problem)))
         except IdentificationError:
-            other = None
-        if other is not None:
-            return tuple(_between(base.estimate, other))
+            pass  # nothing to hold the gains against: by the currents
+    logs = seen.logs
     before, after = (each.model.fits.score for each in (fault.before, fault.compared.logs))
     order = fault.compared.alternative.reading.logs[-1].v_order
     rms = np.array([np.sqrt(np.mean(each.V**2)) for each in logs.model.rows])
     lost = np.sqrt(np.maximum(before.variance[order] - after.variance, 0.0)) / rms[order]
     return tuple(Effect(joint=int(order[j]), percent=100.0 * float(x), deviations=None) for j, x in enumerate(lost))
+
+
+def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
+    """Error of the ratio of each gain to the one that was set."""
+    found = fit.fitted.fit
+    currents = np.concatenate(
+        [
+            np.zeros(len(own.F)) if each is None else each @ small.found.value
+            for each, own in zip(small.direction.columns, fit.fitted.own, strict=True)
+        ]
+    )
+    std = np.sqrt(np.diag(cautious(found.rows, found.log_influence, 0.0)))
+    for j, moved in enumerate(found.log_influence @ currents):
+        if j != fit.ready.given[0].joint and std[j] > 0.0:
+            yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[j]))
 
 
 def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:

@@ -42,6 +42,11 @@ class Small:
     found: Added
 
     @property
+    def within(self) -> bool:
+        """Whether its size is one that the first order is to be believed of."""
+        return bool((np.abs(self.found.value) <= self.direction.largest).all())
+
+    @property
     def gain(self) -> float:
         """In log predictive density."""
         return float(self.found.u.sum())
@@ -212,15 +217,13 @@ def _refined(logs: Logs, alternative: Alternative) -> Compared | None:
 def _step(found: Compared) -> Array | None:
     """Change of the parameters that the logs read so ask for; None where it is small."""
     fit = reference(found.logs.problem)
-    own = found.alternative.key[0]
-    for family in FAMILIES.values() if fit is not None else ():
-        for each in family.directions(fit, found.logs):
-            if each.key == (own, found.alternative.joints, found.alternative.logs):
-                more = added(found.logs.model.fits, each.columns)
-                if more is None:
-                    return None
-                std = np.sqrt(np.diag(more.covariance))
-                return more.value if (np.abs(more.value) > SETTLED * std).any() else None
+    for each in directions(fit, found.logs, tuple(FAMILIES.values())):
+        if each.key == found.alternative.key:
+            more = added(found.logs.model.fits, each.columns)
+            if more is None:
+                return None
+            std = np.sqrt(np.diag(more.covariance))
+            return more.value if (np.abs(more.value) > SETTLED * std).any() else None
     return None
 
 

@@ -66,7 +66,7 @@ class Reading:
             return arm
         return replace(arm, gravity=self.gravity, translation=self.stretch[:, None] * arm.translation)
 
-    def changed(self, logs: Sequence[int], **fields: Array | float) -> "Reading":
+    def changed(self, logs: Sequence[int], **fields: Array | Indices | float) -> "Reading":
         """This reading with other fields of some logs."""
         return replace(
             self,

@@ -20,7 +20,7 @@ from ident.all_joints.stiffness import assumed_compliance
 from ident.all_joints.terms import torque_terms
 from ident.all_joints.torques import TORQUE_RATE
 from ident.arm import Arm
-from ident.arrays import Array
+from ident.arrays import Array, Indices
 from ident.errors import IdentificationError
 from ident.full_rate import FullRate
 from ident.inverse_dynamics import inverse_dynamics
@@ -94,12 +94,13 @@ class ReferenceMotion:
 
     @cached_property
     def behind(self) -> FullRate:
+        """The motion at full rate."""
         found = self.reference.problem.motions[self.log].observation.full_rate
         assert found is not None, "asked of recordings only"
         return found
 
     @cached_property
-    def _at(self) -> Array:
+    def _at(self) -> Indices:
         behind = self.behind
         stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
         return np.append(np.arange(0, len(behind.q) - 1, stride), len(behind.q) - 1)

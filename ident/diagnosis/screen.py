@@ -12,12 +12,12 @@ from functools import lru_cache
 import numpy as np
 
 from ident.arm import Arm
-from ident.arrays import Array
+from ident.arrays import Array, Indices
+from ident.base import independent_columns
 from ident.diagnosis.alternative import Alternative
+from ident.diagnosis.instants import Instants, instants
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reading import LogReading, Reading, as_logged
-from ident.explanation import Unknowns, unknowns_of
-from ident.instants import Instants, instants
 from ident.parameters import STANDARD
 from ident.regressor import regressor
 from ident.structure import Structure, structure_of
@@ -151,9 +151,26 @@ NOTHING = 1e-3
 """Share of a current below which nothing is left to explain: filters leave as much of exact data."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Unknowns:
+    """Columns of the standard regressor that are solved for on each joint: of the arm, and of a payload."""
+
+    arm: tuple[Indices, ...]
+    payload: tuple[Indices, ...]
+
+
 @lru_cache(maxsize=8)
-def _unknowns(structure: Structure, *, upright: bool) -> Unknowns:
-    """Columns that each joint is solved for, under the model's gravity or under any."""
-    if upright or not structure.arm.gravity.any():
-        return unknowns_of(structure)
-    return unknowns_of(structure_of(replace(structure.arm, gravity=ASLANT)))
+def _unknowns(structure: Structure, *, upright: bool) -> _Unknowns:
+    """Base columns of each joint alone, and those of the payload that it can tell apart, under any gravity if not its.
+
+    What no torque shows under gravity along no axis, none shows under any.
+    """
+    if not upright and structure.arm.gravity.any():
+        structure = structure_of(replace(structure.arm, gravity=ASLANT))
+    ten = np.arange(len(structure.payload_columns))
+    return _Unknowns(
+        arm=tuple(structure.base.columns[chosen] for chosen in structure.joint_independent),
+        payload=tuple(
+            structure.payload_columns[independent_columns(probes, [ten])] for probes in structure.payload_probes
+        ),
+    )

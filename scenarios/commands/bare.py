@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 
-from ident.identification import Recorded
+from ident.preparation import Recorded
 from ident.structure import Structure
 from scenarios.commands.saving import save_identified
 from scenarios.errors import WrongFiles

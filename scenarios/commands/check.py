@@ -41,12 +41,12 @@ def main(options: argparse.Namespace) -> Status:
     """Read, check, tell."""
     from threadpoolctl import threadpool_limits
 
-    from ident.diagnosis.check import check
+    from ident.check import check
     from ident.diagnosis.diagnosis import Severity
     from ident.diagnosis.samples.temperature import Warmth
-    from ident.identification import Recorded
     from ident.options import GainOptions
     from ident.payload_files import read_payload
+    from ident.preparation import Recorded
     from ident.recording_files import read_unchecked
     from ident.temperature_files import read_temperatures
     from scenarios.errors import WrongFiles

@@ -4,12 +4,12 @@ import argparse
 import time
 
 import scenarios.commands.arguments as arguments
-from ident.consistency import CHECKS
 from ident.estimators import DEFAULT, ESTIMATORS
-from ident.identification import Recorded, identify_motions
+from ident.identification import identify_motions
 from ident.logs.description import LogDescription
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
+from ident.preparation import Recorded
 from scenarios.commands import bare, gains_files
 from scenarios.commands.log_arguments import add_log_arguments, log_description, read_recordings
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
@@ -47,7 +47,7 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from ident.time_order import in_order_of_time
-    from scenarios.model_masses import with_masses
+    from scenarios.model_masses import model_links
     from scenarios.reports.identify import estimate_report
 
     files = mounted_files(options.given)
@@ -75,7 +75,7 @@ def main(options: argparse.Namespace) -> Status:
             options=own,
             observing=observing,
             gains=limits,
-            checks=with_masses(CHECKS, options.model, options.flange),
+            links=model_links(options.model, options.flange),
         )
         identify_s = time.perf_counter() - started
     if held is not None:
@@ -84,8 +84,8 @@ def main(options: argparse.Namespace) -> Status:
         origin = Origin(model=options.model, arm=structure.arm, motions=motions, options=own, observing=observing)
         gains_files.write(gains_file(found.estimate, origin), held)
     if form(options) == "json":
-        for note in found.notes:
-            complain(note)
+        for said in (*(each.sentence for each in found.found.doubts), *found.notes):
+            complain(said)
     report = estimate_report(found, structure.arm, identify_s)
     title = f"Drive gains of {structure.arm.name} by {options.method}"
     save_identified(

@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from ident.identification import Recorded
     from ident.observation import ObserveOptions
     from ident.options import GainOptions
     from ident.payload import Payload
+    from ident.preparation import Recorded
     from scenarios.reports.content import Report
     from scenarios.store.log_folder import Done
     from scenarios.store.record import Kind

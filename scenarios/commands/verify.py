@@ -46,7 +46,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     file, payload = read_gains(options.gains), read_payload(mounted[0].payload)
     unloaded = [path for each in files if each.payload is None for path in each.recordings]
     with under_way(options, "weighing"):
-        found = verified(weigh(options, file, unloaded, mounted[0].recordings, payload), payload, file.known)
+        found = verified(weigh(options, file, unloaded, mounted[0].recordings), payload, file.known)
     show(verification_report(found), options)
     return Status.PASSED if found.passed else Status.MISSED
 

@@ -11,7 +11,6 @@ from scenarios.commands.log_arguments import log_description, read_recordings
 from scenarios.commands.robot_model import named_structure
 
 if TYPE_CHECKING:
-    from ident.payload import Payload
     from ident.weighing.together import FoundPayload
     from scenarios.files.gains import GainsFile
 
@@ -38,9 +37,8 @@ def weigh(
     file: "GainsFile",
     unloaded: Sequence[Path],
     loaded: Sequence[Path],
-    stated: "Payload | None" = None,
 ) -> "FoundPayload":
-    """Read recordings and find their payload with the gains of a file; a stated one helps to check the currents alone.
+    """Read recordings and find their payload with the gains of a file.
 
     Raises:
         SeenBefore: If the gains were found from a loaded recording, or with a payload in a bare one.
@@ -49,7 +47,7 @@ def weigh(
     from threadpoolctl import threadpool_limits
 
     from ident.weighing.together import payload_of
-    from scenarios.weighing.problem import UNKNOWN, check_unseen, model_options, observe_options, weighing_problem
+    from scenarios.weighing.problem import check_unseen, model_options, observe_options, weighing_problem
 
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         arm = named_structure(options)
@@ -57,6 +55,7 @@ def weigh(
         bare, heavy = (read_recordings(each, said) for each in (unloaded, loaded))
         check_unseen(file, bare, heavy)
         observing = observe_options(file, options.observe)
-        problem, notes = weighing_problem(arm, bare, heavy, file, observing, stated or UNKNOWN)
+        problem, said_of_logs = weighing_problem(arm, bare, heavy, file, observing)
+        notes = tuple(each.sentence for each in said_of_logs.doubts)
         found = payload_of(problem, file.known, model_options(file, options.option))
         return replace(found, selected=replace(found.selected, remarks=found.selected.remarks + notes))

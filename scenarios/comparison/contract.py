@@ -14,9 +14,9 @@ import numpy as np
 
 from ident.arm import load_arm
 from ident.arrays import Array
-from ident.identification import Recorded
 from ident.options import GainOptions
 from ident.payload import Payload
+from ident.preparation import Recorded
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
 from scenarios.comparison.exact import OBSERVING, TRUSTING, Exact, exact_motions

@@ -10,11 +10,11 @@ import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Array
-from ident.identification import Recorded
 from ident.inverse_dynamics import inverse_dynamics
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload import Payload
+from ident.preparation import Recorded
 from ident.recording import Recording
 from ident.structure import Structure
 

@@ -12,11 +12,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
+from ident.diagnosis.gains import negative
 from ident.errors import GainsError
 from ident.file_access import read_bytes
 from ident.known_gains import KnownGains
 from ident.naming import nearest, one_line, shown
-from ident.odd_gains import sign_notes
 from ident.toml_files import LARGEST, read_toml
 from scenarios.errors import WrongGains
 
@@ -141,7 +141,8 @@ class GainsFile(_Table):
     @property
     def notes(self) -> tuple[str, ...]:
         """What looks odd of the gains and is no mistake by itself: negative ones."""
-        return sign_notes({entry.joint - 1: entry.estimate for entry in self.gains if entry.estimate is not None})
+        gains = {entry.joint - 1: entry.estimate for entry in self.gains if entry.estimate is not None}
+        return tuple(f"{each.sentence}; {each.advice}" for each in negative(gains))
 
 
 def read_gains(path: Path) -> GainsFile:

@@ -3,15 +3,13 @@
 from dataclasses import asdict, dataclass, fields
 from typing import TypeVar
 
-from ident.consistency import UNCHECKED
 from ident.errors import OptionError
 from ident.estimators import ESTIMATORS
 from ident.identification import Identification, identify_motions
 from ident.naming import nearest, shown
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table, options_from_words, table_from_words
-from ident.plausibility import repeatable
-from ident.wiring import known_wiring
+from ident.preparation import SIMULATED
 from scenarios.errors import UnknownMethod
 from scenarios.methods.method import INSIDE, Method
 from scenarios.store.problem_folder import GivenProblem
@@ -53,9 +51,7 @@ def identified(text: str, problem: GivenProblem) -> Identification:
         options=options_from_words(ESTIMATORS[chosen.name].options, chosen.own),
         observing=_overlaid(problem.observing, chosen.observing),
         gains=_overlaid(problem.gains, chosen.gains),
-        wiring=known_wiring,
-        sameness=repeatable,
-        checks=UNCHECKED,
+        policy=SIMULATED,
     )
 
 

@@ -13,8 +13,9 @@ from scenarios.patching.link_document import Links
 from scenarios.patching.values import Unknown
 from scenarios.reports.bare_links import links_parts
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
-from scenarios.reports.gains import reason_paragraph, sentence
+from scenarios.reports.gains import doubt_paragraphs, reason_paragraph, sentence
 from scenarios.reports.if_loaded import if_loaded_document, if_loaded_parts
+from scenarios.store.documents import diagnosed_document
 
 RATIOS = (
     Column(title="Joint"),
@@ -73,7 +74,8 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
     reasons = ((j, ratios.reason(j)) for j in range(arm.n))
     parts += [reason_paragraph(j + 1, reason) for j, reason in reasons if reason is not None]
     parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
-    parts += [Paragraph(sentence(f"Note: {remark}")) for remark in (*found.selected.remarks, *answer.notes)]
+    parts += doubt_paragraphs(answer.said)
+    parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
     parts += [] if answer.if_loaded is None else if_loaded_parts(answer.if_loaded, arm)
     shown = found if in_si is None else in_si
     unit = "in SI" if in_si is not None else f"over the gain of joint {ratios.reference + 1}"
@@ -150,7 +152,8 @@ def _document(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> dict[str,
         "if_loaded": None if answer.if_loaded is None else if_loaded_document(answer.if_loaded),
         "consistent": None if isinstance(links, Unknown) else links.model_dump(mode="json"),
         "consistent_reason": links.reason if isinstance(links, Unknown) else None,
-        "notes": [*prediction_warnings(answer.predicted), *found.selected.remarks, *answer.notes],
+        "notes": [*prediction_warnings(answer.predicted), *found.selected.remarks],
+        **diagnosed_document(answer.said),
     }
 
 

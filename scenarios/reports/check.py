@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import PurePath
 
 from ident.arm import Arm
-from ident.diagnosis.check import Checked
+from ident.check import Checked
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.motion import motion_table

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.arrays import Array
-from ident.consistency.finding import Finding
+from ident.diagnosis.diagnosis import Diagnosed, Severity
 from ident.estimate import FoundParameter, IdentifiedGain, JointResult
 from ident.parameters import UNITS
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Table, cells, percent
@@ -55,12 +55,22 @@ def sentence(text: str) -> str:
     return text if text.endswith("?") else f"{text}."
 
 
-def note_paragraphs(notes: Sequence[str], findings: Sequence[Finding], revolute: Array) -> list[Paragraph]:
-    """What units and interval mean, a warning for each consistency test that fails, and a line for each other note."""
-    failed = [each.sentence for each in findings if each.sentence is not None]
-    warnings = [Paragraph(sentence(f"Warning: {each}"), Mood.DOUBTFUL, strong=True) for each in failed]
-    others = [Paragraph(sentence(f"Note: {note}")) for note in notes if note not in failed]
-    return [meaning(revolute), *warnings, *others]
+def note_paragraphs(notes: Sequence[str], found: Diagnosed, revolute: Array) -> list[Paragraph]:
+    """What units and interval mean, a warning for each diagnosis that is not good, and a line for each note."""
+    return [meaning(revolute), *doubt_paragraphs(found), *(Paragraph(sentence(f"Note: {note}")) for note in notes)]
+
+
+def doubt_paragraphs(found: Diagnosed) -> list[Paragraph]:
+    """A warning for each diagnosis that is not good."""
+    return [
+        Paragraph(
+            sentence(f"{'Wrong' if each.severity is Severity.WRONG else 'Warning'}: {each.sentence}")
+            + (f" {sentence(each.advice[0].upper() + each.advice[1:])}" if each.advice else ""),
+            Mood.DOUBTFUL,
+            strong=True,
+        )
+        for each in found.doubts
+    ]
 
 
 def reason_paragraph(joint: int, reason: str) -> Paragraph:

@@ -22,7 +22,7 @@ def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Repor
     estimate = found.estimate
     shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
     parts: list[Part] = [identified_table(estimate.joints, shares, arm.revolute)]
-    parts += note_paragraphs(found.notes, found.findings, arm.revolute)
+    parts += note_paragraphs(found.notes, found.found, arm.revolute)
     refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
     parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
     parts += payload_tables(estimate.payload)

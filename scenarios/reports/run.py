@@ -15,7 +15,7 @@ def run_report(run: Run) -> Report:
     """The table of injected against identified gains, the reasons, and the verdict."""
     scenario, revolute = run.bench.scenario, run.bench.structure.arm.revolute
     parts: list[Part] = [judged_table(run.verdict.gains, run.estimate.joints, revolute)]
-    parts += note_paragraphs(run.notes, run.findings, revolute)
+    parts += note_paragraphs(run.notes, run.found, revolute)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
     parts += payload_tables(run.estimate.payload)
     parts.append(

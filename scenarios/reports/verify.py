@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.consistency.finding import joints_in_words
 from ident.cross_validation import STRETCHES, JointPrediction
 from ident.estimate import GainEstimate
+from ident.naming import joints_in_words
 from ident.weighing.common import CommonError, common_error
 from ident.weighing.verification import AGREES, DIFFERS, Verification, Weighed
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent

@@ -3,8 +3,9 @@
 from dataclasses import asdict
 
 from ident.arm import Arm
-from ident.diagnosis.check import Checked, LogRead
+from ident.check import Checked, LogRead
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from scenarios.store.documents import diagnosed_document
 
 LIMITS, FRICTION = "joint limits", "friction sign"
 """Names of diagnoses of joints that are where they cannot be, and of friction that drives."""
@@ -29,22 +30,8 @@ def check_document(checked: Checked, arm: Arm) -> dict[str, object]:
             "out_of_reach": _joints(found, LIMITS),
             "driven_by_friction": _joints(found, FRICTION),
         },
-        "diagnoses": [diagnosis_document(each) for each in found.diagnoses],
-        "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],
-        "untold": list(found.untold),
+        **{key: value for key, value in diagnosed_document(found).items() if key != "consistency"},
     }
-
-
-def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
-    """Every field of a diagnosis, joints from 1."""
-    own: dict[str, object] = {
-        "severity": diagnosis.severity.value,
-        "joints": [joint + 1 for joint in diagnosis.joints],
-        "logs": list(diagnosis.logs),
-        "effects": [asdict(each) | {"joint": each.joint + 1} for each in diagnosis.effects],
-        "rivals": list(diagnosis.rivals),
-    }
-    return asdict(diagnosis) | own
 
 
 def _predicts_better(diagnosis: Diagnosis) -> bool:

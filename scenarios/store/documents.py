@@ -1,11 +1,12 @@
 """Results for programs: the JSON objects of `--json`, whose keys are a contract."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from ident.consistency.finding import Finding
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.diagnosis.engine import SHOWN
 from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification
 from ident.parameters import INERTIAL
@@ -33,7 +34,7 @@ def run_document(run: "Run") -> dict[str, object]:
         "fit": _fit(run.estimate),
         "timing": {"simulate_s": run.simulate_s, "identify_s": run.identify_s},
         "notes": list(run.notes),
-        "consistency": _consistency(run.findings),
+        **diagnosed_document(run.found),
     }
 
 
@@ -79,7 +80,7 @@ def estimate_document(found: Identification, identify_s: float) -> dict[str, obj
         "fit": _fit(estimate),
         "timing": {"simulate_s": None, "identify_s": identify_s},
         "notes": list(found.notes),
-        "consistency": _consistency(found.findings),
+        **diagnosed_document(found.found),
     }
 
 
@@ -116,9 +117,39 @@ def _payload(estimate: GainEstimate, true: Mapping[str, float]) -> list[dict[str
     ]
 
 
-def _consistency(findings: Sequence[Finding]) -> list[dict[str, object]]:
-    """What each consistency test found; its sentence is null where it has nothing to say."""
-    return [{**asdict(each), "joint": each.joint + 1, "failed": each.failed} for each in findings]
+def diagnosed_document(found: Diagnosed) -> dict[str, object]:
+    """What is said of logs and estimate; under `consistency` in short what was compared by predictions."""
+    return {
+        "consistency": [
+            {
+                "check": each.name,
+                "joint": (each.worst.joint if each.worst else each.joints[0] if each.joints else 0) + 1,
+                "statistic": each.z,
+                "threshold": SHOWN,
+                "measure": "standard errors of the gain in predictions",
+                "sentence": each.sentence if each.severity is not Severity.GOOD else None,
+                "change": each.worst.percent if each.worst else None,
+                "failed": each.severity is not Severity.GOOD,
+            }
+            for each in found.diagnoses
+            if each.z is not None
+        ],
+        "diagnoses": [diagnosis_document(each) for each in found.diagnoses],
+        "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],
+        "untold": list(found.untold),
+    }
+
+
+def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
+    """Every field of a diagnosis, joints from 1."""
+    own: dict[str, object] = {
+        "severity": diagnosis.severity.value,
+        "joints": [joint + 1 for joint in diagnosis.joints],
+        "logs": list(diagnosis.logs),
+        "effects": [asdict(each) | {"joint": each.joint + 1} for each in diagnosis.effects],
+        "rivals": list(diagnosis.rivals),
+    }
+    return asdict(diagnosis) | own
 
 
 def _fit(estimate: GainEstimate) -> dict[str, object]:

@@ -11,11 +11,11 @@ from pydantic import JsonValue
 
 from ident.arm import Arm
 from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
-from ident.identification import Recorded
 from ident.known_gains import estimated_gains
 from ident.observation import ObserveOptions
 from ident.options import option_types
 from ident.payload_files import payload_to_table
+from ident.preparation import Recorded
 from ident.recording import Recording
 from scenarios.files.gains import (
     SLIDING,

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from pydantic import JsonValue
 
-from ident.identification import Recorded
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.payload_files import write_payload
+from ident.preparation import Recorded
 from scenarios.store.documents import to_json
 from scenarios.store.problem_folder import MODELS, RobotTable, motion_files, write_model, write_motions
 from scenarios.store.record import RECORD, RESULT, Kind, RecordFile, digests_of, now, write_record

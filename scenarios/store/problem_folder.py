@@ -18,13 +18,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ident.arm import Arm, load_arm
 from ident.errors import IdentificationError
-from ident.identification import Recorded
 from ident.model_files import minimal_model
 from ident.naming import one_line, shown
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table
 from ident.payload import Payload
 from ident.payload_files import read_payload, write_payload
+from ident.preparation import Recorded
 from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording
 from scenarios.errors import ForeignProblem

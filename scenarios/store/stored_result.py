@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from ident.consistency.finding import Finding
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.estimate import FoundParameter, IdentifiedGain, JointResult, RefusedGain
 from ident.naming import one_line
 from scenarios.errors import ForeignResult
@@ -89,15 +89,48 @@ class StoredFit(_Table):
     rel_error_norm: float
 
 
-class StoredFinding(_Table):
-    """What a consistency test found; joints from 1."""
+class StoredEffect(_Table):
+    """What a fault does to a joint, from 1."""
 
-    check: str
     joint: int
-    statistic: float
-    threshold: float
-    measure: str
-    sentence: str | None
+    percent: float
+    deviations: float | None
+
+
+class StoredDiagnosis(_Table):
+    """A diagnosis; joints from 1."""
+
+    name: str
+    severity: Severity
+    sentence: str
+    advice: str | None
+    joints: tuple[int, ...]
+    logs: tuple[str, ...]
+    value: float | None
+    std: float | None
+    unit: str | None
+    z: float | None
+    effects: tuple[StoredEffect, ...]
+    rivals: tuple[str, ...]
+
+    @property
+    def diagnosis(self) -> Diagnosis:
+        """As it was made."""
+        given = {name: getattr(self, name) for name in type(self).model_fields if name not in ("joints", "effects")}
+        effects = tuple(
+            Effect(joint=each.joint - 1, percent=each.percent, deviations=each.deviations) for each in self.effects
+        )
+        return Diagnosis(**given, joints=tuple(joint - 1 for joint in self.joints), effects=effects)
+
+
+class StoredExclusion(_Table):
+    """What was excluded; joints from 1."""
+
+    family: str
+    sentence: str
+    joints: tuple[int, ...]
+    limit: float | None
+    unit: str | None
 
 
 class StoredResult(_Table):
@@ -110,7 +143,9 @@ class StoredResult(_Table):
     fit: StoredFit
     timing: Mapping[str, float | None]
     notes: tuple[str, ...]
-    consistency: tuple[StoredFinding, ...]
+    diagnoses: tuple[StoredDiagnosis, ...]
+    excluded: tuple[StoredExclusion, ...] = ()
+    untold: tuple[str, ...] = ()
 
     @property
     def judged(self) -> bool:
@@ -123,19 +158,19 @@ class StoredResult(_Table):
         return tuple(gain.result for gain in self.gains)
 
     @property
-    def findings(self) -> tuple[Finding, ...]:
-        """As the tests gave them."""
-        return tuple(
-            Finding(
-                check=each.check,
-                joint=each.joint - 1,
-                statistic=each.statistic,
-                threshold=each.threshold,
-                measure=each.measure,
-                sentence=each.sentence,
-            )
-            for each in self.consistency
-        )
+    def found(self) -> Diagnosed:
+        """What was said of logs and estimate."""
+        return Diagnosed(
+            diagnoses=tuple(each.diagnosis for each in self.diagnoses),
+            excluded=tuple(
+                Exclusion(
+                    family=each.family, sentence=each.sentence, joints=tuple(joint - 1 for joint in each.joints),
+                    limit=each.limit, unit=each.unit,
+                )
+                for each in self.excluded
+            ),
+            untold=self.untold,
+        )  # fmt: skip
 
     @property
     def parameters(self) -> tuple[FoundParameter, ...]:

@@ -1,24 +1,24 @@
 """The problem of a payload with the gains of a file: recordings checked and observed as where the gains were found."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TypeVar
 
 from pydantic import JsonValue
 
+from ident.diagnosis.diagnose import diagnose
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.errors import OptionError
 from ident.estimators import nls
 from ident.estimators.nls import AllJointsOptions
+from ident.identification import raise_for
 from ident.naming import one_line
-from ident.observation import ObserveOptions, observe
-from ident.one_log import alike, scale_notes
+from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table, table_from_words
 from ident.payload import Payload
-from ident.plausibility import check_different, check_positions
-from ident.problem import Motion, Problem
+from ident.preparation import Recorded, joined, prepare
+from ident.problem import Problem
 from ident.recording import Recording
 from ident.structure import Structure
-from ident.wiring import check_wiring
 from scenarios.errors import SeenBefore, WrongGains
 from scenarios.files.gains import GainsFile
 from scenarios.store.gains_file import recording_digest
@@ -39,9 +39,8 @@ def weighing_problem(
     loaded: Sequence[Recording],
     file: GainsFile,
     observing: ObserveOptions,
-    stated: Payload = UNKNOWN,
-) -> tuple[Problem, tuple[str, ...]]:
-    """Observe bare motions and those with a payload of which nothing is known, and check that they go together.
+) -> tuple[Problem, Diagnosed]:
+    """Prepare bare motions and those with a payload of which nothing is known.
 
     Args:
         structure: Of the arm.
@@ -49,30 +48,20 @@ def weighing_problem(
         loaded: Motions of one mounting.
         file: The gains.
         observing: Filters and thresholds.
-        stated: The payload as weighed and drawn, where it is. The problem takes nothing of it for granted; it makes a
-            scale of currents plainer.
 
     Returns:
-        The problem, and what the owner of the recordings should know.
+        The problem, and what is said of the recordings.
 
     Raises:
-        IdentificationError: If recordings cannot be those of this arm, or one counts currents otherwise.
+        IdentificationError: If recordings cannot be those of this arm, or something spoils what rests on them.
         WrongGains: If the file's options are none.
     """
-    for recording in (*unloaded, *loaded):
-        check_positions(structure.arm, recording)
-    check_different([*unloaded, *loaded])
-    motions = [Motion(observe(each, structure, observing), None) for each in unloaded]
-    motions += [Motion(observe(each, structure, observing), UNKNOWN) for each in loaded]
-    problem = Problem(structure, tuple(motions), options_of(GainOptions, file.options.gains, ()))
-
-    def wired() -> None:
-        if unloaded and loaded:
-            check_wiring(structure, unloaded[0], loaded[0], observing)
-
-    said = [Motion(each.observation, None if each.payload is None else stated) for each in motions]
-    counted = alike(replace(problem, motions=tuple(said)), [each.name for each in (*unloaded, *loaded)], wired)
-    return problem, scale_notes(counted)
+    motions = [Recorded(each) for each in unloaded] + [Recorded(each, UNKNOWN) for each in loaded]
+    gains = options_of(GainOptions, file.options.gains, ())
+    prepared = prepare(motions, structure, observing=observing, gains=gains)
+    found = diagnose(prepared.logs())
+    raise_for(prepared, found)
+    return prepared.problem, joined(found, more=prepared.diagnoses)
 
 
 def observe_options(file: GainsFile, words: Sequence[str]) -> ObserveOptions:

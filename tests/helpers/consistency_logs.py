@@ -1,10 +1,10 @@
 """Recordings of three axes with known friction, and the evidence of their estimates."""
 
 import numpy as np
+from ident.consistency.evidence import Evidence
 from known_logs import BRICK
 from real_friction import Truth, real_logs
 
-from ident.consistency.evidence import Evidence
 from ident.estimators import ESTIMATORS
 from ident.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.observation import ObserveOptions, observe

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from ident.consistency.evidence import Evidence
 
 from ident.arrays import Array
-from ident.consistency.evidence import Evidence
 from ident.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.options import GainOptions
 from ident.rows import Rows

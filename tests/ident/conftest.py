@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from consistency_logs import evidence_of, logs_of, problem_of
 from exact import GAIN, exact_pair, lopsided
+from ident.consistency.evidence import Evidence
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from real_friction import Truth, three_axes
 from weighings import weighed
 
-from ident.consistency.evidence import Evidence
 from ident.estimators.nls import AllJointsOptions
 from ident.observation import Observation
 from ident.payload import Payload

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact import EXACT, GAIN, exact_pair
-
 from ident.agreement import MOST, SURE_F, Disagreement, agreed, disagreement, disagreement_notes, disagreements
+
 from ident.estimate import IdentifiedGain, RefusedGain
 from ident.estimators import ESTIMATORS
 from ident.gain_system import joint_rows

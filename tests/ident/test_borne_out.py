@@ -4,21 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
-
-from ident import borne_out as module
-from ident.arm import Arm
 from ident.borne_out import CLEAR, borne_out
 from ident.checks import comparison
 from ident.checks.arm_remarks import named_readings
 from ident.evidence import convincing, evidence_of, gain_over
 from ident.explanation import explanations, unknowns_of
 from ident.instants import instants
-from ident.observation import ObserveOptions
 from ident.readings import Reading, as_it_is
+from ident.wiring import MANY, check_wiring
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+
+from ident import borne_out as module
+from ident.arm import Arm
+from ident.observation import ObserveOptions
 from ident.recording import Recording
 from ident.structure import structure_of
-from ident.wiring import MANY, check_wiring
 
 OPTIONS = ObserveOptions()
 COARSE = 1e-3

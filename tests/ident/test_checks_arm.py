@@ -5,24 +5,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
-
-from ident.arm import load_arm
 from ident.checks import payload_decides
 from ident.checks.check import Checked, check
 from ident.checks.comparison import Comparison, prepared, single_readings
 from ident.checks.excitation import excitation_remarks, predicted_rel_std
 from ident.checks.payload_decides import explained_with_payload, moved_gains, payload_remarks
 from ident.checks.remark import Grade
-from ident.errors import RecordingError
-from ident.estimators import ls_2011
 from ident.evidence import EVIDENCE
 from ident.explanation import Explanation, unknowns_of
+from ident.readings import as_it_is
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+
+from ident.arm import load_arm
+from ident.errors import RecordingError
+from ident.estimators import ls_2011
 from ident.identification import ALONE_OPTIONS
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.problem import pair
-from ident.readings import as_it_is
 from ident.recording import Recording
 from ident.recording_files import read_recording
 from ident.structure import structure_of

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
-
 from ident.checks.lateness import BENT, Lateness, delay_remark, lateness
 from ident.checks.remark import Grade
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+
 from ident.observation import ObserveOptions, observe
 from ident.recording import Recording
 

@@ -4,16 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
-
 from ident.checks.comparison import Logs, _alternative, compared, prepared, same_as_it_is, single_readings
 from ident.checks.further_readings import further_readings
 from ident.checks.gear_ratio import motor_side
 from ident.checks.reach import unreachable
 from ident.checks.sameness import fingerprint, same
 from ident.explanation import Explanation, unknowns_of, unknowns_under_any
-from ident.observation import ObserveOptions
 from ident.readings import as_it_is
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+
+from ident.observation import ObserveOptions
 from ident.recording import Recording
 from ident.structure import structure_of
 

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_logs import arm_of, ur_like
-
-from ident.arm import Arm
 from ident.checks.arm_remarks import arm_remarks, named_readings, words_of
 from ident.checks.comparison import Alternative, Comparison, single_readings
 from ident.checks.remark import Grade, Remark
 from ident.explanation import Explanation
 from ident.readings import Reading, as_it_is
+from known_logs import arm_of, ur_like
+
+from ident.arm import Arm
 
 LEFT = np.array([0.04, 0.31, 0.05, 0.2, 0.06, 0.07])
 """Shares that the log as it is leaves of each current."""

@@ -2,18 +2,18 @@
 
 from dataclasses import replace
 
+import ident.checks.several as several
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
-
-import ident.checks.several as several
 from ident.checks.check import check
 from ident.checks.comparison import Alternative, Logs, prepared
 from ident.checks.remark import Grade
 from ident.checks.several import Several, mended, several_mistakes, several_remark
+from ident.readings import Reading, as_it_is
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
-from ident.readings import Reading, as_it_is
 from ident.recording import Recording
 from ident.structure import structure_of
 

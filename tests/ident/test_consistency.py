@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import LOOSE, evidence_of, joint_by_joint, logs_of, problem_of, with_current
-from known_logs import BRICK
-from real_friction import GAIN, Truth, real_logs
-
-from ident.all_joints.friction import Term
-from ident.all_joints.solution import fit_with, setting
 from ident.consistency import CHECKS, UNCHECKED, findings
 from ident.consistency.bare import bare_drifts, check_bare
 from ident.consistency.curves import check_position, check_speed, residual_curve
 from ident.consistency.halves import check_halves
 from ident.consistency.joints import check_joints
 from ident.consistency.whiteness import check_whiteness, neighbours
+from known_logs import BRICK
+from real_friction import GAIN, Truth, real_logs
+
+from ident.all_joints.friction import Term
+from ident.all_joints.solution import fit_with, setting
 from ident.rows import Rows
 
 # Silence

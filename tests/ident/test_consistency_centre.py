@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import evidence_of, joint_by_joint, logs_of, problem_of
+from ident.consistency.centre import MATTERS, Shift, centre_shift, check_centre, per_metre
+from ident.consistency.evidence import Evidence
 from known_logs import BRICK
 from real_friction import Truth
 from scipy import stats
 
-from ident.consistency.centre import MATTERS, Shift, centre_shift, check_centre, per_metre
-from ident.consistency.evidence import Evidence
 from ident.payload import Payload, standard_parameters
 from ident.recording import Recording
 from ident.structure import Structure

@@ -6,6 +6,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from consistency_logs import evidence_of, joint_by_joint, logs_of, problem_of
+from ident.consistency import elasticity, single_load
+from ident.consistency.elasticity import check_elasticity
+from ident.consistency.evidence import Evidence
+from ident.consistency.hidden import Hidden, hidden_effect
+from ident.consistency.single_load import USUAL, check_single_load, load_currents
+from ident.consistency.soft_currents import soft_currents
 from known_logs import BRICK
 from real_friction import Truth, three_axes
 
@@ -20,12 +26,6 @@ from ident.all_joints.stiffness import (
 )
 from ident.all_joints.terms import torque_terms
 from ident.all_joints.torques import STATES
-from ident.consistency import elasticity, single_load
-from ident.consistency.elasticity import check_elasticity
-from ident.consistency.evidence import Evidence
-from ident.consistency.hidden import Hidden, hidden_effect
-from ident.consistency.single_load import USUAL, check_single_load, load_currents
-from ident.consistency.soft_currents import soft_currents
 from ident.estimate import LoadFriction
 from ident.estimators.nls import AllJointsOptions, all_joints_gains
 

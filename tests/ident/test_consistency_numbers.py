@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import evidence_of, logs_of, problem_of
-from known_logs import BRICK
-from linear_solutions import MadeUp, linear_evidence, linear_solution
-from real_friction import Truth
-from scipy import stats
-
 from ident.consistency import bare, joints
 from ident.consistency.curves import residual_curve
 from ident.consistency.difference import difference_std, judged_difference
 from ident.consistency.hidden import hidden_effect
 from ident.consistency.part import part_of
 from ident.consistency.stretches import stretches
+from known_logs import BRICK
+from linear_solutions import MadeUp, linear_evidence, linear_solution
+from real_friction import Truth
+from scipy import stats
+
 from ident.rows import Rows
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import PLAIN
-from linear_solutions import linear_solution
-
 from ident.consistency.evidence import Evidence
 from ident.consistency.halves import check_halves
 from ident.consistency.joints import check_joints
 from ident.consistency.part import linear_fit, part_of
+from linear_solutions import linear_solution
+
 from ident.estimators.nls import all_joints_gains
 from ident.problem import Motion, Problem
 

@@ -7,14 +7,16 @@ import pytest
 from consistency_logs import joint_by_joint, logs_of, problem_of
 from corruptions import CHANGES, corrupted
 from exact import exact_pair
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
-from real_friction import GAIN, Truth, real_logs
-
-from ident.all_joints.terms import STRONGEST
 from ident.all_joints.unmodelled import SOFTEST, unmodelled
 from ident.checks.between_logs import mounted_remarks
 from ident.consistency import UNCHECKED
 from ident.contradiction import SHARE, SURE_F, check_shape
+from ident.payload_shape import shape_mismatch
+from ident.wiring import known_wiring
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from real_friction import GAIN, Truth, real_logs
+
+from ident.all_joints.terms import STRONGEST
 from ident.errors import Contradiction, NotIdentifiable, OptionError
 from ident.estimate import IdentifiedGain
 from ident.estimators import ESTIMATORS, ls_2011
@@ -23,12 +25,10 @@ from ident.joint_fit import joint_fit
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.payload_shape import shape_mismatch
 from ident.plausibility import repeatable
 from ident.problem import pair
 from ident.recording import Recording
 from ident.signs import joint_signs
-from ident.wiring import known_wiring
 
 MODELS = {
     "base on its side": ur_like((9.81, 0.0, 0.0)),

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ident.explanation import explanations, unknowns_of
+from ident.instants import instants
+from ident.readings import readings
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 
 from ident import explanation
-from ident.explanation import explanations, unknowns_of
-from ident.instants import instants
 from ident.observation import ObserveOptions
-from ident.readings import readings
 from ident.recording import Recording, resampled
 from ident.regressor import regressor
 from ident.signals import smooth_motion

@@ -2,13 +2,13 @@
 
 import numpy as np
 from consistency_logs import LOOSE, PAYLOADS, PLAIN, logs_of, with_current
-from real_friction import Truth
-
 from ident.consistency import UNCHECKED
 from ident.consistency.difference import FALSE_ALARM, FREEDOM, most_deviations
 from ident.consistency.finding import joints_in_words
-from ident.identification import Recorded, identify_motions
 from ident.wiring import known_wiring
+from real_friction import Truth
+
+from ident.identification import Recorded, identify_motions
 
 
 def test_limits_are_those_of_students_t_for_so_many_tests():

@@ -4,21 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ident.delay import SURE, Delay, common_delay, joint_delay
+from ident.lag import MOST, SEEN, Lag, in_time, lag_notes, lags, with_suspects
+from ident.wiring import known_wiring
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, scara, ur_like
 
-from ident.delay import SURE, Delay, common_delay, joint_delay
 from ident.errors import Contradiction, NotIdentifiable
 from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimators import ESTIMATORS
 from ident.gain_system import joint_rows
 from ident.identification import identify
-from ident.lag import MOST, SEEN, Lag, in_time, lag_notes, lags, with_suspects
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.problem import Problem, pair
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
-from ident.wiring import known_wiring
 
 OPTIONS = ObserveOptions()
 

@@ -6,27 +6,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from consistency_logs import logs_of, problem_of
-from known_logs import BRICK
-from real_friction import Truth, real_logs
-
 from ident.checks import between_logs
 from ident.checks.check import Checked, check
 from ident.checks.comparison import Alternative, single_readings
 from ident.checks.remark import Grade
 from ident.consistency.finding import Finding
 from ident.consistency.joints import TORN, TORN_Z, torn
-from ident.errors import Contradiction, OtherLengths
 from ident.evidence import BETTER, EVIDENCE, gain_over
-from ident.identification import identify
-from ident.observation import ObserveOptions
 from ident.odd_gains import FAR, sign_notes, size_notes
 from ident.one_log import Counting, check_scales, check_units, countings, scale_notes
 from ident.one_log_readings import one_log_explanations
-from ident.options import GainOptions
 from ident.own_torque import Scale
+from ident.wiring import check_wiring
+from known_logs import BRICK
+from real_friction import Truth, real_logs
+
+from ident.errors import Contradiction, OtherLengths
+from ident.identification import identify
+from ident.observation import ObserveOptions
+from ident.options import GainOptions
 from ident.recording import Recording
 from ident.structure import Structure
-from ident.wiring import check_wiring
 
 NAMES = ("one.csv", "two.csv")
 SOUND = [

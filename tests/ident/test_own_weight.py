@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from exact import TRUSTING, drive_gains, exact_observation
-from real_friction import three_axes
-
 from ident.consistency.evidence import Evidence
 from ident.consistency.own_weight import FACTOR, SHOWN, OwnWeight, check_own_weight, judged, own_weights
+from real_friction import three_axes
+
 from ident.problem import pair
 from ident.structure import structure_of
 

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ident.readings import WEIGHTLESS, Reading, readings
 from known_logs import arm_of, ur_like
 
 from ident.arm import Arm
-from ident.readings import WEIGHTLESS, Reading, readings
 
 LOG = np.array([0.3, -1.2, 1.1, -0.4, 0.7, 0.2])
 

@@ -5,20 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ident.checks.comparison import compared, prepared
+from ident.explanation import Explanation, explanations, unknowns_of
+from ident.instants import calmer, instants
+from ident.rates import rate_notes
+from ident.readings import as_it_is, readings
+from ident.scale_of_lengths import scaled_lengths, searched
+from ident.wiring import check_wiring
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, scara, ur_like
 
 from ident import scale_of_lengths
-from ident.checks.comparison import compared, prepared
 from ident.errors import OtherLengths
-from ident.explanation import Explanation, explanations, unknowns_of
-from ident.instants import calmer, instants
 from ident.observation import ObserveOptions
-from ident.rates import rate_notes
-from ident.readings import as_it_is, readings
 from ident.recording import Recording
-from ident.scale_of_lengths import scaled_lengths, searched
 from ident.structure import Structure, structure_of
-from ident.wiring import check_wiring
 
 OBSERVING = ObserveOptions()
 

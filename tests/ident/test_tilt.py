@@ -5,17 +5,17 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
-
 from ident.checks.comparison import compared, prepared
-from ident.errors import Contradiction
 from ident.explanation import Unknowns, unknowns_under_any
 from ident.instants import Instants, instants
-from ident.observation import ObserveOptions
 from ident.readings import as_it_is, readings
-from ident.structure import Structure, structure_of
 from ident.tilt import LEAST, degrees_between, tilt, under_best_gravity
 from ident.wiring import check_wiring
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+
+from ident.errors import Contradiction
+from ident.observation import ObserveOptions
+from ident.structure import Structure, structure_of
 
 OBSERVING = ObserveOptions()
 PULL = 9.81

@@ -8,23 +8,23 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from corruptions import CHANGES, CURES, corrupted, shifted
+from ident.evidence import BETTER, EVIDENCE, LENGTH_EVIDENCE, gain_over
+from ident.explanation import Explanation, explanations, unknowns_of, unknowns_under_any
+from ident.instants import instants
+from ident.one_log_readings import agree
+from ident.readings import readings
+from ident.wiring import check_wiring, known_wiring
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 
 import scenarios.run
 from ident import wiring
 from ident.arm import load_arm
 from ident.errors import Contradiction
-from ident.evidence import BETTER, EVIDENCE, LENGTH_EVIDENCE, gain_over
-from ident.explanation import Explanation, explanations, unknowns_of, unknowns_under_any
 from ident.identification import identify
-from ident.instants import instants
 from ident.observation import ObserveOptions
-from ident.one_log_readings import agree
-from ident.readings import readings
 from ident.recording import Recording
 from ident.recording_files import read_recording
 from ident.structure import Structure, structure_of
-from ident.wiring import check_wiring, known_wiring
 
 OPTIONS = ObserveOptions()
 NAMED = ("joint 1 negated", "joint 3 negated", "joint 5 negated", "joint 6 negated", "joint 2 at +pi/2",

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 from estimates import gain_estimate
-
 from ident.consistency.finding import Finding
+
 from ident.identification import Identification
 from scenarios.reports.content import Mood
 from scenarios.reports.gains import note_paragraphs

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ident.one_log import Counting
+from ident.own_torque import Scale
 from known_logs import arm_of
 from printed import printed
 from real_friction import Truth, real_logs, three_axes
@@ -15,9 +17,7 @@ from ident.errors import Contradiction
 from ident.estimators.nls import AllJointsOptions
 from ident.identification import Recorded
 from ident.observation import ObserveOptions
-from ident.one_log import Counting
 from ident.options import GainOptions
-from ident.own_torque import Scale
 from ident.problem import Problem
 from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording

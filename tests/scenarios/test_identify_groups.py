@@ -4,17 +4,17 @@ import json
 from pathlib import Path
 
 import pytest
+from ident.consistency import UNCHECKED
+from ident.wiring import known_wiring
 
 import rx90_mjcf
 import scenarios.commands.identify as command
 from ident.arm import load_arm
-from ident.consistency import UNCHECKED
 from ident.identification import Recorded, identify_motions
 from ident.options import GainOptions
 from ident.payload_files import read_payload
 from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording
-from ident.wiring import known_wiring
 from scenarios.cli import main
 from scenarios.model_masses import with_masses
 from scenarios.robots import robot

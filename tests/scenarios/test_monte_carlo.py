@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from ident.consistency import joints
 from quick import RANDOM, quick_scenario
 from rich.console import Console
 
 import scenarios.studies.study as module
-from ident.consistency import joints
 from ident.estimate import RefusedGain
 from scenarios import trials
 from scenarios.build import bench

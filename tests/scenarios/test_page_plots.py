@@ -5,18 +5,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from page_parts import identified
-from scipy import stats
-
 from ident.consistency import CHECKS, own_weight
 from ident.consistency.finding import Finding
+from page_parts import identified
+from scenarios.reports.pages.consistency import LOOKS_AT, consistency_parts
+from scipy import stats
+
 from ident.diagnosis.samples.motion import JointMotion
 from ident.estimate import RefusedGain
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Mood, Paragraph
 from scenarios.reports.motion import coverage_plot as motion_plot
 from scenarios.reports.motion import motion_table
-from scenarios.reports.pages.consistency import LOOKS_AT, consistency_parts
 from scenarios.reports.pages.fit_rows import FitRows, begins
 from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
 from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show

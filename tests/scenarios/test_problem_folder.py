@@ -7,6 +7,7 @@ import jsonschema
 import mujoco
 import numpy as np
 import pytest
+from ident.wiring import known_wiring
 from quick import quick_scenario
 
 from ident.errors import IdentificationError
@@ -15,7 +16,6 @@ from ident.identification import identify_motions
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload_files import read_payload
-from ident.wiring import known_wiring
 from scenarios.build import bench
 from scenarios.errors import ForeignProblem
 from scenarios.files.json_schema import schemas

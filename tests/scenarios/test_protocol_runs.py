@@ -5,10 +5,10 @@ import shlex
 
 import numpy as np
 import pytest
+from ident.consistency import UNCHECKED
 from protocols import FOUR, bench_of, scenario_of
 from quick import quick_scenario
 
-from ident.consistency import UNCHECKED
 from ident.errors import NotIdentifiable
 from ident.payload_files import read_payload
 from ident.recording_files import read_recording

@@ -44,13 +44,12 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
         gravity = _rotated(arm.gravity, axis, turn)
         about = ", ".join(f"{x:.2g}" for x in axis + 0.0)
         words = f"the base is tilted by {np.rad2deg(turn):.2g} degrees about ({about})"
+
+        def refined(more: Array) -> Alternative:
+            return alternative(value + more)
+
         standing = _standing(logs, gravity, words)
-        return replace(
-            standing,
-            value=float(np.rad2deg(turn)),
-            unit="degrees",
-            refined=lambda more: alternative(value + more),
-        )
+        return replace(standing, value=float(np.rad2deg(turn)), unit="degrees", refined=refined)
 
     parts = [motion.rows(motion.tilted()) for motion in reference.motions]
     every = tuple(range(len(parts)))

@@ -9,7 +9,7 @@ from ident.diagnosis.reading import as_logged
 from ident.diagnosis.reference import Reference
 
 FACTORS = (0.5, 2.0)
-"""That are tried: samples logged half or twice as often as the stamps say; what lies near 1 is found from the derivative."""
+"""That are tried: samples logged half or twice as often as the stamps say; others are found from the derivative."""
 LARGEST = 0.2
 """Relative change up to which the derivative says its size."""
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.polynomial import legendre
 
-from ident.arrays import Array
+from ident.arrays import Array, readonly
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference
@@ -104,4 +104,4 @@ def _polynomials(x: Array, degree: int) -> Array:
     """Legendre's of a range, of degree 1 on, shape (r, degree)."""
     low, high = float(x.min(initial=0.0)), float(x.max(initial=0.0))
     scaled = (2.0 * x - low - high) / max(high - low, 1e-300)
-    return legendre.legvander(scaled, degree)[:, 1:]
+    return readonly(legendre.legvander(scaled, degree)[:, 1:])

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, in_logs, scopes
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reach import within_reach
+from ident.diagnosis.reach import beyond_reach, within_reach
 from ident.diagnosis.reading import as_logged
 
 ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
@@ -30,6 +31,9 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
                     found = in_unit(logs, scope, which, factor, f"in {name}")
                     if all(within_reach(arm, logs.recordings[k], found.reading.logs[k]) for k in scope):
                         yield found
+    beyond = {j for log in logs.recordings for j in beyond_reach(arm, log)}
+    if len(beyond) == 1 and arm.revolute[min(beyond)]:  # of several joints at once no ratio can be found alone
+        yield from gears(logs, min(beyond))
 
 
 def gears(logs: Logs, joint: int) -> Iterator[Alternative]:
@@ -42,15 +46,20 @@ def gears(logs: Logs, joint: int) -> Iterator[Alternative]:
 def geared(logs: Logs, scope: tuple[int, ...], joint: int, ratio: float) -> Alternative:
     """Positions of a joint on the motor's side of a gear."""
     found = in_unit(logs, scope, (joint,), 1.0 / ratio, f"on the motor's side of a gear of ratio {ratio:.4g}")
-    return replace(found, value=ratio, refined=lambda more: geared(logs, scope, joint, ratio * (1.0 + float(more[0]))))
+
+    def refined(more: Array) -> Alternative:
+        return geared(logs, scope, joint, ratio * (1.0 + float(more[0])))
+
+    return replace(found, value=ratio, refined=refined)
 
 
 def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor: float, words: str) -> Alternative:
     """Positions of some joints times a factor."""
     arm = logs.structure.arm
     given = as_logged(arm, len(logs.recordings))
-    every = len(joints) == int(np.sum(arm.revolute == arm.revolute[joints[0]])) and len(joints) > 1
-    what = "all positions are" if every else f"q{joints[0] + 1} is"
+    every = len(joints) == int(np.sum(arm.revolute == arm.revolute[min(joints)])) and len(joints) > 1
+    (first, *_) = joints
+    what = "all positions are" if every else f"q{first + 1} is"
     return Alternative(
         family="unit",
         words=in_logs(f"{what} {words}", scope, logs.names),

@@ -4,6 +4,7 @@ from typing import Any
 
 from pydantic import Field
 
+from scenarios.files.result_schemas.check import CheckDiagnosis, CheckExclusion
 from scenarios.files.result_schemas.open_object import OpenObject
 
 
@@ -118,3 +119,6 @@ class Result(OpenObject):
     timing: ResultTiming
     notes: list[str] = Field(default_factory=list[str])
     consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
+    diagnoses: list[CheckDiagnosis] = Field(default_factory=list[CheckDiagnosis])
+    excluded: list[CheckExclusion] = Field(default_factory=list[CheckExclusion])
+    untold: list[str] = Field(default_factory=list[str])

@@ -13,9 +13,9 @@ from ident.arm import Arm
 from ident.diagnosis.samples.motion import joint_motions
 from ident.errors import IdentificationError
 from ident.estimators.nls import AllJointsOptions
-from ident.identification import Recorded
 from ident.options import options_from_table
 from ident.payload_files import read_payload
+from ident.preparation import Recorded
 from ident.structure import structure_of
 from scenarios.again import SAME
 from scenarios.bare import bare_answer

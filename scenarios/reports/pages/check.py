@@ -10,7 +10,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.arm import Arm
-from ident.diagnosis.check import Checked, LogRead, check, worst_first
+from ident.check import Checked, LogRead, check, worst_first
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.temperature import NAME
 from ident.errors import IdentificationError

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Array, Indices
-from ident.consistency.evidence import Evidence
-from ident.estimate import IdentifiedGain
+from ident.estimate import GainEstimate, IdentifiedGain
 from ident.observation import Observation
+from ident.problem import Problem
 from ident.recording import Recording
 
 GAP = 1.5
@@ -55,28 +55,28 @@ class FitRows:
         return np.insert(self.t, gaps, self.t[gaps] - 0.5 * step[gaps - 1]), np.insert(values, gaps, np.nan)
 
 
-def fit_rows(evidence: Evidence, joint: int, logs: Sequence[Recording]) -> FitRows:
+def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]) -> FitRows:
     """The rows of a joint.
 
     Args:
-        evidence: The estimate and the motions.
+        problem: The motions.
+        estimate: What was found from them.
         joint: The joint, from 0.
         logs: What each motion was observed in.
     """
-    rows, gain = evidence.estimate.solution.rows, evidence.estimate.joints[joint]
+    rows, gain = estimate.solution.rows, estimate.joints[joint]
     own = rows.of(joint)
-    turning = bool(evidence.problem.structure.arm.revolute[joint])
+    turning = bool(problem.structure.arm.revolute[joint])
     known = isinstance(gain, IdentifiedGain)
     motion, stamp, still = rows.motion[own], np.empty(own.stop - own.start), list[tuple[float, float]]()
     first = np.array([log.t[0] for log in logs])
     later = np.array(begins(logs)[:-1]) - first  # place on the axis less time in the log, (motions,)
     for k in np.unique(motion).tolist():
-        seen, at = evidence.problem.motions[k].observation, motion == k
+        seen, at = problem.motions[k].observation, motion == k
         observed = seen.joints[joint]
         stamp[at] = observed.t[np.searchsorted(observed.position, rows.position[own][at])]
         still += [(a + float(later[k]), b + float(later[k])) for a, b in _still(seen, joint)]
-    states = evidence.states(joint)
-    assert states is not None, "asked of motions that were recorded"
+    q, dq = _states(problem, joint, motion, rows.position[own])
     return FitRows(
         joint=joint,
         scale=gain.value if known else 1.0,
@@ -86,12 +86,23 @@ def fit_rows(evidence: Evidence, joint: int, logs: Sequence[Recording]) -> FitRo
         stamp=stamp,
         V=rows.V[own],
         residual=rows.residual[own],
-        q=states[0],
-        dq=states[1],
+        q=q,
+        dq=dq,
         motion=motion,
         sigma=rows.sigma(joint),
         still=tuple(still),
     )
+
+
+def _states(problem: Problem, joint: int, motion: Indices, position: Indices) -> tuple[Array, Array]:
+    """Position and speed of a joint in the middle of its rows' filters, each of shape (r,)."""
+    q, dq = np.empty(len(motion)), np.empty(len(motion))
+    for k in np.unique(motion).tolist():
+        behind, own = problem.motions[k].observation.full_rate, motion == k
+        assert behind is not None, "asked of motions that were recorded"
+        at = position[own] * behind.decimator.factor + len(behind.decimator.kernel) // 2
+        q[own], dq[own] = behind.q[at, joint], behind.dq[at, joint]
+    return q, dq
 
 
 def begins(logs: Sequence[Recording]) -> tuple[float, ...]:

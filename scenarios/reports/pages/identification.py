@@ -1,10 +1,9 @@
 """The page of a run or an identification: verdict, gains, refusals, torques, residuals, motion, consistency, origin."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ident.consistency.finding import Finding
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.samples.motion import joint_motions
 from scenarios.again import Again, identified_again
 from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
@@ -12,7 +11,7 @@ from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, 
 from scenarios.reports.identify import identified_table, summary
 from scenarios.reports.motion import coverage_plot, motion_table
 from scenarios.reports.pages import provenance
-from scenarios.reports.pages.consistency import consistency_parts
+from scenarios.reports.pages.diagnoses import diagnosis_parts
 from scenarios.reports.pages.fit_rows import begins, fit_rows
 from scenarios.reports.pages.gain_plots import error_plot, share_plot, value_plot, what_would_show
 from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
@@ -29,13 +28,13 @@ def page(folder: Path) -> Report:
         DamagedResult: If a file is missing or changed.
     """
     again = identified_again(folder)
-    evidence, estimate = again.evidence, again.found.estimate
+    problem, estimate = again.problem, again.found.estimate
     logs = [motion.recording for motion in again.motions]
-    rows = [fit_rows(evidence, joint, logs) for joint in sorted(estimate.solution.rows.unknowns)]
+    rows = [fit_rows(problem, estimate, joint, logs) for joint in sorted(estimate.solution.rows.unknowns)]
     names = provenance.named(again.record.sources)
     parts: list[Part] = [_verdict(again), *_differences(again), *_gains(again)]
     parts += _refusals(again)
-    parts += consistency_parts(again.result.findings)
+    parts += diagnosis_parts(again.result.found)
     parts += [
         Heading("Torques, measured and reconstructed"),
         Paragraph(TOLD),
@@ -58,12 +57,12 @@ def _verdict(again: Again) -> Paragraph:
     if again.result.judged:
         return conclusion([gain.verdict for gain in again.result.gains])
     fit = again.result.fit
-    return with_warnings(summary(again.result.joints, fit.rows, fit.rel_error_norm), again.result.findings)
+    return with_warnings(summary(again.result.joints, fit.rows, fit.rel_error_norm), again.result.found)
 
 
-def with_warnings(said: Paragraph, findings: Sequence[Finding]) -> Paragraph:
-    """A verdict without a truth, and how many tests of it speak up."""
-    failed = sum(each.sentence is not None for each in findings)
+def with_warnings(said: Paragraph, found: Diagnosed) -> Paragraph:
+    """A verdict without a truth, and how many warnings there are."""
+    failed = len(found.doubts)
     if not failed:
         return said
     below = "A warning stands below." if failed == 1 else f"{failed} warnings stand below."
@@ -91,7 +90,7 @@ def _gains(again: Again) -> list[Part]:
         plot = value_plot(result.joints, gain_unit(revolute))
     fit = result.fit
     told = f"{fit.rows} rows by {fit.method}, relative residual {100.0 * fit.rel_error_norm:.2f} %."
-    notes = note_paragraphs(result.notes, result.findings, revolute)
+    notes = note_paragraphs(result.notes, result.found, revolute)
     found = any(gain.identifiable for gain in result.gains)
     plots: list[Part] = [plot, share_plot(result.joints)] if found else []
     return [Heading("Gains"), table, Paragraph(told), *notes, *plots, *payload_tables(result.parameters)]

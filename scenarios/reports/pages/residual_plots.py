@@ -6,7 +6,7 @@ import numpy as np
 from scipy import signal, stats
 
 from ident.arrays import Array
-from ident.consistency.whiteness import neighbours
+from ident.diagnosis.autocorrelation import lag_one
 from ident.rows import Rows
 from scenarios.reports.content import Column, Paragraph, Part, Table, cells
 from scenarios.reports.pages.fit_rows import FitRows
@@ -50,7 +50,7 @@ def spectrum_plot(rows: FitRows, all_rows: Rows) -> Plot:
     low, high = (float(stats.chi2.ppf(q, freedom) / freedom) for q in (0.025, 0.975))
     return Plot(
         title=f"Joint {rows.joint + 1}",
-        caption=f"Correlation of a row with the next: {neighbours(all_rows, rows.joint):+.2f}.",
+        caption=f"Correlation of a row with the next: {lag_one(all_rows, rows.joint):+.2f}.",
         x=Axis(title="frequency", unit="Hz"),
         y=Axis(title="over white", log=True),
         series=(

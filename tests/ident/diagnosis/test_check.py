@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.diagnosis.check import check, worst_first
+from ident.check import check, worst_first
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.temperature import Warmth

@@ -8,8 +8,8 @@ larger; that it is one of the gain takes a gain, from a data sheet or from the r
 import numpy as np
 
 from ident.arrays import Array
-from ident.checks.friction_sign import RANK_TOL
-from ident.checks.remark import Grade, Remark
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.friction_sign import RANK_TOL
 from ident.errors import NotExcited, TooFewRows
 from ident.gain_system import gain_system, joint_rows
 from ident.least_squares import least_squares
@@ -51,17 +51,16 @@ def _predicted(both: Problem, alone: Problem, joint: int, gain: float, options: 
     return sigma * float(np.sqrt(fit.cofactor[-1, -1])) * abs(gain)  # std(g) / g = g std(1/g)
 
 
-def excitation_remarks(log: str, predicted: tuple[float | None, ...], options: GainOptions) -> list[Remark]:
+def excitation(log: str, predicted: tuple[float | None, ...], options: GainOptions) -> Diagnosis:
     """Which gains this motion and that payload would give."""
-    unseen = [j + 1 for j, std in enumerate(predicted) if std is None or std > options.max_rel_std]
+    unseen = [j for j, std in enumerate(predicted) if std is None or std > options.max_rel_std]
     words = ", ".join("-" if std is None else f"{100.0 * std:.2g}" for std in predicted)
-    listed = ", ".join(map(str, unseen))
-    return [
-        Remark(
-            topic="excitation",
-            log=log,
-            seen=f"predicted deviation of the gains, joint by joint: {words} %",
-            grade=Grade.WEAK if unseen else Grade.GOOD,
-            advice=f"mount the payload beside the flange, or a heavier one, for joint {listed}" if unseen else None,
-        )
-    ]
+    listed = ", ".join(str(j + 1) for j in unseen)
+    return Diagnosis(
+        name="excitation",
+        severity=Severity.WEAK if unseen else Severity.GOOD,
+        sentence=f"predicted standard deviations of the gains, joint by joint: {words} %",
+        advice=f"for joint {listed}, mount the payload beside the flange, or a heavier one" if unseen else None,
+        joints=tuple(unseen),
+        logs=(log,),
+    )

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import linalg
 
 from ident.arrays import Array, readonly
-from ident.checks.remark import Grade, Remark
+from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.gain_system import joint_rows
 from ident.problem import Problem
 from ident.rows import Rows
@@ -66,15 +66,16 @@ def backward_joints(problems: Sequence[Problem], about: Array | None) -> tuple[i
     return tuple(found)
 
 
-def friction_remarks(backward: Sequence[int]) -> list[Remark]:
-    """Which joints' friction drives."""
+def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diagnosis]:
+    """Joints that friction drives; arguments as `backward_joints`."""
+    backward = backward_joints(problems, about)
     return [
-        Remark(
-            topic="friction",
-            joint=joint,
-            seen=f"friction of joint {joint + 1} drives it: v{joint + 1} counts against q{joint + 1}",
-            grade=Grade.WEAK,
-            advice=f"negate q{joint + 1} or v{joint + 1}, whichever is against the model, or expect a negative gain",
+        Diagnosis(
+            name="friction sign",
+            severity=Severity.WEAK,
+            sentence=f"friction drives joint {j + 1}: v{j + 1} and q{j + 1} have opposite senses",
+            advice=f"negate q{j + 1} or v{j + 1}, whichever is against the model, or expect a negative gain",
+            joints=(j,),
         )
-        for joint in backward
-    ] or [Remark(topic="friction", seen="brakes every joint that shows it")]
+        for j in backward
+    ] or [Diagnosis(name="friction sign", sentence="friction brakes every joint that shows it")]

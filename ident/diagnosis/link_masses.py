@@ -16,13 +16,12 @@ import numpy as np
 
 from ident.arrays import Array
 from ident.column_space import column_space
-from ident.consistency.evidence import Evidence
-from ident.consistency.finding import Finding, joints_in_words
-from ident.estimate import IdentifiedGain
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.estimate import GainEstimate, IdentifiedGain
+from ident.naming import joints_in_words
 from ident.parameters import COUPLING, INERTIAL, STANDARD
 from ident.problem import Problem
 
-NAME = "own weight"
 SHOWN = 0.7
 """Share of the square that motor and friction leave of a joint's torque, which the links as drawn explain at least.
 
@@ -37,7 +36,7 @@ ALIKE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OwnWeight:
+class LinkWeight:
     """How many times the torque of the links as drawn a joint's bare currents are, by its gain.
 
     Attributes:
@@ -51,21 +50,22 @@ class OwnWeight:
     share: float
 
 
-def check_own_weight(evidence: Evidence, links: Array) -> Finding | None:
+def link_mass_consistency(problem: Problem, estimate: GainEstimate, links: Array) -> Diagnosis | None:
     """Whether the arm weighs by its gains what its model says.
 
     Args:
-        evidence: Motions and gains.
+        problem: Motions and payloads.
+        estimate: Gains found from them.
         links: Standard parameters of every link as the model draws it, with all that is fixed to it, shape (n, 10).
 
     Returns:
         What was found; None where masses are placeholders, no motion is bare, or too few joints show it.
     """
-    return None if _alike(links) else judged(own_weights(evidence, links))
+    return None if _alike(links) else judged(link_weights(problem, estimate, links))
 
 
-def judged(found: Sequence[OwnWeight]) -> Finding | None:
-    """What the factors say where enough joints show them: it fails where more than half are beyond `FACTOR` one way."""
+def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
+    """What the factors say where enough joints show them: doubt where more than half are beyond `FACTOR` one way."""
     shown = [each for each in found if each.share >= SHOWN]
     if len(shown) < LEAST:
         return None
@@ -73,38 +73,34 @@ def judged(found: Sequence[OwnWeight]) -> Finding | None:
     low, high = factors[(len(factors) - 1) // 2], factors[len(factors) // 2]  # one and the same of an odd number
     if low <= 0.0:
         return None
-    statistic, median = max(low, 1.0 / high), 0.5 * (low + high)
-    return Finding(
-        check=NAME,
-        joint=max(shown, key=lambda each: abs(np.log(abs(each.factor) / median))).joint,
-        statistic=statistic,
-        threshold=FACTOR,
-        measure="factor between the arm's torque by its gains and by the model's masses",
-        sentence=_sentence(median, [each.joint for each in shown]) if statistic > FACTOR else None,
+    off, median = max(low, 1.0 / high) > FACTOR, 0.5 * (low + high)
+    joints = [each.joint for each in shown]
+    return Diagnosis(
+        name="link masses",
+        severity=Severity.WEAK if off else Severity.GOOD,
+        sentence=f"by these gains the arm weighs {median:.2g} times what its model says (median of "
+        f"{joints_in_words(joints)}, bare motions)",
+        advice="check the payload's mass, and the masses of the model" if off else None,
+        joints=tuple(joints),
+        value=median,
+        unit="times",
     )
 
 
-def _sentence(factor: float, joints: Sequence[int]) -> str:
-    return (
-        f"by these gains the arm weighs {factor:.2g} times what its model says (median of {joints_in_words(joints)}, "
-        "bare motions): is the payload's mass right, or are the model's?"
-    )
-
-
-def own_weights(evidence: Evidence, links: Array) -> tuple[OwnWeight, ...]:
-    """The factor of every joint with a gain that its links put a torque on; arguments as `check_own_weight`."""
-    names = evidence.problem.structure.base.labels
+def link_weights(problem: Problem, estimate: GainEstimate, links: Array) -> tuple[LinkWeight, ...]:
+    """The factor of every joint with a gain that its links load; arguments as `link_mass_consistency`."""
+    names = problem.structure.base.labels
     drawn = np.zeros(len(names))
     drawn[[names.index(f"{name}{j + 1}") for j in range(len(links)) for name in INERTIAL]] = links.ravel()
     found = (
-        _own_weight(evidence.problem, joint, gain.value, drawn)
-        for joint, gain in enumerate(evidence.estimate.joints)
+        _link_weight(problem, joint, gain.value, drawn)
+        for joint, gain in enumerate(estimate.joints)
         if isinstance(gain, IdentifiedGain)
     )
     return tuple(each for each in found if each is not None)
 
 
-def _own_weight(problem: Problem, joint: int, gain: float, drawn: Array) -> OwnWeight | None:
+def _link_weight(problem: Problem, joint: int, gain: float, drawn: Array) -> LinkWeight | None:
     base = problem.structure.base
     bare = [each.observation.joints[joint] for each in problem.motions if each.payload is None]
     if not bare:
@@ -119,7 +115,7 @@ def _own_weight(problem: Problem, joint: int, gain: float, drawn: Array) -> OwnW
     if size <= ALIKE**2 * float(torque @ torque):
         return None
     factor = float(links @ torque) / size
-    return OwnWeight(joint=joint, factor=factor, share=factor**2 * size / float(torque @ torque))
+    return LinkWeight(joint=joint, factor=factor, share=factor**2 * size / float(torque @ torque))
 
 
 def _alike(links: Array) -> bool:

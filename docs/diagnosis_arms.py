@@ -35,7 +35,13 @@ class BuiltArm:
 
 
 def _added(
-    model: pin.Model, axis: Sequence[float], place: pin.SE3, mass: float, com: Sequence[float], size: float, slides: bool
+    model: pin.Model,
+    axis: Sequence[float],
+    place: pin.SE3,
+    mass: float,
+    com: Sequence[float],
+    size: float,
+    slides: bool,
 ) -> None:
     """Append a joint with its link: a lopsided body of radius of gyration of about `size`."""
     unit = np.array(axis, dtype=float) / np.linalg.norm(axis)
@@ -84,10 +90,25 @@ def _ur_like(name: str, *, gravity: tuple[float, float, float], scale: float, ap
     places += [(turn, (0, 0, 0.43)), (np.eye(3), (0, 0.12, 0)), (np.eye(3), (0, 0, 0.1))]
     axes = [(0, 0, 1), (0, 1, 0), (0, 1, 0), (0, 1, 0), (0, 0, 1), (0, 1, 0)]
     masses = [6.2, 10.4, 4.1, 1.7, 1.6, 0.5]
-    coms = [(0.0, -0.03, -0.02), (0.01, -0.05, 0.21), (0.0, 0.02, 0.2), (0.0, 0.02, 0.01), (0.0, 0.01, 0.02), (0, 0.02, 0.01)]
+    coms = [
+        (0.0, -0.03, -0.02),
+        (0.01, -0.05, 0.21),
+        (0.0, 0.02, 0.2),
+        (0.0, 0.02, 0.01),
+        (0.0, 0.01, 0.02),
+        (0, 0.02, 0.01),
+    ]
     sizes = [0.06, 0.17, 0.14, 0.04, 0.04, 0.03]
     for (R, xyz), axis, m, com, size in zip(places, axes, masses, coms, sizes, strict=True):
-        _added(model, axis, pin.SE3(R, scale * np.array(xyz, dtype=float)), m * scale**2, scale * np.array(com), scale * size, False)
+        _added(
+            model,
+            axis,
+            pin.SE3(R, scale * np.array(xyz, dtype=float)),
+            m * scale**2,
+            scale * np.array(com),
+            scale * size,
+            False,
+        )
     middle = np.array([0.2, -1.1, 1.2, -0.6, 0.8, 0.3])
     return BuiltArm(model=model, middle=middle, spread=np.full(6, 0.9), mass=mass, reach=0.13, apart=apart)
 
@@ -95,7 +116,11 @@ def _ur_like(name: str, *, gravity: tuple[float, float, float], scale: float, ap
 def _scara() -> BuiltArm:
     """Two upright axes, a slide along gravity, an upright wrist."""
     model = _new("scara")
-    rows = [((0, 0, 1), (0.02, 0, 0.3), 8.7), ((0, 0, 1), (0.32, 0.01, 0.04), 5.1), ((0, 0, 1), (0.23, -0.02, -0.06), 2.3)]
+    rows = [
+        ((0, 0, 1), (0.02, 0, 0.3), 8.7),
+        ((0, 0, 1), (0.32, 0.01, 0.04), 5.1),
+        ((0, 0, 1), (0.23, -0.02, -0.06), 2.3),
+    ]
     for k, (axis, xyz, m) in enumerate([*rows, ((0, 0, 1), (0, 0, -0.1), 0.8)]):
         _added(model, axis, pin.SE3(np.eye(3), np.array(xyz, dtype=float)), m, (0.09, 0.02, -0.03), 0.09, slides=k == 2)
     middle, spread = np.array([0.3, 0.9, -0.05, 0.2]), np.array([1.1, 1.0, 0.1, 1.3])

@@ -34,7 +34,15 @@ KEPT = Path(__file__).parent.parent / "out" / "diagnosis" / "cases"
 SET, APART = "set", "apart"
 AS_IT_IS = "as it is"
 MUJOCO, PINOCCHIO, REAL = "mujoco", "pinocchio", "real"
-SEEDS: dict[str, int] = {AS_IT_IS: 4, "mild": 3, "targets": 2, "two motions": 2, "all together": 2, "field": 6, "fleet": 5}
+SEEDS: dict[str, int] = {
+    AS_IT_IS: 4,
+    "mild": 3,
+    "targets": 2,
+    "two motions": 2,
+    "all together": 2,
+    "field": 6,
+    "fleet": 5,
+}
 SEEDS |= dict.fromkeys(("paper-noise", "coarse-encoder", "drift", "mass-only", "offset-payload"), 4)
 """Of a condition; one of any other."""
 FIRST_SEED = 300
@@ -97,13 +105,20 @@ class SoundCase:
         return self.spec.group
 
     @property
+    def biased(self) -> bool:
+        """Whether today's gains of it are off by more than is claimed."""
+        return self.spec.source == MUJOCO and self.spec.condition in diagnosis_scenarios.BIASED
+
+    @property
     def real(self) -> bool:
         return self.spec.source == REAL
 
 
 def simulated_specs() -> list[Spec]:
     """All that can be simulated."""
-    pairs = [(robot, each) for robot in diagnosis_scenarios.ROBOTS for each in (AS_IT_IS, *diagnosis_scenarios.CONDITIONS)]
+    pairs = [
+        (robot, each) for robot in diagnosis_scenarios.ROBOTS for each in (AS_IT_IS, *diagnosis_scenarios.CONDITIONS)
+    ]
     pairs += [("rx90", each) for each in diagnosis_scenarios.RX90_ONLY]
     found = [
         Spec(arm, condition, FIRST_SEED + k, MUJOCO, APART if arm in diagnosis_scenarios.APART else SET)
@@ -150,27 +165,30 @@ def loaded(spec: Spec) -> SoundCase | None:
 def _simulate(spec: Spec) -> None:
     """Simulate a case and keep it, with all seeds of its arm and condition where these share a batch."""
     if spec.source == PINOCCHIO:
-        motions = diagnosis_simulator.simulated(spec.arm, diagnosis_simulator.CONDITIONS[spec.condition], spec.seed)
+        motions = diagnosis_simulator.simulated(spec.arm, spec.condition, spec.seed)
         _keep(spec, motions, diagnosis_simulator.drives(spec.arm).gain)
         return
-    family = [each for each in simulated_specs() if (each.source, each.arm, each.condition) == (MUJOCO, spec.arm, spec.condition)]
+    family = [
+        each
+        for each in simulated_specs()
+        if (each.source, each.arm, each.condition) == (MUJOCO, spec.arm, spec.condition)
+    ]
     with threadpool_limits(1):
         found = diagnosis_scenarios.simulated(spec.arm, spec.condition, [each.seed for each in family])
-    made = {seed: (motions, structure, gain) for seed, motions, structure, gain in found}
+    made = {each.seed: each for each in found}
     for each in family:
         if each.seed not in made:
             _path(each).parent.mkdir(parents=True, exist_ok=True)
             np.savez(_path(each))
             continue
-        motions, structure, gain = made[each.seed]
+        _keep(each, made[each.seed].motions, made[each.seed].gain)
         place = KEPT / f"{spec.arm}.structure"
-        _keep(each, motions, gain)
         if not place.is_file():
-            place.write_bytes(pickle.dumps(structure))
+            place.write_bytes(pickle.dumps(made[each.seed].structure))
 
 
 def _keep(spec: Spec, motions: tuple[Recorded, ...], gain: Array) -> None:
-    """Positions and currents in single precision, a tenth of the finest encoder's step or less."""
+    """Positions and currents in single precision, finer than an encoder's step."""
     payloads = list({id(each.payload): each.payload for each in motions if each.payload is not None}.values())
     index = {id(each): k for k, each in enumerate(payloads)}
     words = {
@@ -188,9 +206,10 @@ def _keep(spec: Spec, motions: tuple[Recorded, ...], gain: Array) -> None:
 def _path(spec: Spec) -> Path:
     """Named by what it is made of, so that a changed condition is another file."""
     if spec.source == PINOCCHIO:
-        made_of = repr(diagnosis_simulator.CONDITIONS[spec.condition])
+        made_of = f"{diagnosis_simulator.VERSION} {diagnosis_simulator.CONDITIONS[spec.condition]}"
     else:
-        made_of = "\n".join(diagnosis_scenarios.overlay(spec.arm, spec.condition))
+        words = diagnosis_scenarios.overlay(spec.arm, spec.condition)
+        made_of = "\n".join((str(diagnosis_scenarios.VERSION), *words))
     digest = hashlib.sha256(made_of.encode()).hexdigest()[:8]
     words = "-".join((spec.source, spec.arm, spec.condition, str(spec.seed))).replace(" ", "_").replace("%", "percent")
     return KEPT / f"{words}-{digest}.npz"
@@ -220,7 +239,9 @@ def real_cases(wanted: Callable[[Spec], bool] = lambda spec: True) -> Iterator[S
         for spec, (bare, loaded) in zip(specs, pairs, strict=True):
             if wanted(spec):
                 payload = read_payload(folder / loaded / "payload.toml")
-                logs = [read_recording(folder / a / f"{b}.parquet") for a, b in ((bare, "unloaded"), (loaded, "loaded"))]
+                logs = [
+                    read_recording(folder / a / f"{b}.parquet") for a, b in ((bare, "unloaded"), (loaded, "loaded"))
+                ]
                 yield SoundCase(spec, ur, (Recorded(logs[0]), Recorded(logs[1], payload)), None)
     spec = Spec("real-tx40", "bare", 0, REAL, APART)
     if wanted(spec):

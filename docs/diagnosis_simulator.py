@@ -24,6 +24,8 @@ from ident.payload import Known, Payload
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
 
+VERSION = 2
+"""Of this file and of the arms, one more where logs change."""
 STRIBECK_SPEED, REVERSAL = 0.1, 2e-3
 """Speeds at which Stribeck friction falls, and dry friction turns over [rad/s]."""
 MASS_STD, COM_STD, INERTIA_STD = 0.002, 5e-4, 0.03
@@ -225,10 +227,10 @@ def noise(v: Array, condition: Condition, rng: np.random.Generator) -> Array:
     return rms * (condition.white * rng.standard_normal(v.shape) + condition.coloured * slow)
 
 
-def simulated(arm: str, condition: Condition, seed: int) -> tuple[Recorded, ...]:
-    """Logs of an arm; the same arguments give the same numbers."""
-    each, of = built(arm), drives(arm)
-    rng = np.random.default_rng((9001, seed, *arm.encode()))
+def simulated(arm: str, name: str, seed: int) -> tuple[Recorded, ...]:
+    """Logs of an arm under the condition of that name; the same arguments give the same numbers."""
+    each, of, condition = built(arm), drives(arm), CONDITIONS[name]
+    rng = np.random.default_rng((9001, seed, *arm.encode(), 0, *name.encode()))
     believed, true = payloads(arm, condition.known, rng)
     heavy = with_payload(each.model, true)
 
@@ -250,6 +252,7 @@ def simulated(arm: str, condition: Condition, seed: int) -> tuple[Recorded, ...]
         v = currents(tau_l, dq, ddq, of, friction, condition)
         v = v + noise(v, condition, rng)
         friction = friction * np.exp(condition.drift * rng.standard_normal(each.model.nv))
-        name = f"{'loaded' if loaded else 'bare'}{k + 1}"
-        logs.append(Recorded(Recording(t, condition.quantum * np.round(q / condition.quantum), v, name), believed if loaded else None))
+        read = condition.quantum * np.round(q / condition.quantum)
+        recording = Recording(t, read, v, f"{'loaded' if loaded else 'bare'}{k + 1}")
+        logs.append(Recorded(recording, believed if loaded else None))
     return tuple(logs)

@@ -67,8 +67,7 @@ def payload_faults(case: SoundCase) -> Iterator[Fault]:
             return replace(p, mass=factor * p.mass, inertia=inertia)
 
         words = f"stated mass times {factor:g}"
-        harmless = carried.known == "mass"  # scales all gains alike: no log can tell
-        yield Fault("mass of the payload", words, joints, loaded, factor, "", believed(heavier), harmless)
+        yield Fault("mass of the payload", words, joints, loaded, factor, "", believed(heavier))  # scales all gains
     if carried.known == "all" and carried.com is not None and carried.inertia is not None:
         yield from _known_payload(carried, joints, loaded)
     swapped = lambda motions, structure: (  # noqa: E731
@@ -165,7 +164,7 @@ def _turned(payload: Payload, R: Array) -> Payload:
 
 
 def gravity_compensated(case: SoundCase) -> Iterator[Fault]:
-    """Gravity torque, with or without the payload, taken from the currents; true masses of one simulator are at hand."""
+    """Gravity torque, with or without the payload, taken from the currents; of the simulator whose masses are known."""
     if case.spec.source != PINOCCHIO or case.gain is None:
         return
     for words, with_load in (("of arm and payload", True), ("of the arm alone", False)):

@@ -9,7 +9,7 @@ import json
 import os
 import pickle
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from functools import lru_cache
@@ -195,7 +195,7 @@ def _keep(spec: Spec, motions: tuple[Recorded, ...], gain: Array) -> None:
         "payloads": [asdict(each) for each in payloads],
         "logs": [(each.recording.name, None if each.payload is None else index[id(each.payload)]) for each in motions],
     }
-    arrays: dict[str, Array] = {"gain": np.asarray(gain), "words": np.array(json.dumps(words))}
+    arrays: dict[str, np.ndarray] = {"gain": np.asarray(gain), "words": np.array(json.dumps(words))}
     for k, each in enumerate(motions):
         log = each.recording
         arrays |= {f"t{k}": log.t, f"q{k}": log.q.astype(np.float32), f"v{k}": log.v.astype(np.float32)}
@@ -251,7 +251,7 @@ def real_cases(wanted: Callable[[Spec], bool] = lambda spec: True) -> Iterator[S
 
 def build() -> None:
     """Make every case, and print how many there are."""
-    seconds: Counter[tuple[str, str]] = Counter()
+    seconds: defaultdict[tuple[str, str], float] = defaultdict(float)
     cases: Counter[tuple[str, str, str]] = Counter()
     conditions: Counter[tuple[str, str]] = Counter()
     missing: list[str] = []

@@ -104,7 +104,7 @@ def orders(case: SoundCase) -> Iterator[Fault]:
         end = "" if where == "in all logs" else " in one log"
         for what, change in changes.items():
             for k in range(3):
-                i = joint_of(case, k) % (n - 1)
+                i = (joint_of(case, 0) + k) % (n - 1)  # three different ones
                 j = i + 1 if k < 2 else (i + 2) % n
                 i, j = min(i, j), max(i, j)
                 words = f"{number(i)} and {number(j)} {where}"

@@ -25,7 +25,7 @@ VERSION = 2
 ROBOTS = {"rx90": "nominal", "ur10e": "ur10e", "panda": "panda", "tx40": "tx40", "stanford": "stanford"}
 """Scenario of each robot."""
 APART = ("stanford",)
-BIASED = ("soft joints 8 Hz", "soft joints 12 Hz", "backlash 3 mrad")
+BIASED = ("soft joints 8 Hz", "soft joints 12 Hz", "backlash 3 mrad", "presliding 5 mrad")
 """Sound logs whose gains are off by more than is claimed of them today."""
 RX90_ONLY = ("field", "paper-noise", "coarse-encoder", "drift", "mass-only", "offset-payload", "fleet")
 """Built-in scenarios of one robot."""
@@ -38,7 +38,8 @@ CONDITIONS: dict[str, str] = {
     "soft joints 8 Hz": ELASTIC % 8.0,
     "soft joints 12 Hz": ELASTIC % 12.0,
     "soft joints 20 Hz": ELASTIC % 20.0,
-    "presliding": "[plant.errors]\npresliding = 0.005",
+    "presliding 1 mrad": "[plant.errors]\npresliding = 0.001",
+    "presliding 5 mrad": "[plant.errors]\npresliding = 0.005",
     "stribeck": "[plant.errors]\nstribeck = 0.4\nstribeck_speed = 0.15",
     "viscous curve": "[plant.errors]\nviscous_curve = 0.4",
     "drift 5 %%": "[plant.errors]\ncoulomb_drift = 0.05\nviscous_drift = -0.05",

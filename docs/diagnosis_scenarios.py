@@ -38,7 +38,7 @@ CONDITIONS: dict[str, str] = {
     "soft joints 8 Hz": ELASTIC % 8.0,
     "soft joints 12 Hz": ELASTIC % 12.0,
     "soft joints 20 Hz": ELASTIC % 20.0,
-    "presliding 1 mrad": "[plant.errors]\npresliding = 0.001",
+    "presliding 2 mrad": "[plant.errors]\npresliding = 0.002",
     "presliding 5 mrad": "[plant.errors]\npresliding = 0.005",
     "stribeck": "[plant.errors]\nstribeck = 0.4\nstribeck_speed = 0.15",
     "viscous curve": "[plant.errors]\nviscous_curve = 0.4",

@@ -24,7 +24,7 @@ from ident.payload import Known, Payload
 from ident.recording import Recording
 from ident.structure import Structure, structure_of
 
-VERSION = 2
+VERSION = 3
 """Of this file and of the arms, one more where logs change."""
 STRIBECK_SPEED, REVERSAL = 0.1, 2e-3
 """Speeds at which Stribeck friction falls, and dry friction turns over [rad/s]."""
@@ -180,6 +180,7 @@ def drives(arm: str) -> Drives:
     rms = np.sqrt(np.mean(rigid_torque(each.model, q, dq, ddq) ** 2, axis=0))
     scale = rms + 0.08 * rms.max() * np.where(structure(arm).arm.revolute, 1.0, 0.3)
     mass = np.diag(pin.crba(each.model, each.model.createData(), each.middle))
+    mass = mass + 0.4 * each.mass * each.reach**2 * structure(arm).arm.revolute  # rotors that suit the load too
     return Drives(
         gain=np.round(scale * rng.uniform(0.35, 0.8, n), 3) * np.where(rng.random(n) < 0.3, -1.0, 1.0),
         rotor=mass * rng.uniform(0.15, 0.6, n),

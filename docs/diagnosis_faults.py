@@ -1,6 +1,6 @@
 """Faulty logs that a diagnosis must name: every family of faults, put into sound cases."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +34,7 @@ class FaultyCase:
         return f"{self.case.name}; {self.fault.kind}, {self.fault.words}"
 
 
-def faulty_cases(cases: Iterator[SoundCase], sample: int | None = None) -> Iterator[FaultyCase]:
+def faulty_cases(cases: Iterable[SoundCase], sample: int | None = None) -> Iterator[FaultyCase]:
     """Every case with faults in it, one after the other.
 
     Args:

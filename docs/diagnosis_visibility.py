@@ -26,6 +26,9 @@ RATE, CUTOFF = 125.0, 5.0
 HELD = 1e-6
 """Share of the column of 1/g that nothing else explains, below which there is no gain."""
 
+ROUNDING = 1e-6
+"""Shares below which nothing changed."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Effect:
@@ -38,6 +41,16 @@ class Effect:
 
     residual: Array
     gain: Array
+
+    @property
+    def seen(self) -> bool:
+        """Whether a joint alone shows the fault, however little."""
+        return bool(self.residual.max() > ROUNDING)
+
+    @property
+    def harmful(self) -> bool:
+        """Whether a gain changes or is lost."""
+        return bool(np.isnan(self.gain).any() or np.abs(self.gain).max() > ROUNDING)
 
 
 def effect(fault: Fault, twin: Motions, structure: Structure) -> Effect:

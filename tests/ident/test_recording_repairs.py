@@ -138,6 +138,14 @@ def test_time_stamps_stay_where_the_number_lost_is_not_plain(ur_log):
     assert restored(again) == (again, None)  # nothing was lost: old rows were written again
 
 
+def test_time_stamps_stay_where_most_lost_samples_would_not_show(ur_log):
+    lost = np.linspace(200, 2300, 40).astype(int)
+    for step, same in ((1e-4, False), (8e-3, True)):  # a joint moves by some 2e-3 rad a row
+        coarse = Recording(ur_log.t, np.round(ur_log.q / step) * step, ur_log.v)
+        log = without(coarse, lost, even=True)
+        assert (restored(log)[0] is log) == same
+
+
 def test_everything_at_once_is_repaired(ur_log, arm):
     q = ur_log.q + TURN * np.array([2, 0, 0, 0, 0, 0])
     q[1100:, 2] += TURN

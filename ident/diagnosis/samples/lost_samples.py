@@ -35,6 +35,8 @@ HELD = 0.3
 
 PLAIN = 0.25
 """Deviation from a whole number of samples up to which the number lost is plain."""
+SHOWN = 0.9
+"""Share of the rows at which one lost sample must show: as many of those lost get their time back."""
 SURELY = 3.0
 """Deviations by noise that must lie within half a sample, besides."""
 
@@ -47,16 +49,18 @@ class OddSteps:
         long: Rows, from 0, after which all joints advance too far.
         lost: Samples that were lost after each of these, 0 where their number is not plain.
         still: Rows, from 0, after which none advances although the arm moves.
+        shown: Share of the rows at which one lost sample would show.
     """
 
     long: Indices
     lost: Indices
     still: Indices
+    shown: float
 
     @property
     def plain(self) -> bool:
-        """Whether samples were lost, and everywhere how many."""
-        return len(self.lost) > 0 and bool((self.lost > 0).all())
+        """Whether samples were lost, it shows where, and everywhere how many."""
+        return self.shown > SHOWN and len(self.lost) > 0 and bool((self.lost > 0).all())
 
 
 def odd_steps(recording: Recording) -> OddSteps:
@@ -80,7 +84,12 @@ def odd_steps(recording: Recording) -> OddSteps:
     lost = (share[long] - 1.0) * interval[long] / usual_interval
     error = SURELY * interval[long] / usual_interval / np.sqrt(size[long])
     plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (error < 0.5) & (lost < LARGEST_GAP - 1.0)
-    return OddSteps(long, np.where(plain, np.rint(lost), 0).astype(np.intp), np.flatnonzero(still))
+    return OddSteps(
+        long=long,
+        lost=np.where(plain, np.rint(lost), 0).astype(np.intp),
+        still=np.flatnonzero(still),
+        shown=float(np.mean(np.sqrt(size) > SURE)),
+    )
 
 
 def _beside(rate: Array) -> Array:

@@ -37,8 +37,6 @@ PLAIN = 0.25
 """Deviation from a whole number of samples up to which the number lost is plain."""
 SHOWN = 0.9
 """Share of the rows at which one lost sample must show: as many of those lost get their time back."""
-SURELY = 3.0
-"""Deviations by noise that must lie within half a sample, besides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,8 +80,7 @@ def odd_steps(recording: Recording) -> OddSteps:
     still = sure & unmoved
     long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after old rows it catches up
     lost = (share[long] - 1.0) * interval[long] / usual_interval
-    error = SURELY * interval[long] / usual_interval / np.sqrt(size[long])
-    plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (error < 0.5) & (lost < LARGEST_GAP - 1.0)
+    plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (lost < LARGEST_GAP - 1.0)
     return OddSteps(
         long=long,
         lost=np.where(plain, np.rint(lost), 0).astype(np.intp),

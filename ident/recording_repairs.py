@@ -104,10 +104,10 @@ def restored(recording: Recording) -> tuple[Recording, Diagnosis | None]:
 
 
 def _turns_back(recording: Recording, arm: Arm, j: int) -> int:
-    """Turns that put a joint within its limits, 0 where it is within them, has none, or no turn does."""
+    """Turns that put a joint within its limits, 0 where it is within them, has none, or none does."""
     low, high = float(recording.q[:, j].min()), float(recording.q[:, j].max())
     lower, upper = arm.lower[j] - SLACK, arm.upper[j] + SLACK
-    if not arm.revolute[j] or not np.isfinite(upper - lower) or (lower <= low and high <= upper):
+    if not arm.revolute[j] or not np.isfinite(upper - lower):
         return 0
     least, most = int(np.ceil((lower - low) / TURN)), int(np.floor((upper - high) / TURN))
     return min(range(least, most + 1), key=abs, default=0)

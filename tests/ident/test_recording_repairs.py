@@ -71,6 +71,12 @@ def test_a_jump_that_is_no_turn_stays(ur_log):
     assert mask.sum() == 12
 
 
+def test_a_joint_that_turns_once_in_a_gap_is_not_wrapped(ur_log):
+    q = ur_log.q + np.where(ur_log.t > 8.0, 2.0 * np.pi, 0.0)[:, None] * [0, 0, 0, 0, 0, 1]
+    log = without(Recording(ur_log.t, q, ur_log.v), range(1000, 1030))
+    assert unwrapped(log) == (log, None)
+
+
 def test_whole_turns_are_turned_back_and_nothing_else(ur_log, arm):
     far = Recording(ur_log.t, ur_log.q + TURN * np.array([2, 0, -1, 1, 0, 3]), ur_log.v, "far")
     found, said = turned_back(far, arm)
@@ -123,6 +129,11 @@ def test_lost_samples_beside_gaps_that_the_clock_shows_get_their_time_back(ur_lo
     log = Recording(np.concatenate(([seen.t[0]], seen.t[0] + np.cumsum(t))), seen.q[kept], seen.v[kept])
     found, _ = restored(log)
     np.testing.assert_allclose(found.t, seen.t[kept], atol=1e-12)
+    both = without(ur_log, range(700, 704))  # of which the clock shows two
+    t = np.where(both.t > both.t[699], both.t - 0.016, both.t)
+    found, said = restored(Recording(t, both.q, both.v))
+    np.testing.assert_allclose(found.t, both.t, atol=1e-12)
+    assert said.value == 2.0
 
 
 def test_time_stamps_stay_where_the_number_lost_is_not_plain(ur_log):
@@ -136,6 +147,14 @@ def test_time_stamps_stay_where_the_number_lost_is_not_plain(ur_log):
     rows[[600, 601, 1500]] = [599, 599, 1499]
     again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows])
     assert restored(again) == (again, None)  # nothing was lost: old rows were written again
+
+
+def test_time_stamps_stay_where_most_lost_samples_would_not_show(ur_log):
+    lost = np.linspace(200, 2300, 40).astype(int)
+    for step, same in ((2e-4, False), (6e-4, True)):  # of the latter about half would show
+        coarse = Recording(ur_log.t, np.round(ur_log.q / step) * step, ur_log.v)
+        log = without(coarse, lost, even=True)
+        assert (restored(log)[0] is log) == same
 
 
 def test_everything_at_once_is_repaired(ur_log, arm):

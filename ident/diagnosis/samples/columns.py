@@ -1,5 +1,6 @@
 """Columns that are not what their names say: one written twice, a speed or a position in place of a current."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -34,7 +35,9 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     for j in range(recording.n):
         for what, x in zip(("position", "speed", "acceleration"), smooth, strict=True):
             if _left(v[:, j], x[inner, j]) < ALIKE:
-                found.append(_wrong(recording, (j,), f"v{j + 1} is the {what} of joint {j + 1}, times a factor"))
+                sentence = f"v{j + 1} is the {what} of joint {j + 1}, times a factor"
+                copied = _wrong(recording, (j,), sentence)  # without friction and gravity an inertia's current is one
+                found.append(replace(copied, severity=Severity.WEAK) if what == "acceleration" else copied)
     return found or [Diagnosis(name="columns", sentence="no column is a copy of another", logs=(recording.name,))]
 
 

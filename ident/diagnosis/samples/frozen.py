@@ -1,9 +1,8 @@
 """Positions and currents that stay exactly constant while the arm moves: a channel that stopped.
 
-A position is frozen where it stays for `LONG` times as long as its neighbouring steps take and then jumps by `AHEAD`
-times as much as they do, or where it stops at speed and stays to the end, while other joints move. A joint that rests
-slows down before, and starts slowly; a coarse encoder jumps by one step like any other time; a column that is logged
-more slowly changes as rarely beside.
+A position is frozen where it stays and then jumps by `AHEAD` times as much as its neighbouring steps, or where it stops
+at speed and stays to the end, while other joints move. A joint that rests slows down before, and starts slowly; a
+coarse encoder, or a column that is logged more slowly, jumps by as much as ever.
 
 A current is frozen where it stays while its joint moves, for longer than chance allows: a current that changes with
 probability p from one row to the next of a moving joint stays for L rows somewhere with probability N (1 - p)^L.
@@ -22,8 +21,8 @@ from ident.recording import Recording
 
 LEAST = 10
 """Rows that a frozen column stays for at least; fewer are held samples and hardly move a gain."""
-LONG, AHEAD = 10.0, 5.0
-"""Ratios to the time and the size of neighbouring steps."""
+AHEAD = 5.0
+"""Size of a step over that of its neighbours."""
 BESIDE = 5
 """Steps to either side that a step is compared with."""
 AT_SPEED = 0.5
@@ -86,9 +85,6 @@ def _stops(q: Array, at_speed: float) -> Iterator[tuple[int, int]]:
     edges = np.concatenate(([-1], rows, [len(q) - 1]))
     sizes, lengths = np.abs(steps[rows]), np.diff(edges)  # of n steps, of the n + 1 times between them
     for k in np.flatnonzero(lengths >= LEAST):
-        beside = np.r_[max(0, k - BESIDE) : k, k + 1 : min(len(lengths), k + 1 + BESIDE)]
-        if not len(beside) or lengths[k] < LONG * np.median(lengths[beside]):
-            continue
         if k == len(rows):  # to the end
             before = edges[k] - edges[max(0, k - 2)]
             stops = float(np.abs(q[edges[k] + 1] - q[edges[max(0, k - 2)] + 1])) > at_speed * before

@@ -35,8 +35,8 @@ HELD = 0.3
 
 PLAIN = 0.25
 """Deviation from a whole number of samples up to which the number lost is plain."""
-SURELY = 3.0
-"""Deviations by noise that must lie within half a sample, besides."""
+SHOWN = 0.9
+"""Share of the rows at which one lost sample must show: as many of those lost get their time back."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,16 +47,18 @@ class OddSteps:
         long: Rows, from 0, after which all joints advance too far.
         lost: Samples that were lost after each of these, 0 where their number is not plain.
         still: Rows, from 0, after which none advances although the arm moves.
+        shown: Share of the rows at which one lost sample would show.
     """
 
     long: Indices
     lost: Indices
     still: Indices
+    shown: float
 
     @property
     def plain(self) -> bool:
-        """Whether samples were lost, and everywhere how many."""
-        return len(self.lost) > 0 and bool((self.lost > 0).all())
+        """Whether samples were lost, it shows where, and everywhere how many."""
+        return self.shown > SHOWN and len(self.lost) > 0 and bool((self.lost > 0).all())
 
 
 def odd_steps(recording: Recording) -> OddSteps:
@@ -78,9 +80,13 @@ def odd_steps(recording: Recording) -> OddSteps:
     still = sure & unmoved
     long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after old rows it catches up
     lost = (share[long] - 1.0) * interval[long] / usual_interval
-    error = SURELY * interval[long] / usual_interval / np.sqrt(size[long])
-    plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (error < 0.5) & (lost < LARGEST_GAP - 1.0)
-    return OddSteps(long, np.where(plain, np.rint(lost), 0).astype(np.intp), np.flatnonzero(still))
+    plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (lost < LARGEST_GAP - 1.0)
+    return OddSteps(
+        long=long,
+        lost=np.where(plain, np.rint(lost), 0).astype(np.intp),
+        still=np.flatnonzero(still),
+        shown=float(np.mean(np.sqrt(size) > SURE)),
+    )
 
 
 def _beside(rate: Array) -> Array:

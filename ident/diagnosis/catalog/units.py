@@ -58,7 +58,7 @@ def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor:
     arm = logs.structure.arm
     given = as_logged(arm, len(logs.recordings))
     every = len(joints) == int(np.sum(arm.revolute == arm.revolute[min(joints)])) and len(joints) > 1
-    (first, *_) = joints
+    first = min(joints)
     what = "all positions are" if every else f"q{first + 1} is"
     return Alternative(
         family="unit",

@@ -15,7 +15,7 @@ from ident.diagnosis.comparison import Added, added, gains, z_of
 from ident.diagnosis.free_model import free_model
 from ident.diagnosis.logs import Logs, read_as, score_as
 from ident.diagnosis.reference import Reference, reference
-from ident.diagnosis.screen import Screen, Screened, screened
+from ident.diagnosis.screen import Screened, screened
 from ident.errors import IdentificationError
 
 SHOWN = 4.0
@@ -129,7 +129,7 @@ def survey(logs: Logs, families: Sequence[Family] = tuple(FAMILIES.values())) ->
     fit = reference(logs.problem)
     small_ones = tuple(directions(fit, logs, families))
     small = smalls(logs, small_ones)
-    gross = screened(Screen(logs), [each for family in families for each in family.alternatives(logs)])
+    gross = screened(logs, [each for family in families for each in family.alternatives(logs)])
     return Survey(logs, fit, small_ones, small, tuple(gross))
 
 

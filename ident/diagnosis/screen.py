@@ -28,6 +28,8 @@ RIDGE = 1e-10
 """As in the comparison, of instants that are fewer."""
 ASLANT = np.array([3.6, -4.8, 8.0])
 """Gravity [m/s^2] along no axis: what no torque shows under it, none shows under any."""
+TOGETHER = 16
+"""Readings of a log whose regressors are found in one recursion; more leave the processor's cache."""
 DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
 
 
@@ -46,12 +48,12 @@ class Screened:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Normal:
-    """Normal equations of one log under one reading of it, a joint after the other.
+    """Normal equations of one log under one reading of its positions.
 
     Attributes:
-        gram: Of the columns, n arrays (p, p).
-        rhs: Columns times all currents, n arrays (p, n).
-        square: Of all currents on the joint's instants, shape (n, n), joint first.
+        gram: Of the columns that the log has, n arrays (p_k, p_k).
+        rhs: Columns times all currents, n arrays (p_k, n).
+        square: Sum of squares of each current on each joint's instants, joint first, shape (n, n).
         rows: Instants of each joint, shape (n,).
     """
 
@@ -61,90 +63,153 @@ class _Normal:
     rows: Array
 
 
-class Screen:
-    """Normal equations of the logs, each reading of each log once."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Columns:
+    """Where the columns of one log stand among those of all logs, for one joint.
 
-    def __init__(self, logs: Logs) -> None:
-        """Look at the logs at few instants."""
-        self.logs = logs
-        self.at: list[Instants] = [instants(each, INSTANTS, logs.observing) for each in logs.recordings]
-        first = logs.problem.motions[0].payload
-        self.mounted = [motion.payload is not first for motion in logs.problem.motions]
-        self._known: dict[tuple[int, int, int], _Normal] = {}
-        self._kept: list[object] = []
+    Attributes:
+        chosen: Of the standard regressor, shape (p_k,).
+        place: Among the columns of all logs, shape (p_k,).
+        count: Columns of all logs.
+    """
 
-    def normal(self, k: int, how: LogReading, arm: Arm) -> _Normal:
-        """Of log k under a reading of it."""
-        key = (k, id(how), id(arm))
-        if key not in self._known:
-            self._kept += [how, arm]  # an id is that of one object as long as it lives
-            self._known[key] = self._found(k, how, arm)
-        return self._known[key]
-
-    def _found(self, k: int, how: LogReading, arm: Arm) -> _Normal:
-        at, n = self.at[k], arm.n
-        factor = how.q_factor
-        q = factor * at.q[:, how.q_order] + how.zero
-        dq, ddq = factor * at.dq[:, how.q_order] / how.clock, factor * at.ddq[:, how.q_order] / how.clock**2
-        columns = regressor(arm, q, dq, ddq)
-        moving = at.moving[:, how.q_order].astype(np.float64)
-        unknowns = _unknowns(self.logs.structure, upright=bool((arm.gravity == self.logs.structure.arm.gravity).all()))
-        gram, rhs, square = list[Array](), list[Array](), np.zeros((n, n))
-        for j in range(n):
-            own = columns[:, j]
-            parts = [own[:, unknowns.arm[j]]]
-            again = own[:, len(STANDARD) * j + DRIFTING]
-            for m in range(1, len(self.at)):
-                parts.append(again if m == k else np.zeros_like(again))
-                if self.mounted[m]:
-                    load = own[:, unknowns.payload[j]]
-                    parts.append(load if m == k else np.zeros_like(load))
-            X = np.hstack(parts) * moving[:, j, None]
-            v = at.v * moving[:, j, None]
-            gram.append(X.T @ X)
-            rhs.append(X.T @ v)
-            square[j] = np.sum(v**2, axis=0)
-        return _Normal(gram, rhs, square, moving.sum(axis=0))
-
-    def left(self, reading: Reading) -> tuple[Array, Array]:
-        """Mean square that a reading leaves of each column of each log in its own unit, and instants, (n, logs)."""
-        arm = reading.of_arm(self.logs.structure.arm)
-        parts = [self.normal(k, how, arm) for k, how in enumerate(reading.logs)]
-        left, many = np.full((arm.n, len(parts)), np.inf), np.zeros((arm.n, len(parts)))
-        for j in range(arm.n):
-            columns = [int(how.v_order[j]) for how in reading.logs]
-            units = [float(how.v_factor[j]) for how in reading.logs]
-            grams = [each.gram[j] for each in parts]
-            rhs = [each.rhs[j][:, c] * s for each, c, s in zip(parts, columns, units, strict=True)]
-            gram, b = sum(grams[1:], grams[0]), sum(rhs[1:], rhs[0])
-            felt = np.diag(gram) > 0.0
-            size = np.where(felt, np.sqrt(np.where(felt, np.diag(gram), 1.0)), np.inf)
-            unit = gram / np.outer(size, size)
-            unit[np.diag_indices_from(unit)] += np.where(felt, RIDGE, 1.0)
-            x = np.linalg.solve(unit, b / size) / size
-            rows = np.array([float(each.rows[j]) for each in parts])
-            free = rows.sum() - np.count_nonzero(felt)
-            if free < 1.0:
-                continue
-            for k, (each, c, s) in enumerate(zip(parts, columns, units, strict=True)):
-                square = float(each.square[j, c]) * s**2 - 2.0 * float(x @ rhs[k]) + float(x @ grams[k] @ x)
-                left[c, k] = max(square, 0.0) / s**2 / free * rows.sum() / max(rows[k], 1.0)
-                many[c, k] = rows[k] * free / rows.sum()
-        return left, many
+    chosen: Indices
+    place: Indices
+    count: int
 
 
-def screened(screen: Screen, alternatives: Sequence[Alternative]) -> list[Screened]:
+State = tuple[int, bytes, bytes]
+"""A log, and what tells readings of its positions and of the arm apart."""
+
+
+def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
     """What alternatives gain on few instants, the best first."""
-    given, freedom = screen.left(as_logged(screen.logs.structure.arm, len(screen.at)))
-    noise = NOTHING**2 * np.column_stack([np.mean(each.v**2, axis=0) for each in screen.at])  # (n, logs)
-    found = list[Screened]()
-    for each in alternatives:
-        left, own = screen.left(each.reading)
-        known = np.isfinite(given) & np.isfinite(left)
-        ratio = np.where(known, np.maximum(given, noise) / np.maximum(left, noise), 1.0)
-        gain = 0.5 * np.minimum(freedom, own) * np.log(np.where(known, ratio, 1.0))
-        found.append(Screened(each, gain.sum(axis=1)))
+    at = [instants(each, INSTANTS, logs.observing) for each in logs.recordings]
+    given = as_logged(logs.structure.arm, len(at))
+    readings = [given, *(each.reading for each in alternatives)]
+    left, freedom = np.empty((2, len(readings), logs.structure.arm.n, len(at)))
+    upright = np.array([bool((each.gravity == logs.structure.arm.gravity).all()) for each in readings])
+    for which in (True, False):
+        own = np.flatnonzero(upright == which)
+        if len(own):
+            left[own], freedom[own] = _left(logs, at, [readings[k] for k in own], upright=which)
+    noise = NOTHING**2 * np.column_stack([np.mean(each.v**2, axis=0) for each in at])  # (n, logs)
+    known = np.isfinite(left[0]) & np.isfinite(left[1:])
+    ratio = np.maximum(left[0], noise) / np.maximum(np.where(known, left[1:], 1.0), noise)
+    gain = 0.5 * np.minimum(freedom[0], freedom[1:]) * np.log(np.where(known, ratio, 1.0))
+    found = [Screened(each, own.sum(axis=1)) for each, own in zip(alternatives, gain, strict=True)]
     return sorted(found, key=lambda each: -float(each.gain.sum()))
+
+
+def _left(logs: Logs, at: Sequence[Instants], readings: Sequence[Reading], *, upright: bool) -> tuple[Array, Array]:
+    """Mean square that readings leave of each column of each log in its own unit, and instants, (K, n, logs) each."""
+    n, count = logs.structure.arm.n, len(at)
+    columns = _placed(logs, upright=upright)
+    normals = _normals(logs.structure.arm, at, readings, columns)
+    states = [[_state(k, each) for k in range(count)] for each in readings]
+    order = np.array([[how.v_order for how in each.logs] for each in readings])  # (K, logs, n)
+    unit = np.array([[how.v_factor for how in each.logs] for each in readings])
+    left, many = np.full((len(readings), n, count), np.inf), np.zeros((len(readings), n, count))
+    every = np.arange(len(readings))
+    for j in range(n):
+        size = columns[0][j].count
+        gram, b = np.zeros((len(readings), size, size)), np.zeros((len(readings), size))
+        rhs, square, rows = list[Array](), list[Array](), list[Array]()
+        for k in range(count):
+            own = [normals[each[k]] for each in states]
+            place, current = columns[k][j].place, order[:, k, j]
+            grams = np.array([each.gram[j] for each in own])
+            gram[:, place[:, None], place] += grams
+            rhs.append(np.array([each.rhs[j] for each in own])[every, :, current] * unit[:, k, j, None])
+            b[:, place] += rhs[-1]
+            square.append(np.array([each.square[j] for each in own])[every, current] * unit[:, k, j] ** 2)
+            rows.append(np.array([each.rows[j] for each in own]))
+        scale = np.sqrt(np.einsum("kpp->kp", gram))
+        felt = scale > 0.0
+        scale[~felt] = 1.0
+        gram /= scale[:, :, None] * scale[:, None, :]
+        gram[:, np.arange(size), np.arange(size)] += np.where(felt, RIDGE, 1.0)
+        x = np.linalg.solve(gram, (b / scale)[..., None])[..., 0] / scale
+        total = np.sum(rows, axis=0)
+        free = total - felt.sum(axis=1)
+        for k in range(count):
+            place, mine = columns[k][j].place, [normals[each[k]] for each in states]
+            own = x[:, place]
+            fitted = np.einsum("kp,kpq,kq->k", own, np.array([each.gram[j] for each in mine]), own)
+            lost = np.maximum(square[k] - 2.0 * np.einsum("kp,kp->k", own, rhs[k]) + fitted, 0.0)
+            enough = free >= 1.0
+            share = np.where(enough, total / np.maximum(free, 1.0) / np.maximum(rows[k], 1.0), np.inf)
+            left[every, order[:, k, j], k] = lost / unit[:, k, j] ** 2 * share
+            many[every, order[:, k, j], k] = np.where(enough, rows[k] * free / np.maximum(total, 1.0), 0.0)
+    return left, many
+
+
+def _state(k: int, reading: Reading) -> State:
+    how = reading.logs[k]
+    read = how.q_factor.tobytes() + how.zero.tobytes() + how.q_order.tobytes() + np.float64(how.clock).tobytes()
+    return k, read, reading.gravity.tobytes() + reading.stretch.tobytes()
+
+
+def _normals(
+    own_arm: Arm, at: Sequence[Instants], readings: Sequence[Reading], columns: Sequence[Sequence[_Columns]]
+) -> dict[State, _Normal]:
+    """Normal equations of every log under every reading of it, each once; those of one arm in one recursion."""
+    wanted = {_state(k, each): each for each in readings for k in range(len(at))}
+    found = dict[State, _Normal]()
+    arms = dict[bytes, list[State]]()
+    for state in wanted:
+        arms.setdefault(state[2], []).append(state)
+    for own in arms.values():
+        for start in range(0, len(own), TOGETHER):
+            part = own[start : start + TOGETHER]
+            states = [_read(at[state[0]], wanted[state].logs[state[0]]) for state in part]
+            arm = wanted[part[0]].of_arm(own_arm)
+            W = regressor(arm, *(np.concatenate(each) for each in zip(*states, strict=True)))
+            ends = np.cumsum([0, *(len(each[0]) for each in states)])
+            for state, first, last in zip(part, ends, ends[1:], strict=False):
+                k, how = state[0], wanted[state].logs[state[0]]
+                moving = at[k].moving[:, how.q_order].astype(np.float64)
+                found[state] = _normal(W[first:last], at[k].v, moving, columns[k])
+    return found
+
+
+def _read(at: Instants, how: LogReading) -> tuple[Array, Array, Array]:
+    """States of the arm at the instants of a log that is read so."""
+    q, dq, ddq = (how.q_factor * each[:, how.q_order] for each in (at.q, at.dq, at.ddq))
+    return q + how.zero, dq / how.clock, ddq / how.clock**2
+
+
+def _normal(W: Array, v: Array, moving: Array, columns: Sequence[_Columns]) -> _Normal:
+    gram, rhs, square = list[Array](), list[Array](), np.empty((len(columns), v.shape[1]))
+    for j, each in enumerate(columns):
+        X = W[:, j, each.chosen] * moving[:, j, None]
+        seen = v * moving[:, j, None]
+        gram.append(X.T @ X)
+        rhs.append(X.T @ seen)
+        square[j] = np.sum(seen**2, axis=0)
+    return _Normal(gram, rhs, square, moving.sum(axis=0))
+
+
+def _placed(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
+    """Columns of each log and joint: the arm's own are common, friction and payload are a later log's own."""
+    unknowns = _unknowns(logs.structure, upright=upright)
+    motions = logs.problem.motions
+    found = list[list[_Columns]]()
+    ends = [len(each) for each in unknowns.arm]
+    for k, motion in enumerate(motions):
+        own = list[_Columns]()
+        for j, arm in enumerate(unknowns.arm):
+            more = [np.zeros(0, dtype=np.intp)]
+            if k > 0:
+                more.append(len(STANDARD) * j + DRIFTING)
+                if motion.payload is not motions[0].payload:
+                    more.append(unknowns.payload[j])
+            again = np.concatenate(more)
+            place = np.concatenate((np.arange(len(arm)), ends[j] + np.arange(len(again))))
+            own.append(_Columns(np.concatenate((arm, again)), place, 0))
+            ends[j] += len(again)
+        found.append(own)
+    return [[replace(each, count=ends[j]) for j, each in enumerate(own)] for own in found]
 
 
 NOTHING = 1e-3

@@ -237,7 +237,8 @@ def _linear(estimate: GainEstimate) -> bool:
     if not all(rows.sigma(j) > 0.0 for j in rows.unknowns):
         return False  # explained to the last digit, which no recording is
     weighted = solution.influence / rows.weight
-    along = np.linalg.lstsq(rows.explained, weighted.T, rcond=None)[0]
+    gram = rows.explained.T @ rows.explained
+    along = np.linalg.lstsq(gram, rows.explained.T @ weighted.T, rcond=None)[0]
     left = np.linalg.norm(rows.explained @ along - weighted.T)
     return bool(left < LINEAR * np.linalg.norm(weighted))
 

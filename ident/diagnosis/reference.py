@@ -135,16 +135,27 @@ class ReferenceMotion:
         Returns:
             n arrays of shape (r_j, m).
         """
-        behind, t = self.behind, np.arange(len(self.behind.q)) * self.behind.period
-        n, m = torque.shape[1:]
-        full = scipy.interpolate.make_interp_spline(t[self._at], torque.reshape(len(torque), -1), k=3)(t)
-        full = full.reshape(len(t), n, m)
-        found = list[Array]()
-        for j in range(n):
-            kept = self.reference.problem.motions[self.log].observation.joints[j].position
-            masked = np.where(behind.moving[:, j, None], full[:, j], 0.0)
-            found.append(self.reference.h[j] * decimated(behind, masked)[kept])
-        return tuple(found)
+        own = self.reference.problem.motions[self.log].observation.joints
+        moving, (at, weight) = self.behind.moving[self._at], self._filter
+        return tuple(
+            self.reference.h[j]
+            * np.einsum(
+                "rl,rlm->rm", weight[each.position], np.where(moving[:, j, None], torque[:, j], 0.0)[at[each.position]]
+            )
+            for j, each in enumerate(own)
+        )
+
+    @cached_property
+    def _filter(self) -> tuple[Indices, Array]:
+        """The decimation filter at these times: which of them each row feels, and how much, (rows, l) each."""
+        D = self.behind.decimator
+        begin = D.factor * np.arange(D.rows(len(self.behind.q)))  # sample at which a row's filter begins
+        first = np.searchsorted(self._at, begin)
+        count = int(np.max(np.searchsorted(self._at, begin + len(D.kernel)) - first, initial=1))
+        at = np.minimum(first[:, None] + np.arange(count), len(self._at) - 1)
+        lag = self._at[at] - begin[:, None]
+        weight = np.where(lag < len(D.kernel), D.kernel[np.minimum(lag, len(D.kernel) - 1)], 0.0)
+        return at, weight / weight.sum(axis=1, keepdims=True)
 
     def displaced(self) -> Array:
         """Derivative of the torques by each joint's zero [N m / rad], shape (S, n, n)."""
@@ -203,19 +214,6 @@ class ReferenceMotion:
 def across(arm: Arm) -> Array:
     """Two unit vectors across gravity, shape (2, 3)."""
     return scipy.linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
-
-
-def decimated(behind: FullRate, x: Array) -> Array:
-    """Signals decimated like the currents, (N, m) to (rows, m)."""
-    D = behind.decimator
-    rows, pieces = D.rows(len(x)), -(-len(D.kernel) // D.factor)
-    weights = np.zeros(pieces * D.factor)
-    weights[: len(D.kernel)] = D.kernel
-    padded = np.zeros(((rows + pieces - 1) * D.factor, x.shape[1]))
-    used = min(len(x), len(padded))
-    padded[:used] = x[:used]
-    parts = np.einsum("pfm,cf->cpm", padded.reshape(-1, D.factor, x.shape[1]), weights.reshape(pieces, D.factor))
-    return np.sum([parts[k, k : k + rows] for k in range(pieces)], axis=0)
 
 
 def reference(problem: Problem) -> Reference | None:

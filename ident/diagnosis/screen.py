@@ -22,7 +22,7 @@ from ident.parameters import STANDARD
 from ident.regressor import regressor
 from ident.structure import Structure, structure_of
 
-INSTANTS = 120
+INSTANTS = 90
 """Instants of each log."""
 RIDGE = 1e-10
 """As in the comparison, of instants that are fewer."""
@@ -155,7 +155,7 @@ def _normals(
 ) -> dict[State, _Normal]:
     """Normal equations of every log under every reading of it, each once; those of one arm in one recursion."""
     wanted = {_state(k, each): each for each in readings for k in range(len(at))}
-    found = dict[State, _Normal]()
+    found, known = dict[State, _Normal](), dict[bytes, tuple[Array, Array]]()
     arms = dict[bytes, list[State]]()
     for state in wanted:
         arms.setdefault(state[2], []).append(state)
@@ -164,13 +164,29 @@ def _normals(
             part = own[start : start + TOGETHER]
             states = [_read(at[state[0]], wanted[state].logs[state[0]]) for state in part]
             arm = wanted[part[0]].of_arm(own_arm)
-            W = regressor(arm, *(np.concatenate(each) for each in zip(*states, strict=True)))
+            at_once = [np.concatenate(each) for each in zip(*states, strict=True)]
+            tilted = (arm.gravity != own_arm.gravity).any()
+            W = _by_gravity(arm, known, *at_once) if tilted else regressor(arm, *at_once)
             ends = np.cumsum([0, *(len(each[0]) for each in states)])
             for state, first, last in zip(part, ends, ends[1:], strict=False):
                 k, how = state[0], wanted[state].logs[state[0]]
                 moving = at[k].moving[:, how.q_order].astype(np.float64)
                 found[state] = _normal(W[first:last], at[k].v, moving, columns[k])
     return found
+
+
+def _by_gravity(arm: Arm, known: dict[bytes, tuple[Array, Array]], q: Array, dq: Array, ddq: Array) -> Array:
+    """The regressor of states, in which gravity is linear: of the same states under many gravities four are found."""
+    key = arm.translation.tobytes() + q.tobytes() + dq.tobytes()
+    if key not in known:
+        still = np.zeros_like(q)
+        weightless = regressor(replace(arm, gravity=np.zeros(3)), q, dq, ddq)
+        steady = regressor(replace(arm, gravity=np.zeros(3)), q, still, still)
+        along = np.stack([regressor(replace(arm, gravity=axis), q, still, still) - steady for axis in np.eye(3)])
+        known.clear()
+        known[key] = (weightless, along)
+    weightless, along = known[key]
+    return weightless + np.tensordot(arm.gravity, along, axes=1)
 
 
 def _read(at: Instants, how: LogReading) -> tuple[Array, Array, Array]:

@@ -10,6 +10,7 @@ A share of 3 is two samples lost. Where the shares of all such steps are whole n
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -61,6 +62,7 @@ class OddSteps:
         return self.shown > SHOWN and len(self.lost) > 0 and bool((self.lost > 0).all())
 
 
+@lru_cache(maxsize=8)
 def odd_steps(recording: Recording) -> OddSteps:
     """Steps of all joints together that are too long, or none at all, for the time that they take."""
     interval = np.diff(recording.t)

@@ -10,7 +10,7 @@ from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.gains import gain_diagnoses
 from ident.diagnosis.link_masses import link_mass_consistency
-from ident.errors import Contradiction, NotIdentifiable
+from ident.errors import Contradiction, IdentificationError
 from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.estimators import DEFAULT, estimator
 from ident.observation import ObserveOptions
@@ -97,7 +97,7 @@ def identify_motions(
     try:
         estimate = again(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
-    except NotIdentifiable as error:
+    except IdentificationError as error:
         raise_for(prepared, diagnose(prepared.logs()) if policy.doubt else Diagnosed())
         raise error
     if policy.doubt:

@@ -9,7 +9,7 @@ from ident.arm import Arm
 from ident.arrays import Mask
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.logs import Logs, observed_logs
-from ident.diagnosis.samples import FILTERED, SAMPLE_CHECKS, SPOILING
+from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
@@ -118,7 +118,8 @@ def prepare(
             diagnoses += done
             for part in parts:
                 check_log(part)
-            diagnoses += seen_in_samples(each.recording, observing, skip={one.name for one in done})
+            seen = seen_in_samples(max(parts, key=lambda part: len(part.t)), observing, skip={one.name for one in done})
+            diagnoses += map(left_out, seen)
         else:
             parts = (each.recording,)
         used += [replace(each, recording=part) for part in parts]
@@ -150,10 +151,17 @@ def seen_in_samples(recording: Recording, observing: ObserveOptions, *, skip: se
     return [
         found
         for name, each in SAMPLE_CHECKS.items()
-        if name not in FILTERED and name != "values"
+        if name not in ("noise", "motion", "values")
         for found in each(recording, observing)
         if found.severity is not Severity.GOOD and found.name not in skip
     ]
+
+
+def left_out(found: Diagnosis) -> Diagnosis:
+    """A diagnosis of samples that are left out, so that they spoil no gain."""
+    if found.name not in SPOILING or found.severity is not Severity.WRONG:
+        return found
+    return replace(found, severity=Severity.WEAK, sentence=f"{found.sentence}; these samples are left out")
 
 
 def spoilt_samples(recording: Recording, names: Set[str]) -> Mask | None:

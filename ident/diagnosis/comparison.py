@@ -5,13 +5,14 @@ without another fit: with Q orthonormal columns of the model and e its residual,
 
     e_b -> (I - Q_b Q_b')^-1 e_b        b the rows of a block
 
-The gain of a block in expected log predictive density, and its standardised sum over B blocks, are
+The gain of a block in log predictive density, and its standardised sum over B blocks, are
 
-    u_b = sum_j (e_0b' e_0b - e_hb' e_hb) / (2 s_j^2)        z = sum_b u_b / sqrt(B / (B - 1) sum_b (u_b - mean u)^2)
+    u_b = sum_j n_jb log(s_0j / s_hj) + e_0b' e_0b / (2 s_0j^2) - e_hb' e_hb / (2 s_hj^2)
+    z   = sum_b u_b / sqrt(B / (B - 1) sum_b (u_b - mean u)^2)
 
-with s_j the smaller rms of the two residuals of joint j (Vehtari, Gelman and Gabry 2017; Vuong 1989). Blocks keep the
-standard error honest where residuals are autocorrelated, and held-out predictions take away the advantage of free
-parameters.
+with n_jb rows of joint j in block b, and s_0j, s_hj the rms of its residuals under either reading, log by log (Vehtari,
+Gelman and Gabry 2017; Vuong 1989). Blocks keep the standard error honest where residuals are autocorrelated, and
+held-out predictions take away the advantage of free parameters.
 """
 
 from collections.abc import Sequence
@@ -145,12 +146,13 @@ class Score:
 def gains(given: Score, other: Score) -> Array:
     """Gain of each block in log predictive density by another reading, u_b, shape (blocks,).
 
-    Residuals count in units of the smaller of both rms, joint by joint and log by log.
+    Residuals are normal, with a variance of their own for each joint, log and reading.
     """
-    variance = np.repeat(np.minimum(given.log_variance, other.log_variance), BLOCKS, axis=1)
-    shown = variance > 0.0
-    gain = np.where(shown, 0.5 * (given.squares - other.squares) / np.where(shown, variance, 1.0), 0.0)
-    return gain.sum(axis=0)
+    before, after = (np.repeat(each.log_variance, BLOCKS, axis=1) for each in (given, other))
+    shown = (before > 0.0) & (after > 0.0)
+    before, after = np.where(shown, before, 1.0), np.where(shown, after, 1.0)
+    gain = 0.5 * (given.rows * np.log(before / after) + given.squares / before - other.squares / after)
+    return np.where(shown, gain, 0.0).sum(axis=0)
 
 
 def z_of(u: Array) -> float:
@@ -260,10 +262,10 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
         scores += np.einsum("bmk,bm->bk", padded[..., 1:], padded[..., 0])
         held.append((both[..., 0], both[..., 1:]))
     t = np.linalg.solve(np.eye(m) - G, r[..., None])[..., 0]
-    u = np.zeros(blocks)
+    squares = fits.score.squares.copy()
     for (_, _, _, j), (rest, q) in zip(parts, held, strict=True):
-        squares = np.sum((rest + np.einsum("bmk,bk->bm", q, t)) ** 2, axis=1)
-        u += 0.5 * (fits.score.squares[j] / sigma[j] ** 2 - squares)
+        squares[j] = sigma[j] ** 2 * np.sum((rest + np.einsum("bmk,bk->bm", q, t)) ** 2, axis=1)
+    u = gains(fits.score, replace(fits.score, squares=squares))
     own = np.eye(m) + scores.T @ scores
     spread = turn / size[:, None]
     return Added(u=u, value=spread @ b, covariance=spread @ own @ spread.T)

@@ -217,7 +217,9 @@ def _refined(logs: Logs, alternative: Alternative) -> Compared | None:
 def _step(found: Compared) -> Array | None:
     """Change of the parameters that the logs read so ask for; None where it is small."""
     fit = reference(found.logs.problem)
-    for each in directions(fit, found.logs, tuple(FAMILIES.values())):
+    for each in directions(
+        fit, found.logs, [each for each in FAMILIES.values() if each.name == found.alternative.key[0]]
+    ):
         if each.key == found.alternative.key:
             more = added(found.logs.model.fits, each.columns)
             if more is None:

@@ -27,20 +27,22 @@ class Family:
     Attributes:
         alternatives: Gross ones, as readings.
         directions: Small ones, as columns of currents; none where all are gross.
+        name: What its directions are called.
     """
 
     alternatives: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
     directions: Callable[[Reference, Logs], Iterable[Direction]] = lambda reference, logs: ()
+    name: str = ""
 
 
 FAMILIES: dict[str, Family] = {
-    "zeros": Family(zeros.alternatives, zeros.directions),
+    "zeros": Family(zeros.alternatives, zeros.directions, "zero"),
     "orders": Family(orders.alternatives),
-    "base": Family(base.alternatives, base.directions),
-    "lengths": Family(lengths.alternatives, lengths.directions),
-    "clocks": Family(clocks.alternatives, clocks.directions),
-    "delays": Family(delays.alternatives, delays.directions),
-    "current scales": Family(current_scales.alternatives, current_scales.directions),
+    "base": Family(base.alternatives, base.directions, "base"),
+    "lengths": Family(lengths.alternatives, lengths.directions, "lengths"),
+    "clocks": Family(clocks.alternatives, clocks.directions, "clock"),
+    "delays": Family(delays.alternatives, delays.directions, "delay"),
+    "current scales": Family(current_scales.alternatives, current_scales.directions, "current scale"),
     "units": Family(units.alternatives),
     "gravity compensation": Family(gravity_compensation.alternatives),
     "joint elasticity": Family(directions=terms.elasticity),

@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow mutants lint bench scale checks docs pictures excitation payloads methods coverage predicted error-budget protocols robots verify schemas lock clean
+.PHONY: demo test test-slow mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols robots verify schemas lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -40,8 +40,8 @@ bench: .venv/ready
 scale: .venv/ready  # what a million trials need from the process that writes them, into docs/scaling.md; ten minutes
 	$(BIN)/python -m bench.scale --write
 
-checks: .venv/ready  # what `rx90 check` finds; REAL_RECORDINGS names a folder of real ones; some twenty minutes
-	$(BIN)/python docs/checks.py
+diagnosis: .venv/ready  # what a diagnosis says of sound logs and of faults; REAL_RECORDINGS names a folder of real ones; two hours, goes on from what out/diagnosis holds
+	$(BIN)/python docs/diagnosis.py
 
 docs: .venv/ready  # the site, into site/; open site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet

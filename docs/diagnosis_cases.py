@@ -239,14 +239,18 @@ def real_cases(wanted: Callable[[Spec], bool] = lambda spec: True) -> Iterator[S
         for spec, (bare, loaded) in zip(specs, pairs, strict=True):
             if wanted(spec):
                 payload = read_payload(folder / loaded / "payload.toml")
-                logs = [
-                    read_recording(folder / a / f"{b}.parquet") for a, b in ((bare, "unloaded"), (loaded, "loaded"))
-                ]
+                logs = [_named(folder / a, b) for a, b in ((bare, "unloaded"), (loaded, "loaded"))]
                 yield SoundCase(spec, ur, (Recorded(logs[0]), Recorded(logs[1], payload)), None)
     spec = Spec("real-tx40", "bare", 0, REAL, APART)
     if wanted(spec):
         tx40 = structure_of(load_arm(folder / "tx40" / "tx40.urdf", couplings=((4, 5),)))
-        yield SoundCase(spec, tx40, (Recorded(read_recording(folder / "tx40" / "recording.parquet")),), None)
+        yield SoundCase(spec, tx40, (Recorded(_named(folder / "tx40", "recording")),), None)
+
+
+def _named(folder: Path, name: str) -> Recording:
+    """A recording that no diagnosis calls by the place of its file."""
+    log = read_recording(folder / f"{name}.parquet")
+    return Recording(log.t, log.q, log.v, name)
 
 
 def build() -> None:

@@ -1,0 +1,294 @@
+"""The page of what a diagnosis says of sound and of faulty logs."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from diagnosis_cases import APART, SET, SoundCase
+from diagnosis_fault import Fault
+from diagnosis_judged import REMARKS, Cost, Judged, Verdict, accusations, sigmas
+from diagnosis_run import Run
+from scipy import stats
+
+from ident.diagnosis.catalog.zeros import LARGEST
+from ident.diagnosis.comparison import BLOCKS
+from ident.diagnosis.diagnosis import MATTERS, SPOILS
+from ident.diagnosis.engine import SHOWN, TIE, WORTH
+from scenarios.reports.content import Cell, Column, Heading, Paragraph, Part, Report, Table, cells
+
+TILTED = "base tilt 2 mrad"
+"""A condition whose base is tilted: to say so is right."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sound:
+    """A sound case and what was said of it."""
+
+    case: SoundCase
+    run: Run
+
+    @property
+    def wrong(self) -> list[str]:
+        """Names that accuse."""
+        allowed = {"base"} if self.case.condition == TILTED else set[str]()
+        return [each.name for each in accusations(self.run) if each.name not in allowed]
+
+    @property
+    def accused(self) -> bool:
+        """Whether a mistake is named that nobody made."""
+        return bool(self.wrong)
+
+    @property
+    def refused(self) -> bool:
+        """Whether an error or a diagnosis refuses a gain of it."""
+        return self.run.error is not None or any(each.severity == "wrong" for each in self.run.said)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Faulty:
+    """A fault, what was said of it, and the judgement of that."""
+
+    case: SoundCase
+    fault: Fault
+    run: Run
+    judged: Judged
+
+
+def page(sound: Sequence[Sound], faulty: Sequence[Faulty]) -> Report:
+    """All of it."""
+    parts: list[Part] = [Paragraph(summary(sound, faulty))]
+    parts += [Heading("Sound logs"), Paragraph(ABOUT_SOUND)]
+    parts += [sound_table(sound, "Arm", lambda each: each.case.arm)]
+    parts += [sound_table(sound, "Condition", lambda each: each.case.condition)]
+    parts += [Heading("Mistakes named in sound logs"), wrong_table(sound)]
+    parts += [Heading("Faults"), Paragraph(ABOUT_FAULTS), power_table(faulty)]
+    parts += [Heading("By size"), size_table(faulty)]
+    parts += [Heading("Named otherwise"), Paragraph(ABOUT_CONFUSED), confusion_table(faulty)]
+    parts += [Heading("Silence that harms"), Paragraph(ABOUT_SILENT), silent_table(faulty)]
+    parts += [Heading("Constants"), constants()]
+    return Report("What a diagnosis finds", tuple(parts), {})
+
+
+ABOUT_SOUND = (
+    "Simulated by two simulators under hostile conditions, and real; half of the arms were kept apart while constants "
+    "were set. A mistake is named wherever a diagnosis accuses a log, the payload or the model's geometry; what the "
+    "model lacks (elasticity, a law of friction) is no accusation. Refused: a gain, or all. Off: gains further from "
+    "the truth than three claimed standard deviations, of gains given."
+)
+ABOUT_FAULTS = (
+    "One fault at a time in sound logs under ordinary conditions. Named: the fault that was put in, its joints and "
+    "logs, its size within 20 % or three standard deviations, or one that the kinematics cannot tell from it, or a "
+    "rival that the diagnosis lists. Silence is harmless where no gain moves by more than one claimed deviation, "
+    "harmful beyond three. Unseen: without noise the fault leaves no residual, so that no log can show it."
+)
+ABOUT_CONFUSED = "Rows are what was put in, columns what was named in its place."
+ABOUT_SILENT = "Not named, warned of at most, and a gain moves by more than three claimed deviations."
+
+
+def upper(hits: int, of: int) -> float:
+    """Upper end of the one-sided 95 % interval of a share [%]."""
+    return 100.0 * float(stats.beta.ppf(0.95, hits + 1, of - hits)) if hits < of else 100.0
+
+
+def share(hits: int, of: int) -> str:
+    """A share with its upper bound."""
+    return f"{hits} of {of}, below {upper(hits, of):.1f} %" if of else "-"
+
+
+def summary(sound: Sequence[Sound], faulty: Sequence[Faulty]) -> str:
+    """Three sentences."""
+    fair = [each for each in sound if not each.case.biased]
+    apart = [each for each in fair if each.case.group == APART]
+    seen = [each for each in faulty if each.judged.visible]
+    named = sum(each.judged.verdict is Verdict.RIGHT for each in seen)
+    other = sum(each.judged.verdict is Verdict.OTHER for each in faulty)
+    harmful = [each for each in faulty if _harmful(each)]
+    unseen = sum(not each.judged.visible for each in harmful)
+    return (
+        f"In {len(fair)} sets of sound logs of {len({each.case.arm for each in fair})} arms a mistake was named "
+        f"{sum(each.accused for each in fair)} times (on arms kept apart: "
+        f"{share(sum(each.accused for each in apart), len(apart))}), and gains were refused "
+        f"{sum(each.refused for each in fair)} times. Of {len(seen)} faults that logs can show {named} were named "
+        f"({100.0 * named / max(1, len(seen)):.0f} %), and of {len(faulty)} in all {other} were named otherwise. "
+        f"{len(harmful)} faults were passed over that move a gain by more than three claimed deviations, {unseen} of "
+        "them such as no log can show."
+    )
+
+
+def _groups(sound: Sequence[Sound], key: Callable[[Sound], str]) -> dict[str, list[Sound]]:
+    found: dict[str, list[Sound]] = {}
+    for each in sound:
+        found.setdefault(key(each), []).append(each)
+    return found
+
+
+def sound_table(sound: Sequence[Sound], title: str, key: Callable[[Sound], str]) -> Table:
+    """False alarms by something."""
+    columns = (
+        Column(title=title, words=True),
+        Column(title="Sets of logs"),
+        Column(title="Mistake named"),
+        Column(title="Upper bound", unit="%"),
+        Column(title="Refused"),
+        Column(title="Gains off"),
+        Column(title="Largest z, median"),
+        Column(title="Largest z, most"),
+        Column(title="Time", unit="s"),
+    )
+    rows = [
+        _sound_row(str(name), found) for name, found in sorted(_groups(sound, key).items(), key=lambda x: str(x[0]))
+    ]
+    fair = [each for each in sound if not each.case.biased]
+    for group in (SET, APART):
+        rows.append(_sound_row(f"all, {group}", [each for each in fair if each.case.group == group]))
+    rows.append(_sound_row("all whose gains are biased", [each for each in sound if each.case.biased]))
+    return Table(columns=columns, rows=tuple(rows))
+
+
+def _sound_row(name: str, found: Sequence[Sound]) -> tuple[Cell, ...]:
+    hits = sum(each.accused for each in found)
+    errors = [x for each in found for x in sigmas(each.case, each.run)]
+    z = [each.run.largest_z for each in found if each.run.largest_z is not None]
+    off = sum(abs(x) > 3.0 for x in errors)
+    return cells(
+        name,
+        str(len(found)),
+        str(hits),
+        f"{upper(hits, len(found)):.1f}" if found else "-",
+        str(sum(each.refused for each in found)),
+        f"{off} of {len(errors)}" if errors else "-",
+        f"{np.median(z):.1f}" if z else "-",
+        f"{max(z):.1f}" if z else "-",
+        f"{np.median([each.run.seconds for each in found]):.1f}" if found else "-",
+    )
+
+
+def wrong_table(sound: Sequence[Sound]) -> Table:
+    """Each mistake named that nobody made."""
+    columns = (
+        Column(title="Logs", words=True),
+        Column(title="Arm is", words=True),
+        Column(title="Said", words=True),
+        Column(title="z"),
+        Column(title="Severity", words=True),
+    )
+    rows = [
+        cells(each.case.name, each.case.group, one.sentence, _z(one.z), one.severity)
+        for each in sound
+        for one in accusations(each.run)
+        if one.name in each.wrong
+    ]
+    rows += [
+        cells(each.case.name, each.case.group, each.run.message, "-", "refused")
+        for each in sound
+        if each.run.error is not None and not each.run.said
+    ]
+    return Table(columns=columns, rows=tuple(rows))
+
+
+def _z(z: float | None) -> str:
+    return "-" if z is None else f"{z:.1f}"
+
+
+def power_table(faulty: Sequence[Faulty]) -> Table:
+    """What became of each kind."""
+    return _verdicts(faulty, "Fault", lambda each: each.fault.kind)
+
+
+def size_table(faulty: Sequence[Faulty]) -> Table:
+    """What became of sizes of those kinds that have them."""
+    sized = [each for each in faulty if each.fault.value is not None]
+    return _verdicts(sized, "Fault and size", _sized)
+
+
+def _sized(each: Faulty) -> str:
+    value, unit = each.fault.value, each.fault.unit
+    assert value is not None, "asked of sizes only"
+    shown = {"rad": (np.rad2deg(value), "degrees"), "m": (1e3 * value, "mm"), "s": (1e3 * value, "ms")}
+    number, unit = shown.get(unit, (value, unit))
+    if each.fault.kind in ("lost samples", "lost samples, time even", "repeated samples"):
+        number, unit = 100.0 * value, "%"
+    return f"{each.fault.kind}, {abs(number):.4g} {unit}".rstrip()
+
+
+def _verdicts(faulty: Sequence[Faulty], title: str, key: Callable[[Faulty], str]) -> Table:
+    columns = (
+        Column(title=title, words=True),
+        Column(title="Tried"),
+        *(Column(title=each.value) for each in (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED)),
+        Column(title="warned or silent, harmless"),
+        Column(title="small"),
+        Column(title="harmful"),
+        Column(title="harmful, unseen"),
+    )
+    names = list(dict.fromkeys(sorted(key(each) for each in faulty)))
+    rows = [_verdict_row(name, [each for each in faulty if key(each) == name]) for name in names]
+    return Table(columns=columns, rows=(*rows, _verdict_row("all", faulty)))
+
+
+def _verdict_row(name: str, found: Sequence[Faulty]) -> tuple[Cell, ...]:
+    verdicts = Counter(each.judged.verdict for each in found)
+    quiet = [each for each in found if each.judged.cost is not None]
+    harmful = [each for each in quiet if _harmful(each)]
+    small = sum(each.judged.cost is Cost.SMALL for each in quiet)
+    return cells(
+        name,
+        str(len(found)),
+        *(str(verdicts[each]) for each in (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED)),
+        str(len(quiet) - small - len(harmful)),
+        str(small),
+        str(sum(each.judged.visible for each in harmful)),
+        str(sum(not each.judged.visible for each in harmful)),
+    )
+
+
+def _harmful(each: Faulty) -> bool:
+    return each.judged.cost is Cost.HARMFUL and not each.fault.harmless
+
+
+def confusion_table(faulty: Sequence[Faulty]) -> Table:
+    """What was named in place of what."""
+    wrong = [each for each in faulty if each.judged.verdict is Verdict.OTHER]
+    names = sorted({name for each in wrong for name in each.judged.others})
+    kinds = sorted({each.fault.kind for each in wrong})
+    many = Counter((each.fault.kind, name) for each in wrong for name in each.judged.others)
+    columns = (Column(title="Put in", words=True), *(Column(title=name) for name in names))
+    rows = [cells(kind, *(str(many[kind, name]) for name in names)) for kind in kinds]
+    return Table(columns=columns, rows=tuple(rows))
+
+
+def silent_table(faulty: Sequence[Faulty]) -> Table:
+    """Every fault that is passed over and harms, the worst first."""
+    columns = (
+        Column(title="Logs and fault", words=True),
+        Column(title="Error", unit="claimed deviations"),
+        Column(title="Residual without noise", unit="%"),
+        Column(title="Warnings", words=True),
+    )
+    found = sorted((each for each in faulty if _harmful(each)), key=lambda each: -each.judged.worst)
+    return Table(columns=columns, rows=tuple(_silent_row(each) for each in found))
+
+
+def _silent_row(each: Faulty) -> tuple[Cell, ...]:
+    twin = each.run.twin
+    left = "-" if twin is None else f"{100.0 * twin.residual:.2g}" if each.judged.visible else "unseen"
+    return cells(each.run.name, f"{each.judged.worst:.1f}", left, ", ".join(each.judged.others) or "-")
+
+
+def constants() -> Table:
+    """Those that decide, and what each was set on."""
+    columns = (Column(title="Constant", words=True), Column(title="Value"), Column(title="Set on", words=True))
+    rows = (
+        cells("z beyond which an alternative is believed", f"{SHOWN:g}", "judged by the largest z of sound logs"),
+        cells("z beyond which one of two is told from the other", f"{TIE:g}", "judged by faults named otherwise"),
+        cells("Blocks of time a log", f"{BLOCKS}", "with 8 the standard error of z was heavy-tailed"),
+        cells("Gain on few instants worth a full comparison", f"{WORTH:g}", "that of z = 4 if residuals were white"),
+        cells("Error of a gain worth a word", f"{MATTERS:g} deviations", "half of what the interval allows for"),
+        cells("Error of a gain that refuses it", f"{SPOILS:g} deviations", "no interval contains it"),
+        cells(
+            "Zero up to which the first order is believed", f"{np.rad2deg(LARGEST):g} degrees", "error of a sine: 1 %"
+        ),
+        cells("Diagnoses that are remarks", f"{len(REMARKS)}", ", ".join(REMARKS)),
+    )
+    return Table(columns=columns, rows=rows)

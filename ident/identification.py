@@ -90,6 +90,7 @@ def identify_motions(
     chosen = estimator(method)
     wanted = chosen.options() if options is None else options
     prepared = prepare(motions, robot, observing=observing, gains=gains, policy=policy)
+    raise_for(prepared, Diagnosed())
 
     def again(problem: Problem) -> GainEstimate:
         return chosen.estimate(problem, wanted)

@@ -178,7 +178,7 @@ def spoilt_samples(recording: Recording, names: Set[str]) -> Mask | None:
 def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:
     """What is said of the same logs in several places."""
     return Diagnosed(
-        diagnoses=worst_first([*more, *(each for part in parts for each in part.diagnoses)]),
+        diagnoses=worst_first([*(each for part in parts for each in part.diagnoses), *more]),
         excluded=tuple(each for part in parts for each in part.excluded),
         untold=tuple(each for part in parts for each in part.untold),
     )

@@ -62,6 +62,7 @@ class Direction:
         unit: Of the parameter as it is told.
         scale: Of the parameter as it is told, per unit of the columns.
         largest: Value of the parameter up to which the first order is to be believed.
+        prior_std: Standard deviations of the parameters that are stated, which the estimate allows for, shape (m,).
     """
 
     family: str
@@ -72,6 +73,7 @@ class Direction:
     unit: str
     scale: float
     largest: float
+    prior_std: Array | None = None
 
     @property
     def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:

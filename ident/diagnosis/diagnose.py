@@ -17,7 +17,7 @@ from ident.diagnosis.engine import SHOWN, TIE, Fault, Small, Survey, directions,
 from ident.diagnosis.excluded import exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference, reference
-from ident.diagnosis.stated import Stated, stated
+from ident.diagnosis.stated import Stated, claimed, stated
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.problem import Problem
@@ -25,6 +25,8 @@ from ident.uncertainty.cautious import cautious
 
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
+NO_RESULT = 10.0
+"""Relative error of a gain beyond which it is none."""
 Estimate = Callable[[Problem], GainEstimate]
 
 
@@ -133,13 +135,13 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
 
 
 def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
-    """Error of gains if others are right."""
+    """Error of gains if others are right; of one that only the others have, or that they do not, no end to it."""
     for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
-        if isinstance(mine, IdentifiedGain):
-            claimed = max(mine.total_std / abs(mine.value), mine.predicted_rel_std)
-            share = mine.value / theirs.value - 1.0 if isinstance(theirs, IdentifiedGain) else np.inf
-            size = min(abs(share), 10.0) * (np.sign(share) if np.isfinite(share) else 1.0)
-            yield Effect(joint=j, percent=100.0 * float(size), deviations=float(size) / claimed)
+        if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
+            share = float(np.clip(mine.value / theirs.value - 1.0, -NO_RESULT, NO_RESULT))
+            yield Effect(joint=j, percent=100.0 * share, deviations=share / claimed(mine))
+        elif isinstance(mine, IdentifiedGain) or isinstance(theirs, IdentifiedGain):
+            yield Effect(joint=j, percent=100.0 * NO_RESULT, deviations=NO_RESULT / now.options.max_rel_std)
 
 
 def _of_term(fault: Fault) -> Diagnosis:
@@ -154,7 +156,13 @@ def _of_term(fault: Fault) -> Diagnosis:
 
 def _of_estimate(base: Stated, seen: Survey) -> Iterator[Diagnosis]:
     """What an estimate lacks, the one that explains most first."""
-    open_ones = [*seen.directions, *payload.directions(base.problem, base.estimate)]
+    stated_ones = list(payload.directions(base.problem, base.estimate))
+    for each in stated_ones:
+        if each.prior_std is not None and (more := base.added(each)) is not None and z_of(more.u) > SHOWN:
+            if beyond_prior(each, more):
+                yield _lacks(base, each, more, (), seen.logs)
+            base = base.beside(each)
+    open_ones = [*seen.directions, *(each for each in stated_ones if each.prior_std is None)]
     for _ in range(MOST):
         added = [(each, more) for each in open_ones if (more := base.added(each)) is not None]
         shown = [(each, more) for each, more in added if z_of(more.u) > SHOWN]
@@ -165,6 +173,13 @@ def _of_estimate(base: Stated, seen: Survey) -> Iterator[Diagnosis]:
         yield _lacks(base, best, more, rivals, seen.logs)
         base = base.beside(best)
         open_ones.remove(best)
+
+
+def beyond_prior(direction: Direction, more: Added) -> bool:
+    """Whether what is found of a parameter is surely beyond what is stated of it."""
+    assert direction.prior_std is not None, "asked of what is stated"
+    spread = more.covariance + np.diag(np.square(direction.prior_std))
+    return float(more.value @ np.linalg.solve(spread, more.value)) > SHOWN**2
 
 
 def _lacks(base: Stated, direction: Direction, more: Added, rivals: Sequence[Direction], logs: Logs) -> Diagnosis:
@@ -210,6 +225,8 @@ def _words(direction: Direction, value: Array, logs: Logs) -> tuple[str, str | N
 
 def _term_words(direction: Direction) -> str:
     joints = ", ".join(str(j + 1) for j in direction.joints)
+    if direction.family == "current drift" and joints:
+        joints = f"joint {joints}: "
     return SENTENCES[direction.family].format(joints=joints)
 
 
@@ -220,7 +237,7 @@ def _consequence(effects: Sequence[Effect]) -> str:
     worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
     if worst.deviations is None:
         return f"; {worst.percent:.2g} % of joint {worst.joint + 1}'s current is not explained otherwise"
-    if abs(worst.percent) >= 100.0:
+    if abs(worst.percent) >= 100.0 * NO_RESULT:
         return f"; the gain of joint {worst.joint + 1} is no result"
     listed = [each for each in effects if each.matters]
     if not listed:

@@ -183,8 +183,18 @@ def _best(seen: Survey) -> Fault | None:
             rivals[each.alternative.words if isinstance(each, Compared) else each.direction.family] = None
     if isinstance(best, Compared):
         small = next((each for each in seen.small if each.direction.key == best.alternative.key), None)
+        if small is not None and not _first_order(best.alternative, small.direction):
+            small = None
         return Fault(compared=best, small=small, rivals=tuple(rivals), before=seen.logs)
     return Fault(compared=None, small=best, rivals=tuple(rivals), before=seen.logs)
+
+
+def _first_order(alternative: Alternative, direction: Direction) -> bool:
+    """Whether an alternative is one that its direction describes."""
+    if alternative.family != direction.family or alternative.value is None:
+        return False
+    size = alternative.value - 1.0 if alternative.family == "current scale" else alternative.value
+    return abs(size) <= direction.largest * direction.scale
 
 
 def _in_full(seen: Survey) -> list[Compared]:

@@ -49,5 +49,6 @@ FAMILIES: dict[str, Family] = {
     "position-dependent torque": Family(directions=terms.position),
     "friction law": Family(directions=terms.speed),
     "friction drift": Family(directions=terms.warming),
+    "current drift": Family(directions=terms.current_drift),
 }
 """What logs are compared with."""

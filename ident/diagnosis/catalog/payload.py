@@ -1,6 +1,6 @@
 """A payload that is not as stated: its centre of mass, its inertia, or how it is turned."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +20,7 @@ def directions(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
     """The centre and the inertia of each payload elsewhere than stated."""
     for which, payload in enumerate(problem.payloads):
         if payload.known in KNOWN_CENTRE:
-            yield _of(problem, estimate, which, "payload centre", per_metre(payload), "mm", 1e3)
+            yield _of(problem, estimate, which, "payload centre", per_metre(payload), "mm", 1e3, payload.com_std)
         if payload.known == "all":
             inertia = np.zeros((10, 6))
             inertia[:6] = np.eye(6)
@@ -33,7 +33,14 @@ def per_metre(payload: Payload) -> Array:
 
 
 def _of(
-    problem: Problem, estimate: GainEstimate, which: int, family: str, change: Array, unit: str, scale: float
+    problem: Problem,
+    estimate: GainEstimate,
+    which: int,
+    family: str,
+    change: Array,
+    unit: str,
+    scale: float,
+    prior_std: Sequence[float] = (),
 ) -> Direction:
     """Currents by a change of a payload's standard parameters, (10, m)."""
     inverse = dict(zip(estimate.solution.joints.tolist(), estimate.solution.inverse.tolist(), strict=True))
@@ -46,5 +53,5 @@ def _of(
     return Direction(
         family=family, joints=(), logs=tuple(k for k, m in enumerate(problem.motions) if m.payload is mounted),
         columns=tuple(None if each is None else each[:, shown] for each in columns), alternative=None, unit=unit,
-        scale=scale, largest=np.inf,
+        scale=scale, largest=np.inf, prior_std=np.array(prior_std)[shown] if any(prior_std) else None,
     )  # fmt: skip

@@ -1,6 +1,7 @@
 """What a model of stiff joints with ordinary friction may lack: no fault of the logs, though it may look like one."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -16,6 +17,7 @@ SENTENCES = {
     "position-dependent torque": "joint {joints}: a torque depends on the joint's position that the model lacks",
     "friction law": "joint {joints}: friction follows another law of the speed than the model's",
     "friction drift": "joint {joints}: friction changes within the logs",
+    "current drift": "{joints}the currents' scale drifts within the log",
     "payload centre": "the payload's centre of mass seems to lie elsewhere than stated",
     "payload inertia": "the payload's inertia seems to differ from the one stated",
     "split halves": "joint {joints}: the second half of the motions gives another gain than the first",
@@ -26,6 +28,7 @@ ADVICE = {
     "position-dependent torque": "look for a spring, a cable or an error of the kinematics",
     "friction law": "choose a friction law that fits (nls, friction)",
     "friction drift": "warm the drives up before recording",
+    "current drift": "warm the drives up before recording; mind magnets that weaken with temperature",
     "payload centre": "measure the payload's centre; mind axes and units",
     "payload inertia": "check the payload's inertia; mind axes, reference point and units",
     "split halves": "let the drives warm up; check that the payload is fixed",
@@ -68,6 +71,22 @@ def warming(reference: Reference, logs: Logs) -> Iterator[Direction]:
             since = rows.position / max(1, int(rows.position.max(initial=1))) - 0.5
             parts = [rows.W[:, own] * (since * (rows.motion == log))[:, None] for log in range(len(logs.recordings))]
             yield _alone("friction drift", rows.joint, logs, np.hstack(parts))
+
+
+def current_drift(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Currents of one log whose scale drifts while it is recorded, of all joints or of one."""
+    n = logs.structure.arm.n
+    for log, motion in enumerate(reference.motions):
+        own = motion.rows(motion.torque[..., None])
+        columns = list[Array]()
+        for j, rows in enumerate(logs.model.rows):
+            column, at = np.zeros((len(rows.V), 1)), rows.motion == log
+            since = rows.position[at] / max(1, int(rows.position[at].max(initial=1))) - 0.5
+            column[at] = own[j] * since[:, None]
+            columns.append(column)
+        for joints in ((), *((j,) for j in range(n))):
+            chosen = tuple(each if not joints or j in joints else None for j, each in enumerate(columns))
+            yield replace(_term("current drift", joints, logs, chosen), logs=(log,), unit="%", scale=100.0)
 
 
 def _curves(family: str, logs: Logs, columns: Callable[[Array, Array], Array]) -> Iterator[Direction]:

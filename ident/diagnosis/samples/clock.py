@@ -10,8 +10,6 @@ from ident.observation import ObserveOptions
 from ident.recording import JITTER_TOL, LARGEST_GAP, Recording
 from ident.signals import KERNEL_CUTOFFS, SETTLING
 
-FEW = 0.02
-"""Share of missing samples that straight lines between the others stand in for."""
 ROOM = 4.0
 """Samples in a period of the highest cut-off below which filters have little room."""
 JITTERED = 0.5
@@ -88,14 +86,12 @@ def missing_samples(recording: Recording, observing: ObserveOptions) -> Diagnosi
     at = int(intervals.argmax())
     hole = intervals[at] > LARGEST_GAP * found.usual
     parts = usable_parts(recording, observing)
-    within = found.lost - np.sum(np.rint(intervals / found.usual - 1.0)[intervals > LARGEST_GAP * found.usual])
-    many = (within if parts else found.lost) > FEW * (len(recording.t) + found.lost)
     lost = "1 sample is" if found.lost == 1 else f"{found.lost} samples are"
     gaps = "1 gap" if found.gaps == 1 else f"{found.gaps} gaps"
     used = f"; {_used(recording, parts)}" if hole and parts else ""
     return Diagnosis(
         name="missing samples",
-        severity=Severity.WRONG if (hole and not parts) or many else Severity.WEAK,
+        severity=Severity.WRONG if hole and not parts else Severity.WEAK,
         sentence=f"{lost} missing in {gaps}, the longest {intervals[at]:.3g} s at t = {recording.t[at]:.6g} s{used}",
         advice="log with less load on the computer",
         logs=(recording.name,),

@@ -5,13 +5,14 @@ without another fit: with Q orthonormal columns of the model and e its residual,
 
     e_b -> (I - Q_b Q_b')^-1 e_b        b the rows of a block
 
-The gain of a block in expected log predictive density, and its standardised sum over B blocks, are
+The gain of a block of r rows a joint in expected log predictive density, and its standardised sum over B blocks, are
 
-    u_b = sum_j (e_0b' e_0b - e_hb' e_hb) / (2 s_j^2)        z = sum_b u_b / sqrt(B / (B - 1) sum_b (u_b - mean u)^2)
+    u_b = sum_j r log(s_0 / s_h) + e_0b' e_0b / (2 s_0^2) - e_hb' e_hb / (2 s_h^2)
+    z = sum_b u_b / sqrt(B / (B - 1) sum_b (u_b - mean u)^2)
 
-with s_j the smaller rms of the two residuals of joint j (Vehtari, Gelman and Gabry 2017; Vuong 1989). Blocks keep the
-standard error honest where residuals are autocorrelated, and held-out predictions take away the advantage of free
-parameters.
+with s_0 and s_h the rms of the two residuals of joint j in a log (Vehtari, Gelman and Gabry 2017; Vuong 1989); of small
+changes, which are compared to first order, both are s_0. Blocks keep the standard error honest where residuals are
+autocorrelated, and held-out predictions take away the advantage of free parameters.
 """
 
 from collections.abc import Sequence
@@ -145,12 +146,17 @@ class Score:
 def gains(given: Score, other: Score) -> Array:
     """Gain of each block in log predictive density by another reading, u_b, shape (blocks,).
 
-    Residuals count in units of the smaller of both rms, joint by joint and log by log.
+    Residuals count in units of their own rms, joint by joint and log by log, so that what a grossly wrong reading
+    leaves, which is not noise, does not make its own standard error.
     """
-    variance = np.repeat(np.minimum(given.log_variance, other.log_variance), BLOCKS, axis=1)
-    shown = variance > 0.0
-    gain = np.where(shown, 0.5 * (given.squares - other.squares) / np.where(shown, variance, 1.0), 0.0)
-    return gain.sum(axis=0)
+    before, after = given.log_variance, other.log_variance
+    shown = (before > 0.0) & (after > 0.0)
+    ratio = np.log(np.where(shown, before, 1.0) / np.where(shown, after, 1.0))
+    gain = np.minimum(given.rows, other.rows) * np.repeat(ratio, BLOCKS, axis=1)
+    for sign, score, variance in ((1.0, given, before), (-1.0, other, after)):
+        each = np.repeat(np.where(shown, variance, 1.0), BLOCKS, axis=1)
+        gain += sign * (score.squares / each - score.rows)
+    return np.where(np.repeat(shown, BLOCKS, axis=1), 0.5 * gain, 0.0).sum(axis=0)
 
 
 def z_of(u: Array) -> float:

@@ -43,9 +43,11 @@ def linear_solution(rng: np.random.Generator):
         some = np.vstack(((weight[:, None] * W)[kept], belief))
         return of @ np.linalg.lstsq(some, np.concatenate(((weight * currents)[kept], expected)), rcond=None)[0]
 
-    def left_of(kept: np.ndarray) -> np.ndarray:
-        some = np.vstack(((weight[:, None] * W)[kept], belief))
-        return y - W @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]
+    def left_of(kept: np.ndarray, more: np.ndarray = np.zeros((r, 0))) -> np.ndarray:
+        """What a fit of some rows leaves of all, beside more columns of which nothing is believed."""
+        X = np.column_stack((W, more))
+        some = np.vstack(((weight[:, None] * X)[kept], np.pad(belief, ((0, 0), (0, more.shape[1])))))
+        return y - X @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]
 
     return solution, y, left_of, refit
 

@@ -177,7 +177,9 @@ def test_the_gain_of_a_block_is_the_difference_of_normal_log_densities(rng):
             own = slice(20 * log, 20 * (log + 1))
             for sign, each in ((-1.0, one), (1.0, other)):
                 variance = each.squares[j, own].sum() / each.rows[j, own].sum()
-                density = -0.5 * each.rows[j, own] * np.log(2.0 * np.pi * variance) - 0.5 * each.squares[j, own] / variance
+                density = (
+                    -0.5 * each.rows[j, own] * np.log(2.0 * np.pi * variance) - 0.5 * each.squares[j, own] / variance
+                )
                 expected[own] += sign * density
     np.testing.assert_allclose(gains(one, other), expected, rtol=1e-10, atol=1e-10)
     np.testing.assert_allclose(gains(other, one), -expected, rtol=1e-10, atol=1e-10)
@@ -201,7 +203,8 @@ def test_joints_that_either_reading_explains_to_the_last_digit_or_not_at_all_gai
     one, other = score(rng), score(rng)
     exact = replace(other, squares=np.where([[True], [False]], 0.0, other.squares))
     np.testing.assert_allclose(
-        gains(one, exact), gains(*(replace(each, squares=each.squares[1:], rows=each.rows[1:]) for each in (one, exact)))
+        gains(one, exact),
+        gains(*(replace(each, squares=each.squares[1:], rows=each.rows[1:]) for each in (one, exact))),
     )
 
 

@@ -35,11 +35,9 @@ def test_the_columns_span_what_a_log_of_its_own_friction_and_any_payload_may_hol
     }
     for name, each in known.items():
         assert share_left(W, each) < 1e-6, name  # rounding, of a condition of 1e4
-    unknown = {
-        "the arm's own weight in one log": rows.W[:, 0] * loaded,
-        "a payload in the bare log": rows.W_L[0] @ rng.normal(size=10) + (rows.W @ rng.normal(size=rows.W.shape[1])) * ~loaded,
-        "time": np.linspace(0.0, 1.0, len(rows.V)) * rows.V,
-    }
+    unknown = {"time": np.linspace(0.0, 1.0, len(rows.V)) * rows.V}
+    if joint < 2:  # of the last link, a payload is as good as the link itself
+        unknown["an arm of its own in one log"] = rows.W @ rng.normal(size=rows.W.shape[1]) * loaded
     for name, each in unknown.items():
         assert share_left(W, each) > 1e-3, name
 
@@ -55,7 +53,9 @@ def test_logs_of_one_mounting_share_its_payload_and_others_have_their_own(axes):
     logs = logs_of(Truth(), payloads=(None, BRICK, BRICK))
     widths = [
         free_columns(problem, joint_rows(problem, 1)).shape[1]
-        for problem in (doubted(axes, logs, payloads).problem for payloads in ((None, BRICK, BRICK), (None, BRICK, twin)))
+        for problem in (
+            doubted(axes, logs, payloads).problem for payloads in ((None, BRICK, BRICK), (None, BRICK, twin))
+        )
     ]
     assert widths[1] - widths[0] == 10
 
@@ -85,7 +85,12 @@ def test_a_joint_with_fewer_rows_than_unknowns_has_no_fit(sound):
         return replace(joint, **{name: getattr(joint, name)[rows] for name in names})
 
     motions = tuple(
-        replace(m, observation=replace(m.observation, joints=(m.observation.joints[0], short(m.observation.joints[1]), m.observation.joints[2])))
+        replace(
+            m,
+            observation=replace(
+                m.observation, joints=(m.observation.joints[0], short(m.observation.joints[1]), m.observation.joints[2])
+            ),
+        )
         for m in sound.problem.motions
     )
     model = free_model(replace(sound.problem, motions=motions))

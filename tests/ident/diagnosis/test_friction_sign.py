@@ -44,7 +44,9 @@ def test_friction_is_as_sure_as_its_dry_part_or_all_of_it(monkeypatch, rng, dry,
 def test_as_many_rows_as_unknowns_say_nothing_of_friction(monkeypatch, rng):
     W, V = rng.normal(size=(5, 4)), rng.normal(size=5)
     for r, told in ((5, True), (4, False)):
-        monkeypatch.setattr("ident.diagnosis.friction_sign.joint_rows", lambda problem, joint, r=r: rows_of(W[:r], V[:r]))
+        monkeypatch.setattr(
+            "ident.diagnosis.friction_sign.joint_rows", lambda problem, joint, r=r: rows_of(W[:r], V[:r])
+        )
         assert (friction_z(PROBLEM, 2) is not None) == told
 
 

@@ -81,9 +81,7 @@ def test_currents_that_were_logged_late_are_read_earlier_and_early_ones_later(ar
 @pytest.mark.parametrize("periods", [0.37, -2.6])
 def test_a_delay_between_samples_is_read_between_them(arm, log, periods):
     read = how(arm, delay=np.full(3, periods / RATE)).read(log)
-    expected = np.column_stack(
-        [np.interp(log.t + periods / RATE, log.t, each) for each in log.v.T]
-    )
+    expected = np.column_stack([np.interp(log.t + periods / RATE, log.t, each) for each in log.v.T])
     # Cubic or linear between samples: at 5 rad/s and 100 Hz an eighth of the second difference.
     np.testing.assert_allclose(read.v[10:-10], expected[10:-10], atol=0.002 * np.abs(log.v).max())
 

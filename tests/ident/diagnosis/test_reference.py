@@ -152,7 +152,11 @@ def test_the_rate_of_currents_is_that_of_a_motion_a_little_later(axes):
     own = [currents(fit, 0, each, chi) for each in at]
     for j in range(3):
         clear = [  # of reversals, whose samples differ
-            {int(p): x for p, w, x in zip(o.joints[j].position, o.joints[j].weight, v[j], strict=True) if abs(w - 1.0) < 1e-6}
+            {
+                int(p): x
+                for p, w, x in zip(o.joints[j].position, o.joints[j].weight, v[j], strict=True)
+                if abs(w - 1.0) < 1e-6
+            }
             for o, v in zip(at, own, strict=True)
         ]
         rows = dict(zip(at[2].joints[j].position.tolist(), found[j][:, 0], strict=True))

@@ -43,8 +43,9 @@ def linear_solution(rng: np.random.Generator):
         some = np.vstack(((weight[:, None] * W)[kept], belief))
         return of @ np.linalg.lstsq(some, np.concatenate(((weight * currents)[kept], expected)), rcond=None)[0]
 
-    def left_of(kept: np.ndarray, more: np.ndarray = np.zeros((r, 0))) -> np.ndarray:
+    def left_of(kept: np.ndarray, more: np.ndarray | None = None) -> np.ndarray:
         """What a fit of some rows leaves of all, beside more columns of which nothing is believed."""
+        more = np.zeros((r, 0)) if more is None else more
         X = np.column_stack((W, more))
         some = np.vstack(((weight[:, None] * X)[kept], np.pad(belief, ((0, 0), (0, more.shape[1])))))
         return y - X @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]

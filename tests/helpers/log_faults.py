@@ -72,7 +72,7 @@ FAULTS = {
         lambda a, b: (a, changed(b, v=b.v * at(1, -1.0, 1.0))), "current sign", (1,), ("loaded",), "v2 is negated"
     ),
     "v2 times 1.15 in one log": LogFault(
-        lambda a, b: (a, changed(b, v=b.v * at(1, 1.15, 1.0))), "current scale", (1,), ("loaded",), "v2 is scaled by 1.1"
+        lambda a, b: (a, changed(b, v=b.v * at(1, 1.15, 1.0))), "current scale", (1,), ("loaded",), "v2 is scaled"
     ),
     "all currents times 1000 in one log": LogFault(
         lambda a, b: (a, changed(b, v=1000.0 * b.v)), "current scale", (), ("loaded",), "all currents are scaled by 1"

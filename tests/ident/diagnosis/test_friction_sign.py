@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ident.diagnosis.friction_sign import backward_joints, friction_z
 
+from ident.diagnosis.friction_sign import backward_joints, friction_z
 from ident.gain_system import JointRows
 from ident.options import GainOptions
 from ident.signs import FRICTION_Z

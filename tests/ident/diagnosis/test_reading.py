@@ -40,7 +40,7 @@ def test_each_field_changes_what_it_says_and_nothing_else(arm, log):
     order = np.array([2, 0, 1])
     cases = {
         "q_factor": (np.array([1.0, -1.0, 0.5]), {"q": log.q * [1.0, -1.0, 0.5]}),
-        "zero": (np.array([0.3, 0.0, -1.1]), {"q": log.q + [0.3, 0.0, -1.1]}),
+        "zero": (np.array([0.3, 0.0, -1.1]), {"q": log.q + np.array([0.3, 0.0, -1.1])}),
         "q_order": (order, {"q": np.column_stack((log.q[:, 2], log.q[:, 0], log.q[:, 1]))}),
         "v_order": (order, {"v": np.column_stack((log.v[:, 2], log.v[:, 0], log.v[:, 1]))}),
         "v_factor": (np.array([3.0, -1.0, 0.1]), {"v": log.v * [3.0, -1.0, 0.1]}),

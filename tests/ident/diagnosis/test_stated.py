@@ -25,7 +25,7 @@ def problem_like(lengths: tuple[int, int]) -> SimpleNamespace:
 
 @pytest.fixture
 def made(rng):
-    solution, y, left_of, refit = linear_solution(rng)
+    solution, _, left_of, refit = linear_solution(rng)
     return stated(problem_like((33, 33)), linear_estimate(solution, rel_std=0.04)), left_of, refit
 
 

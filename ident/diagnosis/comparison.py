@@ -5,14 +5,14 @@ without another fit: with Q orthonormal columns of the model and e its residual,
 
     e_b -> (I - Q_b Q_b')^-1 e_b        b the rows of a block
 
-The gain of a block in log predictive density, and its standardised sum over B blocks, are
+The gain of a block of r rows a joint in expected log predictive density, and its standardised sum over B blocks, are
 
-    u_b = sum_j n_jb log(s_0j / s_hj) + e_0b' e_0b / (2 s_0j^2) - e_hb' e_hb / (2 s_hj^2)
-    z   = sum_b u_b / sqrt(B / (B - 1) sum_b (u_b - mean u)^2)
+    u_b = sum_j r log(s_0 / s_h) + e_0b' e_0b / (2 s_0^2) - e_hb' e_hb / (2 s_h^2)
+    z = sum_b u_b / sqrt(B / (B - 1) sum_b (u_b - mean u)^2)
 
-with n_jb rows of joint j in block b, and s_0j, s_hj the rms of its residuals under either reading, log by log (Vehtari,
-Gelman and Gabry 2017; Vuong 1989). Blocks keep the standard error honest where residuals are autocorrelated, and
-held-out predictions take away the advantage of free parameters.
+with s_0 and s_h the rms of the two residuals of joint j in a log (Vehtari, Gelman and Gabry 2017; Vuong 1989). Blocks
+keep the standard error honest where residuals are autocorrelated, and held-out predictions take away the advantage of
+free parameters.
 """
 
 from collections.abc import Sequence
@@ -146,13 +146,17 @@ class Score:
 def gains(given: Score, other: Score) -> Array:
     """Gain of each block in log predictive density by another reading, u_b, shape (blocks,).
 
-    Residuals are normal, with a variance of their own for each joint, log and reading.
+    Residuals count in units of their own rms, joint by joint and log by log, so that what a grossly wrong reading
+    leaves, which is not noise, does not make its own standard error.
     """
-    before, after = (np.repeat(each.log_variance, BLOCKS, axis=1) for each in (given, other))
+    before, after = given.log_variance, other.log_variance
     shown = (before > 0.0) & (after > 0.0)
-    before, after = np.where(shown, before, 1.0), np.where(shown, after, 1.0)
-    gain = 0.5 * (given.rows * np.log(before / after) + given.squares / before - other.squares / after)
-    return np.where(shown, gain, 0.0).sum(axis=0)
+    ratio = np.log(np.where(shown, before, 1.0) / np.where(shown, after, 1.0))
+    gain = np.minimum(given.rows, other.rows) * np.repeat(ratio, BLOCKS, axis=1)
+    for sign, score, variance in ((1.0, given, before), (-1.0, other, after)):
+        each = np.repeat(np.where(shown, variance, 1.0), BLOCKS, axis=1)
+        gain += sign * (score.squares / each - score.rows)
+    return np.where(np.repeat(shown, BLOCKS, axis=1), 0.5 * gain, 0.0).sum(axis=0)
 
 
 def z_of(u: Array) -> float:
@@ -242,17 +246,17 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
     size = np.sqrt(sum(np.sum(c**2, axis=0) for _, c, _ in felt))
     if not (size > 0.0).all():
         return None
-    parts = [(each, each.fit.without(c / size), each.fit.residual / sigma[j], j) for each, c, j in felt]
-    S = sum((left.T @ left for _, left, _, _ in parts), np.zeros((m, m)))
+    parts = [(each, c / size, each.fit.without(c / size), each.fit.residual / sigma[j], j) for each, c, j in felt]
+    S = sum((c.T @ left for _, c, left, _, _ in parts), np.zeros((m, m)))  # left' left, if nothing is believed
     values, directions = np.linalg.eigh(S)
     if values[0] < UNSEEN:
         return None
     turn = directions / np.sqrt(values)
-    b = sum((turn.T @ (left.T @ e) for _, left, e, _ in parts), np.zeros(m))
+    b = sum((turn.T @ (c.T @ e) for _, c, _, e, _ in parts), np.zeros(m))
     blocks = len(fits.score.squares[0])
     G, r, held = np.zeros((blocks, m, m)), np.zeros((blocks, m)), list[tuple[Array, Array]]()
     scores = np.zeros((blocks, m))
-    for each, left, e, _ in parts:
+    for each, _, left, e, _ in parts:
         q = left @ turn
         rest = e - q @ b
         both = each.predicted(np.column_stack((rest, q)))
@@ -263,7 +267,7 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
         held.append((both[..., 0], both[..., 1:]))
     t = np.linalg.solve(np.eye(m) - G, r[..., None])[..., 0]
     squares = fits.score.squares.copy()
-    for (_, _, _, j), (rest, q) in zip(parts, held, strict=True):
+    for (*_, j), (rest, q) in zip(parts, held, strict=True):
         squares[j] = sigma[j] ** 2 * np.sum((rest + np.einsum("bmk,bk->bm", q, t)) ** 2, axis=1)
     u = gains(fits.score, replace(fits.score, squares=squares))
     own = np.eye(m) + scores.T @ scores

@@ -84,21 +84,37 @@ State = tuple[int, bytes, bytes]
 
 def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
     """What alternatives gain on few instants, the best first."""
-    at = [instants(each, INSTANTS, logs.observing) for each in logs.recordings]
-    given = as_logged(logs.structure.arm, len(at))
-    readings = [given, *(each.reading for each in alternatives)]
+    given = as_logged(logs.structure.arm, len(logs.recordings))
+    left, freedom = unexplained(logs, [given, *(each.reading for each in alternatives)])
+    rms = [np.mean(each.v**2, axis=0) for each in looked_at(logs)]
+    noise = NOTHING**2 * np.column_stack(rms)  # (n, logs)
+    known = np.isfinite(left[0]) & np.isfinite(left[1:])
+    ratio = np.maximum(left[0], noise) / np.maximum(np.where(known, left[1:], 1.0), noise)
+    gain = 0.5 * np.minimum(freedom[0], freedom[1:]) * np.log(np.where(known, ratio, 1.0))
+    found = [Screened(each, own.sum(axis=1)) for each, own in zip(alternatives, gain, strict=True)]
+    return sorted(found, key=lambda each: -float(each.gain.sum()))
+
+
+def looked_at(logs: Logs) -> list[Instants]:
+    """The instants of each log."""
+    return [instants(each, INSTANTS, logs.observing) for each in logs.recordings]
+
+
+def unexplained(logs: Logs, readings: Sequence[Reading]) -> tuple[Array, Array]:
+    """What readings leave of the currents.
+
+    Returns:
+        Mean squares of each column of currents in each log, in its own unit, infinite where instants are too few, and
+        degrees of freedom, each of shape (readings, n, logs).
+    """
+    at = looked_at(logs)
     left, freedom = np.empty((2, len(readings), logs.structure.arm.n, len(at)))
     upright = np.array([bool((each.gravity == logs.structure.arm.gravity).all()) for each in readings])
     for which in (True, False):
         own = np.flatnonzero(upright == which)
         if len(own):
             left[own], freedom[own] = _left(logs, at, [readings[k] for k in own], upright=which)
-    noise = NOTHING**2 * np.column_stack([np.mean(each.v**2, axis=0) for each in at])  # (n, logs)
-    known = np.isfinite(left[0]) & np.isfinite(left[1:])
-    ratio = np.maximum(left[0], noise) / np.maximum(np.where(known, left[1:], 1.0), noise)
-    gain = 0.5 * np.minimum(freedom[0], freedom[1:]) * np.log(np.where(known, ratio, 1.0))
-    found = [Screened(each, own.sum(axis=1)) for each, own in zip(alternatives, gain, strict=True)]
-    return sorted(found, key=lambda each: -float(each.gain.sum()))
+    return left, freedom
 
 
 def _left(logs: Logs, at: Sequence[Instants], readings: Sequence[Reading], *, upright: bool) -> tuple[Array, Array]:

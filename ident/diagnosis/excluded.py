@@ -21,7 +21,17 @@ SURELY_WORSE = 30.0
 """Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
 BOUNDED = {"zero": "zeros of q{joints}", "delay": "delays", "lengths": "all lengths off", "clock": "the clock off"}
 """Families whose excluded sizes are told, of all logs together, and how."""
-NAMED = 6
+GROSS = {
+    "sign": "another sign of q{joints}",
+    "current sign": "another sign of v{joints} in one log",
+    "joint reversed": "q and v of joint {joints} negated in one log",
+    "order": "exchanged or reordered columns",
+    "base": "another orientation of the base",
+    "unit": "another unit of positions",
+    "gravity compensation": "gravity-compensated currents",
+}
+"""Families that are excluded as a whole or by joint, and how that is told."""
+NAMED = 2
 """Alternatives that a sentence names."""
 
 
@@ -61,17 +71,24 @@ def exclusions(seen: Survey) -> list[Exclusion]:
             listed = _numbers(joints)
             sentence = f"{words.format(joints=listed)} beyond {limit:g} {unit}"
             found.append(Exclusion(family=family, sentence=sentence, joints=joints, limit=limit, unit=unit))
-    lost = [each for each in seen.gross if _loss(each) > SURELY_WORSE]
-    for family in dict.fromkeys(each.alternative.family for each in lost):
-        own = [each for each in lost if each.alternative.family == family]
-        all_own = [each for each in seen.gross if each.alternative.family == family]
-        what = f"{len(own)} of {len(all_own)} readings of another {family}"
-        found.append(Exclusion(family=family, sentence=what, joints=()))
-    return found
+    return [*found, *_gross(seen)]
+
+
+def _gross(seen: Survey) -> Iterator[Exclusion]:
+    """Families all of whose alternatives are excluded; where these are of single joints, those of some joints."""
+    for family, words in GROSS.items():
+        own = [each for each in seen.gross if each.alternative.family == family]
+        still = {each.alternative.joints for each in own if _loss(each) <= SURELY_WORSE}
+        joints = sorted({each.alternative.joints for each in own} - still)
+        if joints and all(len(each) == 1 for each in joints):
+            named = tuple(j for (j,) in joints)
+            yield Exclusion(family=family, sentence=words.format(joints=_numbers(named)), joints=named)
+        elif own and not still:
+            yield Exclusion(family=family, sentence=words)
 
 
 def untold(seen: Survey) -> Iterator[str]:
-    """What the logs cannot tell from what they say: by joint, then the rest."""
+    """What cannot be checked from these logs: by joint, then the rest."""
     open_ones = [each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE]
     n = seen.logs.structure.arm.n
     every = tuple(range(len(seen.logs.recordings)))
@@ -79,11 +96,10 @@ def untold(seen: Survey) -> Iterator[str]:
         own = [each for each in open_ones if each.joints == (j,) and each.logs == every]
         kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
         if kinds:
-            what = " and ".join(kinds)
-            yield f"joint {j + 1}: {what} cannot be checked from these logs ({_few([each.words for each in own])})"
+            yield f"joint {j + 1}: {' and '.join(kinds)}"
     rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family != "clock"]
     if rest:
-        yield f"not told apart from these logs: {_few([each.words for each in rest])}"
+        yield _few([each.words for each in rest])
 
 
 def _loss(each: Screened) -> float:
@@ -100,8 +116,8 @@ def _numbers(joints: Sequence[int]) -> str:
     """Joints from 0 as `2 to 5` or `2, 4`."""
     numbers = sorted(j + 1 for j in joints)
     if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
-        return f"{numbers[0]} to q{numbers[-1]}"
-    return ", q".join(str(each) for each in numbers)
+        return f"{numbers[0]} to {numbers[-1]}"
+    return ", ".join(str(each) for each in numbers)
 
 
 def _rounded(x: float) -> float:

@@ -78,22 +78,21 @@ def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
     limits = [bound(logs.model.fits, direction(seen, "zero", (j,))) for j in zeros.joints]
     np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
     assert zeros.unit == "degrees"
-    assert zeros.sentence == f"zeros of q2 to q5 beyond {zeros.limit:g} degrees"
+    assert zeros.sentence == f"zeros of q2 to 5 beyond {zeros.limit:g} degrees"
     assert found["delay"].sentence.startswith("delays beyond ")
 
 
-def gross(seen: Survey, *losses: float) -> Survey:
-    return replace(
-        seen, gross=tuple(Screened(seen.gross[k].alternative, np.array([-x, 0.0, 0.0])) for k, x in enumerate(losses))
-    )
-
-
 def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not(seen):
-    first = seen.gross[0].alternative
-    found = exclusions(gross(seen, 1.01 * SURELY_WORSE))
-    assert f"1 of 1 readings of another {first.family}" in [each.sentence for each in found]
-    found = exclusions(gross(seen, 0.99 * SURELY_WORSE))
-    assert not any("readings of another" in each.sentence for each in found)
+    alternatives = [each for each in seen.gross if each.alternative.family == "sign"]
+    one, two = ({each.alternative.joints: each for each in alternatives}[(j,)].alternative for j in (1, 3))
+
+    def said(*losses: float) -> list[str]:
+        made = tuple(Screened(each, np.array([-x, 0.0, 0.0])) for each, x in zip((one, two), losses, strict=True))
+        return [each.sentence for each in exclusions(replace(seen, gross=made)) if each.limit is None]
+
+    assert said(1.01 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["another sign of q2, 4"]
+    assert said(0.99 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["another sign of q4"]
+    assert said(0.99 * SURELY_WORSE, 0.98 * SURELY_WORSE) == []
 
 
 def test_what_a_vertical_axis_hides_is_said_of_its_joint(seen):

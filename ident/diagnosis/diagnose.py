@@ -81,7 +81,7 @@ def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate |
     return Diagnosis(
         name=alternative.family,
         severity=severity_of(effects),
-        sentence=f"{alternative.words}{_consequence(effects)}",
+        sentence=f"{alternative.words}{_consequence(effects, ratios=base is None)}",
         advice=alternative.advice,
         joints=alternative.joints,
         logs=tuple(logs.names[k] for k in alternative.logs) if len(alternative.logs) < len(logs.names) else (),
@@ -120,7 +120,7 @@ def _effects(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | 
 
 
 def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
-    """Error of the ratio of each gain to the one that was set."""
+    """Error of each gain beside that of most joints: without a payload the gains are known up to a common factor."""
     found = fit.fitted.fit
     currents = np.concatenate(
         [
@@ -128,10 +128,11 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
             for each, own in zip(small.direction.columns, fit.fitted.own, strict=True)
         ]
     )
+    moved = found.log_influence @ currents  # of the joint whose gain was set, nothing
     std = np.sqrt(np.diag(cautious(found.rows, found.log_influence, 0.0)))
-    for j, moved in enumerate(found.log_influence @ currents):
-        if j != fit.ready.given[0].joint and std[j] > 0.0:
-            yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[j]))
+    claims = np.maximum(std, float(np.median(std)))
+    for j, share in enumerate(moved - np.median(moved)):
+        yield Effect(joint=j, percent=100.0 * float(share), deviations=float(share) / float(claims[j]))
 
 
 def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
@@ -230,8 +231,8 @@ def _term_words(direction: Direction) -> str:
     return SENTENCES[direction.family].format(joints=joints)
 
 
-def _consequence(effects: Sequence[Effect]) -> str:
-    """How much gains are off, or currents, in words."""
+def _consequence(effects: Sequence[Effect], *, ratios: bool = False) -> str:
+    """How much gains are off, their ratios where there are no gains, or currents, in words."""
     if not effects:
         return ""
     worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
@@ -242,8 +243,15 @@ def _consequence(effects: Sequence[Effect]) -> str:
     listed = [each for each in effects if each.matters]
     if not listed:
         return "; no gain is moved noticeably"
-    more = ", ".join(f"joint {each.joint + 1} {each.percent:+.2g} %" for each in listed)
+    if ratios:
+        return f"; ratios of gains are off by up to {abs(worst.percent):.2g} %"
+    more = ", ".join(f"joint {each.joint + 1} {_percent(each.percent)}" for each in listed)
     return f"; gains are off: {more}"
+
+
+def _percent(x: float) -> str:
+    """With a sign, and two digits or whole."""
+    return f"{x:+.0f} %" if abs(x) >= 10.0 else f"{x:+.2g} %"
 
 
 def _linear(estimate: GainEstimate) -> bool:

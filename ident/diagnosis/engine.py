@@ -198,24 +198,30 @@ def _best(seen: Survey) -> Fault | None:
 
 def _in_full(seen: Survey) -> list[Compared]:
     """The likeliest alternatives compared in full, each with the size that fits best."""
-    likely = [each.alternative for each in seen.gross[:LOOKED_AT] if each.gain.sum() > WORTH]
+    likely = [(each.alternative, SHOWN) for each in seen.gross[:LOOKED_AT] if each.gain.sum() > WORTH]
     shown = [each for each in seen.small if each.direction.alternative is not None and each.z > SHOWN - 1.0]
-    likely += [each.direction.alternative(each.found.value) for each in shown[:LOOKED_AT]]  # pyright: ignore
+    likely += [(each.direction.alternative(each.found.value), SETTLED) for each in shown[:LOOKED_AT]]  # pyright: ignore
     found = dict[object, Compared]()
-    for each in likely:
-        full = _refined(seen.logs, each)
+    for each, least in likely:
+        full = _refined(seen.logs, each, least)
         if full is not None and (each.key not in found or found[each.key].gain < full.gain):
             found[each.key] = full
     return list(found.values())
 
 
-def _refined(logs: Logs, alternative: Alternative) -> Compared | None:
-    """An alternative in full with the size that fits best, found step by step from its directions."""
+def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | None:
+    """An alternative in full with the size that fits best, found step by step from its directions.
+
+    Args:
+        logs: As they are.
+        alternative: To begin with.
+        least: Standard deviations of a step that is worth taking; of a gross alternative it has to be as sure as a fault.
+    """
     best = compared(logs, alternative)
     for _ in range(REFINED):
         if best is None or best.z < SHOWN - 1.0 or best.alternative.refined is None:
             break
-        step = _step(best)
+        step = _step(best, least)
         nearer = None if step is None else compared(logs, best.alternative.refined(step))
         if nearer is None or nearer.gain <= best.gain:
             break
@@ -223,18 +229,17 @@ def _refined(logs: Logs, alternative: Alternative) -> Compared | None:
     return best
 
 
-def _step(found: Compared) -> Array | None:
+def _step(found: Compared, least: float) -> Array | None:
     """Change of the parameters that the logs read so ask for; None where it is small."""
     fit = reference(found.logs.problem)
-    for each in directions(
-        fit, found.logs, [each for each in FAMILIES.values() if each.name == found.alternative.key[0]]
-    ):
+    own = [family for family in FAMILIES.values() if family.name == found.alternative.key[0]]
+    for each in directions(fit, found.logs, own):
         if each.key == found.alternative.key:
             more = added(found.logs.model.fits, each.columns)
             if more is None:
                 return None
             std = np.sqrt(np.diag(more.covariance))
-            return more.value if (np.abs(more.value) > SETTLED * std).any() else None
+            return more.value if (np.abs(more.value) > least * std).any() else None
     return None
 
 

@@ -44,7 +44,7 @@ FAULTS = {
         loaded(lambda x: changed(x, v=exchanged(x.v, 1, 2))), "order", "columns v2 and v3",
     ),
     "v2 negated in one log": (loaded(lambda x: changed(x, v=x.v * times(1, -1.0))), "current sign", "v2 is"),
-    "v2 times 1.7 in one log": (loaded(lambda x: changed(x, v=x.v * times(1, 1.7))), "current scale", "v2 is scaled"),
+    "v2 times 3 in one log": (loaded(lambda x: changed(x, v=x.v * times(1, 3.0))), "current scale", "v2 is scaled"),
     "all currents times 1000 in one log": (
         loaded(lambda x: changed(x, v=1000.0 * x.v)), "current scale", "all currents are scaled by 1000",
     ),

@@ -139,5 +139,5 @@ def test_what_several_places_say_is_joined_the_worst_first():
 def test_spikes_are_refused_by_the_row_they_are_in(axes, logs):
     v = logs[1].v.copy()
     v[300::170, 1] += 60.0 * np.std(v[:, 1])
-    with pytest.raises(RecordingError, match="loaded: v2 .*spike"):
+    with pytest.raises(RecordingError, match=r"loaded: v2 = .* at row 301, .*; 13 such samples"):
         prepared(axes, logs[0], with_v(logs[1], v))

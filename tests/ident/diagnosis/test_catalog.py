@@ -80,9 +80,7 @@ def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(ax
     logs = Logs(recordings=wrong, problem=model.problem, observing=model.observing, model=model.model)
     found = by_words(units.alternatives(logs), "all positions are in degrees")
     np.testing.assert_allclose(found.reading.logs[1].read(wrong[1]).q, right[1].q, rtol=1e-12)
-    assert not any(
-        each.words == "all positions are in degrees" for each in units.alternatives(model)
-    )
+    assert not any(each.words == "all positions are in degrees" for each in units.alternatives(model))
 
 
 @pytest.mark.parametrize(("joint", "scale"), [(None, 1e3), (None, -0.02), (1, 37.0)])

@@ -105,10 +105,10 @@ def identify_motions(
         found = diagnose(prepared.logs(), estimate, again)
     else:
         found = lacking(prepared.problem, estimate, prepared.logs())
-    alone = [autocorrelation(estimate)]
+    alone = [*gain_diagnoses(estimate), autocorrelation(estimate)]
     alone += [] if links is None else [link_mass_consistency(prepared.problem, estimate, links)]
-    more = [*prepared.diagnoses, *gain_diagnoses(estimate), *(each for each in alone if each is not None)]
-    found = joined(found, more=more)
+    symptoms = Diagnosed(diagnoses=tuple(each for each in alone if each is not None))
+    found = joined(Diagnosed(diagnoses=prepared.diagnoses), found, symptoms)  # a cause before what it makes of a gain
     kept = without_spoilt(estimate, found.diagnoses)
     return Identification(kept, estimate.remarks + prepared.notes, found)
 

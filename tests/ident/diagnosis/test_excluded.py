@@ -36,7 +36,7 @@ def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(logs, seen,
     size = bound(logs.model.fits, found)
     assert size is not None
     for sign in (1.0, -1.0):
-        # Read in full and observed again: the first order errs by a tenth, that of a delay, which has no steps, by more.
+        # Read in full and observed again: the first order errs by a tenth, of a delay, which lacks steps, by more.
         more = 1.4 if family == "delay" else 1.1
         full = compared(logs, found.alternative(np.array([more * sign * size])))
         assert full.gain < 0.0

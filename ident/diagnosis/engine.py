@@ -219,7 +219,7 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
     Args:
         logs: As they are.
         alternative: To begin with.
-        least: Standard deviations of a step that is worth taking; of a gross alternative it has to be as sure as a fault.
+        least: Standard deviations of a step that is worth taking; beside a gross alternative, those of a fault.
     """
     best = compared(logs, alternative)
     for _ in range(REFINED):

@@ -77,7 +77,8 @@ def odd_steps(recording: Recording) -> OddSteps:
     moving = np.abs(usual) > SHOWS * sigma
     own = np.divide(rate, usual, out=np.ones_like(rate), where=moving)
     alike = (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share > 1.0)[:, None])
-    sure &= np.abs(interval / usual_interval - 1.0) < 0.5 * OFF  # where a stamp is late, so is the step
+    periods = interval / usual_interval
+    sure &= np.abs(periods - np.maximum(np.rint(periods), 1.0)) < 0.5 * OFF  # where a stamp is late, so is the step
     sure &= np.sum(alike & moving, axis=1) > MOST * moving.sum(axis=1)  # one coarse encoder steps alone
     unmoved = (np.diff(recording.q, axis=0) == 0.0).all(axis=1)
     still = sure & unmoved

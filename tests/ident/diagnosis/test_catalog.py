@@ -145,7 +145,13 @@ def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found)
 
 def test_terms_of_the_model_are_no_alternative_readings(found):
     terms = {each.family for each in found if each.alternative is None}
-    assert terms == {"joint elasticity", "position-dependent torque", "friction law", "friction drift"}
+    assert terms == {
+        "joint elasticity",
+        "position-dependent torque",
+        "friction law",
+        "friction drift",
+        "current drift",
+    }
 
 
 def test_steps_of_a_size_add_up(sound):

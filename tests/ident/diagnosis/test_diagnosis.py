@@ -37,13 +37,14 @@ def test_gains_that_others_contradict_are_off_by_their_ratio():
     now = gain_estimate(2.6, None, 1.7, 1.3, std=0.02, reason="no load")
     right = gain_estimate(2.0, 3.0, 1.7, None, std=0.02, reason="no load")
     found = {each.joint: each for each in _between(now, right)}
-    assert sorted(found) == [0, 2, 3]
+    assert sorted(found) == [0, 1, 2, 3]
     np.testing.assert_allclose(found[0].percent, 30.0, rtol=1e-9)
     claimed = now.joints[0].total_std / 2.6
     assert claimed > now.joints[0].predicted_rel_std
     np.testing.assert_allclose(found[0].deviations, 0.3 / claimed, rtol=1e-9)
     np.testing.assert_allclose(found[2].percent, 0.0, atol=1e-9)
-    np.testing.assert_allclose(found[3].percent, 1000.0, rtol=1e-9)  # a gain that ought to be refused is no result
+    for j in (1, 3):  # a gain that ought to be refused is no result, nor is a refusal of one that ought to be found
+        np.testing.assert_allclose(found[j].percent, 1000.0, rtol=1e-9)
 
 
 def test_the_consequence_is_told_of_the_gains_that_matter():
@@ -51,7 +52,9 @@ def test_the_consequence_is_told_of_the_gains_that_matter():
     assert _consequence([effect(0, 4.0, 0.3)]) == "; no gain is moved noticeably"
     said = _consequence([effect(0, 4.04, 1.3), effect(1, -0.2, -0.1), effect(4, -11.0, -7.0)])
     assert said == "; gains are off: joint 1 +4 %, joint 5 -11 %"
-    assert _consequence([effect(0, 4.0, 1.3), effect(2, -140.0, -9.0)]) == "; the gain of joint 3 is no result"
+    assert _consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)]) == "; the gain of joint 3 is no result"
+    assert _consequence([effect(2, -140.0, -9.0)]) == "; gains are off: joint 3 -140 %"
+    assert _consequence([effect(2, -14.2, -9.0)], ratios=True) == "; ratios of gains are off by up to 14 %"
     assert "7.3 % of joint 2's current" in _consequence([effect(0, 4.0, None), effect(1, 7.31, None)])
 
 
@@ -90,7 +93,7 @@ def test_gains_that_something_wrong_spoils_are_refused_and_the_others_are_kept()
     assert [isinstance(each, IdentifiedGain) for each in kept.joints] == [False, True, False]
     assert kept.joints[1] == GAINS.joints[1]
     assert isinstance(kept.joints[0], RefusedGain)
-    assert kept.joints[0].reason == "the zero of q2 is off; use it"
+    assert kept.joints[0].reason == "the zero of q2 is off; use q2 plus 3"
     assert kept.joints[0].predicted_rel_std == GAINS.joints[0].predicted_rel_std
 
 

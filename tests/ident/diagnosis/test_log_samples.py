@@ -56,7 +56,7 @@ def test_missing_samples_are_counted_where_the_clock_shows_them(ur_log):
     assert found.severity is Severity.WEAK
 
 
-def test_a_hole_splits_a_log_and_many_small_gaps_are_wrong(ur_log):
+def test_a_hole_splits_a_log_and_small_gaps_are_bridged(ur_log):
     # ten intervals of 8 ms and a bit, beyond which nothing is interpolated
     assert "used" not in named(clocked(without(ur_log, np.arange(900, 909))), "missing samples").sentence
     hole = named(clocked(without(ur_log, np.arange(900, 910))), "missing samples")
@@ -65,11 +65,8 @@ def test_a_hole_splits_a_log_and_many_small_gaps_are_wrong(ur_log):
     assert early.sentence.endswith("; used from 0.88 to 19.99 s")  # .7 s are too short for six joints
     short = Recording(ur_log.t[:600], ur_log.q[:600], ur_log.v[:600])
     assert named(clocked(without(short, np.arange(280, 310))), "missing samples").severity is Severity.WRONG
-    few, many = np.arange(40, 2400, 59), np.arange(40, 2400, 45)  # 40 and 53 of 2500 samples, 2 % are 50
-    assert named(clocked(without(ur_log, few)), "missing samples").severity is Severity.WEAK
-    found = named(clocked(without(ur_log, many)), "missing samples")
-    assert found.severity is Severity.WRONG
-    assert str(found.advice).startswith("log with less load")
+    many = named(clocked(without(ur_log, np.arange(40, 2400, 45))), "missing samples")  # bridged, each alone
+    assert (many.severity, many.value) == (Severity.WEAK, 53.0)
 
 
 def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(ur_log):

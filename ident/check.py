@@ -4,10 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ident.arrays import Array
+from ident.diagnosis.autocorrelation import autocorrelation
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.excitation import excitation, predicted_rel_std
 from ident.diagnosis.friction_sign import friction_sign
+from ident.diagnosis.gains import gain_diagnoses
 from ident.diagnosis.logs import observed_logs
 from ident.diagnosis.reach import beyond_reach
 from ident.diagnosis.samples import FILTERED, SAMPLE_CHECKS
@@ -107,6 +109,9 @@ def check(
             estimate = _estimate(problem)
         except IdentificationError:
             estimate = None  # what is wrong with the logs is said all the same
+    if estimate is not None:
+        autocorrelated = autocorrelation(estimate)
+        found += [*gain_diagnoses(estimate), *([] if autocorrelated is None else [autocorrelated])]
     doubts = diagnose(observed_logs([each.recording for each in used], problem, observing), estimate, _estimate)
     return Checked(logs=tuple(logs), found=replace(doubts, diagnoses=worst_first([*doubts.diagnoses, *found])))
 

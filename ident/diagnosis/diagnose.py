@@ -95,20 +95,25 @@ def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate |
 def _effects(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | None) -> tuple[Effect, ...]:
     """What a fault does to the gains: by the influence of the rows if it is small, by another estimate if not.
 
-    Without gains it is what a small fault does to their ratios, and a gross one to the currents.
+    Without gains, or where no joint has one, it is what a small fault does to their ratios, and a gross one to the
+    currents.
     """
     assert fault.compared is not None, "a fault of the logs"
     small = fault.small
     if small is not None and fault.before is seen.logs and small.within:
         if base is not None:
-            return base.effects(base.stacked(small.direction.columns) @ small.found.value)
-        if seen.fit is not None:
-            return tuple(_of_ratios(seen.fit, small))
+            moved = base.effects(base.stacked(small.direction.columns) @ small.found.value)
+        else:
+            moved = () if seen.fit is None else tuple(_of_ratios(seen.fit, small))
+        if moved:
+            return moved
     if base is not None and again is not None:
         try:
-            return tuple(_between(base.estimate, again(fault.compared.logs.problem)))
+            moved = tuple(_between(base.estimate, again(fault.compared.logs.problem)))
         except IdentificationError:
-            pass  # nothing to hold the gains against: by the currents
+            moved = ()  # nothing to hold the gains against
+        if moved:
+            return moved
     logs = seen.logs
     before, after = (each.model.fits.score for each in (fault.before, fault.compared.logs))
     order = fault.compared.alternative.reading.logs[-1].v_order
@@ -219,14 +224,19 @@ def _consequence(effects: Sequence[Effect]) -> str:
         return ""
     worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
     if worst.deviations is None:
-        return f"; {worst.percent:.2g} % of joint {worst.joint + 1}'s current is not explained otherwise"
+        return f"; {percents(worst.percent)} % of joint {worst.joint + 1}'s current is not explained otherwise"
     if abs(worst.percent) >= 100.0:
         return f"; the gain of joint {worst.joint + 1} is no result"
     listed = [each for each in effects if each.matters]
     if not listed:
         return "; no gain is moved noticeably"
-    more = ", ".join(f"joint {each.joint + 1} {each.percent:+.2g} %" for each in listed)
+    more = ", ".join(f"joint {each.joint + 1} {percents(each.percent, sign='+')} %" for each in listed)
     return f"; gains are off: {more}"
+
+
+def percents(value: float, *, sign: str = "") -> str:
+    """A number in two digits, or all that stand before the point."""
+    return f"{value:{sign}.0f}" if abs(value) >= 10.0 else f"{value:{sign}.2g}"
 
 
 def _linear(estimate: GainEstimate) -> bool:

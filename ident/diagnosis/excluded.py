@@ -20,7 +20,7 @@ SURELY_WORSE = 30.0
 """Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
 BOUNDED = {"zero": "zeros of q{joints}", "delay": "delays", "lengths": "all lengths off", "clock": "the clock off"}
 """Families whose excluded sizes are told, of all logs together, and how."""
-NAMED = 6
+NAMED = 3
 """Alternatives that a sentence names."""
 
 
@@ -65,8 +65,8 @@ def exclusions(seen: Survey) -> list[Exclusion]:
     for family in dict.fromkeys(each.alternative.family for each in lost):
         own = [each for each in lost if each.alternative.family == family]
         all_own = [each for each in seen.gross if each.alternative.family == family]
-        what = f"{len(own)} of {len(all_own)} readings of another {family}"
-        found.append(Exclusion(family=family, sentence=what, joints=()))
+        many = "" if len(own) == len(all_own) else f" ({len(own)} of {len(all_own)} cases)"
+        found.append(Exclusion(family=family, sentence=f"another {family}{many}", joints=()))
     return found
 
 
@@ -79,11 +79,10 @@ def untold(seen: Survey) -> Iterator[str]:
         own = [each for each in open_ones if each.joints == (j,) and each.logs == every]
         kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
         if kinds:
-            what = " and ".join(kinds)
-            yield f"joint {j + 1}: {what} cannot be checked from these logs ({_few([each.words for each in own])})"
+            yield f"{' and '.join((', '.join(kinds[:-1]), kinds[-1])) if kinds[1:] else kinds[0]} of q{j + 1}"
     rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family != "clock"]
     if rest:
-        yield f"not told apart from these logs: {_few([each.words for each in rest])}"
+        yield f"whether {_few([each.words for each in rest])}"
 
 
 def _loss(each: Screened) -> float:
@@ -92,8 +91,8 @@ def _loss(each: Screened) -> float:
 
 
 def _few(words: Sequence[str]) -> str:
-    more = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""
-    return "; ".join(words[:NAMED]) + more
+    more = f", or {len(words) - NAMED} more" if len(words) > NAMED else ""
+    return ", or ".join(words[:NAMED]) + more
 
 
 def _numbers(joints: Sequence[int]) -> str:

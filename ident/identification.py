@@ -145,7 +145,7 @@ def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> Ga
             gain = joints[j]
             if isinstance(gain, IdentifiedGain):
                 joints[j] = RefusedGain(
-                    joint=gain.joint, reason=refusal_of([each]), predicted_rel_std=gain.predicted_rel_std
+                    joint=gain.joint, reason=each.sentence, predicted_rel_std=gain.predicted_rel_std
                 )
     if wrong and not any(isinstance(each, IdentifiedGain) for each in joints):
         raise Contradiction(refusal_of(wrong))

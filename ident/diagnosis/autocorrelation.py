@@ -33,12 +33,12 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     worst = max(known, key=lambda j: ratio[place[j]])
     size = float(ratio[place[worst]])
     lag = lag_one(solution.rows, worst)
-    accounts = "would account" if options.uncertainty == UNAWARE else "accounts"
+    accounted = "would be" if options.uncertainty == UNAWARE else "is"
     return Diagnosis(
         name="autocorrelation",
         severity=Severity.WEAK if size > MUCH else Severity.GOOD,
-        sentence=f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag:.2f}); a standard deviation "
-        f"{size:.2g} times the white-noise one {accounts} for it",
+        sentence=f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag:.2f}); the standard deviation that "
+        f"accounts for it {accounted} {size:.2g} times that of white residuals",
         advice="refine the model" if size > MUCH else None,
         joints=(worst,),
         value=size,

@@ -17,12 +17,14 @@ from ident.diagnosis.engine import SHOWN, TIE, Fault, Small, Survey, directions,
 from ident.diagnosis.excluded import exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference, reference
-from ident.diagnosis.stated import Stated, stated
+from ident.diagnosis.stated import Stated, claimed, stated
 from ident.errors import IdentificationError
-from ident.estimate import GainEstimate, IdentifiedGain
+from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.problem import Problem
 from ident.uncertainty.cautious import cautious
 
+NAMED = 3
+"""Joints whose effects a sentence names."""
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
 Estimate = Callable[[Problem], GainEstimate]
@@ -79,7 +81,7 @@ def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate |
     return Diagnosis(
         name=alternative.family,
         severity=severity_of(effects),
-        sentence=f"{alternative.words}{_consequence(effects)}",
+        sentence=f"{alternative.words}{_consequence(effects, 'ratios of gains' if base is None else 'gains')}",
         advice=alternative.advice,
         joints=alternative.joints,
         logs=tuple(logs.names[k] for k in alternative.logs) if len(alternative.logs) < len(logs.names) else (),
@@ -123,7 +125,7 @@ def _effects(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | 
 
 
 def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
-    """Error of the ratio of each gain to the one that was set."""
+    """Error of the ratio of each gain to that beside which the others are surest."""
     found = fit.fitted.fit
     currents = np.concatenate(
         [
@@ -131,20 +133,24 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
             for each, own in zip(small.direction.columns, fit.fitted.own, strict=True)
         ]
     )
-    std = np.sqrt(np.diag(cautious(found.rows, found.log_influence, 0.0)))
-    for j, moved in enumerate(found.log_influence @ currents):
-        if j != fit.ready.given[0].joint and std[j] > 0.0:
-            yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[j]))
+    C = cautious(found.rows, found.log_influence, 0.0)
+    std = np.sqrt(np.maximum(np.diag(C)[:, None] + np.diag(C) - 2.0 * C, 0.0))  # of ratios, (n, n)
+    surest = int(np.argmin(np.median(std, axis=1)))
+    log_gain = found.log_influence @ currents
+    for j, moved in enumerate(log_gain - log_gain[surest]):
+        if std[surest, j] > 0.0:
+            yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[surest, j]))
 
 
 def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
-    """Error of gains if others are right."""
+    """Error of gains if others are right; one that is refused now and would be found otherwise is lost as a whole."""
     for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
+        if isinstance(mine, RefusedGain) and isinstance(theirs, IdentifiedGain):
+            yield Effect(joint=j, percent=100.0, deviations=1.0 / claimed(theirs))
         if isinstance(mine, IdentifiedGain):
-            claimed = max(mine.total_std / abs(mine.value), mine.predicted_rel_std)
             share = mine.value / theirs.value - 1.0 if isinstance(theirs, IdentifiedGain) else np.inf
             size = min(abs(share), 10.0) * (np.sign(share) if np.isfinite(share) else 1.0)
-            yield Effect(joint=j, percent=100.0 * float(size), deviations=float(size) / claimed)
+            yield Effect(joint=j, percent=100.0 * float(size), deviations=float(size) / claimed(mine))
 
 
 def _of_term(fault: Fault) -> Diagnosis:
@@ -218,20 +224,21 @@ def _term_words(direction: Direction) -> str:
     return SENTENCES[direction.family].format(joints=joints)
 
 
-def _consequence(effects: Sequence[Effect]) -> str:
-    """How much gains are off, or currents, in words."""
+def _consequence(effects: Sequence[Effect], what: str = "gains") -> str:
+    """How much gains, their ratios or currents are off, in words."""
     if not effects:
         return ""
     worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
     if worst.deviations is None:
-        return f"; {percents(worst.percent)} % of joint {worst.joint + 1}'s current is not explained otherwise"
+        return f"; it explains {percents(worst.percent)} % of joint {worst.joint + 1}'s current"
     if abs(worst.percent) >= 100.0:
         return f"; the gain of joint {worst.joint + 1} is no result"
-    listed = [each for each in effects if each.matters]
+    listed = sorted((each for each in effects if each.matters), key=lambda each: -abs(each.deviations or 0.0))
     if not listed:
         return "; no gain is moved noticeably"
-    more = ", ".join(f"joint {each.joint + 1} {percents(each.percent, sign='+')} %" for each in listed)
-    return f"; gains are off: {more}"
+    rest = f" and {len(listed) - NAMED} more" if len(listed) > NAMED else ""
+    more = ", ".join(f"joint {each.joint + 1} {percents(each.percent, sign='+')} %" for each in listed[:NAMED])
+    return f"; {what} are off: {more}{rest}"
 
 
 def percents(value: float, *, sign: str = "") -> str:

@@ -182,9 +182,20 @@ def _best(seen: Survey) -> Fault | None:
         if each is not best and z_of(u - other) < TIE:
             rivals[each.alternative.words if isinstance(each, Compared) else each.direction.family] = None
     if isinstance(best, Compared):
-        small = next((each for each in seen.small if each.direction.key == best.alternative.key), None)
+        small = next((each for each in seen.small if _alike(each, best.alternative)), None)
         return Fault(compared=best, small=small, rivals=tuple(rivals), before=seen.logs)
     return Fault(compared=None, small=best, rivals=tuple(rivals), before=seen.logs)
+
+
+def _alike(small: Small, alternative: Alternative) -> bool:
+    """Whether a direction with the size that was found for it is the alternative, within half of its size."""
+    direction = small.direction
+    if direction.alternative is None or (direction.family, direction.key) != (alternative.family, alternative.key):
+        return False
+    first = direction.alternative(small.found.value).value
+    if first is None or alternative.value is None:
+        return first is alternative.value
+    return abs(first - alternative.value) <= 0.5 * max(abs(first), abs(alternative.value))
 
 
 def _in_full(seen: Survey) -> list[Compared]:

@@ -18,7 +18,12 @@ SIZES = np.geomspace(1e-2, 1.0, 41)
 """Sizes that are tried, in units of the largest that the derivative says."""
 SURELY_WORSE = 30.0
 """Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
-BOUNDED = {"zero": "zeros of q{joints}", "delay": "delays", "lengths": "all lengths off", "clock": "the clock off"}
+BOUNDED = {
+    "zero": "zeros of q{joints}",
+    "delay": "delays",
+    "lengths": "errors of all lengths",
+    "clock": "errors of the clock",
+}
 """Families whose excluded sizes are told, of all logs together, and how."""
 NAMED = 3
 """Alternatives that a sentence names."""

@@ -16,13 +16,11 @@ from ident.structure import Structure, structure_of
 
 LONG = (
     "test_interruptions",
-    "test_wiring",
     "test_extending",
     "test_dask",
     "test_comparison",
     "test_accuracy",
     "test_scenarios",
-    "test_checks_arm",
     "test_monte_carlo",
     "test_protocol_runs",
     "test_methods",
@@ -32,7 +30,6 @@ LONG = (
     "test_pages",
     "test_pages_in_chromium",
     "test_identify_groups",
-    "test_checks_several",
     "test_seal",
     "test_statistics",
 )

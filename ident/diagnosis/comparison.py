@@ -246,17 +246,17 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
     size = np.sqrt(sum(np.sum(c**2, axis=0) for _, c, _ in felt))
     if not (size > 0.0).all():
         return None
-    parts = [(each, each.fit.without(c / size), each.fit.residual / sigma[j], j) for each, c, j in felt]
-    S = sum((left.T @ left for _, left, _, _ in parts), np.zeros((m, m)))
+    parts = [(each, c / size, each.fit.without(c / size), each.fit.residual / sigma[j], j) for each, c, j in felt]
+    S = sum((c.T @ left for _, c, left, _, _ in parts), np.zeros((m, m)))  # left' left, if nothing is believed
     values, directions = np.linalg.eigh(S)
     if values[0] < UNSEEN:
         return None
     turn = directions / np.sqrt(values)
-    b = sum((turn.T @ (left.T @ e) for _, left, e, _ in parts), np.zeros(m))
+    b = sum((turn.T @ (c.T @ e) for _, c, _, e, _ in parts), np.zeros(m))
     blocks = len(fits.score.squares[0])
     G, r, held = np.zeros((blocks, m, m)), np.zeros((blocks, m)), list[tuple[Array, Array]]()
     scores = np.zeros((blocks, m))
-    for each, left, e, _ in parts:
+    for each, _, left, e, _ in parts:
         q = left @ turn
         rest = e - q @ b
         both = each.predicted(np.column_stack((rest, q)))
@@ -267,7 +267,7 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
         held.append((both[..., 0], both[..., 1:]))
     t = np.linalg.solve(np.eye(m) - G, r[..., None])[..., 0]
     u = np.zeros(blocks)
-    for (_, _, _, j), (rest, q) in zip(parts, held, strict=True):
+    for (*_, j), (rest, q) in zip(parts, held, strict=True):
         squares = np.sum((rest + np.einsum("bmk,bk->bm", q, t)) ** 2, axis=1)
         u += 0.5 * (fits.score.squares[j] / sigma[j] ** 2 - squares)
     own = np.eye(m) + scores.T @ scores

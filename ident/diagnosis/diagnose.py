@@ -23,8 +23,8 @@ from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
 from ident.problem import Problem
 from ident.uncertainty.cautious import cautious
 
-NAMED = 3
-"""Joints whose effects a sentence names."""
+NAMED = 2
+"""Joints whose effects a sentence names; of more, the worst."""
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
 Estimate = Callable[[Problem], GainEstimate]
@@ -233,11 +233,12 @@ def _consequence(effects: Sequence[Effect], what: str = "gains") -> str:
         return f"; it explains {percents(worst.percent)} % of joint {worst.joint + 1}'s current"
     if abs(worst.percent) >= 100.0:
         return f"; the gain of joint {worst.joint + 1} is no result"
-    listed = sorted((each for each in effects if each.matters), key=lambda each: -abs(each.deviations or 0.0))
+    listed = [each for each in effects if each.matters]
     if not listed:
         return "; no gain is moved noticeably"
-    rest = f" and {len(listed) - NAMED} more" if len(listed) > NAMED else ""
-    more = ", ".join(f"joint {each.joint + 1} {percents(each.percent, sign='+')} %" for each in listed[:NAMED])
+    rest = f" and {len(listed) - 1} more" if len(listed) > NAMED else ""
+    listed = listed if not rest else [worst]
+    more = ", ".join(f"joint {each.joint + 1} {percents(each.percent, sign='+')} %" for each in listed)
     return f"; {what} are off: {more}{rest}"
 
 

@@ -46,6 +46,15 @@ class Small:
         """Whether its size is one that the first order is to be believed of."""
         return bool((np.abs(self.found.value) <= self.direction.largest).all())
 
+    def near(self, alternative: Alternative) -> bool:
+        """Whether an alternative is this one in full: no quarter turn or sign beside a zero of some degrees."""
+        if self.direction.alternative is None or self.direction.key != alternative.key:
+            return False
+        own = self.direction.alternative(self.found.value)
+        if own.family != alternative.family or own.value is None or alternative.value is None:
+            return False
+        return abs(own.value - alternative.value) <= self.direction.largest * self.direction.scale
+
     @property
     def gain(self) -> float:
         """In log predictive density."""
@@ -88,7 +97,7 @@ class Fault:
 
     Attributes:
         compared: The alternative in full; None for a term.
-        small: The direction; None for a gross alternative.
+        small: The direction, where the alternative is as small; None for a gross one.
         rivals: Alternatives and terms that these logs cannot tell it from, by name.
         before: The logs that it was found in: as they are, or with earlier faults read in.
     """
@@ -182,20 +191,9 @@ def _best(seen: Survey) -> Fault | None:
         if each is not best and z_of(u - other) < TIE:
             rivals[each.alternative.words if isinstance(each, Compared) else each.direction.family] = None
     if isinstance(best, Compared):
-        small = next((each for each in seen.small if _alike(each, best.alternative)), None)
+        small = next((each for each in seen.small if each.near(best.alternative)), None)
         return Fault(compared=best, small=small, rivals=tuple(rivals), before=seen.logs)
     return Fault(compared=None, small=best, rivals=tuple(rivals), before=seen.logs)
-
-
-def _alike(small: Small, alternative: Alternative) -> bool:
-    """Whether a direction with the size that was found for it is the alternative, within half of its size."""
-    direction = small.direction
-    if direction.alternative is None or (direction.family, direction.key) != (alternative.family, alternative.key):
-        return False
-    first = direction.alternative(small.found.value).value
-    if first is None or alternative.value is None:
-        return first is alternative.value
-    return abs(first - alternative.value) <= 0.5 * max(abs(first), abs(alternative.value))
 
 
 def _in_full(seen: Survey) -> list[Compared]:

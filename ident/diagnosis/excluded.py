@@ -5,11 +5,12 @@ more of the currents that nothing it could gain elsewhere makes up for it.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ident.diagnosis.alternative import Direction
-from ident.diagnosis.comparison import Fits, z_of
+from ident.diagnosis.comparison import Fits, gains, z_of
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import SHOWN, Survey
 from ident.diagnosis.screen import Screened
@@ -31,19 +32,18 @@ NAMED = 3
 
 def bound(fits: Fits, direction: Direction) -> float | None:
     """Size beyond which a direction of one parameter is excluded either way; None if it is not."""
-    sigma = fits.sigma
-    cross, square = np.zeros(fits.score.squares.shape[1]), np.zeros(fits.score.squares.shape[1])
+    score = fits.score
+    cross, square = np.zeros_like(score.squares), np.zeros_like(score.squares)
     for j, part in enumerate(fits.parts):
         columns = direction.columns[j]
-        if part is not None and columns is not None and sigma[j] > 0.0:
-            held = part.predicted(np.column_stack((part.fit.residual, part.fit.without(columns)))) / sigma[j]
-            cross += np.sum(held[..., 0] * held[..., 1], axis=1)
-            square += np.sum(held[..., 1] ** 2, axis=1)
-    sizes = direction.largest * SIZES
-    for k in range(len(sizes)):
-        z = [z_of(sign * sizes[k] * cross - 0.5 * sizes[k] ** 2 * square) for sign in (1.0, -1.0)]
-        if max(z) < -SHOWN:
-            return float(sizes[k])
+        if part is not None and columns is not None:
+            held = part.predicted(np.column_stack((part.fit.residual, part.fit.without(columns))))
+            cross[j] = np.sum(held[..., 0] * held[..., 1], axis=1)
+            square[j] = np.sum(held[..., 1] ** 2, axis=1)
+    for size in direction.largest * SIZES:
+        both = [replace(score, squares=score.squares - 2.0 * x * cross + x**2 * square) for x in (size, -size)]
+        if max(z_of(gains(score, each)) for each in both) < -SHOWN:
+            return float(size)
     return None
 
 

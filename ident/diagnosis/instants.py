@@ -4,7 +4,7 @@ Currents are filtered, the regressor is not: taken of filtered positions at sing
 the currents does to products and to the steps of friction, which are left out with the reversals.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -55,23 +55,3 @@ def instants(recording: Recording, most: int, options: ObserveOptions) -> Instan
     v, _, _ = smooth_motion(v, recording.period, options.decimation_cutoff_hz)
     slow = SLOW * np.sqrt(np.mean(dq[inner] ** 2, axis=0))
     return Instants(q[chosen], dq[chosen], ddq[chosen], v[chosen], np.abs(dq[chosen]) > slow)
-
-
-def calmer(options: ObserveOptions) -> ObserveOptions:
-    """Filters for positions and currents that pass a third of the frequencies: what is left of an encoder's noise.
-
-    The variance of accelerations of white noise goes with the fifth power of the cut-off.
-    """
-    cutoff = options.cutoff_hz / 3.0
-    return replace(
-        options,
-        cutoff_hz=cutoff,
-        decimation_cutoff_hz=min(options.decimation_cutoff_hz, cutoff),
-        rows_per_second=min(options.rows_per_second, 2.0 * cutoff),
-    )
-
-
-def thinned(each: Instants, most: int) -> Instants:
-    """At most so many of the instants, spread evenly."""
-    kept = slice(None, None, max(1, -(-len(each.q) // most)))
-    return Instants(each.q[kept], each.dq[kept], each.ddq[kept], each.v[kept], each.moving[kept])

@@ -17,6 +17,7 @@ from ident.column_space import column_space
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.comparison import (
     BLOCKS,
+    UNSEEN,
     Added,
     Fits,
     FreeFit,
@@ -63,11 +64,14 @@ class Stated:
         (held,) = self.fits.parts
         assert held is not None, "an estimate has more rows than unknowns"
         weight = self.estimate.solution.rows.weight
-        left = held.fit.without(weight[:, None] * self.stacked(direction.columns))
-        new = column_space(left)
+        columns = column_space(weight[:, None] * self.stacked(direction.columns))
+        left = held.fit.without(columns)
+        values, turn = np.linalg.eigh(columns.T @ left)  # with what is believed, less than left' left
+        new = left @ turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
         fit = replace(
             held.fit,
-            residual=held.fit.residual - new @ (new.T @ held.fit.residual),
+            residual=held.fit.residual
+            - new @ (turn[:, values > UNSEEN].T @ (columns.T @ held.fit.residual) / np.sqrt(values[values > UNSEEN])),
             Q=np.column_stack((held.fit.Q, new)),
         )
         return replace(self, fits=fits_of([held_out(fit)]))

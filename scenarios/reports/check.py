@@ -60,6 +60,8 @@ def findings(found: Diagnosed, *, hint: str = "") -> list[Paragraph]:
 
 def _effect_words(effect: Effect) -> str:
     """What a fault does to a gain."""
+    if abs(effect.percent) >= 100.0:
+        return f"the gain of joint {effect.joint + 1} is no result"
     return f"gain of joint {effect.joint + 1} off by {percents(abs(effect.percent))} %"
 
 

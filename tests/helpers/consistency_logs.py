@@ -1,10 +1,13 @@
-"""Recordings of three axes with known friction, and the evidence of their estimates."""
+"""Recordings of three axes with known friction, observed as they are or with something wrong."""
+
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from ident.consistency.evidence import Evidence
 from known_logs import BRICK
 from real_friction import Truth, real_logs
 
+from ident.diagnosis.logs import Logs, observed_logs
+from ident.estimate import GainEstimate
 from ident.estimators import ESTIMATORS
 from ident.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.observation import ObserveOptions, observe
@@ -19,7 +22,7 @@ LOOSE = GainOptions(max_rel_std=10.0)
 PLAIN = AllJointsOptions(friction="viscous-coulomb")
 
 
-def problem_of(axes: Structure, logs: list[Recording], payloads: tuple[Payload | None, ...] = PAYLOADS) -> Problem:
+def problem_of(axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS) -> Problem:
     motions = (Motion(observe(log, axes, ObserveOptions()), each) for log, each in zip(logs, payloads, strict=True))
     return Problem(axes, tuple(motions), LOOSE)
 
@@ -28,16 +31,21 @@ def logs_of(truth: Truth, seed: int = 5, payloads: tuple[Payload | None, ...] = 
     return real_logs(truth, payloads, np.random.default_rng(seed))
 
 
-def evidence_of(problem: Problem, options: AllJointsOptions = PLAIN) -> Evidence:
-    return Evidence(problem=problem, estimate=all_joints_gains(problem, options), drift=True)
+def doubted(axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS) -> Logs:
+    """Logs as the engine sees them."""
+    return observed_logs(logs, problem_of(axes, logs, payloads), ObserveOptions())
 
 
-def joint_by_joint(problem: Problem) -> Evidence:
+def all_joints(problem: Problem) -> GainEstimate:
+    return all_joints_gains(problem, PLAIN)
+
+
+def joint_by_joint(problem: Problem) -> GainEstimate:
     chosen = ESTIMATORS["ls-2011"]
-    return Evidence(problem=problem, estimate=chosen.estimate(problem, chosen.options()), drift=False)
+    return chosen.estimate(problem, chosen.options())
 
 
-def with_current(log: Recording, joint: int, change) -> Recording:
+def with_current(log: Recording, joint: int, change: Callable[..., np.ndarray]) -> Recording:
     """The log with another current of a joint, given time from 0 to 1, position and speed."""
     v, time = log.v.copy(), (log.t - log.t[0]) / (log.t[-1] - log.t[0])
     speed = np.convolve(np.gradient(log.q[:, joint], log.t), np.ones(9) / 9.0, "same")

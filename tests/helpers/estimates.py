@@ -44,8 +44,8 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
         payload=np.zeros((k, 0)),
         model=np.zeros((k, 0)),
         load_rms=np.full(k, 3.0),
-        friction=np.full(k, 2.0),
-        friction_influence=np.zeros((k, 3 * k)),
+        friction=np.full((k, 2), 2.0),
+        friction_influence=np.zeros((k, 2, 3 * k)),
         unsolved={j: reason for j, gain in enumerate(gains) if gain is None},
     )
     return GainEstimate(method="ls-2011", joints=joints, solution=solution, covariance=np.eye(k), options=GainOptions())

@@ -1,11 +1,7 @@
-"""A made-up linear solution with beliefs: what tests of consistency compute of it can be computed again."""
-
-from dataclasses import dataclass
+"""A made-up linear solution with beliefs: what tests compute of it can be computed again."""
 
 import numpy as np
-from ident.consistency.evidence import Evidence
 
-from ident.arrays import Array
 from ident.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.options import GainOptions
 from ident.rows import Rows
@@ -47,50 +43,33 @@ def linear_solution(rng: np.random.Generator):
         some = np.vstack(((weight[:, None] * W)[kept], belief))
         return of @ np.linalg.lstsq(some, np.concatenate(((weight * currents)[kept], expected)), rcond=None)[0]
 
-    def left_of(kept: np.ndarray) -> np.ndarray:
-        some = np.vstack(((weight[:, None] * W)[kept], belief))
-        return y - W @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]
+    def left_of(kept: np.ndarray, more: np.ndarray | None = None) -> np.ndarray:
+        """What a fit of some rows leaves of all, beside more columns of which nothing is believed."""
+        more = np.zeros((r, 0)) if more is None else more
+        X = np.column_stack((W, more))
+        some = np.vstack(((weight[:, None] * X)[kept], np.pad(belief, ((0, 0), (0, more.shape[1])))))
+        return y - X @ np.linalg.lstsq(some, np.concatenate(((weight * y)[kept], expected)), rcond=None)[0]
 
     return solution, y, left_of, refit
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MadeUp(Evidence):
-    """Evidence of a solution alone; what follows from recordings is given.
-
-    Attributes:
-        position: Of the joints, on each row, shape (r,).
-        speed: Likewise.
-        stated: Change of each row's current per deviation of what is stated, shape (r, p).
-    """
-
-    position: Array
-    speed: Array
-    stated: Array
-
-    def states(self, joint: int) -> tuple[Array, Array]:
-        own = self.estimate.solution.rows.of(joint)
-        return self.position[own], self.speed[own]
-
-
-def linear_evidence(solution: GainSolution, rng: np.random.Generator) -> MadeUp:
-    """Evidence of a solution of two joints, states and statements at random."""
-    std = 0.03 * np.abs(solution.inverse)
+def linear_estimate(solution: GainSolution, *, rel_std: float) -> GainEstimate:
+    """An estimate of a solution of two joints, whose gains have one relative deviation."""
     gains = tuple(
         IdentifiedGain(
             joint=f"joint{j + 1}",
             value=float(1.0 / solution.inverse[j]),
-            std=0.03 / abs(float(solution.inverse[j])),
+            std=rel_std / abs(float(solution.inverse[j])),
             payload_rel_std=0.0,
             model_rel_std=0.0,
-            predicted_rel_std=0.03,
+            predicted_rel_std=0.7 * rel_std,
         )
         for j in range(2)
     )
-    options = GainOptions()
-    estimate = GainEstimate(
-        method="made-up", joints=gains, solution=solution, covariance=np.diag(std**2), options=options
+    return GainEstimate(
+        method="made-up",
+        joints=gains,
+        solution=solution,
+        covariance=np.diag((rel_std * solution.inverse) ** 2),
+        options=GainOptions(),
     )
-    r = len(solution.rows.V)
-    position, speed, stated = rng.normal(size=r), rng.normal(size=r), 0.2 * rng.normal(size=(r, 3))
-    return MadeUp(problem=None, estimate=estimate, drift=False, position=position, speed=speed, stated=stated)

@@ -1,15 +1,16 @@
-"""Shared: payloads and exact rows, a log of a known arm, and estimates without a fault."""
+"""Shared: payloads and exact rows, a log of a known arm, and logs without a fault, as the engine sees them."""
 
 import numpy as np
 import pytest
-from consistency_logs import evidence_of, logs_of, problem_of
+from consistency_logs import all_joints, doubted, logs_of
 from exact import GAIN, exact_pair, lopsided
-from ident.consistency.evidence import Evidence
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from real_friction import Truth, three_axes
 from weighings import weighed
 
-from ident.estimators.nls import AllJointsOptions
+from ident.diagnosis.engine import Survey, survey
+from ident.diagnosis.logs import Logs
+from ident.estimate import GainEstimate
 from ident.observation import Observation
 from ident.payload import Payload
 from ident.problem import Problem
@@ -52,10 +53,16 @@ def axes() -> Structure:
 
 
 @pytest.fixture(scope="session")
-def clean(axes) -> Evidence:
-    return evidence_of(problem_of(axes, logs_of(Truth())))
+def sound(axes) -> Logs:
+    """A bare and a loaded log of three axes, nothing wrong with them."""
+    return doubted(axes, logs_of(Truth()))
 
 
 @pytest.fixture(scope="session")
-def chosen(axes) -> Evidence:
-    return evidence_of(problem_of(axes, logs_of(Truth())), AllJointsOptions())
+def sound_estimate(sound) -> GainEstimate:
+    return all_joints(sound.problem)
+
+
+@pytest.fixture(scope="session")
+def sound_survey(sound) -> Survey:
+    return survey(sound)

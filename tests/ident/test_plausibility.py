@@ -6,7 +6,7 @@ from ident.cross_validation import JointPrediction
 from ident.errors import NotIdentifiable, RecordingError
 from ident.estimate import IdentifiedGain
 from ident.options import GainOptions
-from ident.plausibility import check_different, check_load, check_positions, prediction_warnings, residual_notes
+from ident.plausibility import check_different, check_load, check_positions, prediction_warnings
 from ident.recording import Recording
 
 GAIN = np.array([0.94, 0.96, 1.11, 0.91, 1.0, -1.0])
@@ -52,15 +52,6 @@ def test_an_estimate_without_any_gain_is_an_error_with_the_first_reason(motions,
 def test_loaded_motions_that_show_no_load_lack_a_bare_one(motions, payload):
     with pytest.raises(NotIdentifiable, match="without a bare motion no joint shows the load: record one"):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()), bare=False)
-
-
-def test_a_joint_that_the_model_does_not_explain_gets_a_note(structure, payload, rng):
-    chi, heavy = rng.uniform(0.5, 2.0, 84), lopsided(payload)
-    loads = np.zeros(10), heavy.known_part().chi
-    pair = [exact_observation(structure, chi, load, GAIN, rng, noise=0.3, rows=400) for load in loads]
-    notes = residual_notes(drive_gains(*pair, heavy, GainOptions(max_rel_std=10.0)))
-    assert len(notes) == 6
-    assert notes[0].startswith("joint 1: the model leaves 2")
 
 
 def test_an_arm_with_every_drive_wired_backwards_is_not_taken_for_swapped_files(structure, payload, rng):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ident.identification import Recorded
+from ident.preparation import Recorded
 from ident.recording import Recording
 from ident.time_order import ABSOLUTE, in_order_of_time
 

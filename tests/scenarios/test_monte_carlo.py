@@ -11,6 +11,9 @@ from quick import RANDOM, quick_scenario
 from rich.console import Console
 
 import scenarios.studies.study as module
+from ident import identification
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.estimate import IdentifiedGain
 from scenarios import trials
 from scenarios.build import bench
 from scenarios.cli import main
@@ -326,7 +329,7 @@ def test_a_scenario_that_cannot_run_at_all_is_an_error_not_a_failed_study(tmp_pa
 
 def test_a_trial_is_refused_where_the_run_of_its_seed_is(tmp_path, monkeypatch):
     wrong = Diagnosis(name="x", severity=Severity.WRONG, sentence="joints 2 and 3 are off", joints=(1, 2))
-    monkeypatch.setattr(identification, "gain_diagnoses", lambda estimate: [wrong])
+    monkeypatch.setattr(identification, "symptoms", lambda estimate, causes: Diagnosed(diagnoses=(wrong,)))
     scenario = load_scenario(str(quick_scenario(tmp_path, method="nls")))
     refused = run(bench(scenario), 3).estimate.joints
     assert [each.reason for each in refused[1:3]] == [wrong.sentence] * 2

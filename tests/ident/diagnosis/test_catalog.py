@@ -1,0 +1,189 @@
+"""Alternatives: the reading that undoes what went wrong, its words, and how its size is refined."""
+
+import numpy as np
+import pytest
+from consistency_logs import doubted, logs_of
+from log_faults import at, changed, exchanged
+from real_friction import Truth
+
+from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
+from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, delays, lengths, orders, units, zeros
+from ident.diagnosis.comparison import Added
+from ident.diagnosis.engine import Small, directions
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reference import reference
+
+
+def by_words(found, words: str):
+    return next(each for each in found if each.words == words)
+
+
+CASES = {
+    "q2 is negated": (lambda x: changed(x, q=x.q * at(1, -1.0, 1.0, 3)), zeros.alternatives),
+    "q3 is negated and its zero off by 90 degrees in loaded alone": (
+        lambda x: changed(x, q=at(2, np.pi / 2, 0.0, 3) - x.q * at(2, 1.0, -1.0, 3)), zeros.alternatives,
+    ),
+    "the zero of q2 is off by 90 degrees": (
+        lambda x: changed(x, q=x.q - at(1, np.pi / 2, 0.0, 3)), zeros.alternatives,
+    ),
+    "q2 and v2 are negated in loaded alone": (
+        lambda x: changed(x, q=x.q * at(1, -1.0, 1.0, 3), v=x.v * at(1, -1.0, 1.0, 3)), zeros.alternatives,
+    ),
+    "columns q1 and q3 are exchanged": (lambda x: changed(x, q=exchanged(x.q, 0, 2)), orders.alternatives),
+    "columns v1 and v3 are exchanged in loaded alone": (
+        lambda x: changed(x, v=exchanged(x.v, 0, 2)), orders.alternatives,
+    ),
+    "joints 2 and 3 are exchanged": (
+        lambda x: changed(x, q=exchanged(x.q, 1, 2), v=exchanged(x.v, 1, 2)), orders.alternatives,
+    ),
+    "columns q are shifted, the first one last": (lambda x: changed(x, q=x.q[:, [1, 2, 0]]), orders.alternatives),
+    "columns v are shifted, the last one first": (lambda x: changed(x, v=x.v[:, [2, 0, 1]]), orders.alternatives),
+    "the clock is wrong: t must be multiplied by 2": (lambda x: changed(x, t=0.5 * x.t), clocks.alternatives),
+    "v2 is negated in loaded alone": (
+        lambda x: changed(x, v=x.v * at(1, -1.0, 1.0, 3)), current_scales.alternatives,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", CASES)
+def test_the_reading_of_that_name_undoes_it(axes, words):
+    put, alternatives = CASES[words]
+    right = logs_of(Truth())
+    wrong = [right[0] if words.endswith("alone") else put(right[0]), put(right[1])]
+    logs = doubted(axes, wrong)
+    found = by_words(alternatives(logs), words)
+    for log, how, want in zip(wrong, found.reading.logs, right, strict=True):
+        read = how.read(log)
+        for name in ("t", "q", "v"):
+            np.testing.assert_allclose(getattr(read, name), getattr(want, name), rtol=1e-9, atol=1e-9, err_msg=name)
+    assert found.logs == ((1,) if words.endswith("alone") else (0, 1))
+
+
+@pytest.mark.parametrize(("joint", "ratio"), [(1, 101.0), (2, -63.0)])
+def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(axes, joint, ratio):
+    wrong = [changed(each, q=each.q * at(joint, ratio, 1.0, 3)) for each in logs_of(Truth())]
+    model = doubted(axes, logs_of(Truth()))
+    logs = Logs(recordings=tuple(wrong), problem=model.problem, observing=model.observing, model=model.model)
+    values = [each.value for each in units.alternatives(logs) if each.value is not None]
+    assert min(abs(each / ratio - 1.0) for each in values) < 0.011  # ratios are 2 % apart
+    geared = min(
+        (each for each in units.alternatives(logs) if each.value is not None), key=lambda each: abs(each.value - ratio)
+    )
+    exact = geared.refined(np.array([ratio / geared.value - 1.0]))
+    np.testing.assert_allclose(exact.reading.logs[0].read(wrong[0]).q, logs_of(Truth())[0].q, atol=1e-9)
+
+
+def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(axes):
+    right = logs_of(Truth())
+    model = doubted(axes, right)
+    wrong = tuple(changed(each, q=np.rad2deg(each.q)) for each in right)
+    logs = Logs(recordings=wrong, problem=model.problem, observing=model.observing, model=model.model)
+    found = by_words(units.alternatives(logs), "all positions are in degrees")
+    np.testing.assert_allclose(found.reading.logs[1].read(wrong[1]).q, right[1].q, rtol=1e-12)
+    assert not any(each.words == "all positions are in degrees" for each in units.alternatives(model))
+
+
+@pytest.mark.parametrize(("joint", "scale"), [(None, 1e3), (None, -0.02), (1, 37.0)])
+def test_the_scale_of_a_logs_currents_is_looked_for_over_eight_decades(axes, joint, scale):
+    bare, loaded = logs_of(Truth())
+    factor = np.full(3, scale) if joint is None else at(joint, scale, 1.0, 3)
+    logs = doubted(axes, [bare, changed(loaded, v=loaded.v * factor)])
+    joints = () if joint is None else (joint,)
+    values = [x.value for x in current_scales.alternatives(logs) if x.joints == joints and x.value != -1.0]
+    assert min(abs(np.log(abs(x / scale))) if x * scale > 0.0 else np.inf for x in values) < 0.2  # neighbours
+
+
+def test_a_searched_scale_leaves_least_beside_refits_of_every_scale(axes):
+    bare, loaded = logs_of(Truth())
+    logs = doubted(axes, [bare, changed(loaded, v=loaded.v * at(1, 5.0, 1.0, 3))])
+    found = current_scales._left(logs, 1, 1)
+    held = logs.model.fits.parts[1]
+    own = logs.model.rows[1].motion == 1
+    at_some = np.arange(0, len(current_scales.SCALES), 13)
+    expected = []
+    for s in current_scales.SCALES[at_some]:
+        left = held.fit.without(np.where(own, held.fit.V / s, held.fit.V))
+        expected.append(0.5 * held.fit.freedom * np.log(np.sum(left[~own] ** 2) + s**2 * np.sum(left[own] ** 2)))
+    np.testing.assert_allclose(found[at_some], expected, rtol=1e-8)
+
+
+def test_one_log_has_no_other_scale_and_no_log_of_its_own():
+    assert scopes(1) == [(0,)]
+    assert scopes(3) == [(0, 1, 2), (0,), (1,), (2,)]
+    assert in_logs("x", (0, 1), ("a", "b")) == "x"
+    assert in_logs("x", (1,), ("a", "b")) == "x in b alone"
+    assert in_logs("x", (0, 2), ("a", "b", "c")) == "x in a and c alone"
+
+
+def test_rates_of_logs_that_differ_are_tried_as_clocks(axes):
+    bare, loaded = logs_of(Truth())
+    logs = doubted(axes, [bare, changed(loaded, t=1.3 * loaded.t)])
+    told = {(each.logs, round(each.reading.logs[each.logs[0]].clock, 4)) for each in clocks.alternatives(logs)}
+    assert ((1,), round(1.0 / 1.3, 4)) in told
+    assert ((0,), 1.3) in told
+
+
+@pytest.fixture(scope="module")
+def found(sound):
+    return directions(reference(sound.problem), sound, tuple(FAMILIES.values()))
+
+
+def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found):
+    faults = [each for each in found if each.alternative is not None]
+    assert {each.family for each in faults} == {"zero", "base", "lengths", "clock", "delay", "current scale"}
+    for each in faults:
+        m = next(c for c in each.columns if c is not None).shape[1]
+        other = each.alternative(np.full(m, 0.013))
+        assert other.key == each.key
+        assert (other.joints, other.logs) == (each.joints, each.logs)
+        more = other.refined(np.full(m, 0.0))
+        assert more.words == other.words
+        size = 0.013 * np.sqrt(m) * each.scale + (each.family == "current scale")
+        np.testing.assert_allclose(abs(other.value), size, rtol=1e-9)
+    assert set(SAME_PARAMETER) == {"sign", "current sign"}
+
+
+def test_terms_of_the_model_are_no_alternative_readings(found):
+    terms = {each.family for each in found if each.alternative is None}
+    assert terms == {"joint elasticity", "position-dependent torque", "friction law", "friction drift"}
+
+
+def test_steps_of_a_size_add_up(sound):
+    turned = zeros.turned(sound, 1, (0, 1), 1.0, 0.3).refined(np.array([0.11]))
+    np.testing.assert_allclose(turned.reading.logs[0].zero, [0.0, 0.41, 0.0], rtol=1e-12)
+    later = delays.late(sound, (1,), (), 0.004).refined(np.array([0.003]))
+    np.testing.assert_allclose(later.reading.logs[1].delay, 0.007, rtol=1e-12)
+    assert "7 ms later" in later.words
+    assert "23 Hz" in later.words  # 1 / (2 pi 7 ms)
+    timed = clocks.timed(sound, (0,), 1.2).refined(np.array([0.05]))
+    np.testing.assert_allclose(timed.reading.logs[0].clock, 1.26, rtol=1e-12)
+    scaled = current_scales.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))
+    np.testing.assert_allclose(scaled.reading.logs[1].v_factor, [1.0, 1.0, -1.0 / 2.2], rtol=1e-12)
+    longer = lengths.stretched(sound, 2, 1.1).refined(np.array([0.1]))
+    np.testing.assert_allclose(longer.reading.stretch, [1.0, 1.0, 1.21], rtol=1e-12)
+
+
+def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):
+    tilt = next(each for each in found if each.family == "base")
+    value = np.array([0.05, -0.12])
+    other = tilt.alternative(value)
+    before, after = sound.structure.arm.gravity, other.reading.gravity
+    np.testing.assert_allclose(np.linalg.norm(after), np.linalg.norm(before), rtol=1e-12)
+    angle = np.arccos(before @ after / (before @ before))
+    np.testing.assert_allclose(angle, np.linalg.norm(value), rtol=1e-9)
+    np.testing.assert_allclose(other.value, np.rad2deg(angle), rtol=1e-9)
+    assert len(list(base.alternatives(sound))) == 25  # of 26 directions, one is the model's
+
+
+def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or_a_sign(sound, found):
+    zero = next(each for each in found if each.key == ("zero", (1,), (0, 1)))
+    small = Small(zero, Added(u=np.ones(40), value=np.array([0.06]), covariance=np.eye(1)))
+    assert small.near(zeros.turned(sound, 1, (0, 1), 1.0, 0.09))
+    assert not small.near(zeros.turned(sound, 1, (0, 1), 1.0, 0.06 + np.pi / 2))
+    assert not small.near(zeros.turned(sound, 1, (0, 1), -1.0, 0.06))
+    assert not small.near(zeros.turned(sound, 2, (0, 1), 1.0, 0.06))
+    assert not small.near(zeros.turned(sound, 1, (1,), 1.0, 0.06))
+    scale = next(each for each in found if each.key == ("current scale", (1,), (1,)))
+    small = Small(scale, Added(u=np.ones(40), value=np.array([0.2]), covariance=np.eye(1)))
+    assert small.near(current_scales.scaled(sound, (1,), (1,), 1.3))
+    assert not small.near(current_scales.scaled(sound, (1,), (1,), 1000.0))

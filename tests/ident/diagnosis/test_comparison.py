@@ -1,0 +1,237 @@
+"""Held-out predictions beside fits that are really made without a block; gains and z beside the formulas."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ident.diagnosis.comparison import (
+    BLOCKS,
+    Fits,
+    Score,
+    added,
+    fits_of,
+    free_fit,
+    gains,
+    held_out,
+    numbered_blocks,
+    regrouped,
+    z_of,
+)
+
+RIDGE = 1e-6
+"""Relative effect of a prior of 1e-9 on unit columns, which a residual feels times coefficients of up to a thousand."""
+
+
+class Made:
+    """Three joints in two logs with 2 x 20 blocks; joint 2 has too few rows to be fitted, others an uneven number."""
+
+    def __init__(self, seed: int = 3) -> None:
+        rng = np.random.default_rng(seed)
+        self.W, self.V, self.block = list[np.ndarray](), list[np.ndarray](), list[np.ndarray]()
+        for rows, p, size in ((130, 4, 0.3), (3, 4, 1.0), (171, 6, 7.0)):
+            block = np.sort(rng.integers(0, 2 * BLOCKS, rows))
+            W = rng.normal(size=(rows, p)) * rng.uniform(0.1, 30.0, p)
+            self.W.append(W)
+            self.block.append(block)
+            self.V.append(size * (W @ rng.normal(size=p) / 10.0 + rng.normal(size=rows) * (1.0 + block / 15.0)))
+        self.columns = [rng.normal(size=(len(V), 3)) * (0.4, 5.0, 90.0) for V in self.V]
+
+    @property
+    def fits(self) -> Fits:
+        parts = zip(self.W, self.V, self.block, strict=True)
+        return fits_of([held_out(free_fit(*each, 2 * BLOCKS)) if len(each[1]) > 3 else None for each in parts])
+
+    def squares(self, columns: list[np.ndarray | None]) -> np.ndarray:
+        """Sums of squares of joints 1 and 3 in each block, by a fit without it; columns share coefficients."""
+        m = next(each.shape[1] for each in columns if each is not None)
+        sigma = self.sigma()
+        found = np.zeros((3, 2 * BLOCKS))
+        widths = [self.W[0].shape[1], self.W[2].shape[1]]
+        for b in range(2 * BLOCKS):
+            rows, y = list[np.ndarray](), list[np.ndarray]()
+            for k, j in enumerate((0, 2)):
+                kept = self.block[j] != b
+                own = [self.W[j] if k == i else np.zeros((len(self.V[j]), widths[i])) for i in (0, 1)]
+                more = np.zeros((len(self.V[j]), m)) if columns[j] is None else columns[j]
+                rows.append(np.column_stack((*own, more))[kept] / sigma[j])
+                y.append(self.V[j][kept] / sigma[j])
+            X, Y = np.vstack(rows), np.concatenate(y)
+            size = np.linalg.norm(X, axis=0)
+            size[size == 0.0] = 1.0
+            x = np.linalg.lstsq(X / size, Y)[0] / size
+            at = 0
+            for k, j in enumerate((0, 2)):
+                own = self.block[j] == b
+                left = self.V[j][own] - self.W[j][own] @ x[at : at + widths[k]]
+                if columns[j] is not None:
+                    left = left - columns[j][own] @ x[sum(widths) :]
+                found[j, b] = left @ left
+                at += widths[k]
+        return found
+
+    def sigma(self) -> np.ndarray:
+        """Of the held-out residuals without columns, each joint alone."""
+        found = np.zeros(3)
+        for j in (0, 2):
+            total = 0.0
+            for b in range(2 * BLOCKS):
+                own = self.block[j] == b
+                x = np.linalg.lstsq(self.W[j][~own], self.V[j][~own])[0]
+                total += float(np.sum((self.V[j][own] - self.W[j][own] @ x) ** 2))
+            found[j] = np.sqrt(total / len(self.V[j]))
+        return found
+
+
+@pytest.fixture(scope="module")
+def made() -> Made:
+    return Made()
+
+
+def test_what_is_held_out_is_left_by_a_fit_that_has_not_seen_the_block(made):
+    score = made.fits.score
+    nothing = [np.zeros((len(V), 1)) for V in made.V]
+    np.testing.assert_allclose(score.squares, made.squares(nothing), rtol=RIDGE, atol=1e-12)
+    np.testing.assert_array_equal(score.rows[[0, 2]], [np.bincount(made.block[j], minlength=40) for j in (0, 2)])
+    assert not score.squares[1].any()
+    assert not score.rows[1].any()
+    np.testing.assert_allclose(made.fits.sigma, made.sigma(), rtol=RIDGE)
+
+
+def test_a_joint_with_dependent_columns_is_predicted_as_without_them(made):
+    W, V, block = made.W[0], made.V[0], made.block[0]
+    doubled = np.column_stack((W, W[:, 0] - 3.0 * W[:, 2], np.zeros(len(V))))
+    plain, other = (fits_of([held_out(free_fit(each, V, block, 40))]).score.squares for each in (W, doubled))
+    np.testing.assert_allclose(other, plain, rtol=1e-6)  # a prior of 1e-9 on each of unit columns
+
+
+@pytest.mark.parametrize("which", [[0], [1], [0, 1, 2]])
+@pytest.mark.parametrize("felt", [(0, 1, 2), (2,), (0,)])
+def test_columns_that_are_added_predict_each_block_as_fits_of_all_joints_without_it(made, which, felt):
+    columns = [each[:, which] if j in felt else None for j, each in enumerate(made.columns)]
+    found = added(made.fits, columns)
+    after = made.squares([each if j != 1 else None for j, each in enumerate(columns)])
+    before, sigma = made.fits.score.squares, made.sigma()
+    expected = sum(0.5 * (before[j] - after[j]) / sigma[j] ** 2 for j in (0, 2))
+    # Differences of sums of squares that are 10 000 times as large in units of sigma.
+    np.testing.assert_allclose(found.u, expected, rtol=1e-5, atol=1e-6)
+
+
+def test_coefficients_are_those_of_one_weighted_fit_of_all_joints(made):
+    sigma, widths = made.sigma(), [made.W[0].shape[1], made.W[2].shape[1]]
+    zeros = [[np.zeros((len(made.V[j]), w)) for w in widths] for j in (0, 2)]
+    zeros[0][0], zeros[1][1] = made.W[0], made.W[2]
+    X = np.vstack([np.column_stack((*zeros[k], made.columns[j])) / sigma[j] for k, j in enumerate((0, 2))])
+    Y = np.concatenate([made.V[j] / sigma[j] for j in (0, 2)])
+    found = added(made.fits, made.columns)
+    np.testing.assert_allclose(found.value, np.linalg.lstsq(X, Y)[0][-3:], rtol=1e-5)  # condition below 1e3
+    unit = np.linalg.inv(X.T @ X)[-3:, -3:]
+    size = np.sqrt(np.diag(unit))
+    # The deviation adds squares of scores of blocks, whose mean is that of white residuals: 1 + 1 of them.
+    ratio = np.diag(found.covariance) / size**2
+    assert (ratio > 1.3).all()
+    assert (ratio < 4.0).all()
+
+
+def test_a_deviation_grows_where_residuals_last_for_a_block():
+    one, other = (Made(seed=3) for _ in range(2))
+    rng = np.random.default_rng(8)
+    steps = rng.normal(size=40) * 3.0
+    slow = [np.sin(each[:, :1]) * 0.0 + rng.normal(size=40)[b][:, None] for each, b in zip(one.columns, one.block)]  # noqa: B905
+    for j in (0, 2):
+        other.V[j] = other.V[j] + 7.0 * steps[other.block[j]] * slow[j][:, 0] * np.sign(slow[j][:, 0])
+    ratio = []
+    for each in (one, other):
+        found = added(each.fits, slow)
+        white = 1.0 / sum(np.sum(each.fits.parts[j].fit.without(slow[j] / each.sigma()[j]) ** 2) for j in (0, 2))
+        ratio.append(float(found.covariance[0, 0]) / white)
+    assert ratio[1] > 2.0 * ratio[0]
+
+
+def test_columns_that_the_model_knows_add_nothing(made):
+    known = [W @ np.ones((W.shape[1], 1)) for W in made.W]
+    assert added(made.fits, known) is None
+    assert added(made.fits, [None, None, None]) is None
+    assert added(made.fits, [np.zeros((len(V), 1)) for V in made.V]) is None
+    assert added(made.fits, [None, made.columns[1], None]) is None  # of the joint that has no fit
+
+
+def test_blocks_are_twentieths_of_each_log_whatever_rows_are_left_out():
+    motion = np.array([0, 0, 0, 0, 1, 1, 1, 1])
+    position = np.array([0, 9, 10, 199, 0, 2, 39, 45])
+    # 10 rows a block in a log of 200, 2 in one of 40; a row beyond the end is of the last block
+    expected = [0, 0, 1, 19, 20, 21, 39, 39]
+    np.testing.assert_array_equal(numbered_blocks(motion, position, [200, 40]), expected)
+
+
+def score(rng: np.random.Generator, joints: int = 2) -> Score:
+    return Score(rng.uniform(0.5, 9.0, (joints, 40)), rng.integers(3, 30, (joints, 40)).astype(float))
+
+
+def test_the_gain_of_a_block_is_the_difference_of_normal_log_densities(rng):
+    one, other = score(rng), score(rng)
+    other = replace(other, squares=0.1 * other.squares, rows=one.rows)
+    expected = np.zeros(40)
+    for j in range(2):
+        for log in range(2):
+            own = slice(20 * log, 20 * (log + 1))
+            for sign, each in ((-1.0, one), (1.0, other)):
+                variance = each.squares[j, own].sum() / each.rows[j, own].sum()
+                density = (
+                    -0.5 * each.rows[j, own] * np.log(2.0 * np.pi * variance) - 0.5 * each.squares[j, own] / variance
+                )
+                expected[own] += sign * density
+    np.testing.assert_allclose(gains(one, other), expected, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(gains(other, one), -expected, rtol=1e-10, atol=1e-10)
+    np.testing.assert_array_equal(gains(one, one), np.zeros(40))
+
+
+def test_the_gain_does_not_depend_on_the_unit_of_a_joint_or_a_log(rng):
+    one, other = score(rng), score(rng)
+    unit = np.repeat([[2.0, 1e6], [0.03, 7.0]], 20, axis=1)
+    scaled = [replace(each, squares=unit**2 * each.squares) for each in (one, other)]
+    np.testing.assert_allclose(gains(*scaled), gains(one, other), rtol=1e-9, atol=1e-9)
+
+
+def test_rows_that_a_reading_leaves_out_are_no_gain(rng):
+    one = score(rng)
+    fewer = replace(one, squares=0.5 * one.squares, rows=0.5 * one.rows)  # as much a row
+    np.testing.assert_allclose(gains(one, fewer).sum(), 0.0, atol=1e-9)
+
+
+def test_joints_that_either_reading_explains_to_the_last_digit_or_not_at_all_gain_nothing(rng):
+    one, other = score(rng), score(rng)
+    exact = replace(other, squares=np.where([[True], [False]], 0.0, other.squares))
+    np.testing.assert_allclose(
+        gains(one, exact),
+        gains(*(replace(each, squares=each.squares[1:], rows=each.rows[1:]) for each in (one, exact))),
+    )
+
+
+def test_a_gross_fault_is_as_sure_where_its_residual_varies_much_between_blocks(rng):
+    sound = replace(score(rng), rows=np.full((2, 40), 20.0))
+    wrong = replace(sound, squares=1e6 * sound.squares * rng.lognormal(0.0, 1.6, 40))
+    assert z_of(gains(wrong, sound)) > 20.0  # gains of log(1000) a row beside some ten per cent of scatter
+
+
+def test_z_is_the_sum_of_gains_over_its_standard_error():
+    u = np.array([3.0, -1.0, 4.0, 0.5])
+    # By hand: sum 6.5, mean 1.625; squares 1.890625 + 6.890625 + 5.640625 + 1.265625 = 15.6875, times 4/3.
+    np.testing.assert_allclose(z_of(u), 6.5 / np.sqrt(15.6875 * 4.0 / 3.0), rtol=1e-12)
+    np.testing.assert_allclose(z_of(-u), -z_of(u), rtol=1e-12)
+    assert z_of(np.concatenate((u, np.zeros(9)))) == z_of(u)  # blocks without rows
+    assert z_of(np.array([7.0])) == 0.0
+    assert z_of(np.array([7.0, 7.0])) == 0.0
+    assert z_of(np.zeros(40)) == 0.0
+
+
+def test_a_score_of_exchanged_and_scaled_currents_is_told_by_the_columns_of_the_log(rng):
+    found = score(rng, 3)
+    orders, units = [np.array([0, 1, 2]), np.array([2, 0, 1])], [np.ones(3), np.array([10.0, -0.5, 4.0])]
+    told = regrouped(found, orders, units)
+    # In log 2 joint 1 was read from column 3 times 10, joint 2 from column 1 times -0.5, joint 3 from column 2 times 4.
+    np.testing.assert_array_equal(told.squares[:, :20], found.squares[:, :20])
+    np.testing.assert_array_equal(told.rows[:, :20], found.rows[:, :20])
+    for joint, (column, unit) in enumerate(((2, 10.0), (0, -0.5), (1, 4.0))):
+        np.testing.assert_allclose(told.squares[column, 20:], found.squares[joint, 20:] / unit**2, rtol=1e-14)
+        np.testing.assert_array_equal(told.rows[column, 20:], found.rows[joint, 20:])

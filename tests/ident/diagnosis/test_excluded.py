@@ -1,0 +1,102 @@
+"""What logs exclude: faults of the size that is told are surely worse, and smaller ones are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from consistency_logs import doubted
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+
+from ident.diagnosis.comparison import Score, gains, z_of
+from ident.diagnosis.engine import SHOWN, Survey, compared, survey
+from ident.diagnosis.excluded import SIZES, SURELY_WORSE, bound, exclusions, untold
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.screen import Screened
+
+
+@pytest.fixture(scope="module")
+def logs(ur) -> Logs:
+    return doubted(ur, known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE))
+
+
+@pytest.fixture(scope="module")
+def seen(logs) -> Survey:
+    return survey(logs)
+
+
+def direction(seen: Survey, family: str, joints: tuple[int, ...]):
+    return next(
+        each for each in seen.directions if each.family == family and each.joints == joints and each.logs == (0, 1)
+    )
+
+
+@pytest.mark.parametrize(("family", "joints"), [("zero", (1,)), ("zero", (2,)), ("delay", ()), ("clock", ())])
+def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(logs, seen, family, joints):
+    found = direction(seen, family, joints)
+    size = bound(logs.model.fits, found)
+    assert size is not None
+    for sign in (1.0, -1.0):
+        # Read in full and observed again: the first order errs by a tenth, of a delay, which lacks steps, by more.
+        more = 1.4 if family == "delay" else 1.1
+        full = compared(logs, found.alternative(np.array([more * sign * size])))
+        assert full.gain < 0.0
+        assert full.z < -SHOWN
+    part = [compared(logs, found.alternative(np.array([0.4 * sign * size]))).z for sign in (1.0, -1.0)]
+    assert max(part) > -SHOWN
+
+
+def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_is_sure(logs, seen):
+    found = direction(seen, "zero", (1,))
+    size = bound(logs.model.fits, found)
+    assert np.isclose(size / found.largest, SIZES).any()
+
+    def worst(x: float) -> float:
+        z = []
+        for sign in (1.0, -1.0):
+            squares = [np.zeros((6, 40)), np.zeros((6, 40))]
+            for j, part in enumerate(logs.model.fits.parts):
+                e = part.fit.residual[:, None]
+                for k, left in enumerate((e, e - sign * x * part.fit.without(found.columns[j]))):
+                    squares[k][j] = np.sum(part.predicted(left) ** 2, axis=(1, 2))
+            z.append(z_of(gains(*(Score(each, logs.model.fits.score.rows) for each in squares))))
+        return max(z)
+
+    step = SIZES[1] / SIZES[0]
+    assert worst(size) < -SHOWN
+    assert worst(size / step) > -SHOWN
+
+
+def test_a_column_of_no_size_excludes_nothing(logs, seen):
+    found = direction(seen, "zero", (1,))
+    faint = replace(found, columns=tuple(None if each is None else 1e-6 * each for each in found.columns))
+    assert bound(logs.model.fits, faint) is None
+
+
+def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
+    found = {each.family: each for each in exclusions(seen) if each.limit is not None}
+    zeros = found["zero"]
+    limits = [bound(logs.model.fits, direction(seen, "zero", (j,))) for j in zeros.joints]
+    np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
+    assert zeros.unit == "degrees"
+    assert zeros.sentence == f"zeros of q2 to q5 beyond {zeros.limit:g} degrees"
+    assert found["delay"].sentence.startswith("delays beyond ")
+
+
+def gross(seen: Survey, *losses: float) -> Survey:
+    return replace(
+        seen, gross=tuple(Screened(seen.gross[k].alternative, np.array([-x, 0.0, 0.0])) for k, x in enumerate(losses))
+    )
+
+
+def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not(seen):
+    first = seen.gross[0].alternative
+    found = exclusions(gross(seen, 1.01 * SURELY_WORSE))
+    assert f"another {first.family}" in [each.sentence for each in found]
+    found = exclusions(gross(seen, 0.99 * SURELY_WORSE))
+    assert not any("another" in each.sentence for each in found)
+
+
+def test_what_a_vertical_axis_hides_is_said_of_its_joint(seen):
+    said = list(untold(seen))
+    assert "zero of q1" in said
+    assert not any(each.endswith(" of q2") for each in said)

@@ -1,0 +1,111 @@
+"""Readings on few instants: what each leaves beside a plain fit, and the true one of a corrupted log first."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from consistency_logs import doubted
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from log_faults import FAULTS
+
+from ident.diagnosis.catalog import FAMILIES
+from ident.diagnosis.catalog.current_scales import scaled
+from ident.diagnosis.catalog.zeros import turned
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reading import as_logged
+from ident.diagnosis.screen import Screen, screened
+from ident.recording import Recording
+from ident.regressor import regressor
+
+GROSS = ("q3 negated in one log", "zero of q4 a quarter off", "columns v2 and v3 exchanged")
+
+
+def test_what_is_left_is_what_least_squares_with_every_column_leaves(sound):
+    screen, reading = Screen(sound), as_logged(sound.structure.arm, 2)
+    order = np.array([0, 2, 1])
+    reading = reading.changed(
+        (1,), zero=np.array([0.0, 0.4, 0.0]), q_factor=np.array([1.0, 1.0, -1.0]), clock=1.25, v_order=order,
+        v_factor=np.array([1.0, 3.0, -0.5]),
+    )  # fmt: skip
+    left, rows = screen.left(reading)
+    bare, loaded = screen.at
+    parts = [
+        regressor(sound.structure.arm, bare.q, bare.dq, bare.ddq),
+        regressor(
+            sound.structure.arm, loaded.q * [1, 1, -1] + [0, 0.4, 0], loaded.dq * [1, 1, -1] / 1.25,
+            loaded.ddq * [1, 1, -1] / 1.25**2,
+        ),
+    ]  # fmt: skip
+    for j in range(3):
+        arm = np.vstack([part[at.moving[:, j], j] for part, at in zip(parts, screen.at, strict=True)])
+        first = int(bare.moving[:, j].sum())
+        again = arm[:, [*sound.structure.payload_columns, *(14 * j + np.array([11, 12, 13]))]].copy()
+        again[:first] = 0.0
+        V = np.concatenate(
+            [bare.v[bare.moving[:, j], j], loaded.v[loaded.moving[:, j], order[j]] * (1.0, 3.0, -0.5)[j]]
+        )
+        W = np.hstack((arm, again))
+        size = np.linalg.norm(W, axis=0)
+        W = W[:, size > 1e-9 * size.max()] / size[size > 1e-9 * size.max()]
+        U, s, _ = np.linalg.svd(W, full_matrices=False)
+        U = U[:, s > 1e-7 * s[0]]
+        residual = V - U @ (U.T @ V)
+        freedom = len(V) - U.shape[1]
+        for log, own, column, unit in (
+            (0, slice(0, first), j, 1.0), (1, slice(first, None), order[j], (1.0, 3.0, -0.5)[j])
+        ):  # fmt: skip
+            expected = np.mean(residual[own] ** 2) / unit**2 * len(V) / freedom
+            # Two factorisations, one through normal equations with a prior of 1e-10: a column more or less is 1 %.
+            np.testing.assert_allclose(left[column, log], expected, rtol=0.05)
+            count = len(residual[own]) * freedom / len(V)
+            np.testing.assert_allclose(rows[column, log], count, rtol=0.02)
+
+
+@pytest.fixture(scope="module")
+def six(ur) -> Logs:
+    return wrong_logs(ur, "")
+
+
+def wrong_logs(ur, fault: str) -> Logs:
+    logs: tuple[Recording, ...] = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE)
+    return doubted(ur, FAULTS[fault].put(*logs) if fault else logs)
+
+
+@pytest.mark.parametrize("fault", GROSS)
+def test_the_true_reading_of_a_corrupted_log_is_among_the_first(ur, fault):
+    logs = wrong_logs(ur, fault)
+    found = screened(Screen(logs), [each for family in FAMILIES.values() for each in family.alternatives(logs)])
+    words = [each.alternative.words for each in found[:2]]  # two of one kind may be the same on one motion
+    assert any(FAULTS[fault].words in each for each in words), words
+    gains = [float(each.gain.sum()) for each in found]
+    assert gains == sorted(gains, reverse=True)
+
+
+def test_no_reading_of_a_sound_log_is_worth_a_comparison(six):
+    found = screened(Screen(six), [each for family in FAMILIES.values() for each in family.alternatives(six)])
+    assert found[0].gain.sum() < 8.0
+
+
+def test_a_score_counts_each_log_in_its_own_unit(sound):
+    reading = scaled(sound, (1,), (), 1000.0).reading
+    unit = replace(as_logged(sound.structure.arm, 2))
+    thousand = [
+        sound.recordings[0],
+        Recording(sound.recordings[1].t, sound.recordings[1].q, 1e3 * sound.recordings[1].v),
+    ]
+    other = Screen(doubted(sound.structure, thousand))
+    # What was logged a thousand times, and is read so, leaves a million times the squares of that log alone.
+    one, two = Screen(sound).left(unit)[0], other.left(reading)[0]
+    np.testing.assert_allclose(two, one * [1.0, 1e6], rtol=1e-6)
+
+
+def test_each_log_is_looked_at_once_a_reading(sound, monkeypatch):
+    asked = list[int]()
+    own = Screen._found
+    monkeypatch.setattr(Screen, "_found", lambda self, k, how, arm: asked.append(k) or own(self, k, how, arm))
+    screen, given = Screen(sound), as_logged(sound.structure.arm, 2)
+    for joint in (0, 1):
+        alternative = turned(sound, joint, (1,), -1.0, 0.0)
+        screen.left(replace(alternative.reading, logs=(given.logs[0], alternative.reading.logs[1])))
+    screen.left(given)
+    assert sorted(asked) == [0, 1, 1, 1]  # two readings of the loaded log, and itself

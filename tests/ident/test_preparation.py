@@ -1,0 +1,143 @@
+"""The one door: what is checked, repaired and left out of logs by how far they are trusted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from consistency_logs import LOOSE, logs_of
+from known_logs import BRICK
+from real_friction import Truth
+
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
+from ident.errors import NotIdentifiable, RecordingError
+from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.observation import ObserveOptions
+from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, Recorded, joined, prepare, spoilt_samples
+from ident.recording import Recording
+
+
+@pytest.fixture
+def logs() -> list[Recording]:
+    return logs_of(Truth())
+
+
+def prepared(axes, bare: Recording, loaded: Recording, policy=KNOWN) -> Prepared:
+    return prepare((Recorded(bare), Recorded(loaded, BRICK)), axes, gains=LOOSE, policy=policy)
+
+
+def gains(found: Prepared) -> np.ndarray:
+    return 1.0 / joint_by_joint_gains(found.problem, JointByJointOptions()).solution.inverse
+
+
+def with_v(log: Recording, v: np.ndarray) -> Recording:
+    return Recording(log.t, log.q, v, log.name)
+
+
+def test_sound_logs_are_used_as_they_are_whatever_the_policy(axes, logs):
+    found = [prepared(axes, *logs, policy=policy) for policy in (DOUBTED, KNOWN, SIMULATED)]
+    for each in found:
+        assert [motion.recording is log for motion, log in zip(each.motions, logs, strict=True)] == [True, True]
+        assert each.diagnoses == ()
+    np.testing.assert_array_equal(gains(found[0]), gains(found[2]))
+
+
+def test_logs_of_a_simulator_are_not_repaired(axes, logs):
+    q = logs[1].q.copy()
+    q[900:, 1] += 2.0 * np.pi
+    turned = Recording(logs[1].t, q, logs[1].v, "loaded")
+    found = prepared(axes, logs[0], turned)
+    (done,) = found.diagnoses
+    assert (done.name, done.severity, done.logs) == ("wrapped", Severity.WEAK, ("loaded",))
+    np.testing.assert_allclose(found.motions[1].recording.q, logs[1].q, atol=1e-12)
+    np.testing.assert_allclose(gains(found), gains(prepared(axes, *logs)), rtol=1e-9)
+    raw = prepared(axes, logs[0], turned, policy=SIMULATED)
+    assert raw.motions[1].recording is turned
+    assert raw.diagnoses == ()
+
+
+def test_a_log_with_a_gap_is_used_in_parts_of_one_mounting(axes, logs):
+    bare, loaded = logs
+    kept = np.r_[0:1100, 1300 : len(loaded.t)]
+    torn = Recording(loaded.t[kept], loaded.q[kept], loaded.v[kept], "loaded")
+    found = prepared(axes, bare, torn)
+    assert [each.recording.name for each in found.motions] == ["bare", "loaded, part 1", "loaded, part 2"]
+    assert [each.payload for each in found.motions] == [None, BRICK, BRICK]
+    assert found.problem.payloads == (BRICK,)
+    assert len(found.diagnoses) == 1
+
+
+@pytest.mark.parametrize("fault", ["clipped", "frozen"])
+def test_spoilt_samples_are_left_out_of_the_gains(axes, logs, fault):
+    bare, loaded = logs
+    v = loaded.v.copy()
+    if fault == "clipped":
+        v[:, 1] = np.clip(v[:, 1], *(0.75 * np.array([v[:, 1].min(), v[:, 1].max()])))
+    else:
+        v[700:1150, 1] = v[700, 1]
+    wrong = with_v(loaded, v)
+    sound, raw = gains(prepared(axes, bare, loaded)), gains(prepared(axes, bare, wrong, policy=SIMULATED))
+    mended = prepared(axes, bare, wrong)
+    assert {each.name for each in mended.diagnoses} == {"clipping" if fault == "clipped" else "frozen"}
+    assert all(each.severity is Severity.WRONG and each.joints == (1,) for each in mended.diagnoses)
+    error, left = abs(raw[1] / sound[1] - 1.0), abs(gains(mended)[1] / sound[1] - 1.0)
+    assert error > 0.04
+    assert left < 0.35 * error  # fewer rows are noisier, by a per cent or two
+    others = [0, 2]
+    np.testing.assert_allclose(gains(mended)[others], sound[others], rtol=1e-12)  # each joint has its own rows
+
+
+def test_samples_are_left_out_by_what_was_found_alone(logs):
+    v = logs[1].v.copy()
+    v[700:1150, 1] = v[700, 1]
+    frozen = with_v(logs[1], v)
+    assert spoilt_samples(frozen, set()) is None
+    assert spoilt_samples(frozen, {"clock", "noise"}) is None
+    at = spoilt_samples(frozen, {"frozen", "clipping"})
+    np.testing.assert_array_equal(np.flatnonzero(at[:, 1]), np.arange(700, 1150))
+    assert not at[:, [0, 2]].any()
+
+
+def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):
+    again = replace(logs[0], name="again")
+    motions = (Recorded(logs[0]), Recorded(again))
+    with pytest.raises(NotIdentifiable, match="bare and again hold the same motion"):
+        prepare(motions, axes, policy=DOUBTED)
+    assert len(prepare(motions, axes, policy=KNOWN).motions) == 2
+    assert len(prepare(motions, axes, policy=SIMULATED).motions) == 2
+
+
+@pytest.mark.parametrize("policy", [DOUBTED, SIMULATED])
+def test_a_log_that_cannot_be_of_the_arm_is_refused_whatever_the_policy(axes, logs, policy):
+    bare, loaded = logs
+    two = Recording(bare.t, bare.q[:, :2], bare.v[:, :2], "two")
+    with pytest.raises(RecordingError, match="two: 2 joints, but robot"):
+        prepared(axes, two, loaded, policy=policy)
+    degrees = Recording(bare.t, np.rad2deg(bare.q), bare.v, "bare")
+    with pytest.raises(RecordingError, match="the log looks like degrees"):
+        prepared(axes, degrees, loaded, policy=policy)
+
+
+def test_logs_that_are_ready_are_compared_as_they_were_observed(axes, logs):
+    found = prepared(axes, *logs)
+    ready = found.logs()
+    assert ready.problem is found.problem
+    assert ready.names == ("bare", "loaded")
+    assert ready.observing == ObserveOptions()
+
+
+def test_what_several_places_say_is_joined_the_worst_first():
+    one, two = (Diagnosis(name=name, severity=Severity.WRONG, sentence=name) for name in "ab")
+    weak = Diagnosis(name="c", severity=Severity.WEAK, sentence="c")
+    excluded = Exclusion(family="zero", sentence="zeros")
+    found = joined(
+        Diagnosed(diagnoses=(weak, one), untold=("x",)), Diagnosed(diagnoses=(two, one), excluded=(excluded,))
+    )
+    assert [each.name for each in found.diagnoses] == ["a", "b", "c"]
+    assert (found.excluded, found.untold) == ((excluded,), ("x",))
+
+
+def test_spikes_are_refused_by_the_row_they_are_in(axes, logs):
+    v = logs[1].v.copy()
+    v[300::170, 1] += 60.0 * np.std(v[:, 1])
+    with pytest.raises(RecordingError, match=r"loaded: v2 = .* at row 301, .*; 13 such samples"):
+        prepared(axes, logs[0], with_v(logs[1], v))

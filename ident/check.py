@@ -8,6 +8,7 @@ from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.excitation import excitation, predicted_rel_std
 from ident.diagnosis.friction_sign import friction_sign
+from ident.diagnosis.gains import symptoms
 from ident.diagnosis.logs import observed_logs
 from ident.diagnosis.reach import beyond_reach
 from ident.diagnosis.samples import FILTERED, SAMPLE_CHECKS
@@ -20,7 +21,7 @@ from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import check_joints
-from ident.preparation import Recorded, spoilt_samples
+from ident.preparation import Recorded, joined, spoilt_samples
 from ident.problem import Motion, Problem
 from ident.recording import Recording
 from ident.recording_repairs import repaired
@@ -108,7 +109,8 @@ def check(
         except IdentificationError:
             estimate = None  # what is wrong with the logs is said all the same
     doubts = diagnose(observed_logs([each.recording for each in used], problem, observing), estimate, _estimate)
-    return Checked(logs=tuple(logs), found=replace(doubts, diagnoses=worst_first([*doubts.diagnoses, *found])))
+    told = joined(doubts, Diagnosed(diagnoses=tuple(found)))
+    return Checked(logs=tuple(logs), found=told if estimate is None else joined(told, symptoms(estimate, told)))
 
 
 def _estimate(problem: Problem) -> GainEstimate:
@@ -124,16 +126,18 @@ def _estimate(problem: Problem) -> GainEstimate:
 def _limits(structure: Structure, parts: Sequence[Recording]) -> list[Diagnosis]:
     """Joints of a log that are where the model's cannot be."""
     beyond = sorted({j for part in parts for j in beyond_reach(structure.arm, part)})
+    if not beyond:
+        return []
+    listed = ", ".join(f"q{j + 1}" for j in beyond)
     return [
         Diagnosis(
             name="joint limits",
             severity=Severity.WRONG,
-            sentence=f"q{j + 1} is beyond the limits of {structure.arm.joint_names[j]}",
+            sentence=f"{listed} {'is' if len(beyond) == 1 else 'are'} beyond the model's limits",
             advice="check units (degrees, motor side), zeros and the model's limits",
-            joints=(j,),
+            joints=tuple(beyond),
             logs=(parts[0].name,),
         )
-        for j in beyond
     ]
 
 

@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 
 from ident.arm import Arm
 from ident.arrays import Array
-from ident.diagnosis.autocorrelation import autocorrelation
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from ident.diagnosis.gains import gain_diagnoses
+from ident.diagnosis.gains import symptoms
 from ident.diagnosis.link_masses import link_mass_consistency
 from ident.errors import Contradiction, IdentificationError
 from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
@@ -17,7 +16,7 @@ from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import check_load
-from ident.preparation import DOUBTED, Policy, Prepared, Recorded, joined, prepare
+from ident.preparation import DOUBTED, Policy, Recorded, joined, prepare, raise_for, refusal_of
 from ident.problem import Problem
 from ident.recording import Recording
 from ident.structure import Structure
@@ -105,32 +104,12 @@ def identify_motions(
         found = diagnose(prepared.logs(), estimate, again)
     else:
         found = lacking(prepared.problem, estimate, prepared.logs())
-    alone = [*gain_diagnoses(estimate), autocorrelation(estimate)]
-    alone += [] if links is None else [link_mass_consistency(prepared.problem, estimate, links)]
-    symptoms = Diagnosed(diagnoses=tuple(each for each in alone if each is not None))
-    found = joined(Diagnosed(diagnoses=prepared.diagnoses), found, symptoms)  # a cause before what it makes of a gain
+    found = joined(Diagnosed(diagnoses=prepared.diagnoses), found)
+    found = joined(found, symptoms(estimate, found))  # a cause before what it makes of a gain
+    weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
+    found = joined(found, more=() if weight is None else (weight,))
     kept = without_spoilt(estimate, found.diagnoses)
     return Identification(kept, estimate.remarks + prepared.notes, found)
-
-
-def raise_for(prepared: Prepared, found: Diagnosed) -> None:
-    """Refuse logs as a whole if something is wrong with them.
-
-    Raises:
-        Contradiction: Naming the worst.
-    """
-    wrong = [each for each in (*found.diagnoses, *prepared.diagnoses) if each.severity is Severity.WRONG]
-    if wrong:
-        raise Contradiction(refusal_of(wrong))
-
-
-def refusal_of(wrong: Sequence[Diagnosis]) -> str:
-    """One line on what is wrong with logs, the worst first."""
-    worst = wrong[0]
-    rivals = f" (or {' or '.join(worst.rivals[:2])})" if worst.rivals else ""
-    more = f"; {len(wrong) - 1} more with rx90 check" if len(wrong) > 1 else ""
-    advice = f"; {worst.advice}" if worst.advice else ""
-    return f"{worst.sentence}{rivals}{advice}{more}"
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:
@@ -146,7 +125,7 @@ def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> Ga
             gain = joints[j]
             if isinstance(gain, IdentifiedGain):
                 joints[j] = RefusedGain(
-                    joint=gain.joint, reason=refusal_of([each]), predicted_rel_std=gain.predicted_rel_std
+                    joint=gain.joint, reason=each.sentence, predicted_rel_std=gain.predicted_rel_std
                 )
     if wrong and not any(isinstance(each, IdentifiedGain) for each in joints):
         raise Contradiction(refusal_of(wrong))

@@ -7,9 +7,11 @@ import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Mask
+from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.logs import Logs, observed_logs
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
+from ident.errors import Contradiction, RecordingError
 from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
@@ -104,6 +106,7 @@ def prepare(
 
     Raises:
         RecordingError: If a log cannot be one of this arm, naming what it looks like.
+        Contradiction: If its positions are out of reach, naming the fault that explains it.
         NotIdentifiable: If two logs are one.
     """
     structure = robot if isinstance(robot, Structure) else structure_of(robot)
@@ -124,13 +127,14 @@ def prepare(
             parts = (each.recording,)
         used += [replace(each, recording=part) for part in parts]
     names = {found.name for found in diagnoses}
-    for each in used:
-        check_positions(structure.arm, each.recording)
+    beyond = _out_of_reach(used, structure.arm)
+    if beyond is not None and not policy.doubt:
+        raise beyond
     observed = tuple(
         Motion(observe(each.recording, structure, observing, spoilt_samples(each.recording, names)), each.payload)
         for each in used
     )
-    return Prepared(
+    prepared = Prepared(
         motions=tuple(used),
         problem=Problem(structure, observed, gains),
         observing=observing,
@@ -138,6 +142,40 @@ def prepare(
         diagnoses=worst_first(diagnoses),
         notes=tuple(note for motion in observed for note in motion.observation.notes),
     )
+    if beyond is not None:
+        raise_for(prepared, diagnose(prepared.logs()))
+        raise beyond
+    return prepared
+
+
+def _out_of_reach(motions: Sequence[Recorded], arm: Arm) -> RecordingError | None:
+    """Why positions of a log are none of the arm, None where they may be."""
+    try:
+        for each in motions:
+            check_positions(arm, each.recording)
+    except RecordingError as error:
+        return error
+    return None
+
+
+def raise_for(prepared: Prepared, found: Diagnosed) -> None:
+    """Refuse logs as a whole if something is wrong with them.
+
+    Raises:
+        Contradiction: Naming the worst.
+    """
+    wrong = [each for each in (*found.diagnoses, *prepared.diagnoses) if each.severity is Severity.WRONG]
+    if wrong:
+        raise Contradiction(refusal_of(wrong))
+
+
+def refusal_of(wrong: Sequence[Diagnosis]) -> str:
+    """One line on what is wrong with logs, the worst first."""
+    worst = wrong[0]
+    rivals = f" (or {' or '.join(worst.rivals[:2])})" if worst.rivals else ""
+    more = f"; {len(wrong) - 1} more with rx90 check" if len(wrong) > 1 else ""
+    advice = f"; {worst.advice}" if worst.advice else ""
+    return f"{worst.sentence}{rivals}{advice}{more}"
 
 
 def seen_in_samples(recording: Recording, observing: ObserveOptions, *, skip: set[str]) -> list[Diagnosis]:

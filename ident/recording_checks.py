@@ -62,6 +62,16 @@ def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
         raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
 
 
+def check_clock(recording: Recording, *, t_unit: str | None = None) -> None:
+    """Refuse a recording whose time is in other units; arguments as `check_log`.
+
+    Raises:
+        RecordingError: Naming the unit that it looks like.
+    """
+    for fault in _clock_faults(recording, t_unit):
+        raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
+
+
 def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[Diagnosis]:
     """Everything of a recording that no robot can have, channel by channel, the clock first."""
     yield from _clock_faults(recording, t_unit)

@@ -15,7 +15,7 @@ from ident.logs.notes import notes_of
 from ident.logs.resolution import Resolved, resolved
 from ident.logs.units import ISO
 from ident.recording import Recording
-from ident.recording_checks import check_log
+from ident.recording_checks import check_clock, check_log
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +60,18 @@ def read_log(path: str | Path, description: LogDescription) -> Log:
         RecordingError: As `read_recording`.
     """
     log = read_unchecked(path, description)
-    said = log.read.description.t.unit
-    check_log(log.recording, t_unit=said[0] if said and description.t.unit and said[0] != ISO else None)
+    check_log(log.recording, t_unit=_said_unit(log, description))
+    return log
+
+
+def read_unrepaired(path: str | Path, description: LogDescription) -> Log:
+    """Read a recording that `ident.preparation` checks once it has repaired what needs no guess.
+
+    Raises:
+        RecordingError: As `read_recording`, but for what jumps.
+    """
+    log = read_unchecked(path, description)
+    check_clock(log.recording, t_unit=_said_unit(log, description))
     return log
 
 
@@ -81,6 +91,12 @@ def read_unchecked(path: str | Path, description: LogDescription) -> Log:
     table = format_of(path).read(path, request_of(description, chosen))
     recording = converted(path, table, found[0].description)
     return Log(recording, found[0], notes_of(found[0]))
+
+
+def _said_unit(log: Log, description: LogDescription) -> str | None:
+    """The unit that time is said to have; None where nothing is said, or it is a date."""
+    said = log.read.description.t.unit
+    return said[0] if said and description.t.unit and said[0] != ISO else None
 
 
 def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str]], Chosen]) -> Request:

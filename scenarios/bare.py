@@ -8,14 +8,13 @@ from ident.cross_validation import JointPrediction, predicted
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimators.nls import AllJointsOptions
-from ident.identification import raise_for
 from ident.if_loaded import ExpectedGain, expected_if_loaded
 from ident.known_gains import KnownGains
 from ident.observation import ObserveOptions
 from ident.off_ratios import OffRatio, off_ratios
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.preparation import Recorded, joined, prepare
+from ident.preparation import Recorded, joined, prepare, raise_for
 from ident.structure import Structure
 
 

@@ -6,6 +6,7 @@ whose coefficient is its parameter; with a value it becomes an alternative that 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import PurePath
 
 import numpy as np
 
@@ -89,7 +90,14 @@ def scopes(logs: int) -> list[tuple[int, ...]]:
 
 def in_logs(words: str, logs: Sequence[int], names: Sequence[str]) -> str:
     """What is so in some logs of all."""
-    return words if len(logs) == len(names) else f"{words} in {' and '.join(names[k] for k in logs)} alone"
+    short = names_apart(names)
+    return words if len(logs) == len(names) else f"{words} in {' and '.join(short[k] for k in logs)} alone"
+
+
+def names_apart(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of files without their folders, where these do not tell them apart."""
+    short = tuple(PurePath(name).name for name in names)
+    return short if len(set(short)) == len(set(names)) else tuple(names)
 
 
 def in_rows(parts: Sequence[Sequence[Array]], logs: Sequence[int], joints: Sequence[int] | None = None):

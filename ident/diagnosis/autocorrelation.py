@@ -39,7 +39,7 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
         severity=Severity.WEAK if size > MUCH else Severity.GOOD,
         sentence=f"joint {worst + 1}: residuals are autocorrelated (lag 1: {lag:.2f}); the standard deviation that "
         f"accounts for it {accounted} {size:.2g} times that of white residuals",
-        advice="a better model would tell more than longer motions" if size > MUCH else None,
+        advice="refine the model" if size > MUCH else None,
         joints=(worst,),
         value=size,
         unit="times",

@@ -23,6 +23,8 @@ from ident.estimate import GainEstimate, IdentifiedGain
 from ident.problem import Problem
 from ident.uncertainty.cautious import cautious
 
+NAMED = 2
+"""Joints whose effects a sentence names; of more, the worst."""
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
 NO_RESULT = 10.0
@@ -81,7 +83,7 @@ def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate |
     return Diagnosis(
         name=alternative.family,
         severity=severity_of(effects),
-        sentence=f"{alternative.words}{_consequence(effects, ratios=base is None)}",
+        sentence=f"{alternative.words}{_consequence(effects, 'ratios of gains' if base is None else 'gains')}",
         advice=alternative.advice,
         joints=alternative.joints,
         logs=tuple(logs.names[k] for k in alternative.logs) if len(alternative.logs) < len(logs.names) else (),
@@ -97,20 +99,25 @@ def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate |
 def _effects(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | None) -> tuple[Effect, ...]:
     """What a fault does to the gains: by the influence of the rows if it is small, by another estimate if not.
 
-    Without gains it is what a small fault does to their ratios, and a gross one to the currents.
+    Without gains, or where no joint has one, it is what a small fault does to their ratios, and a gross one to the
+    currents.
     """
     assert fault.compared is not None, "a fault of the logs"
     small = fault.small
     if small is not None and fault.before is seen.logs and small.within:
         if base is not None:
-            return base.effects(base.stacked(small.direction.columns) @ small.found.value)
-        if seen.fit is not None:
-            return tuple(_of_ratios(seen.fit, small))
+            moved = base.effects(base.stacked(small.direction.columns) @ small.found.value)
+        else:
+            moved = () if seen.fit is None else tuple(_of_ratios(seen.fit, small))
+        if moved:
+            return moved
     if base is not None and again is not None:
         try:
-            return tuple(_between(base.estimate, again(fault.compared.logs.problem)))
+            moved = tuple(_between(base.estimate, again(fault.compared.logs.problem)))
         except IdentificationError:
-            pass  # nothing to hold the gains against: by the currents
+            moved = ()  # nothing to hold the gains against
+        if moved:
+            return moved
     logs = seen.logs
     before, after = (each.model.fits.score for each in (fault.before, fault.compared.logs))
     order = fault.compared.alternative.reading.logs[-1].v_order
@@ -120,7 +127,7 @@ def _effects(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | 
 
 
 def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
-    """Error of each gain beside that of most joints: without a payload the gains are known up to a common factor."""
+    """Error of the ratio of each gain to that beside which the others are surest."""
     found = fit.fitted.fit
     currents = np.concatenate(
         [
@@ -128,11 +135,13 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
             for each, own in zip(small.direction.columns, fit.fitted.own, strict=True)
         ]
     )
-    moved = found.log_influence @ currents  # of the joint whose gain was set, nothing
-    std = np.sqrt(np.diag(cautious(found.rows, found.log_influence, 0.0)))
-    claims = np.maximum(std, float(np.median(std)))
-    for j, share in enumerate(moved - np.median(moved)):
-        yield Effect(joint=j, percent=100.0 * float(share), deviations=float(share) / float(claims[j]))
+    C = cautious(found.rows, found.log_influence, 0.0)
+    std = np.sqrt(np.maximum(np.diag(C)[:, None] + np.diag(C) - 2.0 * C, 0.0))  # of ratios, (n, n)
+    surest = int(np.argmin(np.median(std, axis=1)))
+    log_gain = found.log_influence @ currents
+    for j, moved in enumerate(log_gain - log_gain[surest]):
+        if std[surest, j] > 0.0:
+            yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[surest, j]))
 
 
 def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
@@ -231,27 +240,27 @@ def _term_words(direction: Direction) -> str:
     return SENTENCES[direction.family].format(joints=joints)
 
 
-def _consequence(effects: Sequence[Effect], *, ratios: bool = False) -> str:
-    """How much gains are off, their ratios where there are no gains, or currents, in words."""
+def _consequence(effects: Sequence[Effect], what: str = "gains") -> str:
+    """How much gains, their ratios or currents are off, in words."""
     if not effects:
         return ""
     worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
     if worst.deviations is None:
-        return f"; {worst.percent:.2g} % of joint {worst.joint + 1}'s current is not explained otherwise"
+        return f"; it explains {percents(worst.percent)} % of joint {worst.joint + 1}'s current"
     if abs(worst.percent) >= 100.0 * NO_RESULT:
         return f"; the gain of joint {worst.joint + 1} is no result"
     listed = [each for each in effects if each.matters]
     if not listed:
         return "; no gain is moved noticeably"
-    if ratios:
-        return f"; ratios of gains are off by up to {abs(worst.percent):.2g} %"
-    more = ", ".join(f"joint {each.joint + 1} {_percent(each.percent)}" for each in listed)
-    return f"; gains are off: {more}"
+    rest = f" and {len(listed) - 1} more" if len(listed) > NAMED else ""
+    listed = listed if not rest else [worst]
+    more = ", ".join(f"joint {each.joint + 1} {percents(each.percent, sign='+')} %" for each in listed)
+    return f"; {what} are off: {more}{rest}"
 
 
-def _percent(x: float) -> str:
-    """With a sign, and two digits or whole."""
-    return f"{x:+.0f} %" if abs(x) >= 10.0 else f"{x:+.2g} %"
+def percents(value: float, *, sign: str = "") -> str:
+    """A number in two digits, or all that stand before the point."""
+    return f"{value:{sign}.0f}" if abs(value) >= 10.0 else f"{value:{sign}.2g}"
 
 
 def _linear(estimate: GainEstimate) -> bool:

@@ -19,7 +19,12 @@ SIZES = np.geomspace(1e-2, 1.0, 41)
 """Sizes that are tried, in units of the largest that the derivative says."""
 SURELY_WORSE = 30.0
 """Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
-BOUNDED = {"zero": "zeros of q{joints}", "delay": "delays", "lengths": "all lengths off", "clock": "the clock off"}
+BOUNDED = {
+    "zero": "zeros of q{joints}",
+    "delay": "delays",
+    "lengths": "errors of all lengths",
+    "clock": "errors of the clock",
+}
 """Families whose excluded sizes are told, of all logs together, and how."""
 GROSS = {
     "sign": "another sign of q{joints}",
@@ -108,8 +113,8 @@ def _loss(each: Screened) -> float:
 
 
 def _few(words: Sequence[str]) -> str:
-    more = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""
-    return "; ".join(words[:NAMED]) + more
+    more = f", or {len(words) - NAMED} more" if len(words) > NAMED else ""
+    return ", or ".join(words[:NAMED]) + more
 
 
 def _numbers(joints: Sequence[int]) -> str:

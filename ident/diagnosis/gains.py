@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.autocorrelation import autocorrelation
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.signs import FRICTION_Z, joint_signs
 
@@ -14,6 +15,20 @@ SURE_LOAD_Z = 10.0
 """Standard deviations of 1/g from zero above which the sign of the load is trusted; every identified gain has them."""
 UNEXPLAINED = 0.15
 """Share of a joint's current above which its residual is worth a word."""
+
+
+def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
+    """What gains and residuals give to doubt; beside faults of the logs, what they alone would refuse.
+
+    Args:
+        estimate: The gains.
+        causes: What is said of the logs.
+    """
+    autocorrelated = autocorrelation(estimate)
+    found = [*gain_diagnoses(estimate), *([] if autocorrelated is None else [autocorrelated])]
+    if causes.severity is Severity.WRONG:
+        found = [each for each in found if each.severity is Severity.WRONG]
+    return Diagnosed(diagnoses=tuple(found))
 
 
 def gain_diagnoses(estimate: GainEstimate) -> list[Diagnosis]:

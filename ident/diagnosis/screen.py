@@ -113,7 +113,7 @@ def unexplained(logs: Logs, readings: Sequence[Reading]) -> tuple[Array, Array]:
     for which in (True, False):
         own = np.flatnonzero(upright == which)
         if len(own):
-            left[own], freedom[own] = _left(logs, at, [readings[k] for k in own], upright=which)
+            left[own], freedom[own] = _left(logs, at, [readings[int(k)] for k in own], upright=which)
     return left, freedom
 
 

@@ -11,7 +11,7 @@ from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_words
 from ident.preparation import Recorded
 from scenarios.commands import bare, gains_files
-from scenarios.commands.log_arguments import add_log_arguments, log_description, read_recordings
+from scenarios.commands.log_arguments import add_log_arguments, log_description, read_unrepaired
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
 from scenarios.commands.options import add_options, chosen
 from scenarios.commands.output import add_form_arguments, form, show
@@ -100,6 +100,6 @@ def recorded(files: MountedFiles, said: LogDescription) -> list[Recorded]:
     """The motions of one mounting; how a foreign log was read is told at once."""
     from ident.payload_files import read_payload
 
-    recordings = read_recordings(files.recordings, said)
+    recordings = read_unrepaired(files.recordings, said)
     payload = None if files.payload is None else read_payload(files.payload)
     return [Recorded(recording, payload) for recording in recordings]

@@ -74,11 +74,11 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     return replace(said, joints=said.joints or tuple(joint_names))
 
 
-def read_recordings(paths: Sequence[Path], said: LogDescription) -> "list[Recording]":
-    """Recordings of which something is said; how a foreign log was read is told at once."""
-    from ident.recording_files import read_log
+def read_unrepaired(paths: Sequence[Path], said: LogDescription) -> "list[Recording]":
+    """Recordings of which something is said, to be repaired and checked; how a foreign log was read is told at once."""
+    import ident.recording_files as files
 
-    return told([read_log(path, said) for path in paths])
+    return told([files.read_unrepaired(path, said) for path in paths])
 
 
 def told(logs: "Sequence[Log]") -> "list[Recording]":

@@ -32,9 +32,9 @@ def main(options: argparse.Namespace) -> Status:
 
     file = read_gains(options.gains)
     with under_way(options, "weighing"):
-        found = weigh(options, file, options.unloaded, options.logs)
+        found, diagnosed = weigh(options, file, options.unloaded, options.logs)
         body = body_of(found)
         check_mass(body)
         joints = accord(found, body, file.known)
-    show(payload_report(found, body, joints), options)
+    show(payload_report(found, body, joints, diagnosed), options)
     return Status.PASSED

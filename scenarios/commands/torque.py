@@ -4,7 +4,7 @@ import argparse
 
 import scenarios.commands.arguments as arguments
 from scenarios.commands.arguments import add_force_argument
-from scenarios.commands.log_arguments import add_log_arguments, log_description, read_recordings
+from scenarios.commands.log_arguments import add_log_arguments, log_description, told
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.status import Status
 from scenarios.commands.weighing import add_gains_argument
@@ -26,6 +26,7 @@ def main(options: argparse.Namespace) -> Status:
     """Read, multiply, write."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 torque")
     from ident.joint_torque import joint_torque
+    from ident.recording_files import read_log
     from scenarios.files.gains import read_gains
     from scenarios.reports.torque import torque_report
     from scenarios.store.torque_file import write_torque
@@ -33,7 +34,7 @@ def main(options: argparse.Namespace) -> Status:
     file = read_gains(options.gains)
     names = tuple(entry.name for entry in file.gains if entry.name is not None)
     said = log_description(options, names if len(names) == len(file.gains) else None)
-    (recording,) = read_recordings([options.log], said)
+    (recording,) = told([read_log(options.log, said)])
     found = joint_torque(recording, file.known)
     with held.writing():
         write_torque(found, file, options.out)

@@ -46,8 +46,9 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     file, payload = read_gains(options.gains), read_payload(mounted[0].payload)
     unloaded = [path for each in files if each.payload is None for path in each.recordings]
     with under_way(options, "weighing"):
-        found = verified(weigh(options, file, unloaded, mounted[0].recordings), payload, file.known)
-    show(verification_report(found), options)
+        weighed, diagnosed = weigh(options, file, unloaded, mounted[0].recordings)
+        found = verified(weighed, payload, file.known)
+    show(verification_report(found, diagnosed), options)
     return Status.PASSED if found.passed else Status.MISSED
 
 
@@ -69,8 +70,8 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
         arm = named_structure(options)
         said = log_description(options, arm.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
-        estimate = identify_motions(motions, arm, options=own, observing=observing).estimate
+        identified = identify_motions(motions, arm, options=own, observing=observing)
         stages.begin("predicting")
-        found = cross_validated(estimate)
-    show(prediction_report(estimate, found), options)
+        found = cross_validated(identified.estimate)
+    show(prediction_report(identified, found), options)
     return Status.PASSED

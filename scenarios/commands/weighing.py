@@ -2,15 +2,15 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.commands import gains_files
-from scenarios.commands.log_arguments import log_description, read_recordings
+from scenarios.commands.log_arguments import log_description, read_unrepaired
 from scenarios.commands.robot_model import named_structure
 
 if TYPE_CHECKING:
+    from ident.diagnosis.diagnosis import Diagnosed
     from ident.weighing.together import FoundPayload
     from scenarios.files.gains import GainsFile
 
@@ -33,12 +33,9 @@ def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def weigh(
-    options: argparse.Namespace,
-    file: "GainsFile",
-    unloaded: Sequence[Path],
-    loaded: Sequence[Path],
-) -> "FoundPayload":
-    """Read recordings and find their payload with the gains of a file.
+    options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
+) -> "tuple[FoundPayload, Diagnosed]":
+    """Read recordings and find their payload with the gains of a file, and what is said of the recordings.
 
     Raises:
         SeenBefore: If the gains were found from a loaded recording, or with a payload in a bare one.
@@ -52,10 +49,8 @@ def weigh(
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         arm = named_structure(options)
         said = log_description(options, arm.arm.joint_names)
-        bare, heavy = (read_recordings(each, said) for each in (unloaded, loaded))
+        bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
         check_unseen(file, bare, heavy)
         observing = observe_options(file, options.observe)
-        problem, said_of_logs = weighing_problem(arm, bare, heavy, file, observing)
-        notes = tuple(each.sentence for each in said_of_logs.doubts)
-        found = payload_of(problem, file.known, model_options(file, options.option))
-        return replace(found, selected=replace(found.selected, remarks=found.selected.remarks + notes))
+        problem, diagnosed = weighing_problem(arm, bare, heavy, file, observing)
+        return payload_of(problem, file.known, model_options(file, options.option)), diagnosed

@@ -13,7 +13,8 @@ from scenarios.patching.link_document import Links
 from scenarios.patching.values import Unknown
 from scenarios.reports.bare_links import links_parts
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
-from scenarios.reports.gains import doubt_paragraphs, reason_paragraph, sentence
+from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs
+from scenarios.reports.gains import reason_paragraph, sentence
 from scenarios.reports.if_loaded import if_loaded_document, if_loaded_parts
 from scenarios.store.documents import diagnosed_document
 
@@ -70,12 +71,13 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
         )
     )
     warnings = prediction_warnings(answer.predicted)
-    parts += [Paragraph(sentence(f"Warning: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings]
+    parts += [Paragraph(sentence(f"WARNING: {each}"), Mood.DOUBTFUL, strong=True) for each in warnings]
     reasons = ((j, ratios.reason(j)) for j in range(arm.n))
     parts += [reason_paragraph(j + 1, reason) for j, reason in reasons if reason is not None]
     parts += [Paragraph(_off_words(each, ratios.reference)) for each in off]
     parts += doubt_paragraphs(answer.said)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
+    parts += horizon_paragraphs(answer.said)
     parts += [] if answer.if_loaded is None else if_loaded_parts(answer.if_loaded, arm)
     shown = found if in_si is None else in_si
     unit = "in SI" if in_si is not None else f"over the gain of joint {ratios.reference + 1}"

@@ -5,18 +5,12 @@ from pathlib import PurePath
 
 from ident.arm import Arm
 from ident.check import Checked
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
+from ident.diagnosis.diagnose import percents
+from ident.diagnosis.diagnosis import Diagnosed, Effect, Severity
+from scenarios.reports.content import Paragraph, Part, Report
+from scenarios.reports.diagnoses import MOODS, doubt_paragraphs, every_line, horizon_paragraphs
 from scenarios.reports.motion import motion_table
 from scenarios.store.check_document import check_document
-
-MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
-COLUMNS = (
-    Column(title="Log", words=True),
-    Column(title="What", words=True),
-    Column(title="Verdict", words=True),
-    Column(title="Found", words=True),
-)
 
 
 def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
@@ -30,7 +24,7 @@ def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
     found = checked.found
     parts: list[Part] = list(findings(found, hint="" if every else "; --all lists them"))
     if every:
-        parts.append(every_line(found))
+        parts.append(every_line(found.diagnoses))
         parts += [
             motion_table(f"Motion of {PurePath(log.recording.name).name}", log.motions, arm)
             for log in checked.logs
@@ -59,58 +53,16 @@ def findings(found: Diagnosed, *, hint: str = "") -> list[Paragraph]:
         found: What is said of the logs.
         hint: How to see the good ones.
     """
-    logs = {log for each in found.diagnoses for log in each.logs}
-    parts = [Paragraph(words_of(each, several=len(logs) > 1), MOODS[each.severity]) for each in found.doubts]
     good = len(found.diagnoses) - len(found.doubts)
-    parts.append(Paragraph(f"Good: {_many(good, 'check')}{hint}."))
-    if found.excluded:
-        parts.append(Paragraph(f"Excluded: {'; '.join(each.sentence for each in found.excluded)}."))
-    if found.untold:
-        parts.append(Paragraph(f"Cannot be told: {'; '.join(found.untold)}."))
-    return parts
+    said = Paragraph(f"Good: {_many(good, 'check')}{hint}.")
+    return [*doubt_paragraphs(found, strong=False), said, *horizon_paragraphs(found, every=True)]
 
 
-def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
-    """A diagnosis in words: severity, logs, what was found, what it does to the gains, what to do.
-
-    Args:
-        diagnosis: The diagnosis.
-        several: Whether logs have to be named.
-    """
-    named = ", ".join(PurePath(log).name for log in diagnosis.logs) if several else ""
-    place = f"{diagnosis.severity.value.upper()}{f' {named}' if named else ''}: "
-    worst = diagnosis.worst
-    effect = "" if worst is None else f"; {effect_words(worst, several=len(diagnosis.effects) > 1)}"
-    advice = "" if diagnosis.advice is None else f" {diagnosis.advice[0].upper()}{diagnosis.advice[1:]}."
-    rivals = f" It may as well be: {'; '.join(diagnosis.rivals)}." if diagnosis.rivals else ""
-    return f"{place}{diagnosis.sentence}{effect}.{advice}{rivals}"
-
-
-def effect_words(effect: Effect, *, several: bool) -> str:
-    """What a fault does to a gain, or to a current where there is no gain.
-
-    Args:
-        effect: The largest of a fault.
-        several: Whether there are more.
-    """
-    upto = "up to " if several else ""
-    if effect.deviations is None:
-        return f"{upto}{abs(effect.percent):.2g} % of the current of joint {effect.joint + 1}"
-    return f"gain of joint {effect.joint + 1} off by {upto}{abs(effect.percent):.2g} %"
-
-
-def every_line(found: Diagnosed) -> Table:
-    """Everything that was looked at, the worst first."""
-    return Table(columns=COLUMNS, rows=tuple(map(_row, found.diagnoses)))
-
-
-def _row(diagnosis: Diagnosis) -> tuple[Cell, ...]:
-    return cells(
-        ", ".join(PurePath(log).name for log in diagnosis.logs) or NONE,
-        diagnosis.name,
-        Cell(diagnosis.severity.value, MOODS[diagnosis.severity]),
-        diagnosis.sentence,
-    )
+def _effect_words(effect: Effect) -> str:
+    """What a fault does to a gain."""
+    if abs(effect.percent) >= 100.0:
+        return f"the gain of joint {effect.joint + 1} is no result"
+    return f"gain of joint {effect.joint + 1} off by {percents(abs(effect.percent))} %"
 
 
 def _most(found: Diagnosed) -> str:
@@ -118,7 +70,7 @@ def _most(found: Diagnosed) -> str:
     effects: Sequence[Effect] = [
         worst for each in found.doubts if (worst := each.worst) is not None and worst.deviations is not None
     ]
-    return f"; {effect_words(max(effects, key=lambda each: abs(each.percent)), several=False)}" if effects else ""
+    return f"; {_effect_words(max(effects, key=lambda each: abs(each.percent)))}" if effects else ""
 
 
 def _many(count: int, what: str) -> str:

@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.arrays import Array
-from ident.diagnosis.diagnosis import Diagnosed, Severity
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimate import FoundParameter, IdentifiedGain, JointResult
 from ident.parameters import UNITS
-from scenarios.reports.content import NONE, Column, Mood, Paragraph, Table, cells, percent
+from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
+from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
@@ -56,21 +57,9 @@ def sentence(text: str) -> str:
 
 
 def note_paragraphs(notes: Sequence[str], found: Diagnosed, revolute: Array) -> list[Paragraph]:
-    """What units and interval mean, a warning for each diagnosis that is not good, and a line for each note."""
-    return [meaning(revolute), *doubt_paragraphs(found), *(Paragraph(sentence(f"Note: {note}")) for note in notes)]
-
-
-def doubt_paragraphs(found: Diagnosed) -> list[Paragraph]:
-    """A warning for each diagnosis that is not good."""
-    return [
-        Paragraph(
-            sentence(f"{'Wrong' if each.severity is Severity.WRONG else 'Warning'}: {each.sentence}")
-            + (f" {sentence(each.advice[0].upper() + each.advice[1:])}" if each.advice else ""),
-            Mood.DOUBTFUL,
-            strong=True,
-        )
-        for each in found.doubts
-    ]
+    """What units and interval mean, what is said of the logs, a line for each note."""
+    own = [Paragraph(sentence(f"Note: {note}")) for note in notes]
+    return [meaning(revolute), *doubt_paragraphs(found), *own, *horizon_paragraphs(found)]
 
 
 def reason_paragraph(joint: int, reason: str) -> Paragraph:

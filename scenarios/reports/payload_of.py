@@ -2,10 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.weighing.body import FoundBody
 from ident.weighing.together import FoundPayload
 from ident.weighing.verification import DIFFERS, Weighed
 from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, cells
+from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
 from scenarios.store.weighing_documents import payload_document
 
@@ -20,13 +22,14 @@ COLUMNS = (
 )
 
 
-def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighed]) -> Report:
+def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighed], diagnosed: Diagnosed) -> Report:
     """The body in the frame of the last link, with intervals that contain those of the gains.
 
     Args:
         found: The payload's parameters.
         body: Of it.
         joints: The mass from each joint alone; empty where none is sure.
+        diagnosed: What is said of the recordings.
     """
     rows = tuple(
         cells(
@@ -45,12 +48,13 @@ def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighe
         )
     )
     parts += [Paragraph(sentence(f"No {name}: {reason}")) for name, reason in body.refused.items()]
+    parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
     if body.possible is False:
         words = "no body has exactly these parameters; within their intervals one may"
         parts.append(Paragraph(sentence(f"Note: {words}"), Mood.DOUBTFUL))
     parts += [Paragraph(words, Mood.DOUBTFUL) for words in _doubts(body, joints)]
-    return Report("Payload from its currents", tuple(parts), payload_document(found, body, joints))
+    return Report("Payload from its currents", tuple(parts), payload_document(found, body, joints, diagnosed))
 
 
 def _doubts(body: FoundBody, joints: Sequence[Weighed]) -> Iterator[str]:

@@ -5,11 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.cross_validation import STRETCHES, JointPrediction
-from ident.estimate import GainEstimate
+from ident.diagnosis.diagnosis import Diagnosed
+from ident.identification import Identification
 from ident.naming import joints_in_words
 from ident.weighing.common import CommonError, common_error
 from ident.weighing.verification import AGREES, DIFFERS, Verification, Weighed
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
 from scenarios.store.weighing_documents import prediction_document, verification_document
 
@@ -27,8 +29,13 @@ MASSES = (
 MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
 
 
-def verification_report(found: Verification) -> Report:
-    """The mass from all joints and from each alone, and what that says of the gains."""
+def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
+    """The mass from all joints and from each alone, and what that says of the gains.
+
+    Args:
+        found: The masses.
+        diagnosed: What is said of the recordings.
+    """
     payload = found.payload
     rows = (_row("all joints", found.together), *(_row(f"joint {k}", each) for k, each in enumerate(found.joints, 1)))
     parts: list[Part] = [
@@ -44,9 +51,10 @@ def verification_report(found: Verification) -> Report:
     ]
     reasons = [(k, each.reason) for k, each in enumerate(found.joints, 1) if each.reason is not None]
     parts += [Paragraph(sentence(f"Joint {k}: {reason}")) for k, reason in reasons]
+    parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.remarks]
     parts.append(_conclusion(found))
-    return Report("Gains against the scale", tuple(parts), verification_document(found))
+    return Report("Gains against the scale", tuple(parts), verification_document(found, diagnosed))
 
 
 def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
@@ -108,8 +116,14 @@ PREDICTIONS = (
 )
 
 
-def prediction_report(estimate: GainEstimate, found: Sequence[JointPrediction]) -> Report:
-    """How well each part of the motions follows from the others."""
+def prediction_report(identified: Identification, found: Sequence[JointPrediction]) -> Report:
+    """How well each part of the motions follows from the others.
+
+    Args:
+        identified: The gains, and what is said of the recordings.
+        found: How well each joint's currents are predicted.
+    """
+    estimate = identified.estimate
     rows = tuple(
         cells(
             str(each.joint + 1),
@@ -125,9 +139,9 @@ def prediction_report(estimate: GainEstimate, found: Sequence[JointPrediction]) 
         "each part in turn. An error that all parts have alike stays unseen: a wrong mass, a wrong model. A recording "
         "with another weight shows it: --gains G.toml --loaded B --payload P.toml."
     )
-    parts = (Table(columns=PREDICTIONS, rows=rows), Paragraph(words))
+    parts = (Table(columns=PREDICTIONS, rows=rows), Paragraph(words), *doubt_paragraphs(identified.found))
     return Report(
-        f"Motions predicted from each other, by {estimate.method}", parts, prediction_document(estimate, found)
+        f"Motions predicted from each other, by {estimate.method}", parts, prediction_document(identified, found)
     )
 
 

@@ -30,7 +30,7 @@ def check_document(checked: Checked, arm: Arm) -> dict[str, object]:
             "out_of_reach": _joints(found, LIMITS),
             "driven_by_friction": _joints(found, FRICTION),
         },
-        **{key: value for key, value in diagnosed_document(found).items() if key != "consistency"},
+        **diagnosed_document(found),
     }
 
 

@@ -34,6 +34,7 @@ def run_document(run: "Run") -> dict[str, object]:
         "fit": _fit(run.estimate),
         "timing": {"simulate_s": run.simulate_s, "identify_s": run.identify_s},
         "notes": list(run.notes),
+        "consistency": consistency_document(run.found),
         **diagnosed_document(run.found),
     }
 
@@ -80,6 +81,7 @@ def estimate_document(found: Identification, identify_s: float) -> dict[str, obj
         "fit": _fit(estimate),
         "timing": {"simulate_s": None, "identify_s": identify_s},
         "notes": list(found.notes),
+        "consistency": consistency_document(found.found),
         **diagnosed_document(found.found),
     }
 
@@ -117,30 +119,34 @@ def _payload(estimate: GainEstimate, true: Mapping[str, float]) -> list[dict[str
     ]
 
 
+def consistency_document(found: Diagnosed) -> list[dict[str, object]]:
+    """In short, what was compared by its predictions of the currents."""
+    return [
+        {
+            "check": each.name,
+            "joint": (each.worst.joint if each.worst else each.joints[0] if each.joints else 0) + 1,
+            "statistic": each.z,
+            "threshold": SHOWN,
+            "measure": "standard errors of the gain in predictions",
+            "sentence": each.sentence if each.severity is not Severity.GOOD else None,
+            "change": each.worst.percent if each.worst else None,
+            "failed": each.severity is not Severity.GOOD,
+        }
+        for each in found.diagnoses
+        if each.z is not None
+    ]
+
+
 def diagnosed_document(found: Diagnosed) -> dict[str, object]:
-    """What is said of logs and estimate; under `consistency` in short what was compared by predictions."""
+    """What is said of logs and estimate."""
     return {
-        "consistency": [
-            {
-                "check": each.name,
-                "joint": (each.worst.joint if each.worst else each.joints[0] if each.joints else 0) + 1,
-                "statistic": each.z,
-                "threshold": SHOWN,
-                "measure": "standard errors of the gain in predictions",
-                "sentence": each.sentence if each.severity is not Severity.GOOD else None,
-                "change": each.worst.percent if each.worst else None,
-                "failed": each.severity is not Severity.GOOD,
-            }
-            for each in found.diagnoses
-            if each.z is not None
-        ],
-        "diagnoses": [diagnosis_document(each) for each in found.diagnoses],
+        "diagnoses": [_diagnosis(each) for each in found.diagnoses],
         "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],
         "untold": list(found.untold),
     }
 
 
-def diagnosis_document(diagnosis: Diagnosis) -> dict[str, object]:
+def _diagnosis(diagnosis: Diagnosis) -> dict[str, object]:
     """Every field of a diagnosis, joints from 1."""
     own: dict[str, object] = {
         "severity": diagnosis.severity.value,

@@ -16,7 +16,7 @@ from pydantic import Field, JsonValue
 from ident.logs.description import LogDescription
 from ident.naming import one_line
 from ident.recording import Recording
-from ident.recording_files import read_recording, read_unchecked
+from ident.recording_files import read_unchecked
 from scenarios.errors import DamagedResult, ForeignProblem, ForeignResult
 from scenarios.store.command_words import coupling_words, motion_words, option_words
 from scenarios.store.documents import to_json
@@ -101,7 +101,7 @@ def read_record(folder: Path) -> RecordFile:
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
-    """The recordings, payloads and arm of a folder; a check's may have whatever jumps and spikes they have.
+    """The recordings, payloads and arm of a folder; recordings may have whatever jumps and spikes they have.
 
     Raises:
         ForeignProblem: If the record says what cannot be.
@@ -111,7 +111,7 @@ def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
     def unchecked(path: Path) -> Recording:
         return read_unchecked(path, LogDescription()).recording
 
-    return given_problem(folder / RECORD, record, unchecked if record.kind == "check" else read_recording)
+    return given_problem(folder / RECORD, record, unchecked)
 
 
 def identify_words(folder: Path, record: RecordFile) -> str:

@@ -1,11 +1,12 @@
 """`result.json` of a run or an identification, read back as the values it was written from."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion
 from ident.estimate import FoundParameter, IdentifiedGain, JointResult, RefusedGain
 from ident.naming import one_line
 from scenarios.errors import ForeignResult
@@ -89,52 +90,8 @@ class StoredFit(_Table):
     rel_error_norm: float
 
 
-class StoredEffect(_Table):
-    """What a fault does to a joint, from 1."""
-
-    joint: int
-    percent: float
-    deviations: float | None
-
-
-class StoredDiagnosis(_Table):
-    """A diagnosis; joints from 1."""
-
-    name: str
-    severity: Severity
-    sentence: str
-    advice: str | None
-    joints: tuple[int, ...]
-    logs: tuple[str, ...]
-    value: float | None
-    std: float | None
-    unit: str | None
-    z: float | None
-    effects: tuple[StoredEffect, ...]
-    rivals: tuple[str, ...]
-
-    @property
-    def diagnosis(self) -> Diagnosis:
-        """As it was made."""
-        given = {name: getattr(self, name) for name in type(self).model_fields if name not in ("joints", "effects")}
-        effects = tuple(
-            Effect(joint=each.joint - 1, percent=each.percent, deviations=each.deviations) for each in self.effects
-        )
-        return Diagnosis(**given, joints=tuple(joint - 1 for joint in self.joints), effects=effects)
-
-
-class StoredExclusion(_Table):
-    """What was excluded; joints from 1."""
-
-    family: str
-    sentence: str
-    joints: tuple[int, ...]
-    limit: float | None
-    unit: str | None
-
-
 class StoredResult(_Table):
-    """A result of `rx90 run` or `rx90 identify`."""
+    """A result of `rx90 run` or `rx90 identify`; joints from 1."""
 
     scenario: str | None
     seed: int | None
@@ -143,9 +100,9 @@ class StoredResult(_Table):
     fit: StoredFit
     timing: Mapping[str, float | None]
     notes: tuple[str, ...]
-    diagnoses: tuple[StoredDiagnosis, ...]
-    excluded: tuple[StoredExclusion, ...] = ()
-    untold: tuple[str, ...] = ()
+    diagnoses: tuple[Diagnosis, ...]
+    excluded: tuple[Exclusion, ...]
+    untold: tuple[str, ...]
 
     @property
     def judged(self) -> bool:
@@ -161,21 +118,24 @@ class StoredResult(_Table):
     def found(self) -> Diagnosed:
         """What was said of logs and estimate."""
         return Diagnosed(
-            diagnoses=tuple(each.diagnosis for each in self.diagnoses),
-            excluded=tuple(
-                Exclusion(
-                    family=each.family, sentence=each.sentence, joints=tuple(joint - 1 for joint in each.joints),
-                    limit=each.limit, unit=each.unit,
-                )
-                for each in self.excluded
-            ),
+            diagnoses=tuple(map(_diagnosis, self.diagnoses)),
+            excluded=tuple(replace(each, joints=_from_0(each.joints)) for each in self.excluded),
             untold=self.untold,
-        )  # fmt: skip
+        )
 
     @property
     def parameters(self) -> tuple[FoundParameter, ...]:
         """As the method found them."""
         return tuple(FoundParameter(name=each.parameter, value=each.estimate, std=each.std) for each in self.payload)
+
+
+def _diagnosis(stored: Diagnosis) -> Diagnosis:
+    effects = tuple(replace(each, joint=each.joint - 1) for each in stored.effects)
+    return replace(stored, joints=_from_0(stored.joints), effects=effects)
+
+
+def _from_0(joints: Sequence[int]) -> tuple[int, ...]:
+    return tuple(joint - 1 for joint in joints)
 
 
 def read_result(path: Path) -> StoredResult:

@@ -4,15 +4,17 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from ident.cross_validation import JointPrediction
-from ident.estimate import GainEstimate
+from ident.diagnosis.diagnosis import Diagnosed
+from ident.identification import Identification
 from ident.parameters import UNITS
 from ident.weighing.body import FoundBody, Quantity
 from ident.weighing.common import CommonError, common_error
 from ident.weighing.together import FoundPayload
 from ident.weighing.verification import Verification, Weighed
+from scenarios.store.documents import diagnosed_document
 
 
-def verification_document(found: Verification) -> dict[str, object]:
+def verification_document(found: Verification, diagnosed: Diagnosed) -> dict[str, object]:
     """What a scale says of gains; masses are null where they do not show."""
     common = common_error(found)
     return {
@@ -25,11 +27,13 @@ def verification_document(found: Verification) -> dict[str, object]:
         "payload": [_quantity(each) for each in found.body.quantities],
         "common": None if common is None else _common(common),
         "notes": list(found.remarks),
+        **diagnosed_document(diagnosed),
     }
 
 
-def prediction_document(estimate: GainEstimate, found: Sequence[JointPrediction]) -> dict[str, object]:
+def prediction_document(identified: Identification, found: Sequence[JointPrediction]) -> dict[str, object]:
     """How well parts of the motions are predicted from the others."""
+    estimate = identified.estimate
     return {
         "method": estimate.method,
         "joints": [
@@ -42,10 +46,13 @@ def prediction_document(estimate: GainEstimate, found: Sequence[JointPrediction]
             }
             for each in found
         ],
+        **diagnosed_document(identified.found),
     }
 
 
-def payload_document(found: FoundPayload, body: FoundBody, joints: Sequence[Weighed]) -> dict[str, object]:
+def payload_document(
+    found: FoundPayload, body: FoundBody, joints: Sequence[Weighed], diagnosed: Diagnosed
+) -> dict[str, object]:
     """A payload: parameters at the origin of the last frame with covariance, mass, centre and inertia, joints alone."""
     return {
         "parameters": [
@@ -66,6 +73,7 @@ def payload_document(found: FoundPayload, body: FoundBody, joints: Sequence[Weig
         "possible": body.possible,
         "joints": [_weighed(each) for each in joints],
         "notes": list(found.selected.remarks),
+        **diagnosed_document(diagnosed),
     }
 
 

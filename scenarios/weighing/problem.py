@@ -10,12 +10,11 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.errors import OptionError
 from ident.estimators import nls
 from ident.estimators.nls import AllJointsOptions
-from ident.identification import raise_for
 from ident.naming import one_line
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table, table_from_words
 from ident.payload import Payload
-from ident.preparation import Recorded, joined, prepare
+from ident.preparation import Recorded, joined, prepare, raise_for
 from ident.problem import Problem
 from ident.recording import Recording
 from ident.structure import Structure

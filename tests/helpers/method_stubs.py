@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 from ident import identify_motions
+from ident.preparation import SIMULATED
 from scenarios.store.problem_folder import GivenProblem
 
 REFUSED = {"reason": "I dare not"}
@@ -24,7 +25,7 @@ def least_squares(problem: GivenProblem) -> list[dict]:
         method="ls-2011",
         observing=problem.observing,
         gains=problem.gains,
-        wiring=lambda *_: None,
+        policy=SIMULATED,
     )
     return [
         {"estimate": joint.value, "std": joint.total_std} if hasattr(joint, "value") else {"reason": joint.reason}

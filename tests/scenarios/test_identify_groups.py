@@ -4,19 +4,18 @@ import json
 from pathlib import Path
 
 import pytest
-from ident.consistency import UNCHECKED
-from ident.wiring import known_wiring
 
 import rx90_mjcf
 import scenarios.commands.identify as command
 from ident.arm import load_arm
-from ident.identification import Recorded, identify_motions
+from ident.identification import identify_motions
 from ident.options import GainOptions
 from ident.payload_files import read_payload
+from ident.preparation import KNOWN, Recorded
 from ident.recording import Recording
 from ident.recording_files import read_recording, write_recording
 from scenarios.cli import main
-from scenarios.model_masses import with_masses
+from scenarios.model_masses import model_links
 from scenarios.robots import robot
 from scenarios.store.run_folder import save_run
 
@@ -92,7 +91,7 @@ def test_every_group_is_a_mounting_of_its_own(saved, capsys):
     (saved / "mass.toml").write_text('mass = 7.025\nknown = "mass"\n')
     one, two = read_payload(saved / "mass.toml"), read_payload(saved / "mass.toml")
     arm, wide = load_arm(robot().model), GainOptions(max_rel_std=3.0)  # 6 s show little of a mass alone
-    quickly = {"method": "ls-2011", "gains": wide, "wiring": known_wiring, "checks": UNCHECKED}
+    quickly = {"method": "ls-2011", "gains": wide, "policy": KNOWN}
     joint_by_joint = ("--method", "ls-2011", "--max-rel-std", "3")
     shared, apart = (
         [j.value if hasattr(j, "value") else None for j in identify_motions(motions, arm, **quickly).estimate.joints]
@@ -143,8 +142,8 @@ def test_a_payload_stated_three_times_too_heavy_is_doubted_by_the_models_masses(
         given = words(saved, "--unloaded", "unloaded.parquet", "--loaded", "loaded.parquet", "--payload", name)
         assert main([*given, "--method", "ls-2011", "--json"]) == 0
         output = capsys.readouterr()
-        found = {each["check"]: each for each in json.loads(output.out)["consistency"]}["own weight"]
-        assert found["failed"] == failed
+        found = {each["name"]: each for each in json.loads(output.out)["diagnoses"]}["link masses"]
+        assert (found["severity"] != "good") == failed
         assert ("times what its model says" in output.err) == failed
 
 
@@ -154,4 +153,4 @@ def test_a_model_without_masses_is_no_witness_and_no_fault(tmp_path):
         '<robot name="bare"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/>'
         '<child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
     )
-    assert with_masses(UNCHECKED, path, None) == {}
+    assert model_links(path, None) is None

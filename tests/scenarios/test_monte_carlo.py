@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from ident.consistency import joints
 from quick import RANDOM, quick_scenario
 from rich.console import Console
 
 import scenarios.studies.study as module
-from ident.estimate import RefusedGain
+from ident import identification
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.estimate import IdentifiedGain
 from scenarios import trials
 from scenarios.build import bench
 from scenarios.cli import main
@@ -327,14 +328,13 @@ def test_a_scenario_that_cannot_run_at_all_is_an_error_not_a_failed_study(tmp_pa
 
 
 def test_a_trial_is_refused_where_the_run_of_its_seed_is(tmp_path, monkeypatch):
-    monkeypatch.setattr(joints, "TORN_Z", 0.0)  # whatever joints say of each other is too much
-    monkeypatch.setattr(joints, "TORN", 0.0)
+    wrong = Diagnosis(name="x", severity=Severity.WRONG, sentence="joints 2 and 3 are off", joints=(1, 2))
+    monkeypatch.setattr(identification, "symptoms", lambda estimate, causes: Diagnosed(diagnoses=(wrong,)))
     scenario = load_scenario(str(quick_scenario(tmp_path, method="nls")))
     refused = run(bench(scenario), 3).estimate.joints
-    assert {each.reason for each in refused if isinstance(each, RefusedGain)} == {refused[0].reason}
+    assert [each.reason for each in refused[1:3]] == [wrong.sentence] * 2
     rows = trials.run_trials(
         scenario, [trials.Trial(number=0, seed=3)], trials.trial_schema(scenario, (), ()), threads=1
     ).to_pandas()
-    assert not rows["identifiable"].any()
-    assert rows["estimate"].isna().all()
-    assert rows["reason"].str.startswith("joints contradict each other: those of joint ").all()
+    assert rows["identifiable"].tolist() == [isinstance(each, IdentifiedGain) for each in refused]
+    assert rows["reason"][1:3].tolist() == [wrong.sentence] * 2

@@ -5,18 +5,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from ident.consistency import CHECKS, own_weight
-from ident.consistency.finding import Finding
 from page_parts import identified
-from scenarios.reports.pages.consistency import LOOKS_AT, consistency_parts
 from scipy import stats
 
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.samples.motion import JointMotion
 from ident.estimate import RefusedGain
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Mood, Paragraph
 from scenarios.reports.motion import coverage_plot as motion_plot
 from scenarios.reports.motion import motion_table
+from scenarios.reports.pages.diagnoses import diagnosis_parts
 from scenarios.reports.pages.fit_rows import FitRows, begins
 from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
 from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
@@ -237,34 +236,35 @@ def test_a_joint_is_shown_in_shares_of_its_range(arm):
     assert len({series.tone for series in plot.series}) == 2
 
 
-def found(check, sentence=None):
-    return Finding(check=check, joint=2, statistic=4.13, threshold=3.94, measure="deviations", sentence=sentence)
+DOUBT = Diagnosis(name="zero", severity=Severity.WRONG, sentence="the zero of q3 is off", logs=("far/b.csv",))
+GOOD = Diagnosis(name="clipping", sentence="no current is clipped")
 
 
-def test_every_consistency_test_says_what_it_looks_at():
-    assert set(LOOKS_AT) == {*CHECKS, own_weight.NAME}  # which only a command with the model's masses adds
-    _, table, said = consistency_parts([found("halves"), found("joints", "joint 3 is off")])
+def test_a_page_lists_every_diagnosis_and_what_is_excluded_and_cannot_be_told():
+    excluded = (
+        Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
+        Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
+    )
+    heading, table, *said = diagnosis_parts(
+        Diagnosed(diagnoses=(DOUBT, GOOD), excluded=excluded, untold=("zero of q1", "whether q4 is negated"))
+    )
+    assert heading.text == "Diagnoses"
     assert [[cell.text for cell in row] for row in table.rows] == [
-        ["halves", "3", "4.13", "3.94", "deviations", "quiet"],
-        ["joints", "3", "4.13", "3.94", "deviations", "speaks up"],
+        ["b.csv", "zero", "wrong", "the zero of q3 is off"],
+        ["-", "clipping", "good", "no current is clipped"],
     ]
-    assert LOOKS_AT["halves"] in said.text
-    assert LOOKS_AT["whiteness"] not in said.text
-    assert consistency_parts([]) == []
+    assert [cell.mood for row in table.rows for cell in row[2:3]] == [Mood.BAD, Mood.GOOD]
+    assert [part.text for part in said] == [
+        "Excluded: delays beyond 5 ms; another sign (7 of 12 cases).",
+        "Cannot be told: zero of q1; whether q4 is negated.",
+    ]
+    assert diagnosis_parts(Diagnosed()) == []
 
 
-def test_a_consistency_test_without_words_has_its_row_all_the_same():
-    _, table, said = consistency_parts([found("halves"), found("mine", "joint 3 is off")])
-    assert [row[0].text for row in table.rows] == ["halves", "mine"]
-    assert said.text.endswith(f"What each looks at: halves: {LOOKS_AT['halves']}.")
-    *_, alone = consistency_parts([found("mine")])
-    assert "What each looks at" not in alone.text
-
-
-def test_a_verdict_without_a_truth_says_how_many_tests_speak_up():
+def test_a_verdict_without_a_truth_says_how_many_warnings_there_are():
     said = Paragraph("6 of 6 gains identified.", strong=True)
-    assert with_warnings(said, [found("halves")]) == said
-    one = with_warnings(said, [found("halves"), found("joints", "off")])
+    assert with_warnings(said, Diagnosed(diagnoses=(GOOD,))) == said
+    one = with_warnings(said, Diagnosed(diagnoses=(GOOD, DOUBT)))
     assert one == Paragraph("6 of 6 gains identified. A warning stands below.", Mood.DOUBTFUL, strong=True)
-    two = with_warnings(said, [found("halves", "off"), found("joints", "off")])
+    two = with_warnings(said, Diagnosed(diagnoses=(DOUBT, DOUBT)))
     assert two.text.endswith("2 warnings stand below.")

@@ -7,7 +7,6 @@ import jsonschema
 import mujoco
 import numpy as np
 import pytest
-from ident.wiring import known_wiring
 from quick import quick_scenario
 
 from ident.errors import IdentificationError
@@ -16,6 +15,7 @@ from ident.identification import identify_motions
 from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload_files import read_payload
+from ident.preparation import SIMULATED
 from scenarios.build import bench
 from scenarios.errors import ForeignProblem
 from scenarios.files.json_schema import schemas
@@ -81,7 +81,7 @@ def test_motions_of_one_mounting_share_one_payload_and_others_do_not(folder):
 
 def test_the_same_estimate_comes_from_the_folder_to_the_last_digit(done, folder):
     found = read_problem(folder)
-    options = {"method": "nls", "observing": OBSERVING, "gains": GAINS, "wiring": known_wiring}
+    options = {"method": "nls", "observing": OBSERVING, "gains": GAINS, "policy": SIMULATED}
     direct = identify_motions(as_identified(done.bench, done.recordings), done.bench.structure, **options)
     read = identify_motions(found.motions, found.arm, **options)
     pairs = list(zip(direct.estimate.joints, read.estimate.joints, strict=True))

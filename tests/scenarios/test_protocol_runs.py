@@ -5,7 +5,6 @@ import shlex
 
 import numpy as np
 import pytest
-from ident.consistency import UNCHECKED
 from protocols import FOUR, bench_of, scenario_of
 from quick import quick_scenario
 
@@ -47,10 +46,10 @@ def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
     benches = [bench_of(folder, protocol) for folder, protocol in zip(folders, protocols, strict=True)]
     entries = [(each, 3 + k) for k, each in enumerate(benches)]
     streams = [motion_streams(seed, {}, len(each.experiments)) for each, seed in entries]
-    together = dict(run_batch(entries, streams, threads=2, checks=UNCHECKED))
+    together = dict(run_batch(entries, streams, threads=2))
     for k, (each, seed) in enumerate(entries):
         own = [motion_streams(seed, {}, len(each.experiments))]
-        ((_, one),) = run_batch([(each, seed)], own, threads=1, checks=UNCHECKED)
+        ((_, one),) = run_batch([(each, seed)], own, threads=1)
         other = together[k]
         assert isinstance(one, Run)
         assert isinstance(other, Run)
@@ -64,7 +63,7 @@ def test_a_motion_that_fails_costs_its_run_with_its_own_name(tmp_path):
     heavy = "[plant.payloads.heaviest]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
     more = f'{heavy}[belief.payloads.heaviest]\nmass = 95.0\nknown = "mass"\n'
     prepared = bench_of(tmp_path, ("bare", "light", "heaviest"), more)
-    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=1, checks=UNCHECKED)
+    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=1)
     assert str(outcome).startswith("heaviest: drive of joint3 at its limit")
 
 

@@ -232,7 +232,8 @@ def identify_arguments(folder: Path, **changes: object) -> list[str]:
 
 def test_json_of_a_run_keeps_the_contract(saved):
     _, result = saved
-    assert list(result) == ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "consistency"]
+    kept = ["scenario", "seed", "passed", "gains", "payload", "fit", "timing", "notes", "consistency"]
+    assert list(result) == [*kept, "diagnoses", "excluded", "untold"]
     assert (result["scenario"], result["seed"], result["passed"]) == ("nominal", 5, True)
     assert [list(gain) for gain in result["gains"]] == [KEYS] * 6
     assert list(result["fit"]) == ["method", "rows", "error_norm", "rel_error_norm", "sigma"]

@@ -50,7 +50,7 @@ def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delay: flo
         joints=joints,
         logs=scope,
         reading=given.changed(scope, delay=np.where(np.isin(np.arange(n), joints) | (not joints), delay, 0.0)),
-        advice="log positions and currents with one clock, unfiltered, or give the delay (--current-delay)",
+        advice="log both with one clock, unfiltered, or give --current-delay",
         value=1e3 * delay,
         unit="ms",
         refined=lambda more: late(logs, scope, joints, delay + float(more[0])),

@@ -5,7 +5,7 @@ steps and spikes hardly change their median size.
 """
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from ident.arrays import Array
 from ident.diagnosis.diagnosis import Diagnosis, Severity
@@ -15,7 +15,7 @@ from ident.signals import edge_samples, smooth_motion
 
 FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""
-NORMAL_MEDIAN = float(stats.norm.ppf(0.75))
+NORMAL_MEDIAN = float(scipy.special.ndtri(0.75))
 """Median size of a standard normal variable."""
 DIGITS = 1e-9
 """Share of the largest step below which two values are one, written in two ways."""

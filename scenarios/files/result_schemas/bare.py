@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from scenarios.files.result_schemas.diagnoses import Diagnosed
 from scenarios.files.result_schemas.open_object import OpenObject
 from scenarios.patching.link_document import Links
 
@@ -73,7 +74,7 @@ class ExpectedGains(OpenObject):
     joints: list[ExpectedJoint]
 
 
-class BareResult(OpenObject):
+class BareResult(Diagnosed):
     """What `rx90 identify --json` prints of bare recordings alone.
 
     Attributes:

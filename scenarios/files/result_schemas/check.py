@@ -4,6 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from scenarios.files.result_schemas.diagnoses import Diagnosed
 from scenarios.files.result_schemas.open_object import OpenObject
 
 
@@ -69,71 +70,7 @@ class CheckReadings(OpenObject):
     driven_by_friction: list[int] = Field(description="joints whose positions or currents have the wrong sign")
 
 
-class CheckEffect(OpenObject):
-    """What a fault does to a gain; to the joint's current where `deviations` is null.
-
-    Attributes:
-        joint: Its number, from 1.
-        percent: Error of the gain, or share of the joint's rms current.
-        deviations: The same in standard deviations that are claimed of the gain.
-    """
-
-    joint: int = Field(ge=1)
-    percent: float
-    deviations: float | None
-
-
-class CheckDiagnosis(OpenObject):
-    """One thing that was looked at, and what was found.
-
-    Attributes:
-        name: What was looked at.
-        severity: How it is to be taken.
-        sentence: What was found, in words and numbers.
-        advice: What to do.
-        joints: That it is about, from 1.
-        logs: Names of those that it is about.
-        value: Size of what was found.
-        std: Standard deviation of the size.
-        unit: Of both.
-        z: Standard errors by which it predicts the currents better than the logs as they are.
-        effects: What it does to each gain.
-        rivals: What these logs cannot tell it from.
-    """
-
-    name: str
-    severity: Literal["good", "weak", "wrong"]
-    sentence: str
-    advice: str | None
-    joints: list[int] = Field(description="none: all of them")
-    logs: list[str] = Field(description="none: all of them")
-    value: float | None
-    std: float | None
-    unit: str | None
-    z: float | None = Field(description="null where the samples themselves show it")
-    effects: list[CheckEffect]
-    rivals: list[str]
-
-
-class CheckExclusion(OpenObject):
-    """A family of faults that the logs exclude.
-
-    Attributes:
-        family: As `name` of a diagnosis.
-        sentence: What is excluded, in words.
-        joints: That it is about, from 1.
-        limit: Size beyond which it is excluded.
-        unit: Of the limit.
-    """
-
-    family: str
-    sentence: str
-    joints: list[int] = Field(description="none: all of them")
-    limit: float | None = Field(description="null: of any size")
-    unit: str | None
-
-
-class Check(OpenObject):
+class Check(Diagnosed):
     """What `rx90 check --json` prints.
 
     Attributes:
@@ -142,9 +79,6 @@ class Check(OpenObject):
         lines: What was looked at.
         logs: How joints moved.
         readings: Other readings of all logs together.
-        diagnoses: What was looked at, in full.
-        excluded: Faults that the logs exclude.
-        untold: What the logs cannot tell, a sentence each.
     """
 
     robot: str
@@ -152,6 +86,3 @@ class Check(OpenObject):
     lines: list[CheckLine]
     logs: list[CheckLog]
     readings: CheckReadings
-    diagnoses: list[CheckDiagnosis]
-    excluded: list[CheckExclusion]
-    untold: list[str]

@@ -4,7 +4,7 @@ from typing import Any
 
 from pydantic import Field
 
-from scenarios.files.result_schemas.check import CheckDiagnosis, CheckExclusion
+from scenarios.files.result_schemas.diagnoses import Diagnosed
 from scenarios.files.result_schemas.open_object import OpenObject
 
 
@@ -78,24 +78,24 @@ class ResultTiming(OpenObject):
 
 
 class ResultFinding(OpenObject):
-    """What a consistency test of the estimate found.
+    """A diagnosis that was compared by its predictions of the currents, in short.
 
     Attributes:
         statistic: What was found, in what `measure` says.
-        failed: Whether it is above the threshold.
+        failed: Whether it matters.
     """
 
-    check: str = Field(description="its name")
-    joint: int = Field(ge=1, description="the joint that fails most, or would first")
+    check: str = Field(description="name of the diagnosis")
+    joint: int = Field(ge=1, description="the joint that is affected most")
     statistic: float
-    threshold: float = Field(description="above it the statistic is no accident, or too much, in what `measure` says")
+    threshold: float = Field(description="above it the statistic is no accident")
     measure: str = Field(description="what both are")
     failed: bool
-    change: float | None = Field(description="of that joint's gain [%], null where gains are not what is compared")
-    sentence: str | None = Field(description="what it means, null where it passes or does not matter")
+    change: float | None = Field(description="of that joint's gain [%], null where no gain is moved")
+    sentence: str | None = Field(description="what it means, null where it does not matter")
 
 
-class Result(OpenObject):
+class Result(Diagnosed):
     """What `rx90 run --json` and `rx90 identify --json` print.
 
     Attributes:
@@ -107,7 +107,7 @@ class Result(OpenObject):
         fit: How well the data are explained.
         timing: Wall times.
         notes: What the method chose and what one should know.
-        consistency: Tests of the estimate against itself.
+        consistency: Diagnoses that were compared by their predictions, in short.
     """
 
     scenario: str | None
@@ -119,6 +119,3 @@ class Result(OpenObject):
     timing: ResultTiming
     notes: list[str] = Field(default_factory=list[str])
     consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
-    diagnoses: list[CheckDiagnosis] = Field(default_factory=list[CheckDiagnosis])
-    excluded: list[CheckExclusion] = Field(default_factory=list[CheckExclusion])
-    untold: list[str] = Field(default_factory=list[str])

@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from scenarios.files.result_schemas.diagnoses import Diagnosed
 from scenarios.files.result_schemas.open_object import OpenObject
 
 
@@ -102,7 +103,7 @@ class CommonError(OpenObject):
     apart: list[Departure]
 
 
-class Verification(OpenObject):
+class Verification(Diagnosed):
     """What `rx90 verify --gains G --json` prints.
 
     Attributes:
@@ -144,7 +145,7 @@ class PredictedJoint(OpenObject):
     gain_changes: list[float]
 
 
-class CrossValidation(OpenObject):
+class CrossValidation(Diagnosed):
     """What `rx90 verify --json` prints without gains.
 
     Attributes:
@@ -156,7 +157,7 @@ class CrossValidation(OpenObject):
     joints: list[PredictedJoint]
 
 
-class FoundPayload(OpenObject):
+class FoundPayload(Diagnosed):
     """What `rx90 payload-of --json` prints.
 
     Attributes:

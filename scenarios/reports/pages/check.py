@@ -10,16 +10,17 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from ident.arm import Arm
-from ident.check import Checked, LogRead, check, worst_first
-from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.check import Checked, LogRead, check
+from ident.diagnosis.diagnosis import Diagnosis, Severity, worst_first
 from ident.diagnosis.samples.temperature import NAME
 from ident.errors import IdentificationError
 from ident.payload import Payload
 from ident.payload_files import read_payload
 from ident.structure import structure_of
 from scenarios.errors import DamagedResult
-from scenarios.reports.check import MOODS, every_line, findings, verdict
+from scenarios.reports.check import findings, verdict
 from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
+from scenarios.reports.diagnoses import MOODS, every_line
 from scenarios.reports.motion import coverage_plot
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, values
@@ -62,7 +63,7 @@ def page(folder: Path) -> Report:
     found, now = checked.found, check_document(checked, given.arm)
     asked = {} if record.payload is None or payload is None else {record.payload: payload}
     parts: list[Part] = [Paragraph(verdict(found, given.arm), MOODS[found.severity], strong=True)]
-    parts += [*_differences(saved, now), *findings(found), Heading("All checks"), every_line(found)]
+    parts += [*_differences(saved, now), *findings(found), Heading("All checks"), every_line(found.diagnoses)]
     parts += [*_plots(checked, given.arm), *_origin(folder, record, asked, given.arm)]
     return Report(record.title, tuple(parts), saved)
 

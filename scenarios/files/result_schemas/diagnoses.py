@@ -1,0 +1,85 @@
+"""JSON Schema of what is said of logs and of an estimate."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from scenarios.files.result_schemas.open_object import OpenObject
+
+
+class DiagnosisEffect(OpenObject):
+    """What a fault does to a gain; to the joint's current where `deviations` is null.
+
+    Attributes:
+        joint: Its number, from 1.
+        percent: Error of the gain, or share of the joint's rms current.
+        deviations: The same in standard deviations that are claimed of the gain.
+    """
+
+    joint: int = Field(ge=1)
+    percent: float
+    deviations: float | None
+
+
+class ResultDiagnosis(OpenObject):
+    """One thing that was looked at, and what was found.
+
+    Attributes:
+        name: What was looked at.
+        severity: How it is to be taken.
+        sentence: What was found, in words and numbers.
+        advice: What to do.
+        joints: That it is about, from 1.
+        logs: Names of those that it is about.
+        value: Size of what was found.
+        std: Standard deviation of the size.
+        unit: Of both.
+        z: Standard errors by which it predicts the currents better than the logs as they are.
+        effects: What it does to each gain.
+        rivals: What these logs cannot tell it from.
+    """
+
+    name: str
+    severity: Literal["good", "weak", "wrong"]
+    sentence: str
+    advice: str | None
+    joints: list[int] = Field(description="none: all of them")
+    logs: list[str] = Field(description="none: all of them")
+    value: float | None
+    std: float | None
+    unit: str | None
+    z: float | None = Field(description="null where the samples themselves show it")
+    effects: list[DiagnosisEffect]
+    rivals: list[str]
+
+
+class ResultExclusion(OpenObject):
+    """A family of faults that the logs exclude.
+
+    Attributes:
+        family: As `name` of a diagnosis.
+        sentence: What is excluded, in words.
+        joints: That it is about, from 1.
+        limit: Size beyond which it is excluded.
+        unit: Of the limit.
+    """
+
+    family: str
+    sentence: str
+    joints: list[int] = Field(description="none: all of them")
+    limit: float | None = Field(description="null: of any size")
+    unit: str | None
+
+
+class Diagnosed(OpenObject):
+    """What is said of logs and of an estimate.
+
+    Attributes:
+        diagnoses: What was looked at, the worst first.
+        excluded: Faults that the logs exclude.
+        untold: What the logs cannot tell.
+    """
+
+    diagnoses: list[ResultDiagnosis]
+    excluded: list[ResultExclusion]
+    untold: list[str]

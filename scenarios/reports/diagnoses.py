@@ -1,0 +1,71 @@
+"""What is said of logs and of an estimate, in words: what is not good, what is excluded, what cannot be told."""
+
+from collections.abc import Sequence
+from pathlib import PurePath
+
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Table, cells
+
+MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
+LABELS = {Severity.GOOD: "Good", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
+COLUMNS = (
+    Column(title="Log", words=True),
+    Column(title="What", words=True),
+    Column(title="Verdict", words=True),
+    Column(title="Found", words=True),
+)
+
+
+def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:
+    """A paragraph for each diagnosis that is not good, the worst first.
+
+    Args:
+        found: What is said of the logs.
+        strong: Whether they stand out among others.
+    """
+    several = len({log for each in found.diagnoses for log in each.logs}) > 1
+    return [Paragraph(words_of(each, several=several), MOODS[each.severity], strong=strong) for each in found.doubts]
+
+
+def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
+    """A diagnosis in words: severity, logs, what was found, what to do or what it may be instead.
+
+    Args:
+        diagnosis: The diagnosis.
+        several: Whether logs have to be named.
+    """
+    logs = [PurePath(log).name for log in diagnosis.logs] if several else []
+    named = ", ".join(log for log in logs if log not in diagnosis.sentence)
+    place = f"{LABELS[diagnosis.severity]}{f' {named}' if named else ''}: "
+    if diagnosis.rivals:
+        more = f" and {len(diagnosis.rivals) - 1} more" if diagnosis.rivals[1:] else ""
+        return f"{place}{diagnosis.sentence}. It may as well be: {diagnosis.rivals[0]}{more}."
+    advice = "" if diagnosis.advice is None else f" {diagnosis.advice[0].upper()}{diagnosis.advice[1:]}."
+    return f"{place}{diagnosis.sentence}.{advice}"
+
+
+def horizon_paragraphs(found: Diagnosed, *, every: bool = False) -> list[Paragraph]:
+    """What the logs exclude and what they cannot tell, a line each if there is something.
+
+    Args:
+        found: What is said of the logs.
+        every: Whether faults are listed of which only some cases are excluded, and what is about no joint alone.
+    """
+    excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
+    untold = [each for each in found.untold if every or not each.startswith("whether")]
+    parts = [Paragraph(f"Excluded: {'; '.join(excluded)}.")] if excluded else []
+    return [*parts, *([Paragraph(f"Cannot be told: {'; '.join(untold)}.")] if untold else [])]
+
+
+def every_line(diagnoses: Sequence[Diagnosis]) -> Table:
+    """Everything that was looked at, the worst first."""
+    return Table(columns=COLUMNS, rows=tuple(map(_row, diagnoses)))
+
+
+def _row(diagnosis: Diagnosis) -> tuple[Cell, ...]:
+    return cells(
+        ", ".join(PurePath(log).name for log in diagnosis.logs) or NONE,
+        diagnosis.name,
+        Cell(diagnosis.severity.value, MOODS[diagnosis.severity]),
+        diagnosis.sentence,
+    )

@@ -1,0 +1,75 @@
+"""The same faulty logs are told the same fault by every command that reads them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from weighed_cell import MODEL, TWO_WEIGHTS
+
+from ident.recording import Recording
+from ident.recording_files import read_recording, write_recording
+from scenarios.cli import main
+
+BARE, FAULTY, PAYLOAD, GAINS = "{}/bare.parquet", "{}/faulty.parquet", "{}/payload-light.toml", "{}/gains.toml"
+PAIR = ("--unloaded", BARE, "--loaded", FAULTY, "--payload", PAYLOAD)
+COMMANDS = {
+    "identify": ("identify", "--model", MODEL, *PAIR, "--option", "friction=viscous-coulomb"),
+    "check": ("check", MODEL, BARE, "--loaded", FAULTY, "--payload", PAYLOAD),
+    "verify": ("verify", "--model", MODEL, "--gains", GAINS, *PAIR),
+    "payload-of": ("payload-of", FAULTY, "--model", MODEL, "--gains", GAINS, "--unloaded", BARE),
+    "bare identify": ("identify", "--model", MODEL, "--unloaded", BARE, FAULTY),
+}
+Change = Callable[[Recording], Recording]
+
+
+def of_q(change: Callable[[np.ndarray], np.ndarray]) -> Change:
+    return lambda log: replace(log, q=change(log.q))
+
+
+FAULTS: dict[str, tuple[Change, str]] = {
+    "negated": (of_q(lambda q: q * [1, -1, 1, 1, 1, 1]), "q2 is negated in faulty.parquet alone"),
+    "thousandth": (lambda log: replace(log, v=1e3 * log.v), "all currents are scaled by 1000 in faulty.parquet alone"),
+    "scaled": (lambda log: replace(log, v=log.v * [1, 1.15, 1, 1, 1, 1]), "v2 is scaled by 1.15"),
+    "exchanged": (of_q(lambda q: q[:, [0, 1, 2, 4, 3, 5]]), "columns q4 and q5 are exchanged in faulty.parquet alone"),
+    "zero": (of_q(lambda q: q + np.radians([0, 0, 20, 0, 0, 0])), "the zero of q3 is off by 20"),
+    "degrees": (of_q(np.degrees), "degrees"),
+}
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory) -> Path:
+    """Two bare motions, two weights, and the gains that the heavier one gives."""
+    folder = tmp_path_factory.mktemp("cell")
+    (folder / "cell.toml").write_text(
+        'extends = "nominal"\n[experiment]\nprotocol = ["bare", "bare", "light", "heavy"]\n'
+        + TWO_WEIGHTS
+        + '[identification]\nmethod = "ls-2011"\n'
+    )
+    main(["run", str(folder / "cell.toml"), "--save", str(folder / "run")])
+    run = folder / "run"
+    for name, saved in (("bare", "unloaded"), ("again", "unloaded-2"), ("light", "light"), ("heavy", "heavy")):
+        (run / f"{saved}.parquet").rename(folder / f"{name}.parquet")
+    for name in ("light", "heavy"):
+        (run / f"payload-{name}.toml").rename(folder / f"payload-{name}.toml")
+    words = ["identify", "--model", MODEL, "--unloaded", BARE, "--loaded", "{}/heavy.parquet"]
+    words += ["--payload", "{}/payload-heavy.toml", "--gains-out", GAINS, "--option", "friction=viscous-coulomb"]
+    assert main([word.format(folder) for word in words]) == 0
+    return folder
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_every_command_names_the_same_fault_of_the_same_logs(name, cell, capsys):
+    change, said = FAULTS[name]
+    for command, words in COMMANDS.items():
+        log = read_recording(cell / ("again.parquet" if command == "bare identify" else "light.parquet"))
+        write_recording(change(log), cell / "faulty.parquet")
+        capsys.readouterr()
+        status = main([word.format(cell) for word in words])
+        out, err = capsys.readouterr()
+        told = out if command == "check" or status == 0 else err
+        assert said in told, (command, out, err)
+        if status == 2:
+            assert out == ""
+            assert err.count("\n") == 1

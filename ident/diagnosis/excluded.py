@@ -101,10 +101,10 @@ def untold(seen: Survey) -> Iterator[str]:
         own = [each for each in open_ones if each.joints == (j,) and each.logs == every]
         kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
         if kinds:
-            yield f"joint {j + 1}: {' and '.join(kinds)}"
+            yield f"{' and '.join((', '.join(kinds[:-1]), kinds[-1])) if kinds[1:] else kinds[0]} of q{j + 1}"
     rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family != "clock"]
     if rest:
-        yield _few([each.words for each in rest])
+        yield f"whether {_few([each.words for each in rest])}"
 
 
 def _loss(each: Screened) -> float:

@@ -125,5 +125,8 @@ def test_sound_logs_raise_nothing_anywhere(axes):
     assert [each.name for each in found.doubts] == ["negative gain"]  # of a drive that is wired backwards
     assert found.excluded
     seen = check((bare, heavy), axes, observing=ObserveOptions(), gains=LOOSE, loaded=(False, True), payload=BRICK)
-    assert [(each.name, each.joints) for each in seen.found.doubts] == [("friction sign", (1,)), ("negative gain", (1,))]
+    assert [(each.name, each.joints) for each in seen.found.doubts] == [
+        ("friction sign", (1,)),
+        ("negative gain", (1,)),
+    ]
     assert diagnose(prepare((Recorded(bare), Recorded(heavy, BRICK)), axes).logs()).diagnoses == ()

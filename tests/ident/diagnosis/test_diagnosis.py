@@ -37,11 +37,12 @@ def test_gains_that_others_contradict_are_off_by_their_ratio():
     now = gain_estimate(2.6, None, 1.7, 1.3, std=0.02, reason="no load")
     right = gain_estimate(2.0, 3.0, 1.7, None, std=0.02, reason="no load")
     found = {each.joint: each for each in _between(now, right)}
-    assert sorted(found) == [0, 2, 3]
+    assert sorted(found) == [0, 1, 2, 3]
     np.testing.assert_allclose(found[0].percent, 30.0, rtol=1e-9)
     claimed = now.joints[0].total_std / 2.6
     assert claimed > now.joints[0].predicted_rel_std
     np.testing.assert_allclose(found[0].deviations, 0.3 / claimed, rtol=1e-9)
+    np.testing.assert_allclose(found[1].percent, 100.0, rtol=1e-9)  # one that would be found otherwise is lost
     np.testing.assert_allclose(found[2].percent, 0.0, atol=1e-9)
     np.testing.assert_allclose(found[3].percent, 1000.0, rtol=1e-9)  # a gain that ought to be refused is no result
 

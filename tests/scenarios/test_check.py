@@ -3,7 +3,6 @@
 import json
 import re
 import textwrap
-from dataclasses import replace
 from pathlib import Path
 
 import jsonschema
@@ -24,7 +23,8 @@ from ident.recording_files import read_recording, write_recording
 from scenarios.cli import main
 from scenarios.files.schema_line import ENDING, FOLDER
 from scenarios.named_robot import named_robot
-from scenarios.reports.check import check_report, words_of
+from scenarios.reports.check import check_report
+from scenarios.reports.diagnoses import words_of
 from scenarios.robots import ROBOTS
 
 URDF = """<robot name="six"><link name="base"/>{links}</robot>"""
@@ -125,17 +125,6 @@ EVERYTHING = Diagnosis(
     effects=(Effect(joint=1, percent=-3.7, deviations=-5.2), Effect(joint=2, percent=1.1, deviations=0.4)),
     rivals=("a tilted base",),
 )
-
-
-def test_a_diagnosis_is_told_with_its_logs_its_effect_its_advice_and_what_it_may_be_instead():
-    assert words_of(EVERYTHING, several=True) == (
-        "WRONG b.csv, c.csv: the zero of q2 is off by -4.9 degrees; gain of joint 2 off by up to 3.7 %. Correct it. "
-        "It may as well be: a tilted base."
-    )
-    current = replace(EVERYTHING, effects=(Effect(joint=4, percent=2.34, deviations=None),), rivals=(), advice=None)
-    assert words_of(current, several=False) == (
-        "WRONG: the zero of q2 is off by -4.9 degrees; 2.3 % of the current of joint 5."
-    )
 
 
 def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):

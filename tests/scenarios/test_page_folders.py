@@ -68,13 +68,14 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
     again = identified_again(saved)
     assert again.differences == ()
     assert [gain.estimate is None for gain in again.result.gains] == [False, False, False, True, False, True]
-    evidence, logs = again.evidence, [motion.recording for motion in again.motions]
+    problem, estimate = again.problem, again.found.estimate
+    logs = [motion.recording for motion in again.motions]
     start = begins(logs)
     assert start[0] == 0.0
-    rows = fit_rows(evidence, 1, logs)
-    own = evidence.estimate.solution.rows.of(1)
-    np.testing.assert_array_equal(rows.V, evidence.estimate.solution.rows.V[own])
-    seen = [motion.observation for motion in evidence.problem.motions]
+    rows = fit_rows(problem, estimate, 1, logs)
+    own = estimate.solution.rows.of(1)
+    np.testing.assert_array_equal(rows.V, estimate.solution.rows.V[own])
+    seen = [motion.observation for motion in problem.motions]
     for k, observed in enumerate(seen):
         # Rows of a motion are as far from each other on the page as in the log, and lie inside it.
         t, log, behind = rows.t[rows.motion == k], logs[k], observed.full_rate
@@ -89,9 +90,9 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
         edge = round((still[0][1] - start[k] - first) / behind.period)
         assert behind.moving[edge, 1]
         assert not behind.moving[edge - 1, 1]
-    gain = again.found.estimate.joints[1]
+    gain = estimate.joints[1]
     assert (rows.scale, rows.unit) == (gain.value, "N m")
-    assert fit_rows(evidence, 3, logs).unit == "drive units"
+    assert fit_rows(problem, estimate, 3, logs).unit == "drive units"
 
 
 def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(saved):
@@ -101,8 +102,8 @@ def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_pla
     moved = Motion(replace(heavy.observation, joints=joints), heavy.payload)
     logs = [motion.recording for motion in again.motions]
     later = [logs[0], replace(logs[1], t=logs[1].t + 1200.25)]
-    evidence = replace(again.evidence, problem=replace(again.problem, motions=(bare, moved)))
-    here, there = fit_rows(again.evidence, 2, logs), fit_rows(evidence, 2, later)
+    problem, estimate = replace(again.problem, motions=(bare, moved)), again.found.estimate
+    here, there = fit_rows(again.problem, estimate, 2, logs), fit_rows(problem, estimate, 2, later)
     np.testing.assert_allclose(there.stamp - here.stamp, 1200.25 * here.motion, rtol=0, atol=1e-9)  # rounding
     np.testing.assert_allclose(there.t, here.t, rtol=0, atol=1e-9)  # rounding
     np.testing.assert_allclose(there.still, here.still, rtol=0, atol=1e-9)  # rounding
@@ -129,7 +130,7 @@ def test_verdict_gains_and_refusals_come_first(saved):
     assert headings == [
         "Gains",
         "Refused or missed, and what would show it",
-        "Consistency",
+        "Diagnoses",
         "Torques, measured and reconstructed",
         "What is left: spectrum",
         "What is left, against position",
@@ -150,10 +151,9 @@ def test_verdict_gains_and_refusals_come_first(saved):
     reasons = [text.partition(":")[0] for text in texts if re.match(r"Joint \d: ", text)]
     assert reasons == [f"Joint {gain['joint']}" for gain in result["gains"] if gain["reason"] is not None]
     told = [[cell.text for cell in row] for part in report.parts if isinstance(part, Table) for row in part.rows]
-    for test in result["consistency"]:
-        verdict = "speaks up" if test["failed"] else "quiet"
-        numbers = [f"{test[key]:.3g}" for key in ("statistic", "threshold")]
-        assert [test["check"], str(test["joint"]), *numbers, test["measure"], verdict] in told
+    assert result["diagnoses"]
+    for each in result["diagnoses"]:
+        assert [each["name"], each["severity"], each["sentence"]] in [row[1:] for row in told]
     assert ["Seed", "5"] in told
     for number, joint in enumerate(identified_again(saved).result.joints, 1):
         if isinstance(joint, RefusedGain) and joint.predicted_rel_std is not None and 0.1 < joint.predicted_rel_std < 1:
@@ -253,8 +253,9 @@ def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved,
     folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"))
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())
-    assert report.parts[0].text.startswith(f"{told['verdict'].upper()}: ")
-    assert not any(isinstance(part, Paragraph) and "Checked again" in part.text for part in report.parts)
+    verdicts = {"good": "GOOD: ", "weak": "USABLE: ", "wrong": "WRONG: "}
+    assert report.parts[0].text.startswith(verdicts[told["verdict"]])
+    assert not any(isinstance(part, Paragraph) and "A new check" in part.text for part in report.parts)
     table = next(part for part in report.parts if isinstance(part, Table))
     order = ["wrong", "weak", "good"]
     lines = sorted(told["lines"], key=lambda line: order.index(line["verdict"]))

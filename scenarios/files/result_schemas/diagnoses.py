@@ -29,12 +29,9 @@ class ResultDiagnosis(OpenObject):
         severity: How it is to be taken.
         sentence: What was found, in words and numbers.
         advice: What to do.
-        joints: That it is about, from 1.
-        logs: Names of those that it is about.
-        value: Size of what was found.
-        std: Standard deviation of the size.
+        value: Size of what was found, in `unit`.
+        std: Standard deviation of the size, in `unit`.
         unit: Of both.
-        z: Standard errors by which it predicts the currents better than the logs as they are.
         effects: What it does to each gain.
         rivals: What these logs cannot tell it from.
     """
@@ -43,12 +40,14 @@ class ResultDiagnosis(OpenObject):
     severity: Literal["good", "weak", "wrong"]
     sentence: str
     advice: str | None
-    joints: list[int] = Field(description="none: all of them")
-    logs: list[str] = Field(description="none: all of them")
+    joints: list[int] = Field(description="that it is about, from 1; empty for all of them")
+    logs: list[str] = Field(description="names of those that it is about; empty for all of them")
     value: float | None
     std: float | None
     unit: str | None
-    z: float | None = Field(description="null where the samples themselves show it")
+    z: float | None = Field(
+        description="ratio of the gain in predictions to its standard error, null where samples show it"
+    )
     effects: list[DiagnosisEffect]
     rivals: list[str]
 
@@ -59,15 +58,13 @@ class ResultExclusion(OpenObject):
     Attributes:
         family: As `name` of a diagnosis.
         sentence: What is excluded, in words.
-        joints: That it is about, from 1.
-        limit: Size beyond which it is excluded.
         unit: Of the limit.
     """
 
     family: str
     sentence: str
-    joints: list[int] = Field(description="none: all of them")
-    limit: float | None = Field(description="null: of any size")
+    joints: list[int] = Field(description="that it is about, from 1; empty for all of them")
+    limit: float | None = Field(description="size beyond which it is excluded, in `unit`; null: of any size")
     unit: str | None
 
 

@@ -88,7 +88,7 @@ class ResultFinding(OpenObject):
     check: str = Field(description="name of the diagnosis")
     joint: int = Field(ge=1, description="the joint that is affected most")
     statistic: float
-    threshold: float = Field(description="above it the statistic is no accident")
+    threshold: float = Field(description="above it the statistic is no accident, in what `measure` says")
     measure: str = Field(description="what both are")
     failed: bool
     change: float | None = Field(description="of that joint's gain [%], null where no gain is moved")

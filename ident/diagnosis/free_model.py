@@ -15,6 +15,9 @@ from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, HeldOut, fits_of, 
 from ident.gain_system import JointRows, joint_rows
 from ident.problem import Problem
 
+COUPLED = ("Fvm", "Fcm")
+"""Friction of motors that turn with two joints."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeModel:
@@ -81,7 +84,7 @@ def _fitted(problem: Problem, rows: JointRows, further: Array | None, lengths: S
 
 def free_columns(problem: Problem, rows: JointRows) -> Array:
     """Columns that explain a joint's currents, shape (r, p)."""
-    own = [rows.names.index(name) for name in _own(rows) if name in rows.names]
+    own = [k for k, name in enumerate(rows.names) if name in _own(rows) or name.rstrip("0123456789") in COUPLED]
     later = [rows.W[:, own] * (rows.motion == log)[:, None] for log in range(1, len(problem.motions))]
     first = problem.motions[0].payload
     payloads = [W_L for W_L, payload in zip(rows.W_L, problem.payloads, strict=True) if payload is not first]

@@ -49,6 +49,7 @@ FAMILIES: dict[str, Family] = {
     "position-dependent torque": Family(directions=terms.position),
     "friction law": Family(directions=terms.speed),
     "friction drift": Family(directions=terms.warming),
+    "friction of couplings": Family(directions=terms.coupled_friction),
     "current drift": Family(directions=terms.current_drift),
 }
 """What logs are compared with."""

@@ -8,6 +8,7 @@ from numpy.polynomial import legendre
 
 from ident.arrays import Array, readonly
 from ident.diagnosis.alternative import Direction
+from ident.diagnosis.free_model import COUPLED
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference
 from ident.gain_system import JointRows
@@ -70,6 +71,16 @@ def warming(reference: Reference, logs: Logs) -> Iterator[Direction]:
         if own:
             since = rows.position / max(1, int(rows.position.max(initial=1))) - 0.5
             parts = [rows.W[:, own] * (since * (rows.motion == log))[:, None] for log in range(len(logs.recordings))]
+            yield _alone("friction drift", rows.joint, logs, np.hstack(parts))
+
+
+def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Friction of a motor that turns with two joints, another in a later log than in the first."""
+    for rows in logs.model.rows:
+        coupled = [k for k, name in enumerate(rows.names) if name.rstrip("0123456789") in COUPLED]
+        later = range(1, len(logs.recordings))
+        if coupled and later:
+            parts = [rows.W[:, coupled] * (rows.motion == log)[:, None] for log in later]
             yield _alone("friction drift", rows.joint, logs, np.hstack(parts))
 
 

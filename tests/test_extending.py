@@ -155,9 +155,8 @@ def slope(x: np.ndarray, y: np.ndarray) -> float:
 
 
 def test_there_is_a_recipe_for_every_kind_at_the_cost_of_two_files():
-    costs = dict.fromkeys(
-        ("estimator", "uncertainty", "fault family", "log format", "constant effect", "varying effect", "sensor"), 2
-    )
+    kinds = ("estimator", "uncertainty", "fault family", "log format", "constant effect", "varying effect", "sensor")
+    costs = dict.fromkeys(kinds, 2)
     costs |= {"robot": 0, "report renderer": 2, "executor": 2, "kind of method": 2, "command": 2}
     assert {name: recipe.cost for name, recipe in RECIPES.items()} == costs
 

@@ -16,6 +16,8 @@ from ident.structure import Structure, structure_of
 
 LONG = (
     "test_interruptions",
+    "test_identification",
+    "test_faults_everywhere",
     "test_extending",
     "test_dask",
     "test_comparison",

@@ -26,11 +26,7 @@ def within_reach(arm: Arm, log: Recording, how: LogReading) -> bool:
     ends = how.q_factor * np.array([log.q.min(axis=0), log.q.max(axis=0)])[:, how.q_order] + how.zero
     low, high = ends.min(axis=0), ends.max(axis=0)
     changed = np.abs(how.q_factor) != 1.0
-    return all(
-        _reached(arm, j, low, high) and not (changed[j] and high[j] - low[j] < STILL)
-        for j in range(arm.n)
-        if changed[j]
-    )
+    return all(_reached(arm, j, low, high) and high[j] - low[j] >= STILL for j in range(arm.n) if changed[j])
 
 
 def _reached(arm: Arm, j: int, low: Array, high: Array) -> bool:

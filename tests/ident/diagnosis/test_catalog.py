@@ -11,7 +11,7 @@ from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, dela
 from ident.diagnosis.comparison import Added
 from ident.diagnosis.engine import Small, directions
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reference import reference
+from ident.diagnosis.reference import across, reference
 
 
 def by_words(found, words: str):
@@ -172,6 +172,9 @@ def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):
     angle = np.arccos(before @ after / (before @ before))
     np.testing.assert_allclose(angle, np.linalg.norm(value), rtol=1e-9)
     np.testing.assert_allclose(other.value, np.rad2deg(angle), rtol=1e-9)
+    small = 1e-6 * value
+    derivative = sum(x * np.cross(axis, before) for x, axis in zip(small, across(sound.structure.arm), strict=True))
+    np.testing.assert_allclose(tilt.alternative(small).reading.gravity - before, derivative, atol=1e-10)  # second order
     assert len(list(base.alternatives(sound))) == 25  # of 26 directions, one is the model's
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from known_logs import UR_GAIN
 
 from ident.check import check, worst_first
 from ident.diagnosis.diagnosis import Diagnosis, Severity
@@ -22,7 +23,7 @@ def test_diagnoses_stand_the_worst_first_each_once_else_in_their_order():
 
 
 def test_a_sound_log_has_motions_and_good_diagnoses(ur, ur_log):
-    found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS)
+    found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS, about=UR_GAIN)
     assert found.found.severity is Severity.GOOD
     assert len(found.logs[0].motions) == 6
     assert {"rate", "clipping", "frozen", "noise of q", "range"} <= {each.name for each in found.found.diagnoses}
@@ -31,7 +32,7 @@ def test_a_sound_log_has_motions_and_good_diagnoses(ur, ur_log):
 def test_what_was_repaired_is_said_once_and_motions_are_of_the_repaired_log(ur, ur_log):
     q = ur_log.q.copy()
     q[900:, 1] += 2.0 * np.pi
-    found = check([Recording(ur_log.t, q, ur_log.v, "w")], ur, observing=OPTIONS, gains=LIMITS)
+    found = check([Recording(ur_log.t, q, ur_log.v, "w")], ur, observing=OPTIONS, gains=LIMITS, about=UR_GAIN)
     assert [each.name for each in found.found.doubts] == ["wrapped"]
     assert found.logs[0].motions[1].speed < 3.0
 
@@ -46,7 +47,7 @@ def test_a_log_that_cannot_be_filtered_is_wrong_and_has_no_motions(ur, ur_log):
 
 def test_temperatures_are_judged_beside_the_logs(ur, ur_log):
     warm = Warmth("a/log.csv", np.linspace(21.0, 31.0, 400)[:, None] * np.ones(6))
-    found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS, warmths=[warm])
+    found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS, about=UR_GAIN, warmths=[warm])
     assert [each.name for each in found.found.doubts] == ["temperature"]
 
 
@@ -79,3 +80,8 @@ def test_lost_and_repeated_samples_spoil_the_rows_beside_them(ur_log):
     rows[600] = 599
     again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows])
     np.testing.assert_array_equal(np.flatnonzero(SPOILING["repeated samples"](again).any(axis=1)), [599, 600])
+
+
+def test_a_drive_that_friction_drives_is_told_where_nobody_expects_it(ur, ur_log):
+    found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS).found
+    assert [(each.name, each.joints) for each in found.doubts] == [("friction sign", (1,))]  # wired backwards

@@ -199,6 +199,20 @@ def test_rows_that_a_reading_leaves_out_are_no_gain(rng):
     np.testing.assert_allclose(gains(one, fewer).sum(), 0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("swapped", [False, True])
+def test_rows_of_both_readings_alone_are_counted(rng, swapped):
+    one, other = score(rng), score(rng)
+    if swapped:
+        one, other = other, one
+    expected = 0.0
+    for j in range(2):
+        for own in (slice(0, 20), slice(20, 40)):
+            variance = [each.squares[j, own].sum() / each.rows[j, own].sum() for each in (one, other)]
+            both = np.minimum(one.rows[j, own], other.rows[j, own]).sum()
+            expected += 0.5 * both * np.log(variance[0] / variance[1])
+    np.testing.assert_allclose(gains(one, other).sum(), expected, rtol=1e-9)
+
+
 def test_joints_that_either_reading_explains_to_the_last_digit_or_not_at_all_gain_nothing(rng):
     one, other = score(rng), score(rng)
     exact = replace(other, squares=np.where([[True], [False]], 0.0, other.squares))

@@ -85,7 +85,7 @@ def test_gains_that_something_wrong_spoils_are_refused_and_the_others_are_kept()
     wrong = said(
         Severity.WRONG,
         effects=(effect(0, 9.0, 4.1), effect(1, 1.0, 2.9), effect(2, -8.0, -3.3)),
-        advice="use q2 plus 3",
+        advice="use it",
     )
     kept = without_spoilt(GAINS, [said(Severity.WEAK, joints=(1,)), wrong])
     assert [isinstance(each, IdentifiedGain) for each in kept.joints] == [False, True, False]

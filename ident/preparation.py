@@ -130,10 +130,13 @@ def prepare(
     beyond = _out_of_reach(used, structure.arm)
     if beyond is not None and not policy.doubt:
         raise beyond
-    observed = tuple(
-        Motion(observe(each.recording, structure, observing, spoilt_samples(each.recording, names)), each.payload)
-        for each in used
-    )
+    try:
+        observed = tuple(
+            Motion(observe(each.recording, structure, observing, spoilt_samples(each.recording, names)), each.payload)
+            for each in used
+        )
+    except RecordingError as error:
+        raise (beyond or error) from error
     prepared = Prepared(
         motions=tuple(used),
         problem=Problem(structure, observed, gains),

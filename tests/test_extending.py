@@ -32,7 +32,7 @@ import rx90_mjcf
 from ident.identification import identify
 from ident.options import GainOptions
 from ident.recording import Recording
-from ident.recording_files import read_recording
+from ident.recording_files import read_recording, write_recording
 from scenarios.cli import main
 from scenarios.run import Run, run_scenario
 from scenarios.store.run_folder import save_run
@@ -115,6 +115,7 @@ def followed(plain, tmp_path_factory) -> Followed:
         log = read_recording((work / f"{old}.parquet").rename(work / f"{new}.parquet"))
         savemat(work / f"{new}.mat", {"t": log.t, "q": log.q, "v": log.v})
     shutil.copy(rx90_mjcf.MJCF, work / "arm.xml")
+    write_recording(Recording(log.t, -log.q, log.v), work / "mirrored.parquet")
     for recipe in RECIPES.values():
         follow(recipe, packages, work)
     shutil.copy(plain.bench.scenario.folder / "short.toml", packages / "scenarios/catalog/motions/drive-gains.toml")
@@ -124,11 +125,20 @@ def followed(plain, tmp_path_factory) -> Followed:
     commands = {name: recipe.commands for name, recipe in RECIPES.items()}
     commands |= {
         "weighed": [["python", "weighed.py"]],
+        "mirrored": [
+            ["rx90", "check", "arm.xml", "bare.parquet", "--loaded", "mirrored.parquet", "--payload", "payload.toml"]
+        ],
         "taken": [["rx90", "run", name, "--json"] for name in TAKEN],
         "help": [["rx90", "identify", "--help"], ["rx90", "monte-carlo", "--help"], ["rx90"]],
     }
     left = iter(run([words for each in commands.values() for words in each], packages, work))
     return Followed(packages, work, {name: [next(left) for _ in each] for name, each in commands.items()})
+
+
+def test_a_fault_of_a_new_family_is_excluded_where_logs_show_it_and_named_where_they_have_it(followed):
+    (excluded,) = [line for line in followed.said("fault family").splitlines() if line.startswith("Excluded: ")]
+    assert "another handedness" in excluded
+    assert "all positions are negated in mirrored.parquet alone" in followed.said("mirrored")
 
 
 def estimates(result: str) -> list[float | None]:
@@ -145,7 +155,8 @@ def slope(x: np.ndarray, y: np.ndarray) -> float:
 
 
 def test_there_is_a_recipe_for_every_kind_at_the_cost_of_two_files():
-    costs = dict.fromkeys(("estimator", "uncertainty", "log format", "constant effect", "varying effect", "sensor"), 2)
+    kinds = ("estimator", "uncertainty", "fault family", "log format", "constant effect", "varying effect", "sensor")
+    costs = dict.fromkeys(kinds, 2)
     costs |= {"robot": 0, "report renderer": 2, "executor": 2, "kind of method": 2, "command": 2}
     assert {name: recipe.cost for name, recipe in RECIPES.items()} == costs
 

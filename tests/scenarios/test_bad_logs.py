@@ -8,6 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 from bad_files import names_file
 
+from scenarios.cli import main
+
 
 def _log(**columns: object) -> dict[str, object]:
     t = 0.004 * np.arange(400)
@@ -68,15 +70,6 @@ LOG_FAULTS = {
     "constant v": (_csv(_log(v1=0.0 * T + 2.0)), r"v1 never changes"),
     "v x 1e300": (_csv(_log(v1=1e300 * V1)), r"v1 = 1e\+300 at row 1 \(400 such values\); beyond 1e\+12"),
     "q x 1e300": (_csv(_log(q1=1e300 * (Q1 + 2.0))), r"q1 = 2e\+300 at row 1 .* beyond 1e\+06 nothing is a position"),
-    "spike of v": (
-        _csv(_log(v2=_with(V2, r50=1e6, r51=1e6, r90=-1e6))),
-        r"v2 = 1e\+06 at row 50, while 99 % of it are within .*; 3 such samples \(rows 50, 51, 90\)",
-    ),
-    "spike of q": (_csv(_log(q1=_with(Q1, r60=9.0))), r"q1 jumps by .* from row 59 to the next, .* and 1 more such"),
-    "wrapped": (
-        _csv(_log(q1=(Q1 * 4.0 + np.pi) % (2 * np.pi) - np.pi)),
-        r"q1 jumps by -6\.2.*wrapped; .* np\.unwrap\(q, ax",
-    ),
     "UTF-16 without mark": (_csv(GOOD).encode("utf-16-le"), r"not a text file; is it UTF-16\?"),
     "binary": (bytes(range(256)) * 9, r"not a text file; expected CSV"),
     "cut gzip": (gzip.compress(_csv(GOOD).encode())[:-30], r"the gzip file is cut off"),
@@ -92,6 +85,31 @@ def test_a_faulty_csv_is_one_line(identify, tmp_path, name):
     path = tmp_path / "log.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     names_file(identify(unloaded=path), path, message)
+
+
+JUMPS = {
+    "spike of v": (
+        _csv(_log(v2=_with(V2, r50=1e6, r51=1e6, r90=-1e6))),
+        r"v2 = 1e\+06 at row 50, while 99 % of it are within .*; 3 such samples \(rows 50, 51, 90\)",
+    ),
+    "spike of q": (_csv(_log(q1=_with(Q1, r60=9.0))), r"q1 jumps by .* from row 59 to the next, .* and 1 more such"),
+    "wrapped": (
+        _csv(_log(q1=(Q1 * 4.0 + np.pi) % (2 * np.pi) - np.pi)),
+        r"q1 jumps by -6\.2.*wrapped; .* np\.unwrap\(q, ax",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", JUMPS)
+def test_a_log_that_jumps_is_refused_where_nothing_repairs_it(tmp_path, capsys, name):
+    content, message = JUMPS[name]
+    path = tmp_path / "log.csv"
+    path.write_text(content)
+    assert main(["convert", str(path), "--out", str(tmp_path / "out.csv")]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    names_file(err, path, message)
 
 
 PARQUET_FAULTS = {

@@ -312,7 +312,7 @@ def test_a_deviation_beyond_the_limit_a_negative_number_and_no_limit_are_left_al
 def test_a_negative_gain_is_noted_and_the_others_are_not(cell, capsys):
     assert main(patched(cell, "arm.urdf")) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert said.count("but negative") == said.count("Note: joint 3: identified, but negative") == 1
+    assert said.count("is negative") == said.count("Note: joint 3: the gain is negative") == 1
     assert main(patched(cell, "arm.urdf", "--json")) == 0
     (note,) = printed(capsys, "patch")["notes"]
     assert note.startswith("joint 3: ")

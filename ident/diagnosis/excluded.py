@@ -26,6 +26,8 @@ BOUNDED = {
     "clock": "errors of the clock",
 }
 """Families whose excluded sizes are told, of all logs together, and how."""
+PLAIN = {"joint reversed": "a reversed joint", "gravity compensation": "gravity compensation"}
+"""Gross families that are not another one of what the logs have."""
 NAMED = 3
 """Alternatives that a sentence names."""
 
@@ -71,7 +73,7 @@ def exclusions(seen: Survey) -> list[Exclusion]:
         own = [each for each in lost if each.alternative.family == family]
         all_own = [each for each in seen.gross if each.alternative.family == family]
         many = "" if len(own) == len(all_own) else f" ({len(own)} of {len(all_own)} cases)"
-        found.append(Exclusion(family=family, sentence=f"another {family}{many}", joints=()))
+        found.append(Exclusion(family=family, sentence=f"{PLAIN.get(family, f'another {family}')}{many}", joints=()))
     return found
 
 

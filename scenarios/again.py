@@ -9,13 +9,12 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from ident.errors import IdentificationError
-from ident.estimate import IdentifiedGain, JointResult
+from ident.estimate import GainEstimate, IdentifiedGain, JointResult
 from ident.estimators import estimator
-from ident.identification import Identification, identify_motions
+from ident.identification import without_spoilt
 from ident.options import options_from_table
-from ident.preparation import KNOWN, Recorded, prepare
+from ident.preparation import KNOWN, SIMULATED, Recorded, prepare
 from ident.problem import Problem
-from ident.structure import structure_of
 from scenarios.errors import DamagedResult
 from scenarios.store.problem_folder import GivenProblem
 from scenarios.store.record import RECORD, RESULT, RecordFile, read_record, recorded_problem
@@ -36,7 +35,7 @@ class Again:
         motions: Recordings and payloads, in the order they were taken, by the names they had.
         given: Them as the folder has them, with arm and options.
         problem: Their linear systems.
-        found: What identification gives now.
+        estimate: What identification gives now; what the diagnoses of the result refuse is refused here too.
         differences: Where that is not what was saved, in words.
         document: What was saved, as JSON values.
     """
@@ -47,7 +46,7 @@ class Again:
     motions: tuple[Recorded, ...]
     given: GivenProblem
     problem: Problem
-    found: Identification
+    estimate: GainEstimate
     differences: tuple[str, ...]
     document: Mapping[str, object]
 
@@ -70,17 +69,9 @@ def identified_again(folder: Path) -> Again:
             for each, name in zip(given.motions, record.sources, strict=True)
         )
         with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
-            structure = structure_of(given.arm)
-            found = identify_motions(
-                motions,
-                structure,
-                method=record.method or "",
-                options=options,
-                observing=given.observing,
-                gains=given.gains,
-                policy=KNOWN,
-            )
-            prepared = prepare(motions, structure, observing=given.observing, gains=given.gains, policy=KNOWN)
+            policy = SIMULATED if record.kind == "run" else KNOWN
+            prepared = prepare(motions, given.arm, observing=given.observing, gains=given.gains, policy=policy)
+            estimate = without_spoilt(method.estimate(prepared.problem, options), result.found.diagnoses)
     except IdentificationError as error:
         raise DamagedResult(f"{folder / RECORD}: the files of this folder give no estimate: {error}") from error
     return Again(
@@ -90,8 +81,8 @@ def identified_again(folder: Path) -> Again:
         motions=prepared.motions,
         given=given,
         problem=prepared.problem,
-        found=found,
-        differences=differences(result.joints, found.estimate.joints),
+        estimate=estimate,
+        differences=differences(result.joints, estimate.joints),
         document=json.loads((folder / RESULT).read_text(encoding="utf-8")),
     )
 

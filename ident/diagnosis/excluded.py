@@ -36,6 +36,8 @@ GROSS = {
     "gravity compensation": "gravity-compensated currents",
 }
 """Families that are excluded as a whole or by joint, and how that is told."""
+SIZED = ("zero", "lengths", "clock", "current scale")
+"""Families whose sizes are bounded instead, or that no log without another shows."""
 NAMED = 2
 """Alternatives that a sentence names."""
 
@@ -81,7 +83,8 @@ def exclusions(seen: Survey) -> list[Exclusion]:
 
 def _gross(seen: Survey) -> Iterator[Exclusion]:
     """Families all of whose alternatives are excluded; where these are of single joints, those of some joints."""
-    for family, words in GROSS.items():
+    for family in dict.fromkeys(each.alternative.family for each in seen.gross if each.alternative.family not in SIZED):
+        words = GROSS.get(family, f"another {family}")
         own = [each for each in seen.gross if each.alternative.family == family]
         still = {each.alternative.joints for each in own if _loss(each) <= SURELY_WORSE}
         joints = sorted({each.alternative.joints for each in own} - still)

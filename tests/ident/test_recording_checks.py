@@ -148,7 +148,7 @@ def test_numbers_beyond_any_unit_are_refused(field):
 
 @pytest.mark.real
 def test_real_recordings_raise_no_alarm(real: Path):
-    files = sorted(real.glob("*/*.parquet"))
+    files = sorted(each for each in real.glob("*/*.parquet") if each.parent.name != "voraus")  # fragments, no log
     assert len(files) >= 5
     for file in files:
         check_log(read_recording(file))

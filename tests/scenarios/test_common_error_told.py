@@ -2,11 +2,12 @@
 
 from joint_masses import weighing
 
+from ident.diagnosis.diagnosis import Diagnosed
 from scenarios.reports.verify import verification_report
 
 
 def conclusion(*errors: float | None) -> str:
-    return verification_report(weighing(*errors)).parts[-1].text
+    return verification_report(weighing(*errors), Diagnosed()).parts[-1].text
 
 
 def test_joints_that_agree_leave_the_weight_suspect_and_blame_no_joint():

@@ -7,6 +7,7 @@ import numpy as np
 from estimates import gain_estimate
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
+from ident.diagnosis.engine import SHOWN
 from ident.identification import Identification
 from scenarios.reports.content import Mood
 from scenarios.reports.diagnoses import doubt_paragraphs, words_of
@@ -74,7 +75,7 @@ def test_programs_are_given_every_diagnosis_with_joints_from_1_and_predictions_i
             "check": "zero",
             "joint": 3,
             "statistic": 5.5,
-            "threshold": 4.0,
+            "threshold": SHOWN,
             "measure": "standard errors of the gain in predictions",
             "sentence": DOUBT.sentence,
             "change": -1.5,

@@ -68,7 +68,7 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
     again = identified_again(saved)
     assert again.differences == ()
     assert [gain.estimate is None for gain in again.result.gains] == [False, False, False, True, False, True]
-    problem, estimate = again.problem, again.found.estimate
+    problem, estimate = again.problem, again.estimate
     logs = [motion.recording for motion in again.motions]
     start = begins(logs)
     assert start[0] == 0.0
@@ -102,7 +102,7 @@ def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_pla
     moved = Motion(replace(heavy.observation, joints=joints), heavy.payload)
     logs = [motion.recording for motion in again.motions]
     later = [logs[0], replace(logs[1], t=logs[1].t + 1200.25)]
-    problem, estimate = replace(again.problem, motions=(bare, moved)), again.found.estimate
+    problem, estimate = replace(again.problem, motions=(bare, moved)), again.estimate
     here, there = fit_rows(again.problem, estimate, 2, logs), fit_rows(problem, estimate, 2, later)
     np.testing.assert_allclose(there.stamp - here.stamp, 1200.25 * here.motion, rtol=0, atol=1e-9)  # rounding
     np.testing.assert_allclose(there.t, here.t, rtol=0, atol=1e-9)  # rounding

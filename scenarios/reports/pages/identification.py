@@ -28,10 +28,10 @@ def page(folder: Path) -> Report:
         DamagedResult: If a file is missing or changed.
     """
     again = identified_again(folder)
-    problem, estimate = again.problem, again.found.estimate
+    problem, estimate = again.problem, again.estimate
     logs = [motion.recording for motion in again.motions]
     rows = [fit_rows(problem, estimate, joint, logs) for joint in sorted(estimate.solution.rows.unknowns)]
-    names = provenance.named(again.record.sources)
+    names = provenance.named([log.name for log in logs])
     parts: list[Part] = [_verdict(again), *_differences(again), *_gains(again)]
     parts += _refusals(again)
     parts += diagnosis_parts(again.result.found)
@@ -80,7 +80,7 @@ def _differences(again: Again) -> list[Part]:
 
 def _gains(again: Again) -> list[Part]:
     result, revolute = again.result, again.problem.structure.arm.revolute
-    estimate = again.found.estimate
+    estimate = again.estimate
     if result.judged:
         verdicts = [gain.verdict for gain in result.gains]
         table, plot = judged_table(verdicts, result.joints, revolute), error_plot(verdicts)

@@ -42,7 +42,6 @@ def test_gains_that_others_contradict_are_off_by_their_ratio():
     claimed = now.joints[0].total_std / 2.6
     assert claimed > now.joints[0].predicted_rel_std
     np.testing.assert_allclose(found[0].deviations, 0.3 / claimed, rtol=1e-9)
-    np.testing.assert_allclose(found[1].percent, 100.0, rtol=1e-9)  # one that would be found otherwise is lost
     np.testing.assert_allclose(found[2].percent, 0.0, atol=1e-9)
     for j in (1, 3):  # a gain that ought to be refused is no result, nor is a refusal of one that ought to be found
         np.testing.assert_allclose(found[j].percent, 1000.0, rtol=1e-9)

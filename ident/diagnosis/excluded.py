@@ -86,13 +86,15 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
     for family in dict.fromkeys(each.alternative.family for each in seen.gross if each.alternative.family not in SIZED):
         words = GROSS.get(family, f"another {family}")
         own = [each for each in seen.gross if each.alternative.family == family]
+        lost = [each for each in own if _loss(each) > SURELY_WORSE]
         still = {each.alternative.joints for each in own if _loss(each) <= SURELY_WORSE}
         joints = sorted({each.alternative.joints for each in own} - still)
         if joints and all(len(each) == 1 for each in joints):
             named = tuple(j for (j,) in joints)
             yield Exclusion(family=family, sentence=words.format(joints=_numbers(named)), joints=named)
-        elif own and not still:
-            yield Exclusion(family=family, sentence=words)
+        elif lost and "{joints}" not in words:
+            many = "" if len(lost) == len(own) else f" ({len(lost)} of {len(own)} cases)"
+            yield Exclusion(family=family, sentence=f"{words}{many}")
 
 
 def untold(seen: Survey) -> Iterator[str]:

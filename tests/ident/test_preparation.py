@@ -9,7 +9,7 @@ from known_logs import BRICK
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
-from ident.errors import NotIdentifiable, RecordingError
+from ident.errors import Contradiction, NotIdentifiable, RecordingError
 from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation import ObserveOptions
 from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, Recorded, joined, prepare, spoilt_samples
@@ -113,7 +113,9 @@ def test_a_log_that_cannot_be_of_the_arm_is_refused_whatever_the_policy(axes, lo
     with pytest.raises(RecordingError, match="two: 2 joints, but robot"):
         prepared(axes, two, loaded, policy=policy)
     degrees = Recording(bare.t, np.rad2deg(bare.q), bare.v, "bare")
-    with pytest.raises(RecordingError, match="the log looks like degrees"):
+    doubted = (Contradiction, "all positions are in degrees in bare alone; ")  # found beside all other faults
+    refused, said = doubted if policy.doubt else (RecordingError, "the log looks like degrees")
+    with pytest.raises(refused, match=said):
         prepared(axes, degrees, loaded, policy=policy)
 
 

@@ -265,6 +265,6 @@ def test_a_verdict_without_a_truth_says_how_many_warnings_there_are():
     said = Paragraph("6 of 6 gains identified.", strong=True)
     assert with_warnings(said, Diagnosed(diagnoses=(GOOD,))) == said
     one = with_warnings(said, Diagnosed(diagnoses=(GOOD, DOUBT)))
-    assert one == Paragraph("6 of 6 gains identified. A warning stands below.", Mood.DOUBTFUL, strong=True)
+    assert one == Paragraph("6 of 6 gains identified. A warning stands below.", Mood.BAD, strong=True)
     two = with_warnings(said, Diagnosed(diagnoses=(DOUBT, DOUBT)))
     assert two.text.endswith("2 warnings stand below.")

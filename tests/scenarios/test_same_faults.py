@@ -64,7 +64,7 @@ def cell(tmp_path_factory) -> Path:
 
 
 @pytest.mark.parametrize(
-    "name", ["negated", "degrees", *(pytest.param(name, marks=pytest.mark.slow) for name in list(FAULTS)[1:-1])]
+    "name", ["negated", *(pytest.param(name, marks=pytest.mark.slow) for name in list(FAULTS)[1:])]
 )
 def test_every_command_names_the_same_fault_of_the_same_logs(name, cell, capsys):
     change, said = FAULTS[name]
@@ -81,7 +81,7 @@ def test_every_command_names_the_same_fault_of_the_same_logs(name, cell, capsys)
             assert err.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", ["identify", "payload-of"])
+@pytest.mark.parametrize("command", ["identify", pytest.param("payload-of", marks=pytest.mark.slow)])
 def test_wrapped_angles_are_unwrapped_with_a_warning_and_cost_nothing(command, cell, capsys):
     log = read_recording(cell / "light.parquet")
     found = list[dict]()

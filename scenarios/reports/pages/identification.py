@@ -7,6 +7,7 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.samples.motion import joint_motions
 from scenarios.again import Again, identified_again
 from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
+from scenarios.reports.diagnoses import MOODS
 from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.reports.identify import identified_table, summary
 from scenarios.reports.motion import coverage_plot, motion_table
@@ -66,7 +67,7 @@ def with_warnings(said: Paragraph, found: Diagnosed) -> Paragraph:
     if not failed:
         return said
     below = "A warning stands below." if failed == 1 else f"{failed} warnings stand below."
-    return replace(said, text=f"{said.text} {below}", mood=Mood.DOUBTFUL)
+    return replace(said, text=f"{said.text} {below}", mood=MOODS[found.severity])
 
 
 def _differences(again: Again) -> list[Part]:

@@ -205,12 +205,12 @@ def _numbers(gain: IdentifiedGain) -> tuple[float, float, float]:
 
 
 def run_sound(case: SoundCase) -> Run:
-    """Of a case without a fault."""
+    """Run one case without a fault."""
     return run(case.name, case.motions, case.structure)[0]
 
 
 def run_faulty(faulty: FaultyCase) -> Run:
-    """Of a fault, beside what it does without noise and what is left of it read as diagnosed."""
+    """Run one fault: its effect without noise, and what remains once the logs are read as diagnosed."""
     found, readings = run(faulty.name, faulty.motions, faulty.structure)
     return replace(found, twin=_twin(faulty, readings))
 

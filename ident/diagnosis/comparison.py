@@ -51,7 +51,7 @@ class FreeFit:
 
     @property
     def freedom(self) -> int:
-        """Rows more than unknowns."""
+        """Degrees of freedom: rows minus unknowns."""
         return len(self.V) - self.Q.shape[1]
 
     def without(self, columns: Array) -> Array:

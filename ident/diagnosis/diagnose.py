@@ -29,6 +29,8 @@ MOST = 3
 """Things that an estimate may lack, one beside the other."""
 NO_RESULT = 10.0
 """Relative error of a gain beyond which it is none."""
+LINEAR = 1e-6
+"""Relative part of the influence that a fit by least squares cannot explain; instruments and total least squares do."""
 Estimate = Callable[[Problem], GainEstimate]
 
 
@@ -275,7 +277,3 @@ def _linear(estimate: GainEstimate) -> bool:
     along = np.linalg.lstsq(gram, rows.explained.T @ weighted.T, rcond=None)[0]
     left = np.linalg.norm(rows.explained @ along - weighted.T)
     return bool(left < LINEAR * np.linalg.norm(weighted))
-
-
-LINEAR = 1e-6
-"""Relative part of the influence that a fit by least squares cannot explain; instruments and total least squares do."""

@@ -30,6 +30,8 @@ ASLANT = np.array([3.6, -4.8, 8.0])
 """Gravity [m/s^2] along no axis: what no torque shows under it, none shows under any."""
 TOGETHER = 16
 """Readings of a log whose regressors are found in one recursion; more leave the processor's cache."""
+NOTHING = 1e-3
+"""Share of a current below which nothing is left to explain: filters leave as much of exact data."""
 DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
 
 
@@ -242,10 +244,6 @@ def _placed(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
             ends[j] += len(again)
         found.append(own)
     return [[replace(each, count=ends[j]) for j, each in enumerate(own)] for own in found]
-
-
-NOTHING = 1e-3
-"""Share of a current below which nothing is left to explain: filters leave as much of exact data."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -95,7 +95,7 @@ def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, 
     expected = gains(score, replace(score, squares=after[None]))  # by hand in the test of `gains`
     assert before.sum() > 0.0
     np.testing.assert_allclose(found.u, expected, rtol=1e-7, atol=1e-9)
-    # of all rows: what the coefficients explain of what is left without them
+    # residual of all rows, with coefficients fitted to the residual of the model alone
     with_them = left_of(every, more)
     beside = base.beside(direction(columns))
     np.testing.assert_allclose(beside.fits.parts[0].fit.residual, rows.weight * with_them, rtol=1e-7, atol=1e-10)

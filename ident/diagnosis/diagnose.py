@@ -181,7 +181,7 @@ def _of_estimate(base: Stated, seen: Survey) -> Iterator[Diagnosis]:
         if not shown:
             return
         best, more = max(shown, key=lambda pair: float(pair[1].u.sum()))
-        rivals = [each for each, other in shown if each is not best and z_of(more.u - other.u) < TIE]
+        rivals = [(each, other) for each, other in shown if each is not best and z_of(more.u - other.u) < TIE]
         yield _lacks(base, best, more, rivals, seen.logs)
         base = base.beside(best)
         open_ones.remove(best)
@@ -194,7 +194,9 @@ def beyond_prior(direction: Direction, more: Added) -> bool:
     return float(more.value @ np.linalg.solve(spread, more.value)) > SHOWN**2
 
 
-def _lacks(base: Stated, direction: Direction, more: Added, rivals: Sequence[Direction], logs: Logs) -> Diagnosis:
+def _lacks(
+    base: Stated, direction: Direction, more: Added, rivals: Sequence[tuple[Direction, Added]], logs: Logs
+) -> Diagnosis:
     effects = base.effects(base.stacked(direction.columns) @ more.value)
     severity = severity_of(effects)
     if direction.alternative is None and not direction.family.startswith("payload"):
@@ -213,14 +215,8 @@ def _lacks(base: Stated, direction: Direction, more: Added, rivals: Sequence[Dir
         unit=direction.unit if one else None,
         z=z_of(more.u),
         effects=effects,
-        rivals=tuple(_words(each, _value(base, each), logs)[0] for each in rivals),
+        rivals=tuple(_words(each, other.value, logs)[0] for each, other in rivals),
     )
-
-
-def _value(base: Stated, direction: Direction) -> Array:
-    more = base.added(direction)
-    assert more is not None, "it was shown"
-    return more.value
 
 
 def _words(direction: Direction, value: Array, logs: Logs) -> tuple[str, str | None]:

@@ -1,7 +1,7 @@
 """Check recordings before anything is identified: the samples of each, then all of them against the model."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ident.arrays import Array
 from ident.diagnosis.diagnose import diagnose
@@ -9,22 +9,19 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_firs
 from ident.diagnosis.excitation import excitation, predicted_rel_std
 from ident.diagnosis.friction_sign import friction_sign
 from ident.diagnosis.gains import symptoms
-from ident.diagnosis.logs import observed_logs
 from ident.diagnosis.reach import beyond_reach
-from ident.diagnosis.samples import FILTERED, SAMPLE_CHECKS
 from ident.diagnosis.samples.motion import JointMotion, joint_motions
 from ident.diagnosis.samples.temperature import Warmth, temperature
-from ident.errors import IdentificationError, RecordingError
+from ident.errors import IdentificationError
 from ident.estimate import GainEstimate
 from ident.estimators import DEFAULT, estimator
-from ident.observation import ObserveOptions, observe
+from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import check_joints
-from ident.preparation import Recorded, joined, spoilt_samples
-from ident.problem import Motion, Problem
+from ident.preparation import DOUBTED, Examined, assembled, examined, joined
+from ident.problem import Problem
 from ident.recording import Recording
-from ident.recording_repairs import repaired
 from ident.structure import Structure
 
 
@@ -82,35 +79,32 @@ def check(
     """
     for each in recordings:
         check_joints(structure.arm, each)
-    logs, found, used = list[LogRead](), list[Diagnosis](), list[Recorded]()
-    for k, each in enumerate(recordings):
-        read, said, parts = _log_read(each, structure, observing)
-        logs.append(read)
-        found += [*said, *_limits(structure, parts)]
-        carried = payload if loaded is not None and loaded[k] else None if k == 0 else Payload(mass=1.0, known="none")
-        used += [Recorded(part, carried) for part in (parts if read.motions is not None else ())]
+    examinations = [examined(each, structure, observing) for each in recordings]
+    logs = tuple(_log_read(each, structure, observing) for each in examinations)
+    found = [each for one in examinations for each in (*_said(one), *_limits(structure, one))]
     found += temperature(warmths)
-    if not used:
-        return Checked(logs=tuple(logs), found=Diagnosed(diagnoses=worst_first(found)))
-    names = {each.name for each in found if each.severity is not Severity.GOOD}
-    motions = tuple(
-        Motion(observe(each.recording, structure, observing, spoilt_samples(each.recording, names)), each.payload)
-        for each in used
-    )
-    problem = Problem(structure, motions, gains)
-    found += friction_sign([Problem(structure, (motion,), gains) for motion in motions], about)
-    if payload is not None and about is not None and not (loaded or [False])[0]:
-        predicted = predicted_rel_std(motions[0].observation, payload, about, gains)
-        found.append(excitation(used[0].recording.name, predicted, gains))
+    with_payload = loaded or (False,) * len(recordings)
+    carried = [
+        payload if with_payload[k] else None if k == 0 else Payload(mass=1.0, known="none")
+        for k in range(len(recordings))
+    ]
+    if not any(each.parts for each in examinations):
+        return Checked(logs=logs, found=Diagnosed(diagnoses=worst_first(found)))
+    prepared = assembled(examinations, carried, structure, observing, gains, DOUBTED)
+    problem = prepared.problem
+    found += friction_sign([Problem(structure, (motion,), gains) for motion in problem.motions], about)
+    if payload is not None and about is not None and not with_payload[0]:
+        predicted = predicted_rel_std(problem.motions[0].observation, payload, about, gains)
+        found.append(excitation(prepared.motions[0].recording.name, predicted, gains))
     estimate = None
     if loaded is not None and any(loaded) and not all(loaded):
         try:
             estimate = _estimate(problem)
         except IdentificationError:
             estimate = None  # what is wrong with the logs is said all the same
-    doubts = diagnose(observed_logs([each.recording for each in used], problem, observing), estimate, _estimate)
+    doubts = diagnose(prepared.logs(), estimate, _estimate)
     told = joined(doubts, Diagnosed(diagnoses=tuple(found)))
-    return Checked(logs=tuple(logs), found=told if estimate is None else joined(told, symptoms(estimate, told)))
+    return Checked(logs=logs, found=told if estimate is None else joined(told, symptoms(estimate, told)))
 
 
 def _estimate(problem: Problem) -> GainEstimate:
@@ -123,9 +117,24 @@ def _estimate(problem: Problem) -> GainEstimate:
     return chosen.estimate(problem, chosen.options())
 
 
-def _limits(structure: Structure, parts: Sequence[Recording]) -> list[Diagnosis]:
+def _log_read(log: Examined, structure: Structure, observing: ObserveOptions) -> LogRead:
+    """How the joints of a log moved."""
+    motions = None if log.unfit is not None else joint_motions(log.longest, structure.arm, observing)
+    return LogRead(recording=log.recording, motions=motions)
+
+
+def _said(log: Examined) -> list[Diagnosis]:
+    """Everything that one log shows by itself."""
+    found = [*(each for said in log.said.values() for each in said), *log.repairs]
+    if log.unfit is not None:
+        sentence = f"it cannot be filtered: {str(log.unfit).removeprefix(f'{log.longest.name}: ')}"
+        found.append(Diagnosis(name="filters", severity=Severity.WRONG, sentence=sentence, logs=(log.recording.name,)))
+    return found
+
+
+def _limits(structure: Structure, log: Examined) -> list[Diagnosis]:
     """Joints of a log that are where the model's cannot be."""
-    beyond = sorted({j for part in parts for j in beyond_reach(structure.arm, part)})
+    beyond = sorted({j for part in log.repaired for j in beyond_reach(structure.arm, part)})
     if not beyond:
         return []
     listed = ", ".join(f"q{j + 1}" for j in beyond)
@@ -136,28 +145,6 @@ def _limits(structure: Structure, parts: Sequence[Recording]) -> list[Diagnosis]
             sentence=f"{listed} {'is' if len(beyond) == 1 else 'are'} beyond the model's limits",
             advice="check units (degrees, motor side), zeros and the model's limits",
             joints=tuple(beyond),
-            logs=(parts[0].name,),
+            logs=(log.recording.name,),
         )
     ]
-
-
-def _log_read(
-    recording: Recording, structure: Structure, observing: ObserveOptions
-) -> tuple[LogRead, list[Diagnosis], tuple[Recording, ...]]:
-    """One log by itself; one that cannot be filtered is looked at no further."""
-    found = [
-        said for name, each in SAMPLE_CHECKS.items() if name not in FILTERED for said in each(recording, observing)
-    ]
-    parts, done = repaired(recording, structure.arm, observing)
-    found += done
-    longest = max(parts, key=lambda part: len(part.t))
-    try:
-        observe(longest, structure, observing)
-    except RecordingError as error:
-        sentence = f"it cannot be filtered: {str(error).removeprefix(f'{longest.name}: ')}"
-        found.append(Diagnosis(name="filters", severity=Severity.WRONG, sentence=sentence, logs=(recording.name,)))
-        return LogRead(recording=recording, motions=None), found, parts
-    longest = replace(longest, name=recording.name)
-    for name in FILTERED:
-        found += SAMPLE_CHECKS[name](longest, observing)
-    return LogRead(recording=recording, motions=joint_motions(longest, structure.arm, observing)), found, parts

@@ -1,6 +1,6 @@
 """The one door through which logs come: checked, repaired where that needs no guess, and observed."""
 
-from collections.abc import Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +10,9 @@ from ident.arrays import Mask
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.logs import Logs, observed_logs
-from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
+from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOILING
 from ident.errors import Contradiction, RecordingError
-from ident.observation import ObserveOptions, observe
+from ident.observation import Observation, ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import check_different, check_joints, check_positions
@@ -62,29 +62,84 @@ SIMULATED = Policy(repair=False, doubt=False, repeats=True)
 """Logs of a simulator, which has no fault but those that were asked for."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A recording that is ready to be estimated from: a log, or what lies between two of its gaps.
+
+    Attributes:
+        recording: Repaired.
+        spoilt: Samples that no gain shall rest on, of each joint, shape (N, n); None where there are none.
+        observation: Its linear system.
+    """
+
+    recording: Recording
+    spoilt: Mask | None
+    observation: Observation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Examined:
+    """One log by itself.
+
+    Attributes:
+        recording: As logged.
+        repaired: Its parts, repaired where that needs no guess.
+        repairs: What was done.
+        said: What its samples show, good or not, by the name of the check.
+        parts: Ready to be estimated from; none where the log cannot be filtered.
+        unfit: Why it cannot be filtered, None where it can.
+    """
+
+    recording: Recording
+    repaired: tuple[Recording, ...]
+    repairs: tuple[Diagnosis, ...]
+    said: Mapping[str, tuple[Diagnosis, ...]]
+    parts: tuple[Part, ...]
+    unfit: RecordingError | None
+
+    @property
+    def longest(self) -> Recording:
+        """The longest part, under the name of the log."""
+        return replace(max(self.repaired, key=lambda part: len(part.t)), name=self.recording.name)
+
+    @property
+    def doubts(self) -> tuple[Diagnosis, ...]:
+        """What spoils gains, and what was repaired."""
+        done = {each.name for each in self.repairs}
+        seen = [each for name, said in self.said.items() if name not in OF_THE_MOTION for each in said]
+        found = (each for each in seen if each.severity is not Severity.GOOD and each.name not in done)
+        return (*self.repairs, *map(left_out, found))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Prepared:
     """Logs, ready to be estimated from.
 
     Attributes:
         motions: As they are used: repaired, parts of one with a gap one after the other.
-        problem: Their linear systems.
+        parts: The same with their spoilt samples and linear systems.
+        problem: Their linear systems, with the payloads that they carry.
         observing: Filters and thresholds.
         policy: How far they are trusted.
         diagnoses: What their samples show, and what was repaired.
-        notes: What was done to them otherwise.
     """
 
     motions: tuple[Recorded, ...]
+    parts: tuple[Part, ...]
     problem: Problem
     observing: ObserveOptions
     policy: Policy
     diagnoses: tuple[Diagnosis, ...]
-    notes: tuple[str, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done to the logs that their owner should know."""
+        return tuple(note for each in self.parts for note in each.observation.notes)
 
     def logs(self) -> Logs:
         """The same, ready to be compared."""
-        return observed_logs([each.recording for each in self.motions], self.problem, self.observing)
+        recordings, spoilt = ([each.recording for each in self.parts], [each.spoilt for each in self.parts])
+        return observed_logs(recordings, self.problem, self.observing, spoilt)
 
 
 def prepare(
@@ -114,48 +169,79 @@ def prepare(
         check_joints(structure.arm, each.recording)
     if not policy.repeats:
         check_different([each.recording for each in motions])
-    diagnoses, used = list[Diagnosis](), list[Recorded]()
-    for each in motions:
-        if policy.repair:
-            parts, done = repaired(each.recording, structure.arm, observing)
-            diagnoses += done
-            for part in parts:
-                check_log(part)
-            seen = seen_in_samples(max(parts, key=lambda part: len(part.t)), observing, skip={one.name for one in done})
-            diagnoses += map(left_out, seen)
-        else:
-            parts = (each.recording,)
-        used += [replace(each, recording=part) for part in parts]
-    names = {found.name for found in diagnoses}
+    logs = [(examined if policy.repair else trusted)(each.recording, structure, observing) for each in motions]
+    used = [part for log in logs for part in log.repaired]
+    if policy.repair:
+        for each in used:
+            check_log(each)
     beyond = _out_of_reach(used, structure.arm)
     if beyond is not None and not policy.doubt:
         raise beyond
-    try:
-        observed = tuple(
-            Motion(observe(each.recording, structure, observing, spoilt_samples(each.recording, names)), each.payload)
-            for each in used
-        )
-    except RecordingError as error:
-        raise (beyond or error) from error
-    prepared = Prepared(
-        motions=tuple(used),
-        problem=Problem(structure, observed, gains),
-        observing=observing,
-        policy=policy,
-        diagnoses=worst_first(diagnoses),
-        notes=tuple(note for motion in observed for note in motion.observation.notes),
-    )
+    for each in logs:
+        if each.unfit is not None:
+            raise (beyond or each.unfit) from each.unfit
+    prepared = assembled(logs, [each.payload for each in motions], structure, observing, gains, policy)
     if beyond is not None:
         raise_for(prepared, diagnose(prepared.logs()))
         raise beyond
     return prepared
 
 
-def _out_of_reach(motions: Sequence[Recorded], arm: Arm) -> RecordingError | None:
+def assembled(
+    logs: Sequence[Examined],
+    payloads: Sequence[Payload | None],
+    structure: Structure,
+    observing: ObserveOptions,
+    gains: GainOptions,
+    policy: Policy,
+) -> Prepared:
+    """The logs that can be filtered as one problem, each with the payload that it carries."""
+    carried = [(part, payload) for log, payload in zip(logs, payloads, strict=True) for part in log.parts]
+    return Prepared(
+        motions=tuple(Recorded(part.recording, payload) for part, payload in carried),
+        parts=tuple(part for part, _ in carried),
+        problem=Problem(structure, tuple(Motion(part.observation, payload) for part, payload in carried), gains),
+        observing=observing,
+        policy=policy,
+        diagnoses=worst_first([each for log in logs for each in log.doubts]),
+    )
+
+
+def examined(recording: Recording, structure: Structure, observing: ObserveOptions) -> Examined:
+    """Check, repair and observe one log."""
+    said = {name: tuple(each(recording, observing)) for name, each in SAMPLE_CHECKS.items() if name not in FILTERED}
+    parts, repairs = repaired(recording, structure.arm, observing)
+    names = {each.name for found in (*said.values(), repairs) for each in found if each.severity is not Severity.GOOD}
+    found = _observed(recording, parts, structure, observing, names)
+    if found.unfit is None:
+        said |= {name: tuple(SAMPLE_CHECKS[name](found.longest, observing)) for name in FILTERED}
+    return replace(found, repairs=repairs, said=said)
+
+
+def trusted(recording: Recording, structure: Structure, observing: ObserveOptions) -> Examined:
+    """Observe one log as it is."""
+    return _observed(recording, (recording,), structure, observing, set())
+
+
+def _observed(
+    recording: Recording, parts: tuple[Recording, ...], structure: Structure, observing: ObserveOptions, names: Set[str]
+) -> Examined:
+    """The parts of one log observed, without the samples that what was found spoils."""
+    unfit, ready = None, list[Part]()
+    try:
+        for each in parts:
+            spoilt = spoilt_samples(each, names)
+            ready.append(Part(each, spoilt, observe(each, structure, observing, spoilt)))
+    except RecordingError as error:
+        unfit, ready = error, []
+    return Examined(recording=recording, repaired=parts, repairs=(), said={}, parts=tuple(ready), unfit=unfit)
+
+
+def _out_of_reach(recordings: Sequence[Recording], arm: Arm) -> RecordingError | None:
     """Why positions of a log are none of the arm, None where they may be."""
     try:
-        for each in motions:
-            check_positions(arm, each.recording)
+        for each in recordings:
+            check_positions(arm, each)
     except RecordingError as error:
         return error
     return None
@@ -179,23 +265,6 @@ def refusal_of(wrong: Sequence[Diagnosis]) -> str:
     more = f"; {len(wrong) - 1} more with rx90 check" if len(wrong) > 1 else ""
     advice = f"; {worst.advice}" if worst.advice else ""
     return f"{worst.sentence}{rivals}{advice}{more}"
-
-
-def seen_in_samples(recording: Recording, observing: ObserveOptions, *, skip: set[str]) -> list[Diagnosis]:
-    """What the samples of one log show that is not good, whatever arm it is of.
-
-    Args:
-        recording: As logged.
-        observing: Filters.
-        skip: Names of what was repaired.
-    """
-    return [
-        found
-        for name, each in SAMPLE_CHECKS.items()
-        if name not in ("noise", "motion", "values")
-        for found in each(recording, observing)
-        if found.severity is not Severity.GOOD and found.name not in skip
-    ]
 
 
 def left_out(found: Diagnosis) -> Diagnosis:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.arrays import Mask
 from ident.diagnosis.comparison import Score, regrouped
 from ident.diagnosis.free_model import FreeModel, free_model
 from ident.diagnosis.reading import Reading
@@ -22,12 +23,14 @@ class Logs:
         recordings: The logs.
         problem: Their linear systems.
         observing: Filters.
+        spoilt: Samples of each log that no row rests on, shape (N, n); None where there are none.
         model: The free fits.
     """
 
     recordings: tuple[Recording, ...]
     problem: Problem
     observing: ObserveOptions
+    spoilt: tuple[Mask | None, ...]
     model: FreeModel
 
     @property
@@ -41,9 +44,20 @@ class Logs:
         return tuple(each.name for each in self.recordings)
 
 
-def observed_logs(recordings: Sequence[Recording], problem: Problem, observing: ObserveOptions) -> Logs:
+def observed_logs(
+    recordings: Sequence[Recording],
+    problem: Problem,
+    observing: ObserveOptions,
+    spoilt: Sequence[Mask | None] | None = None,
+) -> Logs:
     """Logs whose observation is known."""
-    return Logs(recordings=tuple(recordings), problem=problem, observing=observing, model=free_model(problem))
+    return Logs(
+        recordings=tuple(recordings),
+        problem=problem,
+        observing=observing,
+        spoilt=tuple(spoilt or (None,) * len(recordings)),
+        model=free_model(problem),
+    )
 
 
 def read_as(logs: Logs, reading: Reading) -> Logs:
@@ -55,15 +69,17 @@ def read_as(logs: Logs, reading: Reading) -> Logs:
     arm = reading.of_arm(logs.structure.arm)
     structure = logs.structure if arm is logs.structure.arm else structure_of(arm)
     recordings = tuple(how.read(log) for how, log in zip(reading.logs, logs.recordings, strict=True))
+    spoilt = tuple(how.read_mask(each) for how, each in zip(reading.logs, logs.spoilt, strict=True))
     motions = tuple(
-        Motion(observe(log, structure, logs.observing), motion.payload)
-        for log, motion in zip(recordings, logs.problem.motions, strict=True)
+        Motion(observe(log, structure, logs.observing, left), motion.payload)
+        for log, left, motion in zip(recordings, spoilt, logs.problem.motions, strict=True)
     )
     problem = Problem(structure, motions, logs.problem.options)
     return Logs(
         recordings=recordings,
         problem=problem,
         observing=logs.observing,
+        spoilt=spoilt,
         model=free_model(problem, logs.model.further) if _same_rows(problem, logs.problem) else free_model(problem),
     )
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.arm import Arm
-from ident.arrays import Array, Indices
+from ident.arrays import Array, Indices, Mask
 from ident.recording import Recording
 from ident.signals import delayed
 
@@ -44,6 +44,10 @@ class LogReading:
             periods = self.delay / log.period
             v = np.column_stack([_earlier(each, float(p)) for each, p in zip(v.T, periods, strict=True)])
         return Recording(t, q, v, log.name)
+
+    def read_mask(self, spoilt: Mask | None) -> Mask | None:
+        """The samples of each joint's position or current that are spoilt in the log read so, shape (N, n)."""
+        return None if spoilt is None else spoilt[:, self.q_order] | spoilt[:, self.v_order]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

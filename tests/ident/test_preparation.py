@@ -9,6 +9,8 @@ from known_logs import BRICK
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
+from ident.diagnosis.logs import read_as
+from ident.diagnosis.reading import as_logged
 from ident.errors import Contradiction, NotIdentifiable, RecordingError
 from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation import ObserveOptions
@@ -96,6 +98,18 @@ def test_samples_are_left_out_by_what_was_found_alone(logs):
     at = spoilt_samples(frozen, {"frozen", "clipping"})
     np.testing.assert_array_equal(np.flatnonzero(at[:, 1]), np.arange(700, 1150))
     assert not at[:, [0, 2]].any()
+
+
+def test_logs_read_otherwise_rest_on_the_same_samples(axes, logs):
+    v = logs[1].v.copy()
+    v[700:1150, 1] = v[700, 1]
+    found = prepared(axes, logs[0], with_v(logs[1], v)).logs()
+    reading = as_logged(axes.arm, 2)
+    same = read_as(found, reading)
+    assert [len(each.V) for each in same.model.rows] == [len(each.V) for each in found.model.rows]
+    exchanged = read_as(found, reading.changed([1], v_order=np.array([1, 0, 2])))
+    lost = len(found.model.rows[0].V) - len(exchanged.model.rows[0].V)
+    assert lost > 50  # the current that froze is that of joint 1 now, and its position is that of joint 2
 
 
 def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):

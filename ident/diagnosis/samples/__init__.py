@@ -24,6 +24,8 @@ SAMPLE_CHECKS: dict[str, Callable[[Recording, ObserveOptions], list[Diagnosis]]]
 }
 FILTERED = ("noise", "columns", "motion")
 """Checks of logs that can be filtered."""
+OF_THE_MOTION = ("values", "noise", "motion")
+"""Checks of what logs are worth: the deviations of gains say the same, and bad values are refused."""
 SPOILING: dict[str, Callable[[Recording], Mask]] = {
     "clipping": clipping.spoilt,
     "frozen": frozen.spoilt,

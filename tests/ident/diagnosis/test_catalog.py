@@ -1,5 +1,7 @@
 """Alternatives: the reading that undoes what went wrong, its words, and how its size is refined."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from consistency_logs import doubted, logs_of
@@ -10,7 +12,6 @@ from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
 from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, delays, lengths, orders, units, zeros
 from ident.diagnosis.comparison import Added
 from ident.diagnosis.engine import Small, directions
-from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import across, reference
 
 
@@ -63,7 +64,7 @@ def test_the_reading_of_that_name_undoes_it(axes, words):
 def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(axes, joint, ratio):
     wrong = [changed(each, q=each.q * at(joint, ratio, 1.0, 3)) for each in logs_of(Truth())]
     model = doubted(axes, logs_of(Truth()))
-    logs = Logs(recordings=tuple(wrong), problem=model.problem, observing=model.observing, model=model.model)
+    logs = replace(model, recordings=tuple(wrong))
     values = [each.value for each in units.alternatives(logs) if each.value is not None]
     assert min(abs(each / ratio - 1.0) for each in values) < 0.011  # ratios are 2 % apart
     geared = min(
@@ -77,7 +78,7 @@ def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(ax
     right = logs_of(Truth())
     model = doubted(axes, right)
     wrong = tuple(changed(each, q=np.rad2deg(each.q)) for each in right)
-    logs = Logs(recordings=wrong, problem=model.problem, observing=model.observing, model=model.model)
+    logs = replace(model, recordings=wrong)
     found = by_words(units.alternatives(logs), "all positions are in degrees")
     np.testing.assert_allclose(found.reading.logs[1].read(wrong[1]).q, right[1].q, rtol=1e-12)
     assert not any(each.words == "all positions are in degrees" for each in units.alternatives(model))

@@ -53,6 +53,16 @@ def test_each_field_changes_what_it_says_and_nothing_else(arm, log):
             np.testing.assert_allclose(getattr(read, name), expected, rtol=1e-14, err_msg=f"{name} by {field}")
 
 
+def test_spoilt_samples_follow_the_columns_they_are_of(arm):
+    spoilt = np.zeros((400, 3), dtype=np.bool_)
+    spoilt[31:47, 0] = spoilt[203, 1] = True
+    read = how(arm, q_order=np.array([2, 0, 1]), v_order=np.array([0, 2, 1])).read_mask(spoilt)
+    np.testing.assert_array_equal(np.flatnonzero(read[:, 0]), np.arange(31, 47))  # by its current
+    np.testing.assert_array_equal(np.flatnonzero(read[:, 1]), np.arange(31, 47))  # by its position
+    np.testing.assert_array_equal(np.flatnonzero(read[:, 2]), [203])  # by both
+    assert how(arm).read_mask(None) is None
+
+
 def test_signs_zeros_and_orders_of_one_reading_belong_to_the_joint_that_is_read(arm, log):
     read = how(
         arm,

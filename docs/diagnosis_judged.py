@@ -14,7 +14,7 @@ TERMS = ("joint elasticity", "friction law", "friction drift", "position-depende
 """What a model lacks; no log is at fault."""
 REMARKS = (
     *TERMS, "link masses", "negative gain", "residual", "gain outlier", "noise of q", "noise of v", "rate", "jitter",
-    "encoder resolution", "range", "reversals", "excitation", "held currents", "split halves", "temperature",
+    "encoder resolution", "range", "reversals", "excitation", "held currents", "temperature",
 )  # fmt: skip
 """Diagnoses that accuse no log, payload or model of a mistake; every other one does."""
 NEAR, DEVIATIONS = 0.2, 3.0

@@ -7,6 +7,7 @@ whose coefficient is its parameter; with a value it becomes an alternative that 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,6 +51,29 @@ class Alternative:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Term:
+    """Something that is no other way to read the logs: the model lacks it, or a payload is not as stated.
+
+    Attributes:
+        words: What it would be, by the parameters, shape (m,).
+        advice: What to do about it.
+        stated: Whether it contradicts what is stated, so that a gain may be refused; what the model lacks is told only.
+    """
+
+    words: Callable[[Array], str]
+    advice: str
+    stated: bool
+
+
+class Told(NamedTuple):
+    """What an alternative of some size says: in words, what to do, and its size, None where it has none."""
+
+    words: str
+    advice: str
+    value: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Direction:
     """A small alternative: currents that change in proportion to its parameters.
 
@@ -59,7 +83,8 @@ class Direction:
         logs: Logs that it is about, from 0.
         columns: Change of each joint's currents per unit of the m parameters, n arrays of shape (r_j, m); None where
             they are zero.
-        alternative: What it is with values of the parameters, shape (m,); None for a term of the model.
+        alternative: What it is with values of the parameters, shape (m,); None for a term.
+        term: What it is otherwise, None for an alternative.
         unit: Of the parameter as it is told.
         scale: Of the parameter as it is told, per unit of the columns.
         largest: Value of the parameter up to which the first order is to be believed.
@@ -70,7 +95,8 @@ class Direction:
     joints: tuple[int, ...]
     logs: tuple[int, ...]
     columns: tuple[Array | None, ...]
-    alternative: Callable[[Array], Alternative] | None
+    alternative: Callable[[Array], Alternative] | None = None
+    term: Term | None = None
     unit: str
     scale: float
     largest: float
@@ -80,6 +106,25 @@ class Direction:
     def key(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
         """As of an alternative."""
         return self.family, self.joints, self.logs
+
+    @property
+    def at_fault(self) -> bool:
+        """Whether a log, or what is stated, would be wrong, not the model."""
+        return self.term is None or self.term.stated
+
+    def told(self, value: Array, names: Sequence[str]) -> Told:
+        """What it says with values of its parameters.
+
+        Args:
+            value: Of the parameters, shape (m,).
+            names: Of all logs.
+        """
+        if self.alternative is not None:
+            found = self.alternative(value)
+            return Told(found.words, found.advice, found.value)
+        assert self.term is not None, "one of both"
+        words = in_logs(self.term.words(value), self.logs, names)
+        return Told(words, self.term.advice, float(value[0]) * self.scale if len(value) == 1 else None)
 
 
 def scopes(logs: int) -> list[tuple[int, ...]]:

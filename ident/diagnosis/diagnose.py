@@ -7,10 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from ident.arrays import Array
-from ident.diagnosis.alternative import Direction, in_logs
+from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import FAMILIES, payload
-from ident.diagnosis.catalog.terms import ADVICE, SENTENCES
 from ident.diagnosis.comparison import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import SHOWN, TIE, Fault, Small, Survey, directions, faults, survey
@@ -48,9 +46,9 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     of_logs = [each for each in found if each.compared is not None]
     diagnoses = [_of_fault(each, seen, base, again) for each in of_logs]
     if base is not None and not of_logs:
-        diagnoses += list(_of_estimate(base, seen))
+        diagnoses += list(_of_estimate(base, seen.directions, logs.names))
     elif base is None:
-        diagnoses += [_of_term(each) for each in found if each.compared is None]
+        diagnoses += [_of_term(each, logs.names) for each in found if each.compared is None]
     if of_logs:
         return Diagnosed(diagnoses=worst_first(diagnoses))
     return Diagnosed(diagnoses=worst_first(diagnoses), excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
@@ -61,8 +59,8 @@ def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
     if not _linear(estimate):
         return Diagnosed()
     fit = reference(logs.problem)
-    seen = Survey(logs, fit, tuple(directions(fit, logs, tuple(FAMILIES.values()))), (), ())
-    return Diagnosed(diagnoses=worst_first(_of_estimate(stated(problem, estimate), seen)))
+    small = directions(fit, logs, tuple(FAMILIES.values()))
+    return Diagnosed(diagnoses=worst_first(_of_estimate(stated(problem, estimate), small, logs.names)))
 
 
 def severity_of(effects: Sequence[Effect]) -> Severity:
@@ -156,25 +154,25 @@ def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
             yield Effect(joint=j, percent=100.0 * NO_RESULT, deviations=NO_RESULT / now.options.max_rel_std)
 
 
-def _of_term(fault: Fault) -> Diagnosis:
+def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
     """A term that the free model lacks, where there are no gains that it could move."""
     assert fault.small is not None, "a term is a direction"
     direction = fault.small.direction
     return Diagnosis(
-        name=direction.family, severity=Severity.GOOD, sentence=_term_words(direction), joints=direction.joints,
-        z=fault.z, rivals=fault.rivals,
+        name=direction.family, severity=Severity.GOOD, sentence=direction.told(fault.small.found.value, names).words,
+        joints=direction.joints, z=fault.z, rivals=fault.rivals,
     )  # fmt: skip
 
 
-def _of_estimate(base: Stated, seen: Survey) -> Iterator[Diagnosis]:
+def _of_estimate(base: Stated, small: Sequence[Direction], names: Sequence[str]) -> Iterator[Diagnosis]:
     """What an estimate lacks, the one that explains most first."""
     stated_ones = list(payload.directions(base.problem, base.estimate))
     for each in stated_ones:
         if each.prior_std is not None and (more := base.added(each)) is not None and z_of(more.u) > SHOWN:
             if beyond_prior(each, more):
-                yield _lacks(base, each, more, (), seen.logs)
+                yield _lacks(base, each, more, (), names)
             base = base.beside(each)
-    open_ones = [*seen.directions, *(each for each in stated_ones if each.prior_std is None)]
+    open_ones = [*small, *(each for each in stated_ones if each.prior_std is None)]
     for _ in range(MOST):
         added = [(each, more) for each in open_ones if (more := base.added(each)) is not None]
         shown = [(each, more) for each, more in added if z_of(more.u) > SHOWN]
@@ -182,7 +180,7 @@ def _of_estimate(base: Stated, seen: Survey) -> Iterator[Diagnosis]:
             return
         best, more = max(shown, key=lambda pair: float(pair[1].u.sum()))
         rivals = [(each, other) for each, other in shown if each is not best and z_of(more.u - other.u) < TIE]
-        yield _lacks(base, best, more, rivals, seen.logs)
+        yield _lacks(base, best, more, rivals, names)
         base = base.beside(best)
         open_ones.remove(best)
 
@@ -195,47 +193,27 @@ def beyond_prior(direction: Direction, more: Added) -> bool:
 
 
 def _lacks(
-    base: Stated, direction: Direction, more: Added, rivals: Sequence[tuple[Direction, Added]], logs: Logs
+    base: Stated, direction: Direction, more: Added, rivals: Sequence[tuple[Direction, Added]], names: Sequence[str]
 ) -> Diagnosis:
     effects = base.effects(base.stacked(direction.columns) @ more.value)
     severity = severity_of(effects)
-    if direction.alternative is None and not direction.family.startswith("payload"):
+    if not direction.at_fault:
         severity = Severity.WEAK if severity is Severity.WRONG else severity  # the model lacks it; no log is at fault
-    words, advice = _words(direction, more.value, logs)
-    one = len(more.value) == 1
+    told = direction.told(more.value, names)
     return Diagnosis(
         name=direction.family,
         severity=severity,
-        sentence=f"{words}{_consequence(effects)}",
-        advice=advice,
+        sentence=f"{told.words}{_consequence(effects)}",
+        advice=told.advice,
         joints=direction.joints,
-        logs=tuple(logs.names[k] for k in direction.logs) if len(direction.logs) < len(logs.names) else (),
-        value=float(more.value[0]) * direction.scale if one else None,
-        std=float(np.sqrt(more.covariance[0, 0])) * direction.scale if one else None,
-        unit=direction.unit if one else None,
+        logs=tuple(names[k] for k in direction.logs) if len(direction.logs) < len(names) else (),
+        value=told.value,
+        std=float(np.sqrt(more.covariance[0, 0])) * direction.scale if len(more.value) == 1 else None,
+        unit=direction.unit if told.value is not None else None,
         z=z_of(more.u),
         effects=effects,
-        rivals=tuple(_words(each, other.value, logs)[0] for each, other in rivals),
+        rivals=tuple(each.told(other.value, names).words for each, other in rivals),
     )
-
-
-def _words(direction: Direction, value: Array, logs: Logs) -> tuple[str, str | None]:
-    """What a direction with values of its parameters says, and what to do."""
-    if direction.alternative is not None:
-        found = direction.alternative(value)
-        return found.words, found.advice
-    words = _term_words(direction)
-    if direction.family == "payload centre":
-        size = ", ".join(f"{1e3 * x:+.2g}" for x in value)
-        words = f"the payload's centre of mass seems to lie elsewhere than stated, by ({size}) mm"
-    return in_logs(words, direction.logs, logs.names), ADVICE.get(direction.family)
-
-
-def _term_words(direction: Direction) -> str:
-    joints = ", ".join(str(j + 1) for j in direction.joints)
-    if direction.family == "current drift" and joints:
-        joints = f"joint {joints}: "
-    return SENTENCES[direction.family].format(joints=joints)
 
 
 def _consequence(effects: Sequence[Effect], what: str = "gains") -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.arrays import Array
-from ident.diagnosis.alternative import Direction
+from ident.diagnosis.alternative import Direction, Term
 from ident.estimate import GainEstimate
 from ident.gain_system import joint_rows
 from ident.payload import Payload
@@ -16,15 +16,32 @@ KNOWN_CENTRE = ("all", "com")
 """Payloads of which a centre of mass is stated."""
 
 
+CENTRE = Term(
+    words=lambda offset: (
+        "the payload's centre of mass seems to lie elsewhere than stated, by "
+        f"({', '.join(f'{1e3 * x:+.2g}' for x in offset)}) mm"
+    ),
+    advice="measure the payload's centre; mind axes and units",
+    stated=True,
+)
+INERTIA = Term(
+    words=lambda _: "the payload's inertia seems to differ from the one stated",
+    advice="check the payload's inertia; mind axes, reference point and units",
+    stated=True,
+)
+
+
 def directions(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
     """The centre and the inertia of each payload elsewhere than stated."""
     for which, payload in enumerate(problem.payloads):
         if payload.known in KNOWN_CENTRE:
-            yield _of(problem, estimate, which, "payload centre", per_metre(payload), "mm", 1e3, payload.com_std)
+            yield _of(
+                problem, estimate, which, "payload centre", CENTRE, per_metre(payload), "mm", 1e3, payload.com_std
+            )
         if payload.known == "all":
             inertia = np.zeros((10, 6))
             inertia[:6] = np.eye(6)
-            yield _of(problem, estimate, which, "payload inertia", inertia, "kg m^2", 1.0)
+            yield _of(problem, estimate, which, "payload inertia", INERTIA, inertia, "kg m^2", 1.0)
 
 
 def per_metre(payload: Payload) -> Array:
@@ -37,6 +54,7 @@ def _of(
     estimate: GainEstimate,
     which: int,
     family: str,
+    term: Term,
     change: Array,
     unit: str,
     scale: float,
@@ -52,6 +70,6 @@ def _of(
     mounted = problem.payloads[which]
     return Direction(
         family=family, joints=(), logs=tuple(k for k, m in enumerate(problem.motions) if m.payload is mounted),
-        columns=tuple(None if each is None else each[:, shown] for each in columns), alternative=None, unit=unit,
+        columns=tuple(None if each is None else each[:, shown] for each in columns), term=term, unit=unit,
         scale=scale, largest=np.inf, prior_std=np.array(prior_std)[shown] if any(prior_std) else None,
     )  # fmt: skip

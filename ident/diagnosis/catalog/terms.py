@@ -7,34 +7,32 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ident.arrays import Array, readonly
-from ident.diagnosis.alternative import Direction
+from ident.diagnosis.alternative import Direction, Term
 from ident.diagnosis.free_model import COUPLED
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference
 from ident.gain_system import JointRows
 
-SENTENCES = {
-    "joint elasticity": "the joints are elastic, which the model lacks",
-    "position-dependent torque": "joint {joints}: a torque depends on the joint's position that the model lacks",
-    "friction law": "joint {joints}: friction follows another law of the speed than the model's",
-    "friction drift": "joint {joints}: friction changes within the logs",
-    "current drift": "{joints}the currents' scale drifts within the log",
-    "payload centre": "the payload's centre of mass seems to lie elsewhere than stated",
-    "payload inertia": "the payload's inertia seems to differ from the one stated",
-    "split halves": "joint {joints}: the second half of the motions gives another gain than the first",
+SAID = {
+    "joint elasticity": (
+        "the joints are elastic, which the model lacks",
+        "let the method model it (nls with compliance), or move more slowly",
+    ),
+    "position-dependent torque": (
+        "a torque depends on the joint's position that the model lacks",
+        "look for a spring, a cable or an error of the kinematics",
+    ),
+    "friction law": (
+        "friction follows another law of the speed than the model's",
+        "choose a friction law that fits (nls, friction)",
+    ),
+    "friction drift": ("friction changes within the logs", "warm the drives up before recording"),
+    "current drift": (
+        "the currents' scale drifts within the log",
+        "warm the drives up before recording; mind magnets that weaken with temperature",
+    ),
 }
-"""What a term says, by family."""
-ADVICE = {
-    "joint elasticity": "let the method model it (nls with compliance), or move more slowly",
-    "position-dependent torque": "look for a spring, a cable or an error of the kinematics",
-    "friction law": "choose a friction law that fits (nls, friction)",
-    "friction drift": "warm the drives up before recording",
-    "current drift": "warm the drives up before recording; mind magnets that weaken with temperature",
-    "payload centre": "measure the payload's centre; mind axes and units",
-    "payload inertia": "check the payload's inertia; mind axes, reference point and units",
-    "split halves": "let the drives warm up; check that the payload is fixed",
-}
-"""What to do about it."""
+"""What a term says, and what to do about it."""
 DEGREE = 6
 """Of the polynomials in the position, and of those in the speed in either direction."""
 
@@ -124,9 +122,11 @@ def _alone(family: str, joint: int, logs: Logs, columns: Array) -> Direction:
 
 
 def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: tuple[Array | None, ...]) -> Direction:
+    words, advice = SAID[family]
+    sentence = f"joint {joints[0] + 1}: {words}" if joints else words
     return Direction(
-        family=family, joints=joints, logs=tuple(range(len(logs.recordings))), columns=columns, alternative=None,
-        unit="", scale=1.0, largest=np.inf,
+        family=family, joints=joints, logs=tuple(range(len(logs.recordings))), columns=columns,
+        term=Term(words=lambda _: sentence, advice=advice, stated=False), unit="", scale=1.0, largest=np.inf,
     )  # fmt: skip
 
 

@@ -54,6 +54,12 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     return Diagnosed(diagnoses=worst_first(diagnoses), excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
 
 
+def horizon(logs: Logs) -> Diagnosed:
+    """What sound logs exclude, and what they cannot tell."""
+    seen = survey(logs)
+    return Diagnosed(excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
+
+
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
     """What an estimate lacks, of logs that are trusted."""
     if not _linear(estimate):

@@ -90,7 +90,7 @@ class Exclusion:
 
     Attributes:
         family: As of a diagnosis.
-        sentence: What is excluded, as `zeros of q2 to q5 beyond 1 degree`.
+        sentence: What is excluded, as `zeros beyond 1.3 (q2), 2.1 (q3) degrees`.
         joints: Joints that it is about, from 0; none where it is about all.
         limit: Size beyond which it is excluded, None where any is.
         unit: Of the limit.

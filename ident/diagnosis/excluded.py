@@ -20,12 +20,12 @@ SIZES = np.geomspace(1e-2, 1.0, 41)
 SURELY_WORSE = 30.0
 """Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
 BOUNDED = {
-    "zero": "zeros of q{joints}",
+    "zero": "zeros",
     "delay": "delays",
     "lengths": "errors of all lengths",
     "clock": "errors of the clock",
 }
-"""Families whose excluded sizes are told, of all logs together, and how."""
+"""Families whose excluded sizes are told, of all logs together, and how; a zero is one of each joint."""
 GROSS = {
     "sign": "another sign of q{joints}",
     "current sign": "another sign of v{joints} in one log",
@@ -38,6 +38,8 @@ GROSS = {
 """Families that are excluded as a whole or by joint, and how that is told."""
 SIZED = ("zero", "lengths", "clock", "current scale")
 """Families whose sizes are bounded instead, or that no log without another shows."""
+QUARTER = 135.0
+"""Size of a zero that is nearer to half a turn than to a quarter [degrees]."""
 NAMED = 2
 """Alternatives that a sentence names."""
 
@@ -74,9 +76,10 @@ def exclusions(seen: Survey) -> list[Exclusion]:
         for unit in dict.fromkeys(each.unit for each, _ in known):
             same = [(each, size) for each, size in known if each.unit == unit]
             joints = tuple(j for each, _ in same for j in each.joints)
-            limit = _rounded(max(size for _, size in same))
-            listed = _numbers(joints)
-            sentence = f"{words.format(joints=listed)} beyond {limit:g} {unit}"
+            limits = ", ".join(
+                f"{_rounded(size):g}{''.join(f' (q{j + 1})' for j in each.joints)}" for each, size in same
+            )
+            limit, sentence = _rounded(max(size for _, size in same)), f"{words} beyond {limits} {unit}"
             found.append(Exclusion(family=family, sentence=sentence, joints=joints, limit=limit, unit=unit))
     return [*found, *_gross(seen)]
 
@@ -106,7 +109,9 @@ def untold(seen: Survey) -> Iterator[str]:
         own = [each for each in open_ones if each.joints == (j,) and each.logs == every]
         kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
         if kinds:
-            yield f"{' and '.join((', '.join(kinds[:-1]), kinds[-1])) if kinds[1:] else kinds[0]} of q{j + 1}"
+            half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
+            what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
+            yield f"half a turn of q{j + 1}" if half else f"{what} of q{j + 1}"
     rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family != "clock"]
     if rest:
         yield f"whether {_few([each.words for each in rest])}"

@@ -30,9 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Prepare the scenario, write the page, and files of its payloads where there are none."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 recipe")
+    from threadpoolctl import threadpool_limits
+
+    from ident.diagnosis.diagnose import horizon
     from scenarios.build import bench
     from scenarios.files.loading import load_scenario
     from scenarios.files.resolved import stated_payloads
+    from scenarios.prediction.expected import enough, expected_preparation
     from scenarios.reports.content import Paragraph, Report
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
@@ -42,7 +46,9 @@ def main(options: argparse.Namespace) -> Status:
     prepared, stated = bench(scenario), stated_payloads(scenario)
     check_bearable(prepared.experiments)
     payloads = {mounting: stated[mounting] for mounting in prepared.payloads if mounting in prepared.protocol}
-    report = recipe_report(prepared, payloads, options.scenario, COMMANDS)
+    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+        told = horizon(expected_preparation(prepared, enough(prepared)).logs())
+    report = recipe_report(prepared, payloads, options.scenario, COMMANDS, told)
     with held.writing():
         write_markdown(report, options.out)
     written = _write_payloads(payloads, held)

@@ -7,6 +7,8 @@ import numpy as np
 from scipy import stats
 
 from ident.arrays import Array, Indices
+from ident.diagnosis.diagnose import horizon
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.errors import IdentificationError
 from ident.estimate import RefusedGain
 from scenarios.build import bench
@@ -38,6 +40,7 @@ class PredictedBudget:
         tolerance: Of each gain, shape (k,).
         costs: One a source, the largest first.
         unpredicted: Sources without prediction.
+        horizon: What logs of these motions will exclude, and what they will not tell.
     """
 
     scenario: str
@@ -48,6 +51,7 @@ class PredictedBudget:
     tolerance: Array
     costs: tuple[Cost, ...]
     unpredicted: tuple[Unpredicted, ...]
+    horizon: Diagnosed
 
     @property
     def together(self) -> Cost:
@@ -93,6 +97,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
         tolerance=np.array(tolerance.gain)[joints],
         costs=tuple(sorted(costs, key=lambda cost: -float(np.max(cost.rms, initial=0.0)))),
         unpredicted=tuple(unpredicted),
+        horizon=horizon(predictor.linear.expected.logs()),
     )
 
 

@@ -6,8 +6,10 @@ import numpy as np
 from scipy import signal
 
 from ident.arrays import Array
+from ident.preparation import SIMULATED, Prepared, Recorded, prepare
 from ident.recording import Recording
 from scenarios.build import Bench
+from scenarios.files.mountings import grouped
 from sim.experiment import Experiment
 from sim.needed import needed_currents, states_of
 from sim.sensors import SensorOptions, logged_without_noise, noises, without_spectrum
@@ -47,6 +49,27 @@ def expected_logs(prepared: Bench, every: int) -> tuple[Expected, ...]:
     rate_hz = prepared.scenario.table.experiment.controller.rate_hz / every
     needed = needed_currents(prepared.experiments, rate_hz)
     return tuple(_expected(each, v, every, rate_hz) for each, v in zip(prepared.experiments, needed, strict=True))
+
+
+def expected_preparation(prepared: Bench, every: int) -> Prepared:
+    """The expected logs as they are estimated from, each with one realisation of its noise.
+
+    The noise is there for methods that weigh rows or choose a model by what is left of them.
+
+    Args:
+        prepared: The scenario, nothing random left.
+        every: Samples of the controller to one of the log.
+
+    Raises:
+        RecordingError: If one cannot be filtered.
+        PlantError: If a plant cannot be built.
+    """
+    rng = np.random.default_rng(NOISE_SEED)
+    logs = zip(expected_logs(prepared, every), prepared.experiments, strict=True)
+    recordings = [noisy_recording(log, experiment, rng) for log, experiment in logs]
+    motions = [Recorded(recordings[place], prepared.mounted[place]) for place in grouped(prepared.protocol)]
+    chosen = prepared.scenario.table.identification
+    return prepare(motions, prepared.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
 
 
 def enough(prepared: Bench) -> int:

@@ -13,13 +13,12 @@ from ident.arrays import Array
 from ident.estimate import GainEstimate
 from ident.estimators import estimator
 from ident.full_rate import FullRate
-from ident.observation import observe
-from ident.problem import Motion, Problem
+from ident.preparation import Prepared
 from ident.signals import delayed
 from scenarios.build import Bench
 from scenarios.errors import NotLinear
 from scenarios.files.mountings import grouped
-from scenarios.prediction.expected import NOISE_SEED, expected_logs, noisy_recording
+from scenarios.prediction.expected import expected_preparation
 
 NOT_LINEAR = ("ols", "tls-2014")
 """Methods in which noise of the currents stands in the matrix: their errors are of second order."""
@@ -31,6 +30,7 @@ class Linearised:
 
     Attributes:
         bench: What it was made from.
+        expected: Its logs.
         estimate: Its k solved gains come with the influence of each row.
         behind: The motion behind the rows, motions in order of time.
         places: Place of each motion of the estimate in order of time.
@@ -38,6 +38,7 @@ class Linearised:
     """
 
     bench: Bench
+    expected: Prepared
     estimate: GainEstimate
     behind: tuple[FullRate, ...]
     places: tuple[int, ...]
@@ -87,9 +88,7 @@ class Linearised:
 
 
 def linearised(prepared: Bench, every: int) -> Linearised:
-    """Estimate the gains of a prepared scenario from its expected logs, with one realisation of its noise.
-
-    The noise is there for methods that weigh rows or choose a model by what is left of them.
+    """Estimate the gains of a prepared scenario from its expected logs.
 
     Args:
         prepared: The scenario, nothing random left.
@@ -106,18 +105,14 @@ def linearised(prepared: Bench, every: int) -> Linearised:
             f"{prepared.scenario.name}: method {chosen.method}: noise biases it in second order, which is not "
             "predicted; simulate it with rx90 sensitivity, or name another with --method"
         )
-    rng = np.random.default_rng(NOISE_SEED)
-    logs = zip(expected_logs(prepared, every), prepared.experiments, strict=True)
-    recordings = [noisy_recording(log, experiment, rng) for log, experiment in logs]
+    expected = expected_preparation(prepared, every)
     places = grouped(prepared.protocol)
-    observed = [observe(recording, prepared.structure, chosen.observe) for recording in recordings]
-    motions = tuple(Motion(observed[place], prepared.mounted[place]) for place in places)
-    problem = Problem(prepared.structure, motions, chosen.gains)
-    behind = [each.full_rate for each in observed]
+    in_time = sorted(zip(places, expected.parts, strict=True), key=lambda pair: pair[0])
     return Linearised(
         bench=prepared,
-        estimate=estimator(chosen.method).estimate(problem, chosen.method_options),
-        behind=tuple(each for each in behind if each is not None),
+        expected=expected,
+        estimate=estimator(chosen.method).estimate(expected.problem, chosen.method_options),
+        behind=tuple(behind for _, part in in_time if (behind := part.observation.full_rate) is not None),
         places=places,
         every=every,
     )

@@ -44,17 +44,21 @@ def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
     return f"{place}{diagnosis.sentence}.{advice}"
 
 
-def horizon_paragraphs(found: Diagnosed, *, every: bool = False) -> list[Paragraph]:
+def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool = False) -> list[Paragraph]:
     """What the logs exclude and what they cannot tell, a line each if there is something.
 
     Args:
         found: What is said of the logs.
         every: Whether faults are listed of which only some cases are excluded, and what is about no joint alone.
+        expected: Whether the logs are still to be recorded.
     """
+    exclude, tell = (
+        ("Logs of these motions will exclude", "They will not tell") if expected else ("Excluded", "Cannot be told")
+    )
     excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
     untold = [each for each in found.untold if every or not each.startswith("whether")]
-    parts = [Paragraph(f"Excluded: {'; '.join(excluded)}.")] if excluded else []
-    return [*parts, *([Paragraph(f"Cannot be told: {'; '.join(untold)}.")] if untold else [])]
+    parts = [Paragraph(f"{exclude}: {'; '.join(excluded)}.")] if excluded else []
+    return [*parts, *([Paragraph(f"{tell}: {'; '.join(untold)}.")] if untold else [])]
 
 
 def every_line(diagnoses: Sequence[Diagnosis]) -> Table:

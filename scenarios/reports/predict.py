@@ -6,6 +6,8 @@ from ident.arrays import Array
 from scenarios.prediction.budget import PredictedBudget
 from scenarios.prediction.predictor import Cost
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.diagnoses import horizon_paragraphs
+from scenarios.store.documents import diagnosed_document
 
 MEANING = (
     "Root mean square of the relative error that each source makes alone, at its declared size, to first order. All "
@@ -22,6 +24,7 @@ def prediction_report(budget: PredictedBudget) -> Report:
     parts += [Paragraph(f"Model taken for granted: {'; '.join(budget.remarks)}.")] * bool(budget.remarks)
     parts += [Paragraph(f"Joint {j + 1}: no gain: {why}.", Mood.DOUBTFUL) for j, why in budget.refused.items()]
     parts += [Paragraph(f"Not predicted: {each.source}: {each.reason}.", Mood.DOUBTFUL) for each in budget.unpredicted]
+    parts += horizon_paragraphs(budget.horizon, every=True, expected=True)
     return Report(title, tuple(parts), _document(budget))
 
 
@@ -64,6 +67,8 @@ def _document(budget: PredictedBudget) -> dict[str, object]:
         ],
         "refused": [{"joint": joint + 1, "reason": reason} for joint, reason in budget.refused.items()],
         "unpredicted": [{"source": each.source, "reason": each.reason} for each in budget.unpredicted],
+        "excluded": diagnosed_document(budget.horizon)["excluded"],
+        "untold": list(budget.horizon.untold),
     }
 
 

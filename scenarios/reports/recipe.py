@@ -4,12 +4,14 @@ import shlex
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
+from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.samples.clock import slowest_hz
 from ident.observation import REGRESSOR_RATE, ObserveOptions
 from ident.payload import Payload
 from scenarios.build import Bench
 from scenarios.files.mountings import BARE
 from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Report, Table, cells
+from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.trajectory import motion_table
 from scenarios.store.run_folder import identify_command, model_words, payload_file
 from scenarios.trajectory_source import scenario_source
@@ -52,7 +54,9 @@ SAFETY = (
 )
 
 
-def recipe_report(prepared: Bench, payloads: Mapping[str, Payload], name: str, commands: Collection[str]) -> Report:
+def recipe_report(
+    prepared: Bench, payloads: Mapping[str, Payload], name: str, commands: Collection[str], told: Diagnosed
+) -> Report:
     """The page.
 
     Args:
@@ -60,6 +64,7 @@ def recipe_report(prepared: Bench, payloads: Mapping[str, Payload], name: str, c
         payloads: As it states them, by mounting.
         name: As commands name it.
         commands: Names of those that there are.
+        told: What logs of these motions will exclude, and what they will not tell.
     """
     source, table = scenario_source(prepared), prepared.scenario.table
     robot = prepared.experiments[0].plant.robot
@@ -84,6 +89,7 @@ def recipe_report(prepared: Bench, payloads: Mapping[str, Payload], name: str, c
         ),
         Heading("Log"),
         *_log(table.identification.observe),
+        *horizon_paragraphs(told, every=True, expected=True),
         Heading("Check before"),
         *map(Paragraph, BEFORE),
         Heading("Safety"),

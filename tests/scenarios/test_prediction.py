@@ -6,9 +6,11 @@ from printed import printed
 from quick import quick_scenario
 from scipy import stats
 
+from ident.diagnosis.diagnose import horizon
 from ident.errors import OptionError
 from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation import observe
+from ident.preparation import SIMULATED, Recorded, prepare
 from ident.problem import Motion, Problem
 from scenarios.build import bench
 from scenarios.cli import main
@@ -19,7 +21,7 @@ from scenarios.files.motions import write_motion
 from scenarios.files.schema import DrawTable, Scenario, SourceTable
 from scenarios.files.settings import with_settings
 from scenarios.prediction.budget import PredictedBudget, predicted_budget
-from scenarios.prediction.expected import added_currents, enough, expected_logs
+from scenarios.prediction.expected import added_currents, enough, expected_logs, expected_preparation
 from scenarios.prediction.linear import linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
@@ -312,6 +314,21 @@ def test_the_points_of_a_draw_are_at_its_mean_and_one_deviation_from_there(quick
         points(target=ANY, distribution="cauchy")
 
 
+def test_what_motions_will_exclude_is_what_their_logs_exclude():
+    prepared = bench(load_scenario("nominal"))
+    ((_, outcome),) = simulate_batch([prepared], [motion_streams(7, {}, 2)], threads=1)
+    motions = [Recorded(log, mounted) for log, mounted in zip(outcome.recordings, prepared.mounted, strict=True)]
+    logged = horizon(prepare(motions, prepared.structure, policy=SIMULATED).logs())
+    expected = horizon(expected_preparation(prepared, enough(prepared)).logs())
+    assert [each for each in expected.untold if "lengths" not in each] == list(logged.untold)
+    sizes, found = ({each.family: each for each in one.excluded} for one in (expected, logged))
+    assert set(sizes) == set(found)
+    assert sizes["sign"].joints == found["sign"].joints == (0, 1, 2, 3, 4)
+    for name in ("zero", "delay", "lengths", "clock"):
+        assert sizes[name].joints == found[name].joints, name
+        assert 0.4 < sizes[name].limit / found[name].limit < 2.5, name  # of 240 samples a second, and other noise
+
+
 def test_the_command_tells_table_and_json(tmp_path, capsys):
     path = quick_scenario(tmp_path)
     assert main(["predict", str(path), "--method", "nls", "--option", "friction=viscous-coulomb", "--json"]) == 0
@@ -329,6 +346,8 @@ def test_the_command_tells_table_and_json(tmp_path, capsys):
     assert main(["predict", str(path), "--method", "nls", "--option", "friction=viscous-coulomb"]) == 0
     text = capsys.readouterr().out
     assert "Predicted error budget of scenario" in text
+    assert f"Logs of these motions will exclude: {'; '.join(each['sentence'] for each in told['excluded'])}." in text
+    assert f"They will not tell: {'; '.join(told['untold'])}." in text
     (row,) = [line.split() for line in text.splitlines() if line.strip().startswith("payload mass ")]
     (k,) = [k for k, cost in enumerate(told["joints"][0]["costs"]) if cost["source"] == "payload mass"]
     assert row == ["payload", "mass", *(f"{100 * joint['costs'][k]['rms']:.3f}" for joint in told["joints"])]

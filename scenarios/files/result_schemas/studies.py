@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from scenarios.files.result_schemas.diagnoses import ResultExclusion
 from scenarios.files.result_schemas.open_object import OpenObject
 from scenarios.studies.budget import SourceCost
 from scenarios.studies.statistics import JointStatistics
@@ -50,6 +51,8 @@ class PredictedBudget(OpenObject):
         joints: Those that the scenario wants and that have a gain.
         refused: Joints that the scenario wants and that have none, with the reason.
         unpredicted: Sources without a prediction, with the reason.
+        excluded: Faults that logs of these motions will exclude.
+        untold: What they will not tell.
     """
 
     scenario: str
@@ -58,6 +61,8 @@ class PredictedBudget(OpenObject):
     joints: list[PredictedBudgetJoint]
     refused: list[dict[str, int | str]]
     unpredicted: list[dict[str, str]]
+    excluded: list[ResultExclusion]
+    untold: list[str]
 
 
 class StudyResult(OpenObject):

@@ -78,7 +78,8 @@ def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
     limits = [bound(logs.model.fits, direction(seen, "zero", (j,))) for j in zeros.joints]
     np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
     assert zeros.unit == "degrees"
-    assert zeros.sentence == f"zeros of q2 to 5 beyond {zeros.limit:g} degrees"
+    each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
+    assert zeros.sentence == f"zeros beyond {each} degrees"
     assert found["delay"].sentence.startswith("delays beyond ")
 
 
@@ -99,3 +100,22 @@ def test_what_a_vertical_axis_hides_is_said_of_its_joint(seen):
     said = list(untold(seen))
     assert "zero of q1" in said
     assert not any(each.endswith(" of q2") for each in said)
+
+
+def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
+    zeros = {
+        each.alternative.value: each.alternative
+        for each in seen.gross
+        if each.alternative.family == "zero" and each.alternative.joints == (4,) and each.alternative.logs == (0, 1)
+    }
+    assert sorted(zeros) == [-180.0, -90.0, 90.0]
+
+    def said(*hidden: float) -> list[str]:
+        gain = {size: -0.9 if size in hidden else -1.1 for size in zeros}
+        gross = tuple(Screened(each, np.array([SURELY_WORSE * gain[size]])) for size, each in zeros.items())
+        return list(untold(replace(seen, gross=gross)))
+
+    assert said(-180.0) == ["half a turn of q5"]
+    assert said(-180.0, 90.0) == ["zero of q5"]
+    assert said(-90.0) == ["zero of q5"]
+    assert said() == []

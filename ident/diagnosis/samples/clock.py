@@ -83,7 +83,7 @@ def missing_samples(recording: Recording, observing: ObserveOptions) -> Diagnosi
             name="missing samples", sentence="no samples are missing by the time stamps", logs=(recording.name,)
         )
     intervals = np.diff(recording.t)
-    at = int(intervals.argmax())
+    at = int(np.where(found.missing, intervals, 0.0).argmax())
     hole = intervals[at] > LARGEST_GAP * found.usual
     parts = usable_parts(recording, observing)
     lost = "1 sample is" if found.lost == 1 else f"{found.lost} samples are"

@@ -7,6 +7,9 @@ side, as a share of it:
     share = sum_j s_j m_j / sum_j m_j^2         s_j the step of joint j, m_j the median of the steps beside it
 
 A share of 3 is two samples lost. Where the shares of all such steps are whole numbers, time stamps can be restored.
+
+Stamps that jitter are those of samples taken at these very times, or late ones of samples taken evenly. Speeds are
+smoother the right way, and steps are judged that way.
 """
 
 from dataclasses import dataclass
@@ -17,6 +20,7 @@ import numpy as np
 from ident.arrays import Array, Indices, Mask
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.noise import noise_std, quantum
+from ident.intervals import intervals_of
 from ident.observation import ObserveOptions
 from ident.recording import LARGEST_GAP, Recording
 
@@ -65,11 +69,13 @@ class OddSteps:
 @lru_cache(maxsize=8)
 def odd_steps(recording: Recording) -> OddSteps:
     """Steps of all joints together that are too long, or none at all, for the time that they take."""
-    interval = np.diff(recording.t)
-    usual_interval = float(np.median(interval))
-    rate = np.diff(recording.q, axis=0) / interval[:, None]  # (N - 1, n)
+    clock = intervals_of(recording.t)
+    step = np.diff(recording.q, axis=0)  # (N - 1, n)
     rounding = np.array([quantum(q) or np.finfo(float).eps for q in recording.q.T]) / np.sqrt(12.0)
-    sigma = np.sqrt(2.0) * np.hypot(noise_std(recording.q), rounding) / usual_interval
+    sigma = np.sqrt(2.0) * np.hypot(noise_std(recording.q), rounding) / clock.usual
+    readings = (np.diff(recording.t), clock.usual * (1.0 + clock.missing))  # taken when stamped, or evenly
+    interval = min(readings, key=lambda each: _roughness(step / each[:, None] / sigma))
+    rate = step / interval[:, None]
     usual = _beside(rate)
     size = np.sum((usual / sigma) ** 2, axis=1)
     share = np.divide(np.sum(rate * usual / sigma**2, axis=1), size, out=np.ones(len(size)), where=size > 0.0)
@@ -77,13 +83,13 @@ def odd_steps(recording: Recording) -> OddSteps:
     moving = np.abs(usual) > SHOWS * sigma
     own = np.divide(rate, usual, out=np.ones_like(rate), where=moving)
     alike = (np.abs(own - 1.0) > 0.5 * OFF) & ((own > 1.0) == (share > 1.0)[:, None])
-    periods = interval / usual_interval
+    periods = interval / clock.usual
     sure &= np.abs(periods - np.maximum(np.rint(periods), 1.0)) < 0.5 * OFF  # where a stamp is late, so is the step
     sure &= np.sum(alike & moving, axis=1) > MOST * moving.sum(axis=1)  # one coarse encoder steps alone
-    unmoved = (np.diff(recording.q, axis=0) == 0.0).all(axis=1)
+    unmoved = (step == 0.0).all(axis=1)
     still = sure & unmoved
     long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after old rows it catches up
-    lost = (share[long] - 1.0) * interval[long] / usual_interval
+    lost = (share[long] - 1.0) * periods[long]
     plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (lost < LARGEST_GAP - 1.0)
     return OddSteps(
         long=long,
@@ -91,6 +97,11 @@ def odd_steps(recording: Recording) -> OddSteps:
         still=np.flatnonzero(still),
         shown=float(np.mean(np.sqrt(size) > SURE)),
     )
+
+
+def _roughness(rate: Array) -> float:
+    """How far speeds are from those beside them, summed over all steps and joints."""
+    return float(np.abs(rate - _beside(rate)).sum())
 
 
 def _beside(rate: Array) -> Array:

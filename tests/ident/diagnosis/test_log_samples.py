@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from diagnoses import named
+from scipy.interpolate import make_interp_spline
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, worst
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
@@ -86,6 +87,50 @@ def test_the_rate_of_a_clock_of_two_intervals_is_that_of_their_mean(ur_log):
     assert float(found.value) == pytest.approx(93.75, rel=1e-3)  # a gap of one interval less
 
 
+def restamped(log: Recording, lateness, rows=()) -> Recording:
+    """The log without some rows, stamps late by so many of its periods of 8 ms."""
+    return without(replace(log, t=log.t + 0.008 * lateness), rows)
+
+
+def test_stamps_that_jitter_miss_nothing(ur_log, rng):
+    late = np.clip(rng.normal(0.0, 0.25, len(ur_log.t)), -0.37, 0.37)
+    single = np.where(np.arange(len(late)) % 23 == 11, 0.8, 0.0)
+    stalled = np.where(np.arange(len(late)) % 311 == 40, 1.8, 0.0)
+    stalled += np.where(np.arange(len(late)) % 311 == 41, 0.9, 0.0)  # two samples wait, and are stamped at once
+    for lateness in (late, single, stalled):
+        log = restamped(ur_log, lateness)
+        intervals = np.diff(log.t)
+        assert intervals.max() > 1.6 * 0.008
+        lines = clocked(log)
+        assert named(lines, "missing samples").sentence == "no samples are missing by the time stamps"
+        varied = 100.0 * np.abs(intervals / np.median(intervals) - 1.0).max()
+        assert named(lines, "jitter").sentence == f"sampling intervals vary by up to {varied:.3g} %"
+
+
+def test_intervals_of_which_each_is_random_miss_nothing_but_holes(ur_log, rng):
+    t = 0.008 * np.cumsum(np.maximum(1.0 + rng.normal(0.0, 0.23, len(ur_log.t)), 0.05))
+    log = replace(ur_log, t=t)
+    assert np.diff(t).max() > 1.6 * 0.008
+    assert named(clocked(log), "missing samples").severity is Severity.GOOD
+    found = named(clocked(without(log, np.arange(700, 714))), "missing samples")
+    assert float(found.value) == pytest.approx(14.0, abs=4.0)  # deviation of 15 such intervals, four times: 3.6
+
+
+@pytest.mark.parametrize("spread", [0.01, 0.05, 0.1])
+def test_samples_that_are_missing_are_counted_beside_jitter(ur_log, rng, spread):
+    late = np.clip(rng.normal(0.0, spread, len(ur_log.t)), -3.0 * spread, 3.0 * spread)
+    found = named(clocked(restamped(ur_log, late, [1, 300, 301, 303, 1700, 2498])), "missing samples")
+    assert found.sentence.startswith("6 samples are missing in 5 gaps, the longest 0.02")
+
+
+def test_samples_that_are_missing_are_counted_where_jitter_is_as_long_as_a_gap(ur_log, rng):
+    late = np.where(rng.random(len(ur_log.t)) < 0.04, 0.65, 0.0)
+    late[580:620] = 0.0
+    late[[593, 606]] = 0.65  # beside the gap
+    found = named(clocked(restamped(ur_log, late, [600])), "missing samples")
+    assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
+
+
 def test_one_gap_is_one(ur_log):
     found = named(clocked(without(ur_log, [300, 301])), "missing samples").sentence
     assert found.startswith("2 samples are missing in 1 gap, the longest 0.024 s")  # three intervals of 8 ms
@@ -105,6 +150,28 @@ def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log):
     found = named(lost_samples(without(ur_log, lost, even=True)), "lost samples")
     assert found.severity is Severity.WEAK
     assert "4 samples are lost unseen by the time stamps, first after row 411, 3.28 s" in found.sentence
+
+
+@pytest.mark.parametrize("honest", [False, True])
+def test_jitter_of_the_stamps_is_no_lost_sample_and_hides_none(ur_log, rng, honest):
+    late = np.clip(rng.normal(0.0, 0.04 if honest else 0.13, len(ur_log.t)), -0.3, 0.3)
+    t = ur_log.t + 0.008 * late
+    taken = make_interp_spline(ur_log.t, ur_log.q, k=3)(t) if honest else ur_log.q
+    log = replace(ur_log, t=t, q=taken)
+    for sound in (log, without(log, [640, 641, 1300])):  # by honest stamps
+        assert len(odd_steps(sound).long) == len(odd_steps(sound).still) == 0
+    lost = np.array([411, 902, 903, 1700])
+    kept = np.setdiff1d(np.arange(len(t)), lost)
+    unseen = Recording(t[kept] - 0.008 * np.searchsorted(lost, kept), log.q[kept], log.v[kept])
+    odd = odd_steps(unseen)
+    np.testing.assert_array_equal(odd.long, [410, 900, 1696])
+    np.testing.assert_array_equal(odd.lost, [1, 2, 1])
+
+
+def test_samples_taken_at_the_uneven_times_of_their_stamps_are_not_lost(ur_log, rng):
+    t = ur_log.t + 0.008 * np.clip(rng.normal(0.0, 0.25, len(ur_log.t)), -0.37, 0.37)
+    odd = odd_steps(replace(ur_log, t=t, q=make_interp_spline(ur_log.t, ur_log.q, k=3)(t)))
+    assert len(odd.long) == len(odd.still) == 0
 
 
 def test_samples_that_the_clock_shows_to_be_missing_are_not_lost_behind_it(ur_log):

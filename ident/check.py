@@ -1,9 +1,10 @@
 """Check recordings before anything is identified: the samples of each, then all of them against the model."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 
 from ident.arrays import Array
+from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.excitation import excitation, predicted_rel_std
@@ -21,11 +22,13 @@ from ident.observation import ObserveOptions, observe
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import check_joints
-from ident.preparation import Recorded, joined, spoilt_samples
+from ident.preparation import Recorded, earlier, joined, spoilt_samples
 from ident.problem import Motion, Problem
 from ident.recording import Recording
 from ident.recording_repairs import repaired
 from ident.structure import Structure
+
+OBSERVE_DEFAULTS = ObserveOptions()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,10 +51,12 @@ class Checked:
     Attributes:
         logs: Each log.
         found: What is said of them.
+        observing: Filters, with the delay that was undone.
     """
 
     logs: tuple[LogRead, ...]
     found: Diagnosed
+    observing: ObserveOptions = OBSERVE_DEFAULTS
 
 
 def check(
@@ -64,6 +69,7 @@ def check(
     payload: Payload | None = None,
     about: Array | None = None,
     warmths: Sequence[Warmth] = (),
+    undelay: bool = False,
 ) -> Checked:
     """Check recordings of one arm.
 
@@ -76,6 +82,7 @@ def check(
         payload: That one has, None where that is not asked.
         about: What the gains are about [N m / drive unit], shape (n,), None where nobody knows.
         warmths: Temperatures of those that have them.
+        undelay: Whether a delay of the currents that is common to all of them is measured and undone.
 
     Raises:
         RecordingError: If a recording has other joints than the arm.
@@ -91,12 +98,16 @@ def check(
         used += [Recorded(part, carried) for part in (parts if read.motions is not None else ())]
     found += temperature(warmths)
     if not used:
-        return Checked(logs=tuple(logs), found=Diagnosed(diagnoses=worst_first(found)))
+        return Checked(logs=tuple(logs), found=Diagnosed(diagnoses=worst_first(found)), observing=observing)
     names = {each.name for each in found if each.severity is not Severity.GOOD}
-    motions = tuple(
-        Motion(observe(each.recording, structure, observing, spoilt_samples(each.recording, names)), each.payload)
-        for each in used
-    )
+    motions = _observed(used, structure, observing, names)
+    if undelay:
+        doubted = observed_logs([each.recording for each in used], Problem(structure, motions, gains), observing)
+        delay, said = common_delay(doubted)
+        found.append(said)
+        if delay:
+            observing = earlier(observing, delay)
+            motions = _observed(used, structure, observing, names)
     problem = Problem(structure, motions, gains)
     found += friction_sign([Problem(structure, (motion,), gains) for motion in motions], about)
     if payload is not None and about is not None and not (loaded or [False])[0]:
@@ -110,7 +121,18 @@ def check(
             estimate = None  # what is wrong with the logs is said all the same
     doubts = diagnose(observed_logs([each.recording for each in used], problem, observing), estimate, _estimate)
     told = joined(doubts, Diagnosed(diagnoses=tuple(found)))
-    return Checked(logs=tuple(logs), found=told if estimate is None else joined(told, symptoms(estimate, told)))
+    told = told if estimate is None else joined(told, symptoms(estimate, told))
+    return Checked(logs=tuple(logs), found=told, observing=observing)
+
+
+def _observed(
+    used: Sequence[Recorded], structure: Structure, observing: ObserveOptions, names: Set[str]
+) -> tuple[Motion, ...]:
+    """Motions without the samples that what was found by these names spoils."""
+    return tuple(
+        Motion(observe(each.recording, structure, observing, spoilt_samples(each.recording, names)), each.payload)
+        for each in used
+    )
 
 
 def _estimate(problem: Problem) -> GainEstimate:

@@ -32,11 +32,13 @@ class Identification:
         estimate: A gain or a reason for each joint, with what proves it, and the payload parameters found on the way.
         notes: What the method decided, and what was done to the recordings.
         found: What is said of the logs and of the estimate: what is wrong, excluded, and cannot be told.
+        observing: Filters and thresholds, with the delay that was undone.
     """
 
     estimate: GainEstimate
     notes: tuple[str, ...]
     found: Diagnosed
+    observing: ObserveOptions = OBSERVE_DEFAULTS
 
 
 def identify(
@@ -109,7 +111,7 @@ def identify_motions(
     weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
     found = joined(found, more=() if weight is None else (weight,))
     kept = without_spoilt(estimate, found.diagnoses)
-    return Identification(kept, estimate.remarks + prepared.notes, found)
+    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing)
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:

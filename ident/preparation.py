@@ -7,6 +7,7 @@ import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Mask
+from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.logs import Logs, observed_logs
@@ -47,11 +48,13 @@ class Policy:
         repair: Whether their samples are checked, and repaired where that needs no guess.
         doubt: Whether they are compared with everything that they may mean instead.
         repeats: Whether two may hold the same samples, as simulated ones without noise do.
+        undelay: Whether a delay of the currents that is common to all of them is measured and undone.
     """
 
     repair: bool
     doubt: bool
     repeats: bool
+    undelay: bool = False
 
 
 DOUBTED = Policy(repair=True, doubt=True, repeats=False)
@@ -69,7 +72,7 @@ class Prepared:
     Attributes:
         motions: As they are used: repaired, parts of one with a gap one after the other.
         problem: Their linear systems.
-        observing: Filters and thresholds.
+        observing: Filters and thresholds, with the delay that was undone.
         policy: How far they are trusted.
         diagnoses: What their samples show, and what was repaired.
         notes: What was done to them otherwise.
@@ -148,7 +151,23 @@ def prepare(
     if beyond is not None:
         raise_for(prepared, diagnose(prepared.logs()))
         raise beyond
-    return prepared
+    return _undelayed(prepared, motions) if policy.undelay else prepared
+
+
+def _undelayed(prepared: Prepared, motions: Sequence[Recorded]) -> Prepared:
+    """The same logs without the delay that is common to them, with what is said of it."""
+    delay, said = common_delay(prepared.logs())
+    if delay:
+        prepared = prepare(
+            motions, prepared.problem.structure, observing=earlier(prepared.observing, delay),
+            gains=prepared.problem.options, policy=replace(prepared.policy, undelay=False),
+        )  # fmt: skip
+    return replace(prepared, diagnoses=worst_first([*prepared.diagnoses, said]))
+
+
+def earlier(observing: ObserveOptions, delay: float) -> ObserveOptions:
+    """Options for currents that act by a delay [s] earlier than they are logged."""
+    return replace(observing, current_delay=observing.current_delay - delay)
 
 
 def _out_of_reach(motions: Sequence[Recorded], arm: Arm) -> RecordingError | None:

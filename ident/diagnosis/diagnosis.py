@@ -63,6 +63,7 @@ class Diagnosis:
             themselves show it.
         effects: What it does to each gain.
         rivals: What these logs cannot tell it from, in words.
+        asked: Whether it answers what somebody asked, and is told though it is good.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Diagnosis:
     z: float | None = None
     effects: tuple[Effect, ...] = ()
     rivals: tuple[str, ...] = ()
+    asked: bool = False
 
     @property
     def worst(self) -> Effect | None:
@@ -126,6 +128,11 @@ class Diagnosed:
     def doubts(self) -> tuple[Diagnosis, ...]:
         """The diagnoses that are not good."""
         return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD)
+
+    @property
+    def told(self) -> tuple[Diagnosis, ...]:
+        """The doubts, and what was asked."""
+        return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD or each.asked)
 
 
 def worst(diagnoses: Sequence[Diagnosis]) -> Severity:

@@ -4,11 +4,12 @@ Severity follows from two numbers: z, whether it is so, and the effect on each g
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.arrays import Array
-from ident.diagnosis.alternative import Direction, in_logs
+from ident.diagnosis.alternative import Alternative, Direction, in_logs
 from ident.diagnosis.catalog import FAMILIES, payload
 from ident.diagnosis.catalog.terms import ADVICE, SENTENCES
 from ident.diagnosis.comparison import Added, z_of
@@ -17,7 +18,7 @@ from ident.diagnosis.engine import SHOWN, TIE, Fault, Small, Survey, directions,
 from ident.diagnosis.excluded import exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference, reference
-from ident.diagnosis.stated import Stated, claimed, stated
+from ident.diagnosis.stated import Stated, stated
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.problem import Problem
@@ -29,6 +30,9 @@ MOST = 3
 """Things that an estimate may lack, one beside the other."""
 NO_RESULT = 10.0
 """Relative error of a gain beyond which it is none."""
+FINEST = 1e-3
+"""Relative deviation that effects of a fault are held against at least: no payload is weighed better, and without noise
+anything would spoil every gain."""
 LINEAR = 1e-6
 """Relative part of the influence that a fit by least squares cannot explain; instruments and total least squares do."""
 Estimate = Callable[[Problem], GainEstimate]
@@ -40,13 +44,14 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     Args:
         logs: As they were observed.
         estimate: What was found from them, None where nothing was.
-        again: The same estimate of other logs: tells the effect of gross faults.
+        again: The same estimate of other logs: tells the effect of gross faults, and the deviations without a fault.
     """
     seen = survey(logs)
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
     found = list(faults(seen))
     of_logs = [each for each in found if each.compared is not None]
-    diagnoses = [_of_fault(each, seen, base, again) for each in of_logs]
+    known = None if estimate is None else _Known(estimate, base, again)
+    diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     if base is not None and not of_logs:
         diagnoses += list(_of_estimate(base, seen))
     elif base is None:
@@ -73,19 +78,42 @@ def severity_of(effects: Sequence[Effect]) -> Severity:
     return Severity.GOOD if known and not any(each.matters for each in effects) else Severity.WEAK
 
 
-def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | None) -> Diagnosis:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Known:
+    """What is known of the gains.
+
+    Attributes:
+        now: As they were found.
+        base: The same, ready for the influence of its rows, None where it has none.
+        again: The same estimate of other logs.
+    """
+
+    now: GainEstimate
+    base: Stated | None
+    again: Estimate | None
+
+    def without(self, fault: Fault) -> GainEstimate | None:
+        """The estimate of the logs read without a fault and those before it, None if they give none."""
+        assert fault.compared is not None, "a fault of the logs"
+        try:
+            return None if self.again is None else self.again(fault.compared.logs.problem)
+        except IdentificationError:
+            return None  # nothing to hold the gains against
+
+
+def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     """A fault of the logs."""
     logs = seen.logs
     assert fault.compared is not None, "a fault of the logs"
     alternative = fault.compared.alternative
-    effects = _effects(fault, seen, base, again)
+    effects = _effects(fault, seen, known)
     std = None
     if fault.small is not None and len(fault.small.found.value) == 1:
         std = float(np.sqrt(fault.small.found.covariance[0, 0])) * fault.small.direction.scale
     return Diagnosis(
         name=alternative.family,
         severity=severity_of(effects),
-        sentence=f"{alternative.words}{_consequence(effects, 'ratios of gains' if base is None else 'gains')}",
+        sentence=f"{alternative.words}{consequence(effects, 'ratios of gains' if known is None else 'gains')}",
         advice=alternative.advice,
         joints=alternative.joints,
         logs=tuple(logs.names[k] for k in alternative.logs) if len(alternative.logs) < len(logs.names) else (),
@@ -98,34 +126,45 @@ def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate |
     )
 
 
-def _effects(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | None) -> tuple[Effect, ...]:
+def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, ...]:
     """What a fault does to the gains: by the influence of the rows if it is small, by another estimate if not.
 
     Without gains, or where no joint has one, it is what a small fault does to their ratios, and a gross one to the
     currents.
     """
     assert fault.compared is not None, "a fault of the logs"
-    small = fault.small
-    if small is not None and fault.before is seen.logs and small.within:
-        if base is not None:
-            moved = base.effects(base.stacked(small.direction.columns) @ small.found.value)
-        else:
-            moved = () if seen.fit is None else tuple(_of_ratios(seen.fit, small))
-        if moved:
-            return moved
-    if base is not None and again is not None:
-        try:
-            moved = tuple(_between(base.estimate, again(fault.compared.logs.problem)))
-        except IdentificationError:
-            moved = ()  # nothing to hold the gains against
-        if moved:
-            return moved
-    logs = seen.logs
+    logs, small = seen.logs, None if fault.small is None else _as_large(fault.small, fault.compared.alternative)
+    if small is not None and (fault.before is not logs or not small.within):
+        small = None
+    moved: tuple[Effect, ...] = ()
+    if known is not None:
+        right = known.without(fault)
+        if small is not None and known.base is not None:
+            moved = known.base.effects(known.base.stacked(small.direction.columns) @ small.found.value)
+            moved = moved if right is None else tuple(_by_claims(known.now, right, moved))
+        elif right is not None:
+            moved = tuple(_between(known.now, right))
+    elif small is not None and seen.fit is not None:
+        moved = tuple(_of_ratios(seen.fit, small))
+    if moved:
+        return moved
     before, after = (each.model.fits.score for each in (fault.before, fault.compared.logs))
     order = fault.compared.alternative.reading.logs[-1].v_order
     rms = np.array([np.sqrt(np.mean(each.V**2)) for each in logs.model.rows])
     lost = np.sqrt(np.maximum(before.variance[order] - after.variance, 0.0)) / rms[order]
     return tuple(Effect(joint=int(order[j]), percent=100.0 * float(x), deviations=None) for j, x in enumerate(lost))
+
+
+def _as_large(small: Small, alternative: Alternative) -> Small:
+    """A small fault of one parameter with the size that was found step by step, not by the first of them."""
+    make, first = small.direction.alternative, small.found.value
+    if make is None or len(first) != 1 or alternative.value is None:
+        return small
+    none, own = make(np.zeros(1)).value, make(first).value
+    if none is None or own is None or own == none:
+        return small
+    size = first * (alternative.value - none) / (own - none)
+    return replace(small, found=replace(small.found, value=size))
 
 
 def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
@@ -146,12 +185,27 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
             yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[surest, j]))
 
 
+def _by_claims(now: GainEstimate, right: GainEstimate, effects: Sequence[Effect]) -> Iterator[Effect]:
+    """Effects in deviations that are claimed with or without the fault."""
+    for each in effects:
+        mine, theirs = now.joints[each.joint], right.joints[each.joint]
+        if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
+            yield replace(each, deviations=each.percent / 100.0 / _claim(mine, theirs))
+        else:
+            yield each
+
+
+def _claim(mine: IdentifiedGain, theirs: IdentifiedGain) -> float:
+    """The smaller relative deviation of both: what a fault adds to the residual is part of the damage."""
+    return max(FINEST, min(each.total_std / abs(each.value) for each in (mine, theirs)))
+
+
 def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
     """Error of gains if others are right; of one that only the others have, or that they do not, no end to it."""
     for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
         if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
             share = float(np.clip(mine.value / theirs.value - 1.0, -NO_RESULT, NO_RESULT))
-            yield Effect(joint=j, percent=100.0 * share, deviations=share / claimed(mine))
+            yield Effect(joint=j, percent=100.0 * share, deviations=share / _claim(mine, theirs))
         elif isinstance(mine, IdentifiedGain) or isinstance(theirs, IdentifiedGain):
             yield Effect(joint=j, percent=100.0 * NO_RESULT, deviations=NO_RESULT / now.options.max_rel_std)
 
@@ -206,7 +260,7 @@ def _lacks(
     return Diagnosis(
         name=direction.family,
         severity=severity,
-        sentence=f"{words}{_consequence(effects)}",
+        sentence=f"{words}{consequence(effects)}",
         advice=advice,
         joints=direction.joints,
         logs=tuple(logs.names[k] for k in direction.logs) if len(direction.logs) < len(logs.names) else (),
@@ -238,7 +292,7 @@ def _term_words(direction: Direction) -> str:
     return SENTENCES[direction.family].format(joints=joints)
 
 
-def _consequence(effects: Sequence[Effect], what: str = "gains") -> str:
+def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
     """How much gains, their ratios or currents are off, in words."""
     if not effects:
         return ""

@@ -116,6 +116,48 @@ def test_a_saved_identification_of_faulty_logs_is_identified_again_the_same(cell
     assert not any("are not those of" in part.text for part in report.parts if isinstance(part, Paragraph))
 
 
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda log, bare: (bare, replace(log, v=log.v * [1, 1, -1, 1, 1, 1])), "v3 is negated in faulty"),
+        pytest.param(
+            lambda log, bare: (bare, replace(log, v=log.v * [1, 1, 1, 2, 1, 1])), "v4 is scaled by [12]",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            lambda log, bare: tuple(replace(x, q=x.q + np.radians([0, 0, 0, 0, 6, 0])) for x in (bare, log)),
+            "the zero of q5 is off by [56]", marks=pytest.mark.slow,
+        ),
+    ],
+)  # fmt: skip
+def test_gains_that_a_fault_spoils_are_refused_for_it_and_those_that_are_kept_are_right(
+    change, words, cell, tmp_path, capsys
+):
+    shutil.copy(cell / "payload-light.toml", tmp_path)
+    bare, log = read_recording(cell / "bare.parquet"), read_recording(cell / "light.parquet")
+    found = list[list[dict]]()
+    commands = [word.format(tmp_path) for word in COMMANDS["identify"]]
+    for pair in ((bare, log), change(log, bare)):
+        for each, name in zip(pair, ("bare", "faulty"), strict=True):
+            write_recording(each, tmp_path / f"{name}.parquet")
+        assert main([*commands, "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out)["gains"])
+    lost = list[str]()
+    for right, mine in zip(*found, strict=True):
+        if mine["identifiable"]:  # 3 deviations refuse it; the size of the fault is found to a tenth
+            assert abs(mine["estimate"] - right["estimate"]) < 3.3 * right["std"]
+        elif right["identifiable"]:
+            assert re.fullmatch(rf"the gain is (off by .* %|no result): {words}.*", mine["reason"])
+            lost.append(str(mine["joint"]))
+        else:
+            assert mine["reason"].startswith("predicted standard deviation")
+    assert lost
+    assert main(commands) == 0
+    out = capsys.readouterr().out
+    assert "WRONG: " in out
+    assert f"refused for a fault of the logs: joint{'s' if lost[1:] else ''} {', '.join(lost)}." in out
+
+
 @pytest.fixture(scope="module")
 def late_cell(cell, tmp_path_factory) -> Path:
     """The same with currents that are logged 7.3 ms late in all logs."""

@@ -75,7 +75,7 @@ def kept_paragraphs(joints: Sequence[JointResult], found: Diagnosed) -> list[Par
         for each in wrong.effects
         if each.matters and isinstance(joints[each.joint], IdentifiedGain)
     ]
-    told = f"Kept, though off by less than {SPOILS:g} standard deviations if that is so: {', '.join(moved)}."
+    told = f"Kept, moved by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
     return [Paragraph(told, Mood.DOUBTFUL)] if moved else []
 
 

@@ -74,7 +74,7 @@ def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them()
     )
     joints = gain_estimate(None, 4.4, 5.5, std=0.1, reason="").joints
     (told,) = kept_paragraphs(joints, Diagnosed(diagnoses=(wrong,)))
-    assert told.text == "Kept, though off by less than 3 standard deviations if that is so: joint 2 by +0.62 %."
+    assert told.text == "Kept, moved by less than 3 standard deviations: joint 2 by +0.62 %."
     assert kept_paragraphs(joints, FOUND) == []
     said = summary(joints, 480, 0.0167, Diagnosed(diagnoses=(wrong,)))
     assert said.text == (

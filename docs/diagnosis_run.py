@@ -18,7 +18,7 @@ from ident.check import check
 from ident.diagnosis import diagnose as diagnosing
 from ident.diagnosis.alternative import Alternative
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.engine import Survey
+from ident.diagnosis.engine import Compared, Survey
 from ident.errors import Contradiction, IdentificationError
 from ident.estimate import IdentifiedGain
 from ident.identification import identify_motions
@@ -132,8 +132,8 @@ def overheard() -> Iterator[Heard]:
 
     def found(*given: object):
         for each in faults(*given):  # pyright: ignore[reportArgumentType]
-            if each.compared is not None:
-                heard.readings.append(each.compared.alternative)
+            if isinstance(each.found, Compared):
+                heard.readings.append(each.found.alternative)
             yield each
 
     with (

@@ -19,10 +19,12 @@ from ident.observation import ObserveOptions
 from ident.options import GainOptions
 from ident.payload import Payload
 from ident.plausibility import check_joints
-from ident.preparation import DOUBTED, Examined, assembled, examined, joined
+from ident.preparation import DOUBTED, Examined, assembled, examined, joined, undelayed
 from ident.problem import Problem
 from ident.recording import Recording
 from ident.structure import Structure
+
+OBSERVE_DEFAULTS = ObserveOptions()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,10 +47,12 @@ class Checked:
     Attributes:
         logs: Each log.
         found: What is said of them.
+        observing: Filters, with the delay that was undone.
     """
 
     logs: tuple[LogRead, ...]
     found: Diagnosed
+    observing: ObserveOptions = OBSERVE_DEFAULTS
 
 
 def check(
@@ -61,6 +65,7 @@ def check(
     payload: Payload | None = None,
     about: Array | None = None,
     warmths: Sequence[Warmth] = (),
+    undelay: bool = False,
 ) -> Checked:
     """Check recordings of one arm.
 
@@ -73,6 +78,7 @@ def check(
         payload: That one has, None where that is not asked.
         about: What the gains are about [N m / drive unit], shape (n,), None where nobody knows.
         warmths: Temperatures of those that have them.
+        undelay: Whether a delay of the currents that is common to all of them is measured and undone.
 
     Raises:
         RecordingError: If a recording has other joints than the arm.
@@ -89,8 +95,11 @@ def check(
         for k in range(len(recordings))
     ]
     if not any(each.parts for each in examinations):
-        return Checked(logs=logs, found=Diagnosed(diagnoses=worst_first(found)))
+        return Checked(logs=logs, found=Diagnosed(diagnoses=worst_first(found)), observing=observing)
     prepared = assembled(examinations, carried, structure, observing, gains, DOUBTED)
+    if undelay:
+        prepared, said = undelayed(prepared)
+        found.append(said)
     problem = prepared.problem
     found += friction_sign([Problem(structure, (motion,), gains) for motion in problem.motions], about)
     if payload is not None and about is not None and not with_payload[0]:
@@ -104,7 +113,8 @@ def check(
             estimate = None  # what is wrong with the logs is said all the same
     doubts = diagnose(prepared.logs(), estimate, _estimate)
     told = joined(doubts, Diagnosed(diagnoses=tuple(found)))
-    return Checked(logs=logs, found=told if estimate is None else joined(told, symptoms(estimate, told)))
+    told = told if estimate is None else joined(told, symptoms(estimate, told))
+    return Checked(logs=logs, found=told, observing=prepared.observing)
 
 
 def _estimate(problem: Problem) -> GainEstimate:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from ident.arm import Arm
 from ident.arrays import Array
-from ident.diagnosis.diagnose import diagnose, lacking
+from ident.diagnosis.diagnose import NO_RESULT, diagnose, lacking, percents
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.gains import symptoms
 from ident.diagnosis.link_masses import link_mass_consistency
@@ -32,11 +32,13 @@ class Identification:
         estimate: A gain or a reason for each joint, with what proves it, and the payload parameters found on the way.
         notes: What the method decided, and what was done to the recordings.
         found: What is said of the logs and of the estimate: what is wrong, excluded, and cannot be told.
+        observing: Filters and thresholds, with the delay that was undone.
     """
 
     estimate: GainEstimate
     notes: tuple[str, ...]
     found: Diagnosed
+    observing: ObserveOptions = OBSERVE_DEFAULTS
 
 
 def identify(
@@ -109,7 +111,7 @@ def identify_motions(
     weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
     found = joined(found, more=() if weight is None else (weight,))
     kept = without_spoilt(estimate, found.diagnoses)
-    return Identification(kept, estimate.remarks + prepared.notes, found)
+    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing)
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:
@@ -120,16 +122,32 @@ def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> Ga
     """
     joints = list(estimate.joints)
     wrong = [each for each in diagnoses if each.severity is Severity.WRONG]
-    for each in wrong:
+    for each in reversed(wrong):  # the worst has the last word
         for j in spoilt_joints(each):
             gain = joints[j]
-            if isinstance(gain, IdentifiedGain):
+            if isinstance(gain, IdentifiedGain) or each.effects:
                 joints[j] = RefusedGain(
-                    joint=gain.joint, reason=each.sentence, predicted_rel_std=gain.predicted_rel_std
+                    joint=gain.joint, reason=_reason(each, j), predicted_rel_std=gain.predicted_rel_std
                 )
     if wrong and not any(isinstance(each, IdentifiedGain) for each in joints):
         raise Contradiction(refusal_of(wrong))
     return replace(estimate, joints=tuple(joints))
+
+
+def _reason(wrong: Diagnosis, joint: int) -> str:
+    """Why a joint, from 0, is refused: what is wrong, and what it does to this gain."""
+    cause = wrong.cause or wrong.sentence
+    effect = next((each for each in wrong.effects if each.joint == joint), None)
+    if effect is None or effect.deviations is None:
+        return wrong.sentence
+    if abs(effect.percent) >= 100.0 * NO_RESULT:
+        return f"the gain is no result: {cause}"
+    return f"the gain is off by {percents(effect.percent, sign='+')} %: {cause}"
+
+
+def refused_for_faults(diagnoses: Sequence[Diagnosis]) -> tuple[int, ...]:
+    """Joints, from 0, whose gains something wrong spoils."""
+    return tuple(sorted({j for each in diagnoses if each.severity is Severity.WRONG for j in spoilt_joints(each)}))
 
 
 def spoilt_joints(diagnosis: Diagnosis) -> tuple[int, ...]:

@@ -5,7 +5,7 @@ sticks. Those samples of a joint are left out before decimation, by the same mas
 column, so that every row is still a linear combination of exact equations (paper, eq. 15; `docs/derivations.md`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy
@@ -14,7 +14,7 @@ from ident.arrays import Array, Indices, Mask, readonly
 from ident.errors import OptionError, RecordingError
 from ident.full_rate import FullRate
 from ident.intervals import intervals_of
-from ident.options import check_range
+from ident.options import MEASURED, check_range
 from ident.parameters import STANDARD
 from ident.recording import JITTER_TOL, Recording, resampled
 from ident.regressor import BLOCK, regressor_blocks
@@ -39,7 +39,7 @@ FASTEST_PERIOD = 1e-5
 RATE_OVER = 0.01
 """Half of the time that a current's rate of change is taken over [s]."""
 LONGEST_DELAY = 1.0
-"""Longest time that a current may act after its stamp [s]; a real one is a few periods of the controller."""
+"""Longest time between the stamp of a current and its action [s]; a real one is a few periods of the controller."""
 REGRESSOR_RATE = 32.0
 """Rate at which the regressor is evaluated at least, in cut-offs of the positions.
 
@@ -58,7 +58,8 @@ class ObserveOptions:
         rows_per_second: Rows kept a second [1/s].
         reversal_speed: Speed below which a joint's samples are left out, as a share of its rms speed.
         current_delay: Time from the stamp of a current to the middle of its action [s]: half a period for a reference
-            that is held, 0 for a measured current or where half a period does not matter.
+            that is held, negative for currents that are logged late, 0 for a measured current or where half a period
+            does not matter.
         min_weight: Rows that lose more than the rest of their filter's weight to reversals are left out.
     """
 
@@ -66,7 +67,7 @@ class ObserveOptions:
     decimation_cutoff_hz: float = 10.0
     rows_per_second: float = 20.0
     reversal_speed: float = 0.1
-    current_delay: float = 0.0
+    current_delay: float = field(default=0.0, metadata={MEASURED: "a delay common to all logs and joints"})
     min_weight: float = 0.5
 
     def __post_init__(self) -> None:
@@ -78,7 +79,7 @@ class ObserveOptions:
         for name in ("cutoff_hz", "decimation_cutoff_hz", "rows_per_second"):
             check_range(name, getattr(self, name), least=1e-3, upto=1e5, unit="Hz")
         check_range("reversal_speed", self.reversal_speed, least=0.0, upto=10.0)
-        check_range("current_delay", self.current_delay, least=0.0, upto=LONGEST_DELAY, unit="s")
+        check_range("current_delay", self.current_delay, least=-LONGEST_DELAY, upto=LONGEST_DELAY, unit="s")
         check_range("min_weight", self.min_weight, least=-1.0, upto=1.0)
         if self.rows_per_second > 3.0 * self.decimation_cutoff_hz:
             raise OptionError(

@@ -14,6 +14,8 @@ from ident.uncertainty import UNCERTAINTIES
 Options = TypeVar("Options")
 NAMES = "names"
 """Key of a field's metadata: the names that it may have; a command line lists them."""
+MEASURED = "measured"
+"""Key of a field's metadata: what `auto` in its place measures in the logs; the number may be negative."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

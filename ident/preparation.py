@@ -7,6 +7,7 @@ import numpy as np
 
 from ident.arm import Arm
 from ident.arrays import Mask
+from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.logs import Logs, observed_logs
@@ -47,11 +48,13 @@ class Policy:
         repair: Whether their samples are checked, and repaired where that needs no guess.
         doubt: Whether they are compared with everything that they may mean instead.
         repeats: Whether two may hold the same samples, as simulated ones without noise do.
+        undelay: Whether a delay of the currents that is common to all of them is measured and undone.
     """
 
     repair: bool
     doubt: bool
     repeats: bool
+    undelay: bool = False
 
 
 DOUBTED = Policy(repair=True, doubt=True, repeats=False)
@@ -119,7 +122,7 @@ class Prepared:
         motions: As they are used: repaired, parts of one with a gap one after the other.
         parts: The same with their spoilt samples and linear systems.
         problem: Their linear systems, with the payloads that they carry.
-        observing: Filters and thresholds.
+        observing: Filters and thresholds, with the delay that was undone.
         policy: How far they are trusted.
         diagnoses: What their samples show, and what was repaired.
     """
@@ -184,7 +187,26 @@ def prepare(
     if beyond is not None:
         raise_for(prepared, diagnose(prepared.logs()))
         raise beyond
+    if policy.undelay:
+        prepared, said = undelayed(prepared)
+        prepared = replace(prepared, diagnoses=worst_first([*prepared.diagnoses, said]))
     return prepared
+
+
+def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:
+    """Logs without the delay that is common to their currents, and what is said of it."""
+    delay, said = common_delay(prepared.logs())
+    if not delay:
+        return prepared, said
+    observing = replace(prepared.observing, current_delay=prepared.observing.current_delay - delay)
+    structure, problem = prepared.problem.structure, prepared.problem
+    parts = tuple(
+        replace(each, observation=observe(each.recording, structure, observing, each.spoilt)) for each in prepared.parts
+    )
+    motions = tuple(
+        replace(motion, observation=part.observation) for motion, part in zip(problem.motions, parts, strict=True)
+    )
+    return replace(prepared, parts=parts, problem=replace(problem, motions=motions), observing=observing), said
 
 
 def assembled(

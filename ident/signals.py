@@ -83,14 +83,16 @@ def noise_density(x: Array, period: float) -> Array:
 
 
 def delayed(x: Array, periods: float) -> Array:
-    """A signal some sampling periods later, by straight lines between samples; the first value stands in before it.
+    """A signal some sampling periods later, by straight lines between samples; its first value stands in before it.
 
     Args:
         x: Signal, shape (N, n).
-        periods: Delay in sampling periods, 0 or more.
+        periods: Delay in sampling periods; a negative one makes it earlier, and the last value stands in after it.
     """
     if periods == 0.0:
         return x
+    if periods < 0.0:
+        return delayed(x[::-1], -periods)[::-1]
     whole = int(periods)
     share = periods - whole
     later = np.concatenate((np.repeat(x[:1], whole + 1, axis=0), x))[: len(x) + 1]

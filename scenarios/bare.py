@@ -14,7 +14,7 @@ from ident.observation import ObserveOptions
 from ident.off_ratios import OffRatio, off_ratios
 from ident.options import GainOptions
 from ident.payload import Payload
-from ident.preparation import Recorded, joined, prepare, raise_for
+from ident.preparation import DOUBTED, Policy, Recorded, joined, prepare, raise_for
 from ident.structure import Structure
 
 
@@ -42,6 +42,7 @@ class BareAnswer:
         in_si: The arm with gains that are given, None without any.
         if_loaded: What a payload would add, None if nobody asks.
         said: What is said of the recordings.
+        observing: Filters and thresholds, with the delay that was undone.
     """
 
     found: BareArm
@@ -50,6 +51,7 @@ class BareAnswer:
     in_si: BareArm | None
     if_loaded: IfLoaded | None
     said: Diagnosed
+    observing: ObserveOptions
 
 
 def bare_answer(
@@ -61,6 +63,7 @@ def bare_answer(
     options: AllJointsOptions,
     known: KnownGains | None,
     payload: Payload | None,
+    policy: Policy = DOUBTED,
 ) -> BareAnswer:
     """What bare recordings say.
 
@@ -72,12 +75,13 @@ def bare_answer(
         options: Model of the arm.
         known: Gains that are known, or believed.
         payload: That would be mounted; it takes gains that are known.
+        policy: How far the recordings are trusted.
 
     Raises:
         IdentificationError: If the recordings cannot be those of this arm, one counts currents otherwise, or they show
             no ratio; if the gains are not of this arm; if nothing of the payload is known.
     """
-    prepared = prepare(motions, structure, observing=observing, gains=gains)
+    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
     said = diagnose(prepared.logs())
     raise_for(prepared, said)
     problem = prepared.problem
@@ -96,4 +100,5 @@ def bare_answer(
         in_si=in_si,
         if_loaded=if_loaded,
         said=joined(said, more=prepared.diagnoses),
+        observing=prepared.observing,
     )

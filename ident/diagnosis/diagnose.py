@@ -4,6 +4,7 @@ Severity follows from two numbers: z, whether it is so, and the effect on each g
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import FAMILIES, payload
 from ident.diagnosis.comparison import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.engine import SHOWN, TIE, Fault, Small, Survey, directions, faults, survey
+from ident.diagnosis.engine import SHOWN, TIE, Compared, Fault, Small, Survey, directions, faults, survey
 from ident.diagnosis.excluded import exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference, reference
@@ -38,17 +39,18 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     Args:
         logs: As they were observed.
         estimate: What was found from them, None where nothing was.
-        again: The same estimate of other logs: tells the effect of gross faults.
+        again: The same estimate of other logs: tells the effect of gross faults, and the deviations without a fault.
     """
     seen = survey(logs)
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
     found = list(faults(seen))
-    of_logs = [each for each in found if each.compared is not None]
-    diagnoses = [_of_fault(each, seen, base, again) for each in of_logs]
+    of_logs = [each for each in found if isinstance(each.found, Compared)]
+    known = None if estimate is None else _Known(estimate, base, again)
+    diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     if base is not None and not of_logs:
         diagnoses += list(_of_estimate(base, seen.directions, logs.names))
     elif base is None:
-        diagnoses += [_of_term(each, logs.names) for each in found if each.compared is None]
+        diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
     if of_logs:
         return Diagnosed(diagnoses=worst_first(diagnoses))
     return Diagnosed(diagnoses=worst_first(diagnoses), excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
@@ -77,19 +79,47 @@ def severity_of(effects: Sequence[Effect]) -> Severity:
     return Severity.GOOD if known and not any(each.matters for each in effects) else Severity.WEAK
 
 
-def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | None) -> Diagnosis:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Known:
+    """What is known of the gains.
+
+    Attributes:
+        now: As they were found.
+        base: The same, ready for the influence of its rows, None where it has none.
+        again: The same estimate of other logs.
+    """
+
+    now: GainEstimate
+    base: Stated | None
+    again: Estimate | None
+
+    def effects(self, found: Compared | Small) -> Iterator[Effect]:
+        """Error of the gains if a fault of the logs, or a term that the model lacks, is what it seems to be."""
+        if isinstance(found, Small):
+            if self.base is not None:
+                yield from self.base.effects(self.base.stacked(found.direction.columns) @ found.found.value)
+        elif self.again is not None:
+            try:
+                yield from _between(self.now, self.again(found.logs.problem))
+            except IdentificationError:
+                return  # nothing to hold the gains against
+
+
+def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     """A fault of the logs."""
     logs = seen.logs
-    assert fault.compared is not None, "a fault of the logs"
-    alternative = fault.compared.alternative
-    effects = _effects(fault, seen, base, again)
+    assert isinstance(fault.found, Compared), "a fault of the logs"
+    alternative = fault.found.alternative
+    effects = _effects(fault, seen, known)
+    consequences = consequence(effects, "ratios of gains" if known is None else "gains")
     std = None
     if fault.small is not None and len(fault.small.found.value) == 1:
         std = float(np.sqrt(fault.small.found.covariance[0, 0])) * fault.small.direction.scale
     return Diagnosis(
         name=alternative.family,
         severity=severity_of(effects),
-        sentence=f"{alternative.words}{_consequence(effects, 'ratios of gains' if base is None else 'gains')}",
+        sentence=f"{alternative.words}{consequences}",
+        cause=alternative.words,
         advice=alternative.advice,
         joints=alternative.joints,
         logs=tuple(logs.names[k] for k in alternative.logs) if len(alternative.logs) < len(logs.names) else (),
@@ -98,38 +128,38 @@ def _of_fault(fault: Fault, seen: Survey, base: Stated | None, again: Estimate |
         unit=alternative.unit,
         z=fault.z,
         effects=effects,
-        rivals=fault.rivals,
+        rivals=fault.rival_words,
     )
 
 
-def _effects(fault: Fault, seen: Survey, base: Stated | None, again: Estimate | None) -> tuple[Effect, ...]:
-    """What a fault does to the gains: by the influence of the rows if it is small, by another estimate if not.
+def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, ...]:
+    """What a fault does to the gains, or what cannot be told from it: the worst for each joint.
 
-    Without gains, or where no joint has one, it is what a small fault does to their ratios, and a gross one to the
-    currents.
+    Without gains it is what a small fault does to their ratios, and where nothing can be said of these, what it takes
+    of the currents.
     """
-    assert fault.compared is not None, "a fault of the logs"
-    small = fault.small
-    if small is not None and fault.before is seen.logs and small.within:
-        if base is not None:
-            moved = base.effects(base.stacked(small.direction.columns) @ small.found.value)
-        else:
-            moved = () if seen.fit is None else tuple(_of_ratios(seen.fit, small))
-        if moved:
-            return moved
-    if base is not None and again is not None:
-        try:
-            moved = tuple(_between(base.estimate, again(fault.compared.logs.problem)))
-        except IdentificationError:
-            moved = ()  # nothing to hold the gains against
-        if moved:
-            return moved
-    logs = seen.logs
-    before, after = (each.model.fits.score for each in (fault.before, fault.compared.logs))
-    order = fault.compared.alternative.reading.logs[-1].v_order
-    rms = np.array([np.sqrt(np.mean(each.V**2)) for each in logs.model.rows])
-    lost = np.sqrt(np.maximum(before.variance[order] - after.variance, 0.0)) / rms[order]
-    return tuple(Effect(joint=int(order[j]), percent=100.0 * float(x), deviations=None) for j, x in enumerate(lost))
+    assert isinstance(fault.found, Compared), "a fault of the logs"
+    moved = list[Effect]()
+    if known is not None:
+        moved += (effect for each in (fault.found, *fault.rivals) for effect in known.effects(each))
+    elif fault.small is not None and fault.small.within and fault.before is seen.logs and seen.fit is not None:
+        moved += _of_ratios(seen.fit, fault.small)
+    if moved:
+        joints = sorted({each.joint for each in moved})
+        own = ([each for each in moved if each.joint == j] for j in joints)
+        return tuple(max(each, key=lambda effect: abs(effect.deviations or 0.0)) for each in own)
+    return tuple(_of_currents(fault.before, fault.found))
+
+
+def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
+    """Share of each joint's current that a fault explains."""
+    order = found.alternative.reading.logs[-1].v_order
+    rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
+    variances = (each.model.fits.score.variance for each in (before, found.logs))
+    left, explained = variances
+    lost = np.sqrt(np.maximum(left[order] - explained, 0.0)) / rms[order]
+    for j, share in zip(order, lost, strict=True):
+        yield Effect(joint=int(j), percent=100.0 * float(share), deviations=None)
 
 
 def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
@@ -151,22 +181,25 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
 
 
 def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
-    """Error of gains if others are right; of one that only the others have, or that they do not, no end to it."""
+    """Error of gains if others are right; of one that only the others have, or that they do not, no end to it.
+
+    It counts in the smaller of both claims: what a fault adds to the residual is part of the damage.
+    """
     for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
         if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
             share = float(np.clip(mine.value / theirs.value - 1.0, -NO_RESULT, NO_RESULT))
-            yield Effect(joint=j, percent=100.0 * share, deviations=share / claimed(mine))
+            yield Effect(joint=j, percent=100.0 * share, deviations=share / min(claimed(mine), claimed(theirs)))
         elif isinstance(mine, IdentifiedGain) or isinstance(theirs, IdentifiedGain):
             yield Effect(joint=j, percent=100.0 * NO_RESULT, deviations=NO_RESULT / now.options.max_rel_std)
 
 
 def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
     """A term that the free model lacks, where there are no gains that it could move."""
-    assert fault.small is not None, "a term is a direction"
-    direction = fault.small.direction
+    assert isinstance(fault.found, Small), "a term is a direction"
+    direction = fault.found.direction
     return Diagnosis(
-        name=direction.family, severity=Severity.GOOD, sentence=direction.told(fault.small.found.value, names).words,
-        joints=direction.joints, z=fault.z, rivals=fault.rivals,
+        name=direction.family, severity=Severity.GOOD, sentence=direction.told(fault.found.found.value, names).words,
+        joints=direction.joints, z=fault.z, rivals=fault.rival_words,
     )  # fmt: skip
 
 
@@ -209,7 +242,7 @@ def _lacks(
     return Diagnosis(
         name=direction.family,
         severity=severity,
-        sentence=f"{told.words}{_consequence(effects)}",
+        sentence=f"{told.words}{consequence(effects)}",
         advice=told.advice,
         joints=direction.joints,
         logs=tuple(names[k] for k in direction.logs) if len(direction.logs) < len(names) else (),
@@ -222,7 +255,7 @@ def _lacks(
     )
 
 
-def _consequence(effects: Sequence[Effect], what: str = "gains") -> str:
+def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
     """How much gains, their ratios or currents are off, in words."""
     if not effects:
         return ""

@@ -53,6 +53,7 @@ class Diagnosis:
         name: What was looked at, as `clipping`, `zero` or `delay`.
         severity: How it is to be taken.
         sentence: What was found, in words and numbers.
+        cause: The same without what it does to the gains, None where that is nothing.
         advice: What to do, None where nothing is.
         joints: Joints that it is about, from 0; none where it is about all.
         logs: Names of the logs that it is about; none where it is about all.
@@ -63,11 +64,13 @@ class Diagnosis:
             themselves show it.
         effects: What it does to each gain.
         rivals: What these logs cannot tell it from, in words.
+        asked: Whether it answers what somebody asked, and is told though it is good.
     """
 
     name: str
     severity: Severity = Severity.GOOD
     sentence: str
+    cause: str | None = None
     advice: str | None = None
     joints: tuple[int, ...] = ()
     logs: tuple[str, ...] = ()
@@ -77,6 +80,7 @@ class Diagnosis:
     z: float | None = None
     effects: tuple[Effect, ...] = ()
     rivals: tuple[str, ...] = ()
+    asked: bool = False
 
     @property
     def worst(self) -> Effect | None:
@@ -126,6 +130,11 @@ class Diagnosed:
     def doubts(self) -> tuple[Diagnosis, ...]:
         """The diagnoses that are not good."""
         return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD)
+
+    @property
+    def told(self) -> tuple[Diagnosis, ...]:
+        """The doubts, and what was asked."""
+        return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD or each.asked)
 
 
 def worst(diagnoses: Sequence[Diagnosis]) -> Severity:

@@ -60,14 +60,24 @@ class Small:
         return abs(own.value - alternative.value) <= self.direction.largest * self.direction.scale
 
     @property
+    def u(self) -> Array:
+        """Gain of each block, shape (blocks,)."""
+        return self.found.u
+
+    @property
     def gain(self) -> float:
         """In log predictive density."""
-        return float(self.found.u.sum())
+        return float(self.u.sum())
 
     @property
     def z(self) -> float:
         """Standard errors by which it predicts better."""
-        return z_of(self.found.u)
+        return z_of(self.u)
+
+    @property
+    def words(self) -> str:
+        """What it would be, in short."""
+        return self.direction.family
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +95,11 @@ class Compared:
     logs: Logs
 
     @property
+    def words(self) -> str:
+        """What it would be."""
+        return self.alternative.words
+
+    @property
     def gain(self) -> float:
         """In log predictive density."""
         return float(self.u.sum())
@@ -100,22 +115,26 @@ class Fault:
     """An alternative that is believed, or a term of the model.
 
     Attributes:
-        compared: The alternative in full; None for a term.
-        small: The direction, where the alternative is as small; None for a gross one.
-        rivals: Alternatives and terms that these logs cannot tell it from, by name.
+        found: The alternative in full, or the term.
+        small: The direction, where the alternative is as small, None for a gross one; of a term, itself.
+        rivals: Alternatives and terms that these logs cannot tell it from.
         before: The logs that it was found in: as they are, or with earlier faults read in.
     """
 
-    compared: Compared | None
+    found: Compared | Small
     small: Small | None
-    rivals: tuple[str, ...]
+    rivals: tuple[Compared | Small, ...]
     before: Logs
 
     @property
     def z(self) -> float:
         """Standard errors by which it predicts better."""
-        assert self.compared is not None or self.small is not None, "one of both"
-        return self.compared.z if self.compared is not None else self.small.z  # pyright: ignore
+        return self.found.z
+
+    @property
+    def rival_words(self) -> tuple[str, ...]:
+        """What these logs cannot tell it from, each once."""
+        return tuple(dict.fromkeys(each.words for each in self.rivals))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,11 +192,10 @@ def faults(first: Survey, families: Sequence[Family] = tuple(FAMILIES.values()))
         if found is None:
             return
         yield found
-        if found.compared is None:
-            assert found.small is not None, "a term is a direction"
-            seen = _with_term(seen, found.small.direction)
+        if isinstance(found.found, Compared):
+            seen = survey(found.found.logs, families)
         else:
-            seen = survey(found.compared.logs, families)
+            seen = _with_term(seen, found.found.direction)
 
 
 def _best(seen: Survey) -> Fault | None:
@@ -188,16 +206,11 @@ def _best(seen: Survey) -> Fault | None:
     if not candidates:
         return None
     best = max(candidates, key=lambda each: each.gain)
-    u = best.u if isinstance(best, Compared) else best.found.u
-    rivals = dict[str, None]()
-    for each in candidates:
-        other = each.u if isinstance(each, Compared) else each.found.u
-        if each is not best and z_of(u - other) < TIE:
-            rivals[each.alternative.words if isinstance(each, Compared) else each.direction.family] = None
-    if isinstance(best, Compared):
-        small = next((each for each in seen.small if each.near(best.alternative)), None)
-        return Fault(compared=best, small=small, rivals=tuple(rivals), before=seen.logs)
-    return Fault(compared=None, small=best, rivals=tuple(rivals), before=seen.logs)
+    rivals = tuple(each for each in candidates if each is not best and z_of(best.u - each.u) < TIE)
+    small = (
+        best if isinstance(best, Small) else next((each for each in seen.small if each.near(best.alternative)), None)
+    )
+    return Fault(found=best, small=small, rivals=rivals, before=seen.logs)
 
 
 def _in_full(seen: Survey) -> list[Compared]:

@@ -42,7 +42,7 @@ class LogReading:
         t, q = self.clock * log.t, self.q_factor * log.q[:, self.q_order] + self.zero
         if self.delay.any():
             periods = self.delay / log.period
-            v = np.column_stack([_earlier(each, float(p)) for each, p in zip(v.T, periods, strict=True)])
+            v = np.column_stack([delayed(each[:, None], -float(p)) for each, p in zip(v.T, periods, strict=True)])
         return Recording(t, q, v, log.name)
 
     def read_mask(self, spoilt: Mask | None) -> Mask | None:
@@ -86,10 +86,3 @@ def as_logged(arm: Arm, logs: int) -> Reading:
         delay=np.zeros(n),
     )  # fmt: skip
     return Reading(logs=(own,) * logs, gravity=arm.gravity, stretch=np.ones(n))
-
-
-def _earlier(v: Array, periods: float) -> Array:
-    """A signal some sampling periods earlier, of a negative number later; ends are repeated, shape (N,)."""
-    if periods <= 0.0:
-        return delayed(v[:, None], -periods)[:, 0]
-    return delayed(v[::-1, None], periods)[::-1, 0]

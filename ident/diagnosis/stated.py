@@ -31,6 +31,9 @@ from ident.diagnosis.free_model import row_counts
 from ident.estimate import GainEstimate, IdentifiedGain
 from ident.problem import Problem
 
+FINEST = 1e-3
+"""Relative deviation that effects are held against at least: without noise anything would spoil every gain."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stated:
@@ -101,8 +104,8 @@ def stated(problem: Problem, estimate: GainEstimate) -> Stated:
 
 
 def claimed(gain: IdentifiedGain) -> float:
-    """Relative standard deviation that is claimed of a gain, and not less than any real drive lets expect."""
-    return max(gain.total_std / abs(gain.value), gain.predicted_rel_std)
+    """Relative standard deviation that is claimed of a gain, and no less than any payload is weighed."""
+    return max(gain.total_std / abs(gain.value), FINEST)
 
 
 def _count(part: slice) -> int:

@@ -10,6 +10,8 @@ from scenarios.seeds import SEEDS
 
 LONGEST = 40
 """Characters of an argument that a complaint repeats."""
+AUTO = "auto"
+"""In place of a number that is measured."""
 
 
 def is_text(word: str) -> bool:
@@ -74,6 +76,14 @@ def not_negative(text: str) -> float:
     if value < 0.0:
         raise argparse.ArgumentTypeError("expected a number that is not negative")
     return value
+
+
+def number_or_auto(text: str) -> float | str:
+    """A finite number, or the word for one that is measured."""
+    try:
+        return text if text == AUTO else number(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, and not {AUTO}") from None
 
 
 def count(text: str) -> int:

@@ -50,7 +50,7 @@ def found(
     from ident.options import GainOptions, options_from_words
     from ident.payload_files import read_payload
     from scenarios.bare import bare_answer
-    from scenarios.commands.options import chosen
+    from scenarios.commands.options import chosen, policy_of
     from scenarios.files.gains import read_gains
     from scenarios.patching.known_links import known_links
     from scenarios.reports.bare import bare_report
@@ -68,6 +68,7 @@ def found(
         options=own,
         known=None if options.gains is None else read_gains(options.gains).known,
         payload=payload,
+        policy=policy_of(options),
     )
     report = bare_report(answer, known_links(answer.in_si, structure, options.model, options.flange), structure.arm)
     save_identified(
@@ -77,7 +78,7 @@ def found(
         kind="bare",
         title=f"Bare motions of {structure.arm.name}",
         motions=motions,
-        observing=observing,
+        observing=answer.observing,
         gains=limits,
         own=own,
         payload=payload,

@@ -5,7 +5,7 @@ import argparse
 import scenarios.commands.arguments as arguments
 from ident.observation import ObserveOptions
 from scenarios.commands.log_arguments import add_log_arguments, log_description, told
-from scenarios.commands.options import add_options, chosen
+from scenarios.commands.options import add_options, chosen, policy_of
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_reading_arguments
@@ -80,6 +80,7 @@ def main(options: argparse.Namespace) -> Status:
             payload=payload,
             about=robot.gain,
             warmths=warmths,
+            undelay=policy_of(options).undelay,
         )
     report = check_report(checked, robot.structure.arm, every=options.all)
     if saving is not None:
@@ -92,7 +93,7 @@ def main(options: argparse.Namespace) -> Status:
             flange=robot.flange,
             couplings=[(i + 1, j + 1) for i, j in robot.structure.arm.couplings],
             motions=list(map(Recorded, recordings, carried)),
-            observing=chosen(ObserveOptions, options),
+            observing=checked.observing,
             gains=limits,
             document=report.document,
             payload=payload,

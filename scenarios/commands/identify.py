@@ -13,7 +13,7 @@ from ident.preparation import Recorded
 from scenarios.commands import bare, gains_files
 from scenarios.commands.log_arguments import add_log_arguments, log_description, read_unrepaired
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
-from scenarios.commands.options import add_options, chosen
+from scenarios.commands.options import add_options, chosen, policy_of
 from scenarios.commands.output import add_form_arguments, form, show
 from scenarios.commands.parser import complain
 from scenarios.commands.progress import under_way
@@ -75,21 +75,22 @@ def main(options: argparse.Namespace) -> Status:
             options=own,
             observing=observing,
             gains=limits,
+            policy=policy_of(options),
             links=model_links(options.model, options.flange),
         )
         identify_s = time.perf_counter() - started
     if held is not None:
         from scenarios.store.gains_file import Origin, gains_file
 
-        origin = Origin(model=options.model, arm=structure.arm, motions=motions, options=own, observing=observing)
+        origin = Origin(model=options.model, arm=structure.arm, motions=motions, options=own, observing=found.observing)
         gains_files.write(gains_file(found.estimate, origin), held)
     if form(options) == "json":
-        for said in (*(each.sentence for each in found.found.doubts), *found.notes):
+        for said in (*(each.sentence for each in found.found.told), *found.notes):
             complain(said)
     report = estimate_report(found, structure.arm, identify_s)
     title = f"Drive gains of {structure.arm.name} by {options.method}"
     save_identified(
-        options, saving, report, kind="identification", title=title, motions=motions, observing=observing,
+        options, saving, report, kind="identification", title=title, motions=motions, observing=found.observing,
         gains=limits, own=own,
     )  # fmt: skip
     show(report, options)

@@ -4,6 +4,7 @@ import argparse
 
 from scenarios.commands.log_arguments import add_log_arguments, log_description
 from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
+from scenarios.commands.options import policy_of
 from scenarios.commands.output import add_form_arguments, show
 from scenarios.commands.progress import under_way
 from scenarios.commands.robot_model import add_model_arguments, named_structure
@@ -11,6 +12,7 @@ from scenarios.commands.status import Status
 from scenarios.commands.weighing import (
     add_gains_argument,
     add_overlay_arguments,
+    observe_words,
     weigh,
 )
 from scenarios.errors import WrongFiles
@@ -65,12 +67,12 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
     from scenarios.reports.verify import prediction_report
 
     own = options_from_words(AllJointsOptions, options.option)
-    observing = options_from_words(ObserveOptions, options.observe)
+    observing = options_from_words(ObserveOptions, observe_words(options))
     with under_way(options, "identifying") as stages, threadpool_limits(1):
         arm = named_structure(options)
         said = log_description(options, arm.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
-        identified = identify_motions(motions, arm, options=own, observing=observing)
+        identified = identify_motions(motions, arm, options=own, observing=observing, policy=policy_of(options))
         stages.begin("predicting")
         found = cross_validated(identified.estimate)
     show(prediction_report(identified, found), options)

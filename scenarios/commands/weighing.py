@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenarios.commands import gains_files
+from scenarios.commands.arguments import AUTO
 from scenarios.commands.log_arguments import log_description, read_unrepaired
+from scenarios.commands.options import add_current_delay, policy_of
 from scenarios.commands.robot_model import named_structure
 
 if TYPE_CHECKING:
@@ -30,6 +32,13 @@ def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
             metavar="KEY=VALUE",
             help=f"an option {what}, in place of the one that the gains were found with; repeatable",
         )
+    add_current_delay(parser)
+
+
+def observe_words(options: argparse.Namespace) -> list[str]:
+    """Options of how a recording is observed, as words `KEY=VALUE`; a delay that is measured is no part of them."""
+    delay = options.current_delay
+    return [*options.observe, *([] if delay is None else [f"current_delay={0.0 if delay == AUTO else delay}"])]
 
 
 def weigh(
@@ -51,6 +60,6 @@ def weigh(
         said = log_description(options, arm.arm.joint_names)
         bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
         check_unseen(file, bare, heavy)
-        observing = observe_options(file, options.observe)
-        problem, diagnosed = weighing_problem(arm, bare, heavy, file, observing)
+        observing = observe_options(file, observe_words(options))
+        problem, diagnosed = weighing_problem(arm, bare, heavy, file, observing, policy=policy_of(options))
         return payload_of(problem, file.known, model_options(file, options.option)), diagnosed

@@ -7,7 +7,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Table, cells
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
-LABELS = {Severity.GOOD: "Good", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
+LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
 COLUMNS = (
     Column(title="Log", words=True),
     Column(title="What", words=True),
@@ -17,14 +17,19 @@ COLUMNS = (
 
 
 def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph]:
-    """A paragraph for each diagnosis that is not good, the worst first.
+    """A paragraph for each diagnosis that is not good or that was asked for, the worst first.
 
     Args:
         found: What is said of the logs.
         strong: Whether they stand out among others.
     """
     several = len({log for each in found.diagnoses for log in each.logs}) > 1
-    return [Paragraph(words_of(each, several=several), MOODS[each.severity], strong=strong) for each in found.doubts]
+    return [
+        Paragraph(
+            words_of(each, several=several), MOODS[each.severity], strong=strong and each.severity is not Severity.GOOD
+        )
+        for each in found.told
+    ]
 
 
 def words_of(diagnosis: Diagnosis, *, several: bool) -> str:

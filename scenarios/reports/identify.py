@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 from ident.arm import Arm
 from ident.arrays import Array
+from ident.diagnosis.diagnose import percents
+from ident.diagnosis.diagnosis import SPOILS, Diagnosed, Severity
 from ident.estimate import IdentifiedGain, JointResult, RefusedGain
-from ident.identification import Identification
+from ident.identification import Identification, refused_for_faults
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.store.documents import estimate_document
@@ -25,8 +27,9 @@ def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Repor
     parts += note_paragraphs(found.notes, found.found, arm.revolute)
     refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
     parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
+    parts += kept_paragraphs(estimate.joints, found.found)
     parts += payload_tables(estimate.payload)
-    parts.append(summary(estimate.joints, estimate.rows, estimate.rel_error_norm))
+    parts.append(summary(estimate.joints, estimate.rows, estimate.rel_error_norm, found.found))
     return Report(f"Drive gains by {estimate.method}", tuple(parts), estimate_document(found, identify_s))
 
 
@@ -50,13 +53,30 @@ def identified_table(joints: Sequence[JointResult], unexplained: Sequence[float 
     return Table(columns=columns, rows=tuple(rows))
 
 
-def summary(joints: Sequence[JointResult], rows: int, rel_error_norm: float) -> Paragraph:
-    """How many gains there are, and how good the fit is, in a sentence."""
+def summary(joints: Sequence[JointResult], rows: int, rel_error_norm: float, found: Diagnosed) -> Paragraph:
+    """How many gains there are, how good the fit is, and which gains a fault costs, in a sentence."""
     many = sum(isinstance(joint, IdentifiedGain) for joint in joints)
-    return Paragraph(
-        f"{many} of {len(joints)} gains identified from {rows} rows, relative residual {100.0 * rel_error_norm:.2f} %.",
-        strong=True,
+    said = (
+        f"{many} of {len(joints)} gains identified from {rows} rows, relative residual {100.0 * rel_error_norm:.2f} %"
     )
+    lost = [str(j + 1) for j in refused_for_faults(found.diagnoses)]
+    if not lost:
+        return Paragraph(f"{said}.", strong=True)
+    which = f"joint{'s' if lost[1:] else ''} {', '.join(lost)}"
+    return Paragraph(f"{said}; refused for a fault of the logs: {which}.", Mood.BAD, strong=True)
+
+
+def kept_paragraphs(joints: Sequence[JointResult], found: Diagnosed) -> list[Paragraph]:
+    """Gains that are kept beside a fault, and that it moves by less than would refuse them."""
+    moved = [
+        f"joint {each.joint + 1} by {percents(each.percent, sign='+')} %"
+        for wrong in found.diagnoses
+        if wrong.severity is Severity.WRONG
+        for each in wrong.effects
+        if each.matters and isinstance(joints[each.joint], IdentifiedGain)
+    ]
+    told = f"Kept, moved by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
+    return [Paragraph(told, Mood.DOUBTFUL)] if moved else []
 
 
 def _row(number: int, joint: JointResult, unexplained: float | None) -> tuple[Cell, ...]:

@@ -41,7 +41,8 @@ def option_words(observe: Mapping[str, object], gains: Mapping[str, object], own
     for stated, defaults in ((observe, asdict(ObserveOptions())), (gains, asdict(GainOptions()))):
         for name, usual in defaults.items():
             value = stated.get(name, usual)
-            words += [] if value == usual else [f"--{name.replace('_', '-')}", str(value)]
+            flag, text = f"--{name.replace('_', '-')}", str(value)
+            words += [] if value == usual else [f"{flag}={text}"] if text.startswith("-") else [flag, text]
     for name, value in own.items():
         words += [] if value is None else ["--option", f"{name}={value}"]
     return words

@@ -14,7 +14,7 @@ from ident.naming import one_line
 from ident.observation import ObserveOptions
 from ident.options import GainOptions, options_from_table, table_from_words
 from ident.payload import Payload
-from ident.preparation import Recorded, joined, prepare, raise_for
+from ident.preparation import DOUBTED, Policy, Recorded, joined, prepare, raise_for
 from ident.problem import Problem
 from ident.recording import Recording
 from ident.structure import Structure
@@ -38,6 +38,8 @@ def weighing_problem(
     loaded: Sequence[Recording],
     file: GainsFile,
     observing: ObserveOptions,
+    *,
+    policy: Policy = DOUBTED,
 ) -> tuple[Problem, Diagnosed]:
     """Prepare bare motions and those with a payload of which nothing is known.
 
@@ -47,6 +49,7 @@ def weighing_problem(
         loaded: Motions of one mounting.
         file: The gains.
         observing: Filters and thresholds.
+        policy: How far the recordings are trusted.
 
     Returns:
         The problem, and what is said of the recordings.
@@ -57,7 +60,7 @@ def weighing_problem(
     """
     motions = [Recorded(each) for each in unloaded] + [Recorded(each, UNKNOWN) for each in loaded]
     gains = options_of(GainOptions, file.options.gains, ())
-    prepared = prepare(motions, structure, observing=observing, gains=gains)
+    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
     found = diagnose(prepared.logs())
     raise_for(prepared, found)
     return prepared.problem, joined(found, more=prepared.diagnoses)

@@ -121,6 +121,14 @@ def test_a_current_delay_is_a_time_whatever_the_sampling(arm, structure, chi, pe
         np.testing.assert_allclose(b.V[2:-2], a.V[2:-2], rtol=0, atol=1e-12 * np.abs(a.V).max())  # the ends are rolled
 
 
+def test_currents_that_are_logged_late_have_a_negative_delay(arm, structure, chi):
+    recording = smooth_recording(arm, chi, 4e-3)
+    late = Recording(recording.t, recording.q, np.roll(recording.v, 3, axis=0), "log")
+    told = observe(late, structure, ObserveOptions(current_delay=-0.012))
+    for a, b in zip(observe(recording, structure, OPTIONS).joints, told.joints, strict=True):
+        np.testing.assert_allclose(b.V[2:-2], a.V[2:-2], rtol=0, atol=1e-12 * np.abs(a.V).max())  # the ends are rolled
+
+
 def test_rates_of_currents_are_filtered_and_left_out_as_the_currents_are(arm, structure, chi):
     recording = smooth_recording(arm, chi)
     slope = np.array([0.7, -1.3, 2.1, 0.4, -0.6, 3.7])

@@ -80,7 +80,7 @@ def test_a_wrong_word_is_named(words, message):
         (ObserveOptions, "decimation_cutoff_hz", (7.0, 1e5), (0.0, 9e-4, 1.01e5, np.inf)),
         (ObserveOptions, "rows_per_second", (1e-3, 30.0), (0.0, 9e-4, 30.1, 1.01e5, np.nan)),
         (ObserveOptions, "reversal_speed", (0.0, 10.0), (-1e-9, 10.1, np.nan)),
-        (ObserveOptions, "current_delay", (0.0, 1.0), (-1e-9, 1.01, 1e9, np.inf, np.nan)),
+        (ObserveOptions, "current_delay", (-1.0, 0.0, 1.0), (-1.01, 1.01, 1e9, np.inf, np.nan)),
         (ObserveOptions, "min_weight", (-1.0, 1.0), (-1.01, 1.01, np.nan)),
     ],
 )

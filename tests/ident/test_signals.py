@@ -122,6 +122,13 @@ def test_a_delay_shifts_a_ramp_and_keeps_the_start():
     assert delayed(ramp, 30.0).shape == ramp.shape
 
 
+def test_a_negative_delay_makes_a_signal_earlier_and_keeps_the_end():
+    ramp = np.arange(10.0)[:, None]
+    np.testing.assert_allclose(delayed(ramp, -2.25)[:-3, 0], ramp[:-3, 0] + 2.25, rtol=1e-15)
+    np.testing.assert_array_equal(delayed(ramp, -2.25)[-2:], 9.0)
+    assert delayed(ramp, -30.0).shape == ramp.shape
+
+
 def test_group_means_leave_out_an_incomplete_group():
     np.testing.assert_array_equal(group_means(np.arange(7.0), 3), [1.0, 4.0])
     x = np.arange(12.0).reshape(6, 2)

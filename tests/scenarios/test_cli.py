@@ -84,6 +84,8 @@ WRONG = [
     ([*IDENTIFY, "--cutoff-hz", "inf"], "expected a finite number"),
     ([*IDENTIFY, "--cutoff-hz", "-1"], "expected a number that is not negative"),
     ([*IDENTIFY, "--cutoff-hz", "1e999"], "expected a finite number"),
+    ([*IDENTIFY, "--cutoff-hz", "auto"], "'auto' is no number"),
+    ([*IDENTIFY, "--current-delay", "soon"], "'soon' is no number, and not auto"),
     ([*IDENTIFY, "--coupling", "5"], "expected 2 arguments"),
     ([*IDENTIFY, "--coupling", "0", "6"], "expected 1 or more"),
     (["paper", "--out", ""], "expected the name of a folder"),

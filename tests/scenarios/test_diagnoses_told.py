@@ -12,6 +12,7 @@ from ident.identification import Identification
 from scenarios.reports.content import Mood
 from scenarios.reports.diagnoses import doubt_paragraphs, words_of
 from scenarios.reports.gains import note_paragraphs
+from scenarios.reports.identify import kept_paragraphs, summary
 from scenarios.store.documents import estimate_document, to_json
 from scenarios.store.stored_result import read_result
 
@@ -64,6 +65,30 @@ def test_a_log_is_named_once_and_a_rival_stands_in_place_of_the_advice():
     assert words_of(tied, several=False) == (
         "WARNING: the zero of q3 is off by 2 degrees. It may as well be: the base is tilted and 1 more."
     )
+
+
+def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them():
+    effects = ((0, -9.3, -7.0), (1, 0.62, 2.1), (2, 0.1, 0.3))
+    wrong = replace(
+        DOUBT, severity=Severity.WRONG, effects=tuple(Effect(joint=j, percent=p, deviations=d) for j, p, d in effects)
+    )
+    joints = gain_estimate(None, 4.4, 5.5, std=0.1, reason="").joints
+    (told,) = kept_paragraphs(joints, Diagnosed(diagnoses=(wrong,)))
+    assert told.text == "Kept, moved by less than 3 standard deviations: joint 2 by +0.62 %."
+    assert kept_paragraphs(joints, FOUND) == []
+    said = summary(joints, 480, 0.0167, Diagnosed(diagnoses=(wrong,)))
+    assert said.text == (
+        "2 of 3 gains identified from 480 rows, relative residual 1.67 %; refused for a fault of the logs: joint 1."
+    )
+    assert said.mood is Mood.BAD
+    assert summary(joints, 480, 0.0167, FOUND).text.endswith("relative residual 1.67 %.")
+
+
+def test_what_was_asked_is_told_though_it_is_good():
+    asked = replace(GOOD, name="delay", sentence="no delay is found", asked=True)
+    (told,) = doubt_paragraphs(Diagnosed(diagnoses=(asked, GOOD)))
+    assert told.text == "Note: no delay is found."
+    assert not told.strong
 
 
 def test_programs_are_given_every_diagnosis_with_joints_from_1_and_predictions_in_short(tmp_path):

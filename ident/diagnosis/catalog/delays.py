@@ -12,6 +12,7 @@ from ident.diagnosis.reference import Reference
 
 LARGEST = 0.03
 """Delay up to which the rate of the currents says its size [s]."""
+ADVICE = "log both with one clock, unfiltered"
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:
@@ -50,7 +51,7 @@ def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delay: flo
         joints=joints,
         logs=scope,
         reading=given.changed(scope, delay=np.where(np.isin(np.arange(n), joints) | (not joints), delay, 0.0)),
-        advice="log both with one clock, unfiltered, or give --current-delay",
+        advice=ADVICE if joints or len(scope) < len(logs.recordings) else f"{ADVICE}, or give --current-delay auto",
         value=1e3 * delay,
         unit="ms",
         refined=lambda more: late(logs, scope, joints, delay + float(more[0])),

@@ -34,6 +34,7 @@ class ResultDiagnosis(OpenObject):
         unit: Of both.
         effects: What it does to each gain.
         rivals: What these logs cannot tell it from.
+        asked: Whether it answers what an option asked, and is told though it is good.
     """
 
     name: str
@@ -50,6 +51,7 @@ class ResultDiagnosis(OpenObject):
     )
     effects: list[DiagnosisEffect]
     rivals: list[str]
+    asked: bool
 
 
 class ResultExclusion(OpenObject):

@@ -58,7 +58,9 @@ def _verdict(again: Again) -> Paragraph:
     if again.result.judged:
         return conclusion([gain.verdict for gain in again.result.gains])
     fit = again.result.fit
-    return with_warnings(summary(again.result.joints, fit.rows, fit.rel_error_norm), again.result.found)
+    return with_warnings(
+        summary(again.result.joints, fit.rows, fit.rel_error_norm, again.result.found), again.result.found
+    )
 
 
 def with_warnings(said: Paragraph, found: Diagnosed) -> Paragraph:

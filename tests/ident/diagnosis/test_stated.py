@@ -14,7 +14,7 @@ from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnose import _linear
-from ident.diagnosis.stated import claimed, stated
+from ident.diagnosis.stated import FINEST, claimed, stated
 from ident.payload import standard_parameters
 
 
@@ -59,10 +59,12 @@ def test_effects_are_the_change_of_the_gains_by_currents_that_are_added(made, rn
         np.testing.assert_allclose(each.deviations, error / 0.04, rtol=1e-4)
 
 
-def test_what_is_claimed_is_the_larger_of_the_deviation_and_what_any_drive_lets_expect(made):
+def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighed(made):
     gain = made[0].estimate.joints[0]
     np.testing.assert_allclose(claimed(gain), 0.04, rtol=1e-12)
-    np.testing.assert_allclose(claimed(replace(gain, predicted_rel_std=0.09)), 0.09, rtol=1e-12)
+    np.testing.assert_allclose(claimed(replace(gain, predicted_rel_std=0.09)), 0.04, rtol=1e-12)
+    finer = replace(gain, std=0.0003 * abs(gain.value))
+    assert claimed(finer) == FINEST > finer.total_std / abs(finer.value)
     np.testing.assert_allclose(claimed(replace(gain, value=-gain.value)), 0.04, rtol=1e-12)
 
 

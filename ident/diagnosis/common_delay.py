@@ -1,0 +1,81 @@
+"""The delay between currents and positions that is common to all logs and joints: its size, or why none is undone."""
+
+import numpy as np
+
+from ident.diagnosis.catalog import FAMILIES
+from ident.diagnosis.comparison import added
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.engine import Compared, Fault, directions, faults, survey
+from ident.diagnosis.excluded import bound
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.reference import reference
+
+NAME = "delay"
+
+
+def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
+    """Measure how late the currents of all logs and joints are logged.
+
+    It is believed as any fault of the logs is, and if it is the first of them that nothing else may be: what another
+    fault makes of the currents may look late as well.
+
+    Args:
+        logs: As they were observed.
+
+    Returns:
+        The delay to undo [s], 0 if none is, and what to say of it.
+    """
+    seen = survey(logs)
+    first = next((each for each in faults(seen) if isinstance(each.found, Compared)), None)
+    if first is not None:
+        return _believed(first, logs)
+    own = [each for each in seen.directions if each.family == NAME and _is_common(each.joints, each.logs, logs)]
+    limits = [size for each in own if (size := bound(seen.logs.model.fits, each)) is not None]
+    shown = f"delays beyond {1e3 * limits[0]:.2g} ms are excluded" if limits else "these logs exclude no delay"
+    return 0.0, _said(f"the currents are not found to be logged late or early; {shown}", Severity.GOOD)
+
+
+def _believed(first: Fault, logs: Logs) -> tuple[float, Diagnosis]:
+    """What follows from the first fault of logs."""
+    assert isinstance(first.found, Compared), "a fault of the logs"
+    found = first.found.alternative
+    if found.family != NAME or found.value is None or not _is_common(found.joints, found.logs, logs):
+        return 0.0, _said(f"no delay of all currents is corrected, for another fault comes first: {found.words}")
+    if first.rivals:
+        rivals = " or ".join(first.rival_words)
+        return 0.0, _said(f"no delay is corrected: {found.words}, but these logs cannot tell that from: {rivals}")
+    way, std = "late" if found.value > 0.0 else "early", _std(first.found.logs)
+    size = f"{abs(found.value):.2g}" if std is None else _rounded(abs(found.value), std)
+    return 1e-3 * found.value, Diagnosis(
+        name=NAME,
+        severity=Severity.WEAK,
+        sentence=f"the currents are logged {size} ms {way}: corrected",
+        value=found.value,
+        std=std,
+        unit="ms",
+        z=first.z,
+    )
+
+
+def _said(sentence: str, severity: Severity = Severity.WEAK) -> Diagnosis:
+    return Diagnosis(name=NAME, severity=severity, sentence=sentence, asked=True)
+
+
+def _is_common(joints: tuple[int, ...], of_logs: tuple[int, ...], logs: Logs) -> bool:
+    """Whether a delay is that of all joints in all logs."""
+    return not joints and len(of_logs) == len(logs.recordings)
+
+
+def _std(corrected: Logs) -> float | None:
+    """Standard deviation of a delay [ms], by what is left of it where it is undone."""
+    for each in directions(reference(corrected.problem), corrected, [FAMILIES["delays"]]):
+        if _is_common(each.joints, each.logs, corrected):
+            left = added(corrected.model.fits, each.columns)
+            return None if left is None else 1e3 * float(np.sqrt(left.covariance[0, 0]))
+    return None
+
+
+def _rounded(size: float, std: float) -> str:
+    """A size and its standard deviation, rounded by the latter."""
+    places = max(0, -int(np.floor(np.log10(std)))) if std > 0.0 else 2
+    return f"{size:.{places}f} +- {std:.{places}f}"

@@ -1,0 +1,126 @@
+"""A delay that is common to all logs and joints is measured and undone on request, and nothing else is."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy
+from consistency_logs import LOOSE, PLAIN, doubted, logs_of
+from known_logs import BRICK
+from log_faults import at, changed
+from real_friction import Truth
+
+import ident.diagnosis.common_delay as measuring
+from ident.check import check
+from ident.diagnosis.common_delay import common_delay
+from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.engine import faults, survey
+from ident.diagnosis.excluded import exclusions
+from ident.identification import Identification, identify
+from ident.observation import ObserveOptions
+from ident.preparation import DOUBTED, Recorded, prepare
+from ident.recording import Recording
+
+AUTO = replace(DOUBTED, undelay=True)
+
+
+def shifted(log: Recording, delay: float) -> Recording:
+    """Currents that are logged late by a time [s], by splines, as no code under test shifts them."""
+    spline = scipy.interpolate.CubicSpline(log.t, log.v)
+    return changed(log, v=spline(np.clip(log.t - delay, log.t[0], log.t[-1])))
+
+
+@pytest.fixture(scope="module")
+def pair() -> list[Recording]:
+    return logs_of(Truth())
+
+
+def found(axes, logs, policy=AUTO, observing=None) -> Identification:
+    return identify(
+        *logs, axes, BRICK, options=PLAIN, gains=LOOSE, policy=policy, observing=observing or ObserveOptions()
+    )
+
+
+@pytest.mark.parametrize(("delay", "way"), [(7.3e-3, "late"), (-11.9e-3, "early")])
+def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pair, delay, way):
+    sound = found(axes, pair, DOUBTED).estimate
+    spoilt = [shifted(log, delay) for log in pair]
+    corrected = found(axes, spoilt)
+    (said,) = [each for each in corrected.found.diagnoses if each.name == "delay"]
+    assert said.severity is Severity.WEAK
+    assert said.unit == "ms"
+    assert 0.1 < said.std < 1.5
+    assert abs(said.value - 1e3 * delay) < 3.0 * said.std
+    assert said.z > 5.0
+    assert said.sentence == f"the currents are logged {abs(said.value):.1f} +- {said.std:.1f} ms {way}: corrected"
+    np.testing.assert_allclose(corrected.observing.current_delay, -1e-3 * said.value, rtol=1e-12)
+    for mine, right in zip(corrected.estimate.joints, sound.joints, strict=True):
+        assert abs(mine.value - right.value) < right.total_std  # the same noise: what differs is the delay left
+    late = found(axes, spoilt, DOUBTED)  # without asking it is named, and not undone
+    (told,) = [each for each in late.found.diagnoses if each.name == "delay"]
+    assert told.advice.endswith("--current-delay auto")
+    assert late.observing.current_delay == 0.0
+
+
+def test_a_sound_pair_is_not_changed_and_the_answer_says_what_it_excludes(axes, pair):
+    plain, asked = found(axes, pair, DOUBTED), found(axes, pair)
+    assert [each.value for each in asked.estimate.joints] == [each.value for each in plain.estimate.joints]
+    assert asked.observing == ObserveOptions()
+    (said,) = [each for each in asked.found.told if each not in plain.found.told]
+    assert said.severity is Severity.GOOD
+    (limit,) = [each.limit for each in exclusions(survey(doubted(axes, pair))) if each.family == "delay"]
+    assert said.sentence.endswith(f"delays beyond {limit:.2g} ms are excluded")
+
+
+def test_a_delay_is_undone_beside_the_one_that_is_stated(axes, pair):
+    # A reference that acts 6 ms after its stamp, logged 7.3 ms late beside: in all it acts 1.3 ms before.
+    stated = ObserveOptions(current_delay=6e-3)
+    prepared = prepare(
+        [Recorded(shifted(pair[0], 1.3e-3)), Recorded(shifted(pair[1], 1.3e-3), BRICK)],
+        axes, observing=stated, gains=LOOSE, policy=AUTO,
+    )  # fmt: skip
+    (said,) = [each for each in prepared.diagnoses if each.name == "delay"]
+    assert abs(said.value - 7.3) < 3.0 * said.std
+    np.testing.assert_allclose(prepared.observing.current_delay, 6e-3 - 1e-3 * said.value, rtol=1e-9)
+
+
+def test_a_check_undoes_the_same_delay_and_finds_nothing_else(axes, pair):
+    spoilt = [shifted(log, 7.3e-3) for log in pair]
+    asked = {"observing": ObserveOptions(), "gains": LOOSE, "loaded": [False, True], "payload": BRICK}
+    checked = check(spoilt, axes, undelay=True, **asked)
+    (said,) = [each for each in checked.found.doubts if each.name == "delay"]
+    delay, _ = common_delay(doubted(axes, spoilt))
+    np.testing.assert_allclose(said.value, 1e3 * delay, rtol=1e-9)
+    np.testing.assert_allclose(checked.observing.current_delay, -delay, rtol=1e-9)
+    plain = check(spoilt, axes, **asked)
+    assert plain.observing == ObserveOptions()
+    assert [each.advice for each in plain.found.doubts if each.name == "delay"] != [None]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda a, b: (a, shifted(b, 24e-3)), "ms later than the positions .* in loaded alone"),
+        (lambda a, b: (a, changed(b, v=b.v * at(1, -1.0, 1.0, 3))), "v2 is scaled by -.* in loaded alone"),
+    ],
+)
+def test_what_comes_before_a_common_delay_is_named_and_nothing_is_corrected(axes, pair, change, words):
+    delay, said = common_delay(doubted(axes, change(*pair)))
+    assert delay == 0.0
+    assert said.value is None
+    assert said.severity is Severity.WEAK
+    assert said.sentence.startswith("no delay of all currents is corrected, for another fault comes first: ")
+    assert re.search(words, said.sentence)
+
+
+def test_a_delay_that_something_else_may_be_is_not_corrected(axes, pair, monkeypatch):
+    def tied(seen):
+        (first, *_) = faults(seen)
+        zero = replace(first.found.alternative, words="the zero of q2 is off by 3 degrees")
+        yield replace(first, rivals=(first.small, replace(first.found, alternative=zero)))
+
+    monkeypatch.setattr(measuring, "faults", tied)
+    delay, said = common_delay(doubted(axes, [shifted(log, 7.3e-3) for log in pair]))
+    assert delay == 0.0
+    assert said.sentence.endswith("cannot tell that from: delay or the zero of q2 is off by 3 degrees")

@@ -5,11 +5,12 @@ and to every column of the regressor, so whatever it does to a signal it does to
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy
 
-from ident.arrays import Array
+from ident.arrays import Array, readonly
 
 FILTER_ORDER = 4
 KERNEL_CUTOFFS = 3.3
@@ -55,9 +56,15 @@ def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
     Returns:
         Shape (N, k). The outer `edge_samples` feel what is missing beyond.
     """
-    sos = scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=1.0 / period, output="sos")
+    sos = np.array(_butterworth(cutoff_hz, 1.0 / period))  # SciPy asks for one that it may write to
     padding = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
     return scipy.signal.sosfiltfilt(sos, np.ascontiguousarray(x.T), padlen=padding).T
+
+
+@lru_cache(maxsize=32)
+def _butterworth(cutoff_hz: float, sampling_hz: float) -> Array:
+    """Second-order sections of the low-pass."""
+    return readonly(scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=sampling_hz, output="sos"))
 
 
 def edge_samples(period: float, cutoff_hz: float) -> int:

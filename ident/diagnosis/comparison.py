@@ -275,13 +275,14 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
 def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[Added | None]:
     """As `added`, of many sets of columns, each of them alone beside the model."""
     pieces = (choices[start : start + TOGETHER] for start in range(0, len(choices), TOGETHER))
-    return [_added(fits, felt) for piece in pieces for felt in _felt(fits, piece)]
+    sigma = fits.sigma
+    return [_added(fits, sigma, felt) for piece in pieces for felt in _felt(fits, sigma, piece)]
 
 
-def _felt(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[list[_Felt]]:
+def _felt(fits: Fits, sigmas: Array, choices: Sequence[Sequence[Array | None]]) -> list[list[_Felt]]:
     """Each set of columns on the parts that feel it; projections and predictions are made of all sets at once."""
     found: list[list[_Felt]] = [[] for _ in choices]
-    for j, (part, sigma) in enumerate(zip(fits.parts, fits.sigma, strict=True)):
+    for j, (part, sigma) in enumerate(zip(fits.parts, sigmas, strict=True)):
         felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
         if part is None or not sigma > 0.0 or not felt:
             continue
@@ -297,7 +298,7 @@ def _felt(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[list[_F
     return found
 
 
-def _added(fits: Fits, felt: Sequence[_Felt]) -> Added | None:
+def _added(fits: Fits, sigma: Array, felt: Sequence[_Felt]) -> Added | None:
     if not felt:
         return None
     size = np.sqrt(np.sum([each.square for each in felt], axis=0))
@@ -322,7 +323,7 @@ def _added(fits: Fits, felt: Sequence[_Felt]) -> Added | None:
     t = np.linalg.solve(np.eye(m) - G, r[..., None])
     squares = fits.score.squares.copy()
     for each, (of_rest, of_q) in zip(felt, held, strict=True):
-        squares[each.part] = fits.sigma[each.part] ** 2 * np.sum((of_rest + (of_q @ t)[..., 0]) ** 2, axis=1)
+        squares[each.part] = sigma[each.part] ** 2 * np.sum((of_rest + (of_q @ t)[..., 0]) ** 2, axis=1)
     u = gains(fits.score, replace(fits.score, squares=squares))
     own = np.eye(m) + scores.T @ scores
     return Added(u=u, value=spread @ b, covariance=spread @ own @ spread.T)

@@ -57,4 +57,4 @@ def _not_fitted_to(Q: Array, e: Array) -> Array:
     rows, columns = Q.shape
     if rows <= columns:
         return np.linalg.solve(np.eye(rows) - Q @ Q.T, e)
-    return e + Q @ np.linalg.solve(np.eye(columns) - Q.T @ Q, Q.T @ e)
+    return np.asarray(e + Q @ np.linalg.solve(np.eye(columns) - Q.T @ Q, Q.T @ e), np.float64)

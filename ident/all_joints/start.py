@@ -35,8 +35,8 @@ def start_of(
                 h[j], by_load[j] = fit.inverse, True
     for j, inverse in given.items():
         h[j], by_load[j] = inverse, True
-    sign = np.sign(h)
-    for j in np.flatnonzero(~by_load):
+    sign: Array = np.sign(h)
+    for j in np.flatnonzero(~by_load).tolist():
         sign[j] = -1.0 if friction_z(joints[j], own[j].names) < 0.0 else 1.0
     if not by_load.any():  # the scale is free: one joint sets it
         loudest = int(np.argmax([np.linalg.norm(each.V[each.inner]) for each in joints]))

@@ -56,5 +56,7 @@ def _not_fitted_to(Q: Array, e: Array) -> Array:
     """(I - Q Q')^-1 e through the smaller of two matrices: it is e + Q (I - Q'Q)^-1 Q'e (Woodbury's identity)."""
     rows, columns = Q.shape
     if rows <= columns:
-        return np.linalg.solve(np.eye(rows) - Q @ Q.T, e)
-    return np.asarray(e + Q @ np.linalg.solve(np.eye(columns) - Q.T @ Q, Q.T @ e), np.float64)
+        found = np.linalg.solve(np.eye(rows) - Q @ Q.T, e)
+    else:
+        found = e + Q @ np.linalg.solve(np.eye(columns) - Q.T @ Q, Q.T @ e)
+    return np.asarray(found, np.float64)

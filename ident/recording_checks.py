@@ -98,6 +98,9 @@ def spikes(recording: Recording) -> tuple[Mask, Mask]:
 def jumps(recording: Recording, j: int) -> Mask:
     """Rows after which a joint moves faster than any does, shape (N - 1,)."""
     interval, size = np.diff(recording.t), np.abs(np.diff(recording.q[:, j]))
+    jumped = size > FASTEST * interval
+    if not jumped.any():
+        return jumped
     fastest = FASTEST * np.maximum(interval, np.median(interval))
     return (size > fastest) & (size > UNUSUAL * float(np.quantile(size, SHARE)))
 
@@ -181,8 +184,11 @@ def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
     """Samples that are spikes, none where they are few, and what each should be by its neighbours."""
     near: Array = scipy.ndimage.median_filter(x, size=2 * NEAR + 1, mode="nearest")
     away = np.abs(x - near)
+    odd = away > UNUSUAL * np.median(away)
+    if int(odd.sum()) <= MANY * len(x):
+        return np.zeros_like(odd), near
     low, high = np.quantile(x, MIDDLE)
-    found = (away > UNUSUAL * np.median(away)) & (away > min(far, 0.5 * float(high - low)))
+    found = odd & (away > min(far, 0.5 * float(high - low)))
     return found & (int(found.sum()) > MANY * len(x) and not _flickers(x, away[found])), near
 
 

@@ -5,11 +5,12 @@ and to every column of the regressor, so whatever it does to a signal it does to
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy
 
-from ident.arrays import Array
+from ident.arrays import Array, readonly
 
 FILTER_ORDER = 4
 KERNEL_CUTOFFS = 3.3
@@ -55,9 +56,15 @@ def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
     Returns:
         Shape (N, k). The outer `edge_samples` feel what is missing beyond.
     """
-    sos = scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=1.0 / period, output="sos")
+    sos = np.array(_butterworth(cutoff_hz, 1.0 / period))  # SciPy asks for one that it may write to
     padding = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
     return scipy.signal.sosfiltfilt(sos, np.ascontiguousarray(x.T), padlen=padding).T
+
+
+@lru_cache(maxsize=32)
+def _butterworth(cutoff_hz: float, sampling_hz: float) -> Array:
+    """Second-order sections of the low-pass."""
+    return readonly(scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=sampling_hz, output="sos"))
 
 
 def edge_samples(period: float, cutoff_hz: float) -> int:
@@ -76,10 +83,13 @@ def noise_density(x: Array, period: float) -> Array:
         One-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period, where all there is are N(0, sigma^2).
     """
     bent = np.diff(x, 2, axis=0)  # slow motion is so much smaller then that it does not leak
-    f, power = scipy.signal.welch(bent, nperseg=min(len(bent), NOISE_STRETCH), axis=0)
+    size = min(len(bent), NOISE_STRETCH)
+    window, f = scipy.signal.get_window("hann", size), np.fft.rfftfreq(size)
     upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
-    white = power[upper] / (2.0 * np.sin(np.pi * f[upper, None])) ** 4
-    return np.median(white, axis=0) * period
+    parts = np.lib.stride_tricks.sliding_window_view(bent, size, axis=0)[:: size - size // 2]  # (parts, n, size)
+    spectrum = np.fft.rfft((parts - parts.mean(axis=2, keepdims=True)) * window)[..., upper]
+    power = 2.0 * np.mean(np.abs(spectrum) ** 2, axis=0) / np.sum(window**2)  # as scipy.signal.welch, without its loop
+    return np.median(power / (2.0 * np.sin(np.pi * f[upper])) ** 4, axis=1) * period
 
 
 def delayed(x: Array, periods: float) -> Array:

@@ -23,7 +23,9 @@ def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) ->
     fitted = fit_with(ready, speeds, (), None)
     if compliance or forms:
         for _ in range(PASSES):
-            found = torque_terms(ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance)
+            found = torque_terms(
+                ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance, forms=forms
+            )
             terms = [
                 {**known, **{name: Term(own[name]) for name in forms}}
                 for known, own in zip(speeds, found.own, strict=True)

@@ -187,10 +187,15 @@ def _with_load(
     ready: Setting, chosen: Terms, first: TermColumns, softened: Sequence[Array], base: Fitted, form: str
 ) -> _Loaded:
     """A fit with load friction of one form, its torques taken from a fit that had it."""
+
+    def columns(fitted: Fitted) -> TermColumns:
+        own, fit = fitted.own, fitted.fit
+        return torque_terms(ready.problem, ready.shared, own, fit, compliance=bool(softened), forms=[form])
+
     free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE), softened, base)
-    again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
+    again = columns(free)
     free = fit_with(ready, _grown(chosen, form, again, ANY_DRIVE), again.softened, free)
-    again = torque_terms(ready.problem, ready.shared, free.own, free.fit, compliance=bool(softened))
+    again = columns(free)
     belief = _belief(free, form)
     return _Loaded(_tried(fit_with(ready, _grown(chosen, form, again, belief), again.softened, free)), belief)
 

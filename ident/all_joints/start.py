@@ -35,8 +35,9 @@ def start_of(
                 h[j], by_load[j] = fit.inverse, True
     for j, inverse in given.items():
         h[j], by_load[j] = inverse, True
-    brakes = np.array([friction_z(each, F.names) for each, F in zip(joints, own, strict=True)])
-    sign = np.where(by_load, np.sign(h), np.where(brakes < 0.0, -1.0, 1.0))
+    sign: Array = np.sign(h)
+    for j in np.flatnonzero(~by_load).tolist():
+        sign[j] = -1.0 if friction_z(joints[j], own[j].names) < 0.0 else 1.0
     if not by_load.any():  # the scale is free: one joint sets it
         loudest = int(np.argmax([np.linalg.norm(each.V[each.inner]) for each in joints]))
         h[loudest] = sign[loudest]

@@ -1,6 +1,6 @@
 """Terms that follow from speed and from the torques of an earlier fit: friction laws, compliance."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,9 +79,15 @@ def speed_terms(problem: Problem, laws: Iterable[str] = tuple(SPEED_TERMS)) -> t
 
 
 def torque_terms(
-    problem: Problem, shared: SharedParameters, own: Sequence[OwnColumns], fit: AllJointsFit, *, compliance: bool
+    problem: Problem,
+    shared: SharedParameters,
+    own: Sequence[OwnColumns],
+    fit: AllJointsFit,
+    *,
+    compliance: bool,
+    forms: Collection[str] = tuple(LOAD_FORMS),
 ) -> TermColumns:
-    """Friction in proportion to torque, both forms, and what compliance does to the torques.
+    """Friction in proportion to torque, and what compliance does to the torques.
 
     Args:
         problem: Motions from recordings.
@@ -89,9 +95,10 @@ def torque_terms(
         own: Own columns of the earlier fit.
         fit: The earlier fit.
         compliance: Whether to take the derivative by the compliance of each joint.
+        forms: Of `LOAD_FORMS`, those that are asked for.
     """
     n = problem.structure.arm.n
-    columns: list[dict[str, list[Array]]] = [{name: [] for name in LOAD_FORMS} for _ in range(n)]
+    columns: list[dict[str, list[Array]]] = [{name: [] for name in forms} for _ in range(n)]
     softened: list[list[Array]] = [[] for _ in range(n)]
     for number, motion in enumerate(problem.motions):
         behind = motion.observation.full_rate
@@ -102,9 +109,11 @@ def torque_terms(
             kept = motion.observation.joints[j].position
             against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
             needed = fit.found.h[j] * found.rigid[:, j]
-            given = needed + _braking(behind, own[j], fit.phi[j], j, number)
-            given = _with_load(needed, against, given, own[j], fit.phi[j])
-            for name, current in zip(LOAD_FORMS, (given, needed), strict=True):
+            for name in forms:
+                current = needed
+                if name == "load-motor":
+                    given = needed + _braking(behind, own[j], fit.phi[j], j, number)
+                    current = _with_load(needed, against, given, own[j], fit.phi[j])
                 columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
             if compliance:
                 softened[j].append(_softened(behind, slow, j)[kept])

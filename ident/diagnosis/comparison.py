@@ -27,6 +27,8 @@ BLOCKS = 20
 """Blocks of time that each log is cut into; with 8 the standard error of z is heavy-tailed."""
 UNSEEN = 1e-7
 """Square of a unit column that the model must leave for it to be compared."""
+TOGETHER = 16
+"""Sets of columns that are projected and predicted in one product of matrices; more only need memory."""
 RIDGE = 1e-9
 """Prior precision of the coefficients of unit columns, in units of the residual: makes dependent columns harmless."""
 
@@ -84,13 +86,15 @@ class HeldOut:
     Attributes:
         fit: The fit.
         place: Where each row stands among padded blocks, shape (r,).
-        inverse: (I - Q_b Q_b')^-1 of every block, padded by the identity, shape (blocks, m, m).
+        inverse: (I - Q_b Q_b')^-1 of every block, padded by the identity, shape (blocks, m, m); None for long blocks.
+        factor: K of these, by which the inverse is I + K K', shape (blocks, m, p); without columns for short blocks.
         width: Rows of a padded block, m.
     """
 
     fit: FreeFit
     place: Indices
-    inverse: Array
+    inverse: Array | None
+    factor: Array
     width: int
 
     def padded(self, x: Array) -> Array:
@@ -101,22 +105,34 @@ class HeldOut:
 
     def predicted(self, left: Array) -> Array:
         """Held-out residuals of what the fit leaves of columns, (r, k), shape (blocks, m, k)."""
-        return self.inverse @ self.padded(left)
+        x = self.padded(left)
+        if self.inverse is None:
+            return x + self.factor @ (self.factor.swapaxes(1, 2) @ x)
+        return self.inverse @ x
 
 
 def held_out(fit: FreeFit) -> HeldOut:
-    """Prepare the held-out predictions of a fit; rows of a block stand together."""
+    """Prepare the held-out predictions of a fit; rows of a block stand together.
+
+    Blocks of more than twice as many rows as there are columns are predicted through matrices of the columns' size, in
+    time that grows with the rows (Woodbury's identity, Golub and Van Loan, 2.1.4):
+
+        (I - Q_b Q_b')^-1 = I + Q_b (I - Q_b' Q_b)^-1 Q_b' = I + K K'       K = Q_b L'^-1, L L' = I - Q_b' Q_b
+    """
     counts = np.bincount(fit.block, minlength=fit.blocks)
-    width = max(1, int(counts.max(initial=0)))
+    width, p = max(1, int(counts.max(initial=0))), fit.Q.shape[1]
     first = np.concatenate(([0], np.cumsum(counts)[:-1]))
     order = np.argsort(fit.block, kind="stable")
     place = np.empty(len(fit.V), dtype=np.intp)
     place[order] = fit.block[order] * width + (np.arange(len(order)) - first[fit.block[order]])
-    Q = np.zeros((fit.blocks * width, fit.Q.shape[1]))
+    Q = np.zeros((fit.blocks * width, p))
     Q[place] = fit.Q
     Q = Q.reshape(fit.blocks, width, -1)
-    inverse = readonly(np.linalg.inv(np.eye(width) - Q @ Q.swapaxes(1, 2)))
-    return HeldOut(fit, place, inverse, width)
+    if width > 2 * p:
+        L = np.linalg.cholesky(np.eye(p) - Q.swapaxes(1, 2) @ Q)
+        return HeldOut(fit, place, None, readonly(np.linalg.solve(L, Q.swapaxes(1, 2)).swapaxes(1, 2)), width)
+    inverse = np.linalg.inv(np.eye(width) - Q @ Q.swapaxes(1, 2))
+    return HeldOut(fit, place, readonly(inverse), Q[..., :0], width)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -139,12 +155,12 @@ class Score:
     @property
     def log_variance(self) -> Array:
         """The same of each log, shape (n, logs)."""
-        squares, rows = (each.reshape(len(each), -1, BLOCKS).sum(axis=2) for each in (self.squares, self.rows))
+        squares, rows = (each.reshape(*each.shape[:-1], -1, BLOCKS).sum(axis=-1) for each in (self.squares, self.rows))
         return squares / np.maximum(rows, 1.0)
 
 
 def gains(given: Score, other: Score) -> Array:
-    """Gain of each block in log predictive density by another reading, u_b, shape (blocks,).
+    """Gain of each block in log predictive density by another reading, u_b, shape (blocks,); batch axes of it lead.
 
     Residuals count in units of their own rms, joint by joint and log by log, so that what a grossly wrong reading
     leaves, which is not noise, does not make its own standard error.
@@ -152,11 +168,11 @@ def gains(given: Score, other: Score) -> Array:
     before, after = given.log_variance, other.log_variance
     shown = (before > 0.0) & (after > 0.0)
     ratio = np.log(np.where(shown, before, 1.0) / np.where(shown, after, 1.0))
-    gain = np.minimum(given.rows, other.rows) * np.repeat(ratio, BLOCKS, axis=1)
+    gain = np.minimum(given.rows, other.rows) * np.repeat(ratio, BLOCKS, axis=-1)
     for sign, score, variance in ((1.0, given, before), (-1.0, other, after)):
-        each = np.repeat(np.where(shown, variance, 1.0), BLOCKS, axis=1)
+        each = np.repeat(np.where(shown, variance, 1.0), BLOCKS, axis=-1)
         gain += sign * (score.squares / each - score.rows)
-    return np.where(np.repeat(shown, BLOCKS, axis=1), 0.5 * gain, 0.0).sum(axis=0)
+    return np.where(np.repeat(shown, BLOCKS, axis=-1), 0.5 * gain, 0.0).sum(axis=-2)
 
 
 def z_of(u: Array) -> float:
@@ -224,6 +240,25 @@ class Added:
     covariance: Array
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Felt:
+    """Columns on the rows of one part of the fits, in units of its residual.
+
+    Attributes:
+        part: Its place among the parts.
+        square: Sums of squares of the columns, shape (m,).
+        products: Columns times what the fit leaves of them, and times its residual, shape (m, m + 1).
+        left: What the fit leaves of them, then its residual, by block, shape (blocks, rows, m + 1).
+        held: Held-out residuals of these.
+    """
+
+    part: int
+    square: Array
+    products: Array
+    left: Array
+    held: Array
+
+
 def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
     """Add columns to the model of all joints.
 
@@ -234,44 +269,63 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
     Returns:
         None if the model knows all that the columns say.
     """
+    return each_added(fits, [columns])[0]
+
+
+def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[Added | None]:
+    """As `added`, of many sets of columns, each of them alone beside the model."""
+    pieces = (choices[start : start + TOGETHER] for start in range(0, len(choices), TOGETHER))
     sigma = fits.sigma
-    felt = [
-        (each, columns[j] / sigma[j], j)
-        for j, each in enumerate(fits.parts)
-        if each is not None and columns[j] is not None and sigma[j] > 0.0
-    ]
+    return [_added(fits, sigma, felt) for piece in pieces for felt in _felt(fits, sigma, piece)]
+
+
+def _felt(fits: Fits, sigmas: Array, choices: Sequence[Sequence[Array | None]]) -> list[list[_Felt]]:
+    """Each set of columns on the parts that feel it; projections and predictions are made of all sets at once."""
+    found: list[list[_Felt]] = [[] for _ in choices]
+    for j, (part, sigma) in enumerate(zip(fits.parts, sigmas, strict=True)):
+        felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
+        if part is None or not sigma > 0.0 or not felt:
+            continue
+        c, e = np.hstack([own for _, own in felt]) / sigma, part.fit.residual[:, None] / sigma
+        rest = part.fit.without(c)
+        both = np.hstack((rest, e))
+        left, held = part.padded(both), part.predicted(both)
+        ends = np.cumsum([0, *(own.shape[1] for _, own in felt)])
+        for (k, _), first, last in zip(felt, ends, ends[1:], strict=False):
+            own, at = c[:, first:last], [*range(first, last), -1]
+            products = own.T @ np.hstack((rest[:, first:last], e))
+            found[k].append(_Felt(j, np.sum(own**2, axis=0), products, left[..., at], held[..., at]))
+    return found
+
+
+def _added(fits: Fits, sigma: Array, felt: Sequence[_Felt]) -> Added | None:
     if not felt:
         return None
-    m = felt[0][1].shape[1]
-    size = np.sqrt(sum(np.sum(c**2, axis=0) for _, c, _ in felt))
+    size = np.sqrt(np.sum([each.square for each in felt], axis=0))
     if not (size > 0.0).all():
         return None
-    parts = [(each, c / size, each.fit.without(c / size), each.fit.residual / sigma[j], j) for each, c, j in felt]
-    S = sum((c.T @ left for _, c, left, _, _ in parts), np.zeros((m, m)))  # left' left, if nothing is believed
-    values, directions = np.linalg.eigh(S)
+    m, products = len(size), np.sum([each.products for each in felt], axis=0)
+    values, directions = np.linalg.eigh(products[:, :m] / np.outer(size, size))  # left' left, if nothing is believed
     if values[0] < UNSEEN:
         return None
-    turn = directions / np.sqrt(values)
-    b = sum((turn.T @ (c.T @ e) for _, c, _, e, _ in parts), np.zeros(m))
+    spread = directions / np.sqrt(values) / size[:, None]
+    b = spread.T @ products[:, m]
     blocks = len(fits.score.squares[0])
-    G, r, held = np.zeros((blocks, m, m)), np.zeros((blocks, m)), list[tuple[Array, Array]]()
-    scores = np.zeros((blocks, m))
-    for each, _, left, e, _ in parts:
-        q = left @ turn
-        rest = e - q @ b
-        both = each.predicted(np.column_stack((rest, q)))
-        padded = each.padded(np.column_stack((rest, q)))
-        G += padded[..., 1:].swapaxes(1, 2) @ both[..., 1:]
-        r += np.einsum("bmk,bm->bk", padded[..., 1:], both[..., 0])
-        scores += np.einsum("bmk,bm->bk", padded[..., 1:], padded[..., 0])
-        held.append((both[..., 0], both[..., 1:]))
-    t = np.linalg.solve(np.eye(m) - G, r[..., None])[..., 0]
+    G, r, scores = np.zeros((blocks, m, m)), np.zeros((blocks, m)), np.zeros((blocks, m))
+    held = list[tuple[Array, Array]]()
+    for each in felt:
+        q, of_q = each.left[..., :m] @ spread, each.held[..., :m] @ spread
+        rest, of_rest = each.left[..., m] - q @ b, each.held[..., m] - of_q @ b
+        G += q.swapaxes(1, 2) @ of_q
+        r += (of_rest[:, None] @ q)[:, 0]
+        scores += (rest[:, None] @ q)[:, 0]
+        held.append((of_rest, of_q))
+    t = np.linalg.solve(np.eye(m) - G, r[..., None])
     squares = fits.score.squares.copy()
-    for (*_, j), (rest, q) in zip(parts, held, strict=True):
-        squares[j] = sigma[j] ** 2 * np.sum((rest + np.einsum("bmk,bk->bm", q, t)) ** 2, axis=1)
+    for each, (of_rest, of_q) in zip(felt, held, strict=True):
+        squares[each.part] = sigma[each.part] ** 2 * np.sum((of_rest + (of_q @ t)[..., 0]) ** 2, axis=1)
     u = gains(fits.score, replace(fits.score, squares=squares))
     own = np.eye(m) + scores.T @ scores
-    spread = turn / size[:, None]
     return Added(u=u, value=spread @ b, covariance=spread @ own @ spread.T)
 
 

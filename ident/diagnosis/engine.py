@@ -11,7 +11,7 @@ import numpy as np
 from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.catalog import FAMILIES, Family
-from ident.diagnosis.comparison import Added, added, gains, z_of
+from ident.diagnosis.comparison import Added, added, each_added, gains, z_of
 from ident.diagnosis.free_model import free_model
 from ident.diagnosis.logs import Logs, read_as, score_as
 from ident.diagnosis.reference import Reference, reference
@@ -174,8 +174,8 @@ def directions(fit: Reference | None, logs: Logs, families: Sequence[Family]) ->
 
 def smalls(logs: Logs, found: Sequence[Direction]) -> tuple[Small, ...]:
     """What directions add, those that predict best first."""
-    each_added = ((each, added(logs.model.fits, each.columns)) for each in found)
-    small = [Small(each, more) for each, more in each_added if more is not None]
+    each = zip(found, each_added(logs.model.fits, [one.columns for one in found]), strict=True)
+    small = [Small(direction, more) for direction, more in each if more is not None]
     return tuple(sorted(small, key=lambda each: -each.gain))
 
 

@@ -54,11 +54,10 @@ def bound(fits: Fits, direction: Direction) -> float | None:
             held = part.predicted(np.column_stack((part.fit.residual, part.fit.without(columns))))
             cross[j] = np.sum(held[..., 0] * held[..., 1], axis=1)
             square[j] = np.sum(held[..., 1] ** 2, axis=1)
-    for size in direction.largest * SIZES:
-        both = [replace(score, squares=score.squares - 2.0 * x * cross + x**2 * square) for x in (size, -size)]
-        if max(z_of(gains(score, each)) for each in both) < -SHOWN:
-            return float(size)
-    return None
+    sizes = direction.largest * SIZES
+    x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (sizes, 2, 1, 1)
+    u = gains(score, replace(score, squares=score.squares - 2.0 * x * cross + x**2 * square))  # (sizes, 2, blocks)
+    return next((float(size) for size, both in zip(sizes, u, strict=True) if max(map(z_of, both)) < -SHOWN), None)
 
 
 def exclusions(seen: Survey) -> list[Exclusion]:

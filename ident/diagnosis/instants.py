@@ -11,7 +11,7 @@ import numpy as np
 from ident.arrays import Array, Mask
 from ident.observation import ObserveOptions
 from ident.recording import Recording, resampled
-from ident.signals import delayed, edge_samples, smooth_motion
+from ident.signals import delayed, edge_samples, low_passed, smooth_motion
 
 SLOW = 0.2
 """Speed below which an instant of a joint tells nothing sure of it, as a share of its rms speed."""
@@ -52,6 +52,6 @@ def instants(recording: Recording, most: int, options: ObserveOptions) -> Instan
     chosen = slice(inner.start, inner.stop, step)
     q, dq, ddq = smooth_motion(recording.q, recording.period, options.cutoff_hz)
     v = delayed(recording.v, options.current_delay / recording.period)
-    v, _, _ = smooth_motion(v, recording.period, options.decimation_cutoff_hz)
+    v = low_passed(v, recording.period, options.decimation_cutoff_hz)
     slow = SLOW * np.sqrt(np.mean(dq[inner] ** 2, axis=0))
     return Instants(q[chosen], dq[chosen], ddq[chosen], v[chosen], np.abs(dq[chosen]) > slow)

@@ -1,9 +1,11 @@
 """Whether the positions of a log, read in some way, are where the joints of the arm can be."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from ident.arm import Arm
-from ident.arrays import Array
+from ident.arrays import Array, readonly
 from ident.diagnosis.reading import LogReading
 from ident.recording import Recording
 
@@ -17,16 +19,22 @@ STILL = 0.1
 
 def beyond_reach(arm: Arm, log: Recording) -> tuple[int, ...]:
     """Joints, from 0, that a log puts where they cannot be; a revolute joint may be counted from another turn."""
-    low, high = log.q.min(axis=0), log.q.max(axis=0)
+    low, high = _ends(log)
     return tuple(j for j in range(arm.n) if not _reached(arm, j, low, high))
 
 
 def within_reach(arm: Arm, log: Recording, how: LogReading) -> bool:
     """Whether a reading that changes units leaves every joint where it can be, and moving as much as a joint does."""
-    ends = how.q_factor * np.array([log.q.min(axis=0), log.q.max(axis=0)])[:, how.q_order] + how.zero
+    ends = how.q_factor * _ends(log)[:, how.q_order] + how.zero
     low, high = ends.min(axis=0), ends.max(axis=0)
     changed = np.abs(how.q_factor) != 1.0
     return all(_reached(arm, j, low, high) and high[j] - low[j] >= STILL for j in range(arm.n) if changed[j])
+
+
+@lru_cache(maxsize=8)
+def _ends(log: Recording) -> Array:
+    """Lowest and highest position of each joint, shape (2, n); some 60 readings of a log ask for them."""
+    return readonly(np.array([log.q.min(axis=0), log.q.max(axis=0)]))
 
 
 def _reached(arm: Arm, j: int, low: Array, high: Array) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -78,6 +79,7 @@ class Reading:
         )
 
 
+@lru_cache(maxsize=8)
 def as_logged(arm: Arm, logs: int) -> Reading:
     """What the logs and the model say."""
     n, order = arm.n, np.arange(arm.n)

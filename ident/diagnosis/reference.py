@@ -65,7 +65,9 @@ class Reference:
     @cached_property
     def softened(self) -> tuple[Array, ...]:
         """Change of each joint's currents per compliance of each joint, n arrays of shape (r_j, n)."""
-        found = torque_terms(self.problem, self.ready.shared, self.fitted.own, self.fitted.fit, compliance=True)
+        found = torque_terms(
+            self.problem, self.ready.shared, self.fitted.own, self.fitted.fit, compliance=True, forms=()
+        )
         return tuple(h * each for h, each in zip(self.h, found.softened, strict=True))
 
     @cached_property

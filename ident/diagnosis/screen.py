@@ -50,13 +50,13 @@ class Screened:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Normal:
-    """Normal equations of one log under one reading of its positions.
+    """Normal equations of one log under S readings of its positions.
 
     Attributes:
-        gram: Of the columns that the log has, n arrays (p_k, p_k).
-        rhs: Columns times all currents, n arrays (p_k, n).
-        square: Sum of squares of each current on each joint's instants, joint first, shape (n, n).
-        rows: Instants of each joint, shape (n,).
+        gram: Of the columns that the log has, n arrays (S, p_k, p_k).
+        rhs: Columns times all currents, n arrays (S, p_k, n).
+        square: Sum of squares of each current on each joint's instants, joint first, shape (S, n, n).
+        rows: Instants of each joint, shape (S, n).
     """
 
     gram: list[Array]
@@ -87,8 +87,9 @@ State = tuple[int, bytes, bytes]
 def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
     """What alternatives gain on few instants, the best first."""
     given = as_logged(logs.structure.arm, len(logs.recordings))
-    left, freedom = unexplained(logs, [given, *(each.reading for each in alternatives)])
-    rms = [np.mean(each.v**2, axis=0) for each in looked_at(logs)]
+    at = looked_at(logs)
+    left, freedom = unexplained(logs, [given, *(each.reading for each in alternatives)], at)
+    rms = [np.mean(each.v**2, axis=0) for each in at]
     noise = NOTHING**2 * np.column_stack(rms)  # (n, logs)
     known = np.isfinite(left[0]) & np.isfinite(left[1:])
     ratio = np.maximum(left[0], noise) / np.maximum(np.where(known, left[1:], 1.0), noise)
@@ -102,14 +103,18 @@ def looked_at(logs: Logs) -> list[Instants]:
     return [instants(each, INSTANTS, logs.observing) for each in logs.recordings]
 
 
-def unexplained(logs: Logs, readings: Sequence[Reading]) -> tuple[Array, Array]:
+def unexplained(logs: Logs, readings: Sequence[Reading], at: Sequence[Instants]) -> tuple[Array, Array]:
     """What readings leave of the currents.
+
+    Args:
+        logs: The logs.
+        readings: Of them.
+        at: Their instants.
 
     Returns:
         Mean squares of each column of currents in each log, in its own unit, infinite where instants are too few, and
         degrees of freedom, each of shape (readings, n, logs).
     """
-    at = looked_at(logs)
     left, freedom = np.empty((2, len(readings), logs.structure.arm.n, len(at)))
     upright = np.array([bool((each.gravity == logs.structure.arm.gravity).all()) for each in readings])
     for which in (True, False):
@@ -123,43 +128,67 @@ def _left(logs: Logs, at: Sequence[Instants], readings: Sequence[Reading], *, up
     """Mean square that readings leave of each column of each log in its own unit, and instants, (K, n, logs) each."""
     n, count = logs.structure.arm.n, len(at)
     columns = _placed(logs, upright=upright)
-    normals = _normals(logs.structure.arm, at, readings, columns)
-    states = [[_state(k, each) for k in range(count)] for each in readings]
+    number, normals = _normals(logs.structure.arm, at, readings, columns)
     order = np.array([[how.v_order for how in each.logs] for each in readings])  # (K, logs, n)
     unit = np.array([[how.v_factor for how in each.logs] for each in readings])
     left, many = np.full((len(readings), n, count), np.inf), np.zeros((len(readings), n, count))
     every = np.arange(len(readings))
     for j in range(n):
-        size = columns[0][j].count
-        gram, b = np.zeros((len(readings), size, size)), np.zeros((len(readings), size))
-        rhs, square, rows = list[Array](), list[Array](), list[Array]()
+        equations = np.column_stack((number, order[..., j], unit[..., j]))
+        _, once, again = np.unique(equations, axis=0, return_index=True, return_inverse=True)
+        own = [each[j] for each in columns]
+        lost, rows, free = _solved(normals, own, j, number[once], order[once, :, j], unit[once, :, j])
+        total = rows.sum(axis=1, keepdims=True)
+        enough = free >= 1.0
+        share = np.where(enough, total / np.maximum(free, 1.0) / np.maximum(rows, 1.0), np.inf)
+        freedom = np.where(enough, rows * free / np.maximum(total, 1.0), 0.0)
         for k in range(count):
-            own = [normals[each[k]] for each in states]
-            place, current = columns[k][j].place, order[:, k, j]
-            grams = np.array([each.gram[j] for each in own])
-            gram[:, place[:, None], place] += grams
-            rhs.append(np.array([each.rhs[j] for each in own])[every, :, current] * unit[:, k, j, None])
-            b[:, place] += rhs[-1]
-            square.append(np.array([each.square[j] for each in own])[every, current] * unit[:, k, j] ** 2)
-            rows.append(np.array([each.rows[j] for each in own]))
-        scale = np.sqrt(np.einsum("kpp->kp", gram))
-        felt = scale > 0.0
-        scale[~felt] = 1.0
-        gram /= scale[:, :, None] * scale[:, None, :]
-        gram[:, np.arange(size), np.arange(size)] += np.where(felt, RIDGE, 1.0)
-        x = np.linalg.solve(gram, (b / scale)[..., None])[..., 0] / scale
-        total = np.sum(rows, axis=0)
-        free = total - felt.sum(axis=1)
-        for k in range(count):
-            place, mine = columns[k][j].place, [normals[each[k]] for each in states]
-            own = x[:, place]
-            fitted = np.einsum("kp,kpq,kq->k", own, np.array([each.gram[j] for each in mine]), own)
-            lost = np.maximum(square[k] - 2.0 * np.einsum("kp,kp->k", own, rhs[k]) + fitted, 0.0)
-            enough = free >= 1.0
-            share = np.where(enough, total / np.maximum(free, 1.0) / np.maximum(rows[k], 1.0), np.inf)
-            left[every, order[:, k, j], k] = lost / unit[:, k, j] ** 2 * share
-            many[every, order[:, k, j], k] = np.where(enough, rows[k] * free / np.maximum(total, 1.0), 0.0)
+            left[every, order[:, k, j], k] = (lost * share)[again, k] / unit[:, k, j] ** 2
+            many[every, order[:, k, j], k] = freedom[again, k]
     return left, many
+
+
+def _solved(
+    normals: Sequence[_Normal], columns: Sequence[_Columns], j: int, number: Indices, current: Indices, unit: Array
+) -> tuple[Array, Array, Array]:
+    """Fit one joint's currents to the columns of all logs, by each of u combinations of readings.
+
+    Args:
+        normals: Of each log.
+        columns: Likewise.
+        j: The joint.
+        number: Reading of the positions of each log, shape (u, logs).
+        current: Column of the joint's currents in each log, shape (u, logs).
+        unit: What these are multiplied by, shape (u, logs).
+
+    Returns:
+        Squares left in each log and its instants, each of shape (u, logs), and degrees of freedom, shape (u, 1).
+    """
+    size = columns[0].count
+    gram, b, parts = np.zeros((len(number), size, size)), np.zeros((len(number), size)), list[tuple[Array, Array]]()
+    for k, (own, each) in enumerate(zip(normals, columns, strict=True)):
+        placed = np.zeros((len(own.rows), size, size))
+        placed[:, each.place[:, None], each.place] = own.gram[j]
+        rhs = np.zeros((len(number), size))
+        rhs[:, each.place] = own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None]
+        gram += placed[number[:, k]]
+        b += rhs
+        parts.append((placed, rhs))
+    scale = np.sqrt(np.einsum("kpp->kp", gram))
+    felt = scale > 0.0
+    scale[~felt] = 1.0
+    gram /= scale[:, :, None]
+    gram /= scale[:, None, :]
+    gram[:, np.arange(size), np.arange(size)] += np.where(felt, RIDGE, 1.0)
+    x = np.linalg.solve(gram, (b / scale)[..., None])[..., 0] / scale
+    square = np.column_stack([own.square[number[:, k], j, current[:, k]] for k, own in enumerate(normals)]) * unit**2
+    fitted = [
+        np.sum(x * ((placed[number[:, k]] @ x[..., None])[..., 0] - 2.0 * rhs), axis=1)
+        for k, (placed, rhs) in enumerate(parts)
+    ]
+    rows = np.column_stack([own.rows[number[:, k], j] for k, own in enumerate(normals)])
+    free = rows.sum(axis=1, keepdims=True) - felt.sum(axis=1, keepdims=True)
+    return np.maximum(square + np.column_stack(fitted), 0.0), rows, free
 
 
 def _state(k: int, reading: Reading) -> State:
@@ -170,27 +199,38 @@ def _state(k: int, reading: Reading) -> State:
 
 def _normals(
     own_arm: Arm, at: Sequence[Instants], readings: Sequence[Reading], columns: Sequence[Sequence[_Columns]]
-) -> dict[State, _Normal]:
-    """Normal equations of every log under every reading of it, each once; those of one arm in one recursion."""
-    wanted = {_state(k, each): each for each in readings for k in range(len(at))}
-    found, known = dict[State, _Normal](), dict[bytes, tuple[Array, Array]]()
+) -> tuple[Indices, list[_Normal]]:
+    """Normal equations of every log under every reading of it, each once; those of one arm in one recursion.
+
+    Returns:
+        Which of its equations are those of each reading, shape (K, logs), and the equations of each log.
+    """
+    asked = [[_state(k, each) for k in range(len(at))] for each in readings]
+    wanted = {state: each for each, own in zip(readings, asked, strict=True) for state in own}
     arms = dict[bytes, list[State]]()
     for state in wanted:
         arms.setdefault(state[2], []).append(state)
+    known = dict[bytes, tuple[Array, Array]]()
+    listed, parts = [list[State]() for _ in at], [list[_Normal]() for _ in at]
     for own in arms.values():
         for start in range(0, len(own), TOGETHER):
-            part = own[start : start + TOGETHER]
+            part = sorted(own[start : start + TOGETHER], key=lambda state: state[0])
             states = [_read(at[state[0]], wanted[state].logs[state[0]]) for state in part]
             arm = wanted[part[0]].of_arm(own_arm)
             at_once = [np.concatenate(each) for each in zip(*states, strict=True)]
             tilted = (arm.gravity != own_arm.gravity).any()
             W = _by_gravity(arm, known, *at_once) if tilted else regressor(arm, *at_once)
-            ends = np.cumsum([0, *(len(each[0]) for each in states)])
-            for state, first, last in zip(part, ends, ends[1:], strict=False):
-                k, how = state[0], wanted[state].logs[state[0]]
-                moving = at[k].moving[:, how.q_order].astype(np.float64)
-                found[state] = _normal(W[first:last], at[k].v, moving, columns[k])
-    return found
+            first = 0
+            for k, log in enumerate(at):
+                mine = [state for state in part if state[0] == k]
+                moving = np.array([log.moving[:, wanted[state].logs[k].q_order] for state in mine], dtype=np.float64)
+                last = first + len(mine) * len(log.v)
+                if mine:
+                    parts[k].append(_normal(W[first:last].reshape(*moving.shape, -1), log.v, moving, columns[k]))
+                first = last
+                listed[k] += mine
+    number = {state: place for own in listed for place, state in enumerate(own)}
+    return np.array([[number[state] for state in each] for each in asked]), [_joined(each) for each in parts]
 
 
 def _by_gravity(arm: Arm, known: dict[bytes, tuple[Array, Array]], q: Array, dq: Array, ddq: Array) -> Array:
@@ -214,14 +254,23 @@ def _read(at: Instants, how: LogReading) -> tuple[Array, Array, Array]:
 
 
 def _normal(W: Array, v: Array, moving: Array, columns: Sequence[_Columns]) -> _Normal:
-    gram, rhs, square = list[Array](), list[Array](), np.empty((len(columns), v.shape[1]))
+    """Equations of a log, (N, n) currents, under S readings: regressors (S, N, n, p), instants that move (S, N, n)."""
+    gram, rhs = list[Array](), list[Array]()
     for j, each in enumerate(columns):
-        X = W[:, j, each.chosen] * moving[:, j, None]
-        seen = v * moving[:, j, None]
-        gram.append(X.T @ X)
-        rhs.append(X.T @ seen)
-        square[j] = np.sum(seen**2, axis=0)
-    return _Normal(gram, rhs, square, moving.sum(axis=0))
+        X = W[:, :, j, each.chosen] * moving[:, :, j, None]
+        gram.append(X.swapaxes(1, 2) @ X)
+        rhs.append(X.swapaxes(1, 2) @ v)  # of instants that do not move X is zero
+    return _Normal(gram, rhs, moving.swapaxes(1, 2) @ v**2, moving.sum(axis=1))
+
+
+def _joined(parts: Sequence[_Normal]) -> _Normal:
+    """Equations of one log under more readings."""
+    return _Normal(
+        gram=[np.concatenate(each) for each in zip(*(part.gram for part in parts), strict=True)],
+        rhs=[np.concatenate(each) for each in zip(*(part.rhs for part in parts), strict=True)],
+        square=np.concatenate([part.square for part in parts]),
+        rows=np.concatenate([part.rows for part in parts]),
+    )
 
 
 def _placed(logs: Logs, *, upright: bool) -> list[list[_Columns]]:

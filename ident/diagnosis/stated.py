@@ -21,7 +21,7 @@ from ident.diagnosis.comparison import (
     Added,
     Fits,
     FreeFit,
-    added,
+    each_added,
     fits_of,
     held_out,
     numbered_blocks,
@@ -59,8 +59,12 @@ class Stated:
 
     def added(self, direction: Direction) -> Added | None:
         """What a direction adds; None if the estimate knows all that it says."""
-        weight = self.estimate.solution.rows.weight
-        return added(self.fits, [weight[:, None] * self.stacked(direction.columns)])
+        return self.each_added([direction])[0]
+
+    def each_added(self, directions: Sequence[Direction]) -> list[Added | None]:
+        """What each of many directions adds, alone."""
+        weight = self.estimate.solution.rows.weight[:, None]
+        return each_added(self.fits, [[weight * self.stacked(each.columns)] for each in directions])
 
     def beside(self, direction: Direction) -> "Stated":
         """The same estimate beside a model that has the direction."""

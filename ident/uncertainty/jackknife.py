@@ -1,8 +1,10 @@
 """Covariance from what every stretch of time, left out, would change (delete-a-block jackknife)."""
 
+from functools import lru_cache
+
 import numpy as np
 
-from ident.arrays import Array, Indices
+from ident.arrays import Array, Indices, readonly
 from ident.rows import Rows
 
 BLOCKS = 20
@@ -29,11 +31,12 @@ def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
     return (len(changes) - 1) / len(changes) * (apart.T @ apart)
 
 
-def left_out(rows: Rows, stretches: int = BLOCKS) -> list[tuple[Indices, Array]]:
+@lru_cache(maxsize=1)
+def left_out(rows: Rows, stretches: int = BLOCKS) -> tuple[tuple[Indices, Array], ...]:
     """The rows of each stretch, and the residual [drive units] they would have if the model had not seen them.
 
     Args:
-        rows: Rows with their residuals.
+        rows: Rows with their residuals; the same ones are asked for by each covariance that an estimate needs.
         stretches: That each motion is cut into.
     """
     found: list[tuple[Indices, Array]] = []
@@ -44,7 +47,16 @@ def left_out(rows: Rows, stretches: int = BLOCKS) -> list[tuple[Indices, Array]]
         for number in np.unique(stretch):
             block = own[stretch == number]
             explained, weight = rows.explained[block], rows.weight[block]
-            explained = explained[:, explained.any(axis=0)]
-            fresh = np.linalg.solve(np.eye(len(block)) - explained @ explained.T, weight * rows.residual[block])
-            found.append((block, fresh / weight))
-    return found
+            fresh = _not_fitted_to(explained[:, explained.any(axis=0)], weight * rows.residual[block])
+            found.append((block, readonly(fresh / weight)))
+    return tuple(found)
+
+
+def _not_fitted_to(Q: Array, e: Array) -> Array:
+    """(I - Q Q')^-1 e through the smaller of two matrices: it is e + Q (I - Q'Q)^-1 Q'e (Woodbury's identity)."""
+    rows, columns = Q.shape
+    if rows <= columns:
+        found = np.linalg.solve(np.eye(rows) - Q @ Q.T, e)
+    else:
+        found = e + Q @ np.linalg.solve(np.eye(columns) - Q.T @ Q, Q.T @ e)
+    return np.asarray(found, np.float64)

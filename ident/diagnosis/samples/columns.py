@@ -9,7 +9,7 @@ from ident.arrays import Array
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.observation import ObserveOptions
 from ident.recording import Recording, resampled
-from ident.signals import edge_samples, smooth_motion
+from ident.signals import edge_samples, low_passed, smooth_motion
 
 ALIKE = 0.01
 """Share of a column that another, with a factor and an offset, may leave for it to be that one.
@@ -22,19 +22,21 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     """Which columns are copies of others."""
     found: list[Diagnosis] = []
     for kind, x in (("q", recording.q), ("v", recording.v)):
+        left = _left(x, x)
         found += [
             _wrong(recording, (i, j), f"{kind}{j + 1} is a copy of {kind}{i + 1}, up to a factor and an offset")
             for i, j in combinations(range(recording.n), 2)
-            if _left(x[:, j], x[:, i]) < 1e-6
+            if left[j, i] < 1e-6
         ]
     even = resampled(recording)
     edge = edge_samples(even.period, observing.cutoff_hz)
     inner = slice(edge, max(edge + 2, len(even.t) - edge))
     smooth = smooth_motion(even.q, even.period, observing.cutoff_hz)
-    v = smooth_motion(even.v, even.period, observing.cutoff_hz)[0][inner]
+    v = low_passed(even.v, even.period, observing.cutoff_hz)[inner]
+    left = np.array([np.diag(_left(v, x[inner])) for x in smooth])  # (3, n)
     for j in range(recording.n):
-        for what, x in zip(("position", "speed", "acceleration"), smooth, strict=True):
-            if _left(v[:, j], x[inner, j]) < ALIKE:
+        for what, share in zip(("position", "speed", "acceleration"), left[:, j], strict=True):
+            if share < ALIKE:
                 sentence = f"v{j + 1} is the {what} of joint {j + 1}, times a factor"
                 copied = _wrong(recording, (j,), sentence)  # without friction and gravity an inertia's current is one
                 found.append(replace(copied, severity=Severity.WEAK) if what == "acceleration" else copied)
@@ -53,9 +55,13 @@ def _wrong(recording: Recording, joints: tuple[int, ...], sentence: str) -> Diag
     )
 
 
-def _left(y: Array, x: Array) -> float:
-    """Share of a column that another leaves, both less their means."""
-    y, x = y - y.mean(), x - x.mean()
-    size = float(np.linalg.norm(y))
-    square = float(x @ x)
-    return float(np.linalg.norm(y - x * (float(x @ y) / square))) / size if size > 0.0 and square > 0.0 else 1.0
+def _left(y: Array, x: Array) -> Array:
+    """Share of each column of y that each of x leaves, all less their means: sqrt(1 - r^2), r their correlation."""
+    return np.sqrt(np.maximum(1.0 - (_unit(y).T @ _unit(x)) ** 2, 0.0))
+
+
+def _unit(x: Array) -> Array:
+    """Columns less their means, of length 1; zero where they are constant."""
+    x = x - x.mean(axis=0)
+    size = np.linalg.norm(x, axis=0)
+    return np.divide(x, size, out=np.zeros_like(x), where=size > 0.0)

@@ -71,9 +71,9 @@ def _frozen_positions(recording: Recording) -> Iterator[tuple[int, Mask]]:
     rms = np.sqrt(np.mean(np.diff(recording.q, axis=0) ** 2, axis=0))  # a row
     for j in range(recording.n):
         at = np.zeros(len(recording.t), dtype=np.bool_)
-        others = np.delete(changes, j, axis=1).any(axis=1)
         for start, end in _stops(recording.q[:, j], AT_SPEED * float(rms[j])):
-            at[start:end] = others[start : end - 1].mean() > 0.5
+            others = np.delete(changes[start : end - 1], j, axis=1).any(axis=1)
+            at[start:end] = others.mean() > 0.5
         if at.any():
             yield j, at
 
@@ -118,11 +118,14 @@ def _long_stays(v: Array, moving: Mask) -> Iterator[tuple[int, int]]:
     if changing <= 0.0:
         return
     least = LEAST + np.log(CHANCE / len(v)) / np.log1p(-min(changing, 1.0 - 1e-6))
+    long = ends - starts >= least
+    if not long.any():
+        return
     coarse = quantum(v)
     extremes = (float(v.min()), float(v.max()))
-    for start, end in zip(starts, ends, strict=True):
+    for start, end in zip(starts[long], ends[long], strict=True):
         clipped = float(v[start]) in extremes  # another check's
-        if end - start >= least and not clipped and _jumps(step, start, end, coarse):
+        if not clipped and _jumps(step, start, end, coarse):
             yield int(start), int(end) + 1
 
 

@@ -106,9 +106,10 @@ def _roughness(rate: Array) -> float:
 
 def _beside(rate: Array) -> Array:
     """Median speed of the steps to either side of each, itself left out, shape (N - 1, n)."""
-    padded = np.pad(rate, ((APART, APART), (0, 0)), mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * APART + 1, axis=0)
-    return np.median(np.delete(windows, APART, axis=2), axis=2)
+    padded = np.pad(rate, ((APART, APART), (0, 0)), mode="edge").T
+    near = [padded[:, k : k + len(rate)] for k in range(2 * APART + 1) if k != APART]
+    ordered = np.sort(near, axis=0)  # np.median sorts each window by itself, which takes three times as long
+    return 0.5 * (ordered[APART - 1] + ordered[APART]).T
 
 
 def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:

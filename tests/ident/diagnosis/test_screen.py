@@ -27,7 +27,7 @@ def test_what_is_left_is_what_least_squares_with_every_column_leaves(sound):
         (1,), zero=np.array([0.0, 0.4, 0.0]), q_factor=np.array([1.0, 1.0, -1.0]), clock=1.25, v_order=order,
         v_factor=np.array([1.0, 3.0, -0.5]),
     )  # fmt: skip
-    (left,), (rows,) = unexplained(sound, [reading])
+    (left,), (rows,) = unexplained(sound, [reading], looked_at(sound))
     bare, loaded = looked_at(sound)
     parts = [
         regressor(sound.structure.arm, bare.q, bare.dq, bare.ddq),
@@ -95,26 +95,26 @@ def test_a_score_counts_each_log_in_its_own_unit(sound):
     ]
     other = doubted(sound.structure, thousand)
     # What was logged a thousand times, and is read so, leaves a million times the squares of that log alone.
-    one, two = unexplained(sound, [unit])[0], unexplained(other, [reading])[0]
+    one, two = unexplained(sound, [unit], looked_at(sound))[0], unexplained(other, [reading], looked_at(other))[0]
     np.testing.assert_allclose(two, one * [1.0, 1e6], rtol=1e-6)
 
 
 def test_readings_together_leave_what_each_leaves_alone(sound):
     readings = [turned(sound, joint, (1,), -1.0, 0.3).reading for joint in (0, 1, 2)]
-    together = unexplained(sound, readings)
+    together = unexplained(sound, readings, looked_at(sound))
     for k, each in enumerate(readings):
-        for whole, own in zip(together, unexplained(sound, [each]), strict=True):
+        for whole, own in zip(together, unexplained(sound, [each], looked_at(sound)), strict=True):
             np.testing.assert_allclose(whole[k], own[0], rtol=1e-9)
 
 
 def test_gravity_along_other_axes_is_found_from_four_regressors(six):
     gravity = [9.0 * np.array(axis) for axis in ((0.6, 0.0, -0.8), (0.0, -0.28, 0.96))]
     readings = [replace(as_logged(six.structure.arm, 2), gravity=each) for each in gravity]
-    together = unexplained(six, readings)[0]
+    together = unexplained(six, readings, looked_at(six))[0]
     for k, each in enumerate(readings):
         arm = replace(six.structure.arm, gravity=gravity[k])
         bare = looked_at(six)[0]
         own = regressor(arm, bare.q, bare.dq, bare.ddq)
         again = _by_gravity(arm, {}, bare.q, bare.dq, bare.ddq)
         np.testing.assert_allclose(again, own, atol=1e-12 * np.abs(own).max())
-        np.testing.assert_allclose(together[k], unexplained(six, [each])[0][0], rtol=1e-6)
+        np.testing.assert_allclose(together[k], unexplained(six, [each], looked_at(six))[0][0], rtol=1e-6)

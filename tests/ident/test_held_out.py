@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from ident.diagnosis.comparison import (
+from ident.held_out import (
     BLOCKS,
     Fits,
     Score,

@@ -10,7 +10,6 @@ import numpy as np
 
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import FAMILIES, payload
-from ident.held_out import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import SHOWN, TIE, Compared, Fault, Small, Survey, directions, faults, survey
 from ident.diagnosis.excluded import exclusions, untold
@@ -19,6 +18,7 @@ from ident.diagnosis.reference import Reference, reference
 from ident.diagnosis.stated import Stated, claimed, stated
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate, IdentifiedGain
+from ident.held_out import Added, z_of
 from ident.problem import Problem
 from ident.uncertainty.cautious import cautious
 

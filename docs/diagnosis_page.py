@@ -12,9 +12,9 @@ from diagnosis_run import Run
 from scipy import stats
 
 from ident.diagnosis.catalog.zeros import LARGEST
+from ident.held_out import BLOCKS
 from ident.diagnosis.diagnosis import MATTERS, SPOILS
 from ident.diagnosis.engine import SHOWN, TIE, WORTH
-from ident.held_out import BLOCKS
 from scenarios.reports.content import Cell, Column, Heading, Paragraph, Part, Report, Table, cells
 
 TILTED = "base tilt 2 mrad"

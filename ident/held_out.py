@@ -147,10 +147,6 @@ class Score:
     squares: Array
     rows: Array
 
-    def of(self, joints: Sequence[int]) -> "Score":
-        """That of some joints."""
-        return Score(self.squares[list(joints)], self.rows[list(joints)])
-
     @property
     def variance(self) -> Array:
         """Mean square of each joint's held-out residuals, shape (n,)."""

@@ -27,7 +27,6 @@ from ident.all_joints.terms import (
     torque_terms,
 )
 from ident.arrays import Array
-from ident.held_out import BLOCKS, Score, gains, z_of
 from ident.uncertainty.cautious import cautious
 from ident.uncertainty.jackknife import left_out
 
@@ -109,9 +108,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
     chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
     loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
-    form, other = LOAD_FORMS
-    if loads[other].tried.surer_than(loads[form].tried, range(ready.n)) > 0.0:
-        form, other = other, form
+    form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
     best, second = loads[form].tried, loads[other].tried
     doubt = max(LEAST_DOUBT, float(scipy.stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
     rivals = [Rival(share=float(np.sqrt(doubt * (1.0 - doubt))), other=second.fitted, final=best.fitted)]
@@ -157,26 +154,25 @@ def _log_ratio(one: Fitted, other: Fitted) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tried:
-    """A fit, and how well it predicts each joint's currents in stretches that it has not seen."""
+    """A fit, and the squares of its weighted residuals in each stretch left out, joint by joint, (stretches, n)."""
 
     fitted: Fitted
-    score: Score
+    squares: Array
 
     def surer_than(self, other: "_Tried", joints: Sequence[int]) -> float:
         """By how many standard errors this fit predicts stretches that were left out better than another one."""
-        return z_of(gains(other.score.of(joints), self.score.of(joints)))
+        rows, before = self.fitted.fit.rows, other.fitted.fit.rows
+        first = np.unique(rows.joint, return_index=True)[1]
+        same = (before.weight / rows.weight)[first] ** 2
+        gain = (other.squares - same * self.squares)[:, list(joints)].sum(axis=1)
+        return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
 
 
 def _tried(fitted: Fitted) -> _Tried:
     rows, n = fitted.fit.rows, len(fitted.own)
-    stretches = [(block, left) for block, left in left_out(rows)]
-    log = np.array([rows.motion[block[0]] for block, _ in stretches])
-    place = log * BLOCKS + np.arange(len(log)) - np.searchsorted(log, log)
-    squares, counts = np.zeros((2, n, BLOCKS * (int(log.max()) + 1)))
-    for at, (block, left) in zip(place, stretches, strict=True):
-        squares[:, at] = np.bincount(rows.joint[block], weights=left**2, minlength=n)
-        counts[:, at] = np.bincount(rows.joint[block], minlength=n)
-    return _Tried(fitted, Score(squares, counts))
+    squares = [((rows.weight[block] * left) ** 2, rows.joint[block]) for block, left in left_out(rows)]
+    counted = [np.bincount(joint, weights=each, minlength=n) for each, joint in squares]
+    return _Tried(fitted, np.array(counted, dtype=np.float64))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

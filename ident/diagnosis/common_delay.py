@@ -3,12 +3,12 @@
 import numpy as np
 
 from ident.diagnosis.catalog import FAMILIES
+from ident.held_out import added
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.engine import Compared, Fault, directions, faults, survey
 from ident.diagnosis.excluded import bound
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import reference
-from ident.held_out import added
 
 NAME = "delay"
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import FAMILIES, payload
+from ident.held_out import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import SHOWN, TIE, Compared, Fault, Small, Survey, directions, faults, survey
 from ident.diagnosis.excluded import exclusions, untold
@@ -18,7 +19,6 @@ from ident.diagnosis.reference import Reference, reference
 from ident.diagnosis.stated import Stated, claimed, stated
 from ident.errors import IdentificationError
 from ident.estimate import GainEstimate, IdentifiedGain
-from ident.held_out import Added, z_of
 from ident.problem import Problem
 from ident.uncertainty.cautious import cautious
 

@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.alternative import Direction
+from ident.held_out import Fits, gains, z_of
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import SHOWN, Survey
 from ident.diagnosis.screen import Screened
-from ident.held_out import Fits, gains, z_of
 
 SIZES = np.geomspace(1e-2, 1.0, 41)
 """Sizes that are tried, in units of the largest that the derivative says."""

@@ -15,9 +15,6 @@ import numpy as np
 from ident.arrays import Array
 from ident.column_space import column_space
 from ident.diagnosis.alternative import Direction
-from ident.diagnosis.diagnosis import Effect
-from ident.diagnosis.free_model import row_counts
-from ident.estimate import GainEstimate, IdentifiedGain
 from ident.held_out import (
     BLOCKS,
     UNSEEN,
@@ -29,6 +26,9 @@ from ident.held_out import (
     held_out,
     numbered_blocks,
 )
+from ident.diagnosis.diagnosis import Effect
+from ident.diagnosis.free_model import row_counts
+from ident.estimate import GainEstimate, IdentifiedGain
 from ident.problem import Problem
 
 FINEST = 1e-3

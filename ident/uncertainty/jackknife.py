@@ -5,8 +5,10 @@ from functools import lru_cache
 import numpy as np
 
 from ident.arrays import Array, Indices, readonly
-from ident.held_out import BLOCKS
 from ident.rows import Rows
+
+BLOCKS = 20
+"""Stretches that each motion is cut into."""
 
 
 def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:

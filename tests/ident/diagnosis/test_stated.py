@@ -12,9 +12,9 @@ from real_friction import Truth
 
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import payload as payload_catalog
+from ident.held_out import gains
 from ident.diagnosis.diagnose import _linear
 from ident.diagnosis.stated import FINEST, claimed, stated
-from ident.held_out import gains
 from ident.payload import standard_parameters
 
 

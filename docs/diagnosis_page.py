@@ -12,7 +12,7 @@ from diagnosis_run import Run
 from scipy import stats
 
 from ident.diagnosis.catalog.zeros import LARGEST
-from ident.held_out import BLOCKS
+from ident.diagnosis.comparison import BLOCKS
 from ident.diagnosis.diagnosis import MATTERS, SPOILS
 from ident.diagnosis.engine import SHOWN, TIE, WORTH
 from scenarios.reports.content import Cell, Column, Heading, Paragraph, Part, Report, Table, cells

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.diagnosis.catalog import FAMILIES
-from ident.held_out import added
+from ident.diagnosis.comparison import added
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.engine import Compared, Fault, directions, faults, survey
 from ident.diagnosis.excluded import bound

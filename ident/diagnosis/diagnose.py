@@ -10,7 +10,7 @@ import numpy as np
 
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import FAMILIES, payload
-from ident.held_out import Added, z_of
+from ident.diagnosis.comparison import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import SHOWN, TIE, Compared, Fault, Small, Survey, directions, faults, survey
 from ident.diagnosis.excluded import exclusions, untold

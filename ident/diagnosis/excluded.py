@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.alternative import Direction
-from ident.held_out import Fits, gains, z_of
+from ident.diagnosis.comparison import Fits, gains, z_of
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import SHOWN, Survey
 from ident.diagnosis.screen import Screened

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Array
-from ident.held_out import BLOCKS, Fits, FreeFit, HeldOut, fits_of, free_fit, held_out, numbered_blocks
+from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, HeldOut, fits_of, free_fit, held_out, numbered_blocks
 from ident.gain_system import JointRows, joint_rows
 from ident.problem import Problem
 

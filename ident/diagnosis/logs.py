@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arrays import Mask
-from ident.held_out import Score, regrouped
+from ident.diagnosis.comparison import Score, regrouped
 from ident.diagnosis.free_model import FreeModel, free_model
 from ident.diagnosis.reading import Reading
 from ident.observation import ObserveOptions, observe

@@ -2,7 +2,7 @@
 
 Currents are filtered, the regressor is taken at single instants: it lacks what the filter does to products and to
 friction steps, so that a small fault may be imitated. What is found here is compared on the estimator's rows
-(`ident.held_out`) before anything is said of it.
+(`ident.diagnosis.comparison`) before anything is said of it.
 """
 
 from collections.abc import Sequence

@@ -15,7 +15,7 @@ import numpy as np
 from ident.arrays import Array
 from ident.column_space import column_space
 from ident.diagnosis.alternative import Direction
-from ident.held_out import (
+from ident.diagnosis.comparison import (
     BLOCKS,
     UNSEEN,
     Added,

@@ -22,7 +22,7 @@ from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.noise import noise_std, quantum
 from ident.intervals import intervals_of
 from ident.observation import ObserveOptions
-from ident.recording import JITTER_TOL, LARGEST_GAP, Recording
+from ident.recording import LARGEST_GAP, Recording
 
 APART = 4
 """Steps to either side whose median speed a step is compared with."""
@@ -73,10 +73,8 @@ def odd_steps(recording: Recording) -> OddSteps:
     step = np.diff(recording.q, axis=0)  # (N - 1, n)
     rounding = np.array([quantum(q) or np.finfo(float).eps for q in recording.q.T]) / np.sqrt(12.0)
     sigma = np.sqrt(2.0) * np.hypot(noise_std(recording.q), rounding) / clock.usual
-    interval = np.diff(recording.t)
-    if recording.jitter > JITTER_TOL:
-        readings = (interval, clock.usual * (1.0 + clock.missing))  # taken when stamped, or evenly
-        interval = min(readings, key=lambda each: _roughness(step / each[:, None] / sigma))
+    readings = (np.diff(recording.t), clock.usual * (1.0 + clock.missing))  # taken when stamped, or evenly
+    interval = min(readings, key=lambda each: _roughness(step / each[:, None] / sigma))
     rate = step / interval[:, None]
     usual = _beside(rate)
     size = np.sum((usual / sigma) ** 2, axis=1)

@@ -10,7 +10,7 @@ from real_friction import Truth
 
 from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
 from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, delays, lengths, orders, units, zeros
-from ident.held_out import Added
+from ident.diagnosis.comparison import Added
 from ident.diagnosis.engine import Small, directions
 from ident.diagnosis.reference import across, reference
 

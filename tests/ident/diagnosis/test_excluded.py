@@ -7,7 +7,7 @@ import pytest
 from consistency_logs import doubted
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 
-from ident.held_out import Score, gains, z_of
+from ident.diagnosis.comparison import Score, gains, z_of
 from ident.diagnosis.engine import SHOWN, Survey, compared, survey
 from ident.diagnosis.excluded import SIZES, SURELY_WORSE, bound, exclusions, untold
 from ident.diagnosis.logs import Logs

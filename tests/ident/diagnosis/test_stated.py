@@ -12,7 +12,7 @@ from real_friction import Truth
 
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import payload as payload_catalog
-from ident.held_out import gains
+from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnose import _linear
 from ident.diagnosis.stated import FINEST, claimed, stated
 from ident.payload import standard_parameters

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from ident.held_out import (
+from ident.diagnosis.comparison import (
     BLOCKS,
     Fits,
     Score,

@@ -4,7 +4,7 @@ Severity follows from two numbers: z, whether it is so, and the effect on each g
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,15 +51,18 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
         diagnoses += list(_of_estimate(base, seen.directions, logs.names))
     elif base is None:
         diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
-    if of_logs:
-        return Diagnosed(diagnoses=worst_first(diagnoses))
-    return Diagnosed(diagnoses=worst_first(diagnoses), excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
+    said = Diagnosed() if of_logs else _horizon(seen)
+    return replace(said, diagnoses=worst_first(diagnoses))
 
 
 def horizon(logs: Logs) -> Diagnosed:
     """What sound logs exclude, and what they cannot tell."""
-    seen = survey(logs)
-    return Diagnosed(excluded=tuple(exclusions(seen)), untold=tuple(untold(seen)))
+    return _horizon(survey(logs))
+
+
+def _horizon(seen: Survey) -> Diagnosed:
+    excluded = tuple(exclusions(seen))
+    return Diagnosed(excluded=excluded, untold=tuple(untold(seen, excluded)))
 
 
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:

@@ -20,12 +20,13 @@ SIZES = np.geomspace(1e-2, 1.0, 41)
 SURELY_WORSE = 30.0
 """Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
 BOUNDED = {
-    "zero": "zeros",
-    "delay": "delays",
-    "lengths": "errors of all lengths",
-    "clock": "errors of the clock",
+    "zero": ("zeros", "q"),
+    "delay": ("delays", ""),
+    "lengths": ("errors of all lengths", ""),
+    "clock": ("errors of the clock", ""),
+    "current scale": ("errors of a current's scale in one log", "v"),
 }
-"""Families whose excluded sizes are told, of all logs together, and how; a zero is one of each joint."""
+"""Families whose excluded sizes are told, how, and the column that each joint has one of; "" where it is one of all."""
 GROSS = {
     "sign": "another sign of q{joints}",
     "current sign": "another sign of v{joints} in one log",
@@ -62,25 +63,29 @@ def bound(fits: Fits, direction: Direction) -> float | None:
 
 def exclusions(seen: Survey) -> list[Exclusion]:
     """What the logs exclude, a sentence a family."""
-    logs = tuple(range(len(seen.logs.recordings)))
     found = list[Exclusion]()
-    for family, words in BOUNDED.items():
-        own = [
-            each
-            for each in seen.directions
-            if each.family == family and each.logs == logs and (family == "zero" or not each.joints)
-        ]
-        sizes = [(each, bound(seen.logs.model.fits, each)) for each in own]
-        known = [(each, size * each.scale) for each, size in sizes if size is not None]
-        for unit in dict.fromkeys(each.unit for each, _ in known):
-            same = [(each, size) for each, size in known if each.unit == unit]
-            joints = tuple(j for each, _ in same for j in each.joints)
-            limits = ", ".join(
-                f"{_rounded(size):g}{''.join(f' (q{j + 1})' for j in each.joints)}" for each, size in same
-            )
-            limit, sentence = _rounded(max(size for _, size in same)), f"{words} beyond {limits} {unit}"
+    for family, (words, column) in BOUNDED.items():
+        sizes = _sizes(seen, family, of_joints=bool(column))
+        for unit in dict.fromkeys(unit for _, unit in sizes):
+            same = {joints: _rounded(size) for (joints, at), size in sizes.items() if at == unit}
+            limits = ", ".join(f"{size:g}{''.join(f' ({column}{j + 1})' for j in at)}" for at, size in same.items())
+            joints, limit = tuple(j for at in same for j in at), max(same.values())
+            sentence = f"{words} beyond {limits} {unit}"
             found.append(Exclusion(family=family, sentence=sentence, joints=joints, limit=limit, unit=unit))
     return [*found, *_gross(seen)]
+
+
+def _sizes(seen: Survey, family: str, *, of_joints: bool) -> dict[tuple[tuple[int, ...], str], float]:
+    """Largest size of a family that is not excluded, by joints and unit; of one log, the worst of all logs."""
+    every = tuple(range(len(seen.logs.recordings)))
+    own = [each for each in seen.directions if each.family == family and bool(each.joints) == of_joints]
+    own = [each for each in own if each.logs == every] or own
+    found = dict[tuple[tuple[int, ...], str], float]()
+    for each in own:
+        size = bound(seen.logs.model.fits, each)
+        unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)  # of a factor, its distance from 1
+        found[each.joints, unit] = max(found.get((each.joints, unit), 0.0), np.inf if size is None else scale * size)
+    return {key: size for key, size in found.items() if np.isfinite(size)}
 
 
 def _gross(seen: Survey) -> Iterator[Exclusion]:
@@ -99,8 +104,13 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
             yield Exclusion(family=family, sentence=f"{words}{many}")
 
 
-def untold(seen: Survey) -> Iterator[str]:
-    """What cannot be checked from these logs: by joint, then the rest."""
+def untold(seen: Survey, excluded: Sequence[Exclusion] = ()) -> Iterator[str]:
+    """What cannot be checked from these logs: by joint, then the rest.
+
+    Args:
+        seen: What all alternatives say of them.
+        excluded: What they exclude.
+    """
     open_ones = [each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE]
     n = seen.logs.structure.arm.n
     every = tuple(range(len(seen.logs.recordings)))
@@ -111,6 +121,10 @@ def untold(seen: Survey) -> Iterator[str]:
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
             what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
             yield f"half a turn of q{j + 1}" if half else f"{what} of q{j + 1}"
+    for scales in (each for each in excluded if each.family == "current scale"):
+        open_scales = [j for j in range(n) if j not in scales.joints]
+        if open_scales:
+            yield f"scale of v{_numbers(open_scales)} in one log"
     rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family != "clock"]
     if rest:
         yield f"whether {_few([each.words for each in rest])}"

@@ -24,9 +24,9 @@ def seen(logs) -> Survey:
     return survey(logs)
 
 
-def direction(seen: Survey, family: str, joints: tuple[int, ...]):
+def direction(seen: Survey, family: str, joints: tuple[int, ...], logs: tuple[int, ...] = (0, 1)):
     return next(
-        each for each in seen.directions if each.family == family and each.joints == joints and each.logs == (0, 1)
+        each for each in seen.directions if each.family == family and each.joints == joints and each.logs == logs
     )
 
 
@@ -81,6 +81,19 @@ def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
     each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
     assert zeros.sentence == f"zeros beyond {each} degrees"
     assert found["delay"].sentence.startswith("delays beyond ")
+    scales = found["current scale"]
+    limits = [bound(logs.model.fits, direction(seen, "current scale", (j,), (1,))) for j in range(6)]
+    shown = [j for j, size in enumerate(limits) if size is not None]
+    assert list(scales.joints) == shown
+    each = ", ".join(f"{100.0 * limits[j]:.2g} (v{j + 1})" for j in shown)
+    assert scales.sentence == f"errors of a current's scale in one log beyond {each} %"
+
+
+def test_a_scale_that_is_not_excluded_is_said_to_be_untold(seen):
+    scales = next(each for each in exclusions(seen) if each.family == "current scale")
+    some = replace(scales, joints=(0, 2, 3))
+    assert "scale of v2, 5, 6 in one log" in list(untold(seen, [some]))
+    assert not any(each.startswith("scale") for each in untold(seen, [replace(scales, joints=tuple(range(6)))]))
 
 
 def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not(seen):

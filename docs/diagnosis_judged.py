@@ -120,7 +120,7 @@ RULES: dict[str, Rule] = {
     "copied column": Rule(names=("columns",), words="copy"),
     "speed for current": Rule(names=("columns",), words="is the speed"),
     "friction of one log": Rule(names=("friction law", "friction drift"), joints=None),
-    "gain by temperature": Rule(names=("current scale",), joints=False, value=lambda x, _: x),
+    "gain by temperature": Rule(names=("current scale", "current drift"), joints=False, value=lambda x, _: x),
     "mass of the payload": Rule(names=("payload centre", "payload inertia", "link masses"), joints=None),
     "centre of the payload": Rule(names=("payload centre",), joints=None),
     "inertia of the payload": Rule(names=("payload inertia",), joints=None),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from diagnosis_cases import APART, SET, SoundCase
 from diagnosis_fault import Fault
-from diagnosis_judged import REMARKS, Cost, Judged, Verdict, accusations, sigmas
+from diagnosis_judged import REMARKS, RULES, Cost, Judged, Verdict, accusations, sigmas
 from diagnosis_run import Run
 from scipy import stats
 
@@ -265,6 +265,7 @@ def silent_table(faulty: Sequence[Faulty]) -> Table:
         Column(title="Error", unit="claimed deviations"),
         Column(title="Residual without noise", unit="%"),
         Column(title="Warnings", words=True),
+        Column(title="Said of such faults", words=True),
     )
     found = sorted((each for each in faulty if _harmful(each)), key=lambda each: -each.judged.worst)
     return Table(columns=columns, rows=tuple(_silent_row(each) for each in found))
@@ -273,7 +274,15 @@ def silent_table(faulty: Sequence[Faulty]) -> Table:
 def _silent_row(each: Faulty) -> tuple[Cell, ...]:
     twin = each.run.twin
     left = "-" if twin is None else f"{100.0 * twin.residual:.2g}" if each.judged.visible else "unseen"
-    return cells(each.run.name, f"{each.judged.worst:.1f}", left, ", ".join(each.judged.others) or "-")
+    warned = ", ".join(each.judged.others) or "-"
+    return cells(each.run.name, f"{each.judged.worst:.1f}", left, warned, "; ".join(_told(each)) or "-")
+
+
+def _told(each: Faulty) -> list[str]:
+    """What the lines on excluded faults, and on those that cannot be told, say of faults of this kind."""
+    names = RULES[each.fault.kind].names if each.fault.kind in RULES else ()
+    excluded = [words for family, words in each.run.excluded if family in names and "beyond" in words]
+    return excluded + [words for words in each.run.untold if any(name.split()[-1] in words for name in names)]
 
 
 def constants() -> Table:

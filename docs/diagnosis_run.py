@@ -12,7 +12,7 @@ from diagnosis_cases import SoundCase
 from diagnosis_faults import FaultyCase
 from diagnosis_visibility import solved, twin_of
 
-from ident import identification
+from ident import identification, preparation
 from ident.arrays import Array
 from ident.check import check
 from ident.diagnosis import diagnose as diagnosing
@@ -71,6 +71,8 @@ class Run:
         said: Diagnoses that are not good; of logs that are refused those that refuse them.
         gains: Of each joint value, claimed and predicted deviation; None where it is refused.
         reasons: Why joints are refused.
+        excluded: What is excluded: family and sentence.
+        untold: What is said not to be told.
         largest_z: Of all small faults of logs, None where there was no comparison.
         seconds: That it took.
         twin: Of a fault, what it does to logs without noise; None of sound logs.
@@ -83,6 +85,8 @@ class Run:
     said: list[Said] = field(default_factory=list)
     gains: list[tuple[float, float, float] | None] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
+    excluded: list[tuple[str, str]] = field(default_factory=list)
+    untold: list[str] = field(default_factory=list)
     largest_z: float | None = None
     seconds: float = 0.0
     twin: "Twin | None" = None
@@ -138,6 +142,7 @@ def overheard() -> Iterator[Heard]:
 
     with (
         patch.object(identification, "refusal_of", refusing),
+        patch.object(preparation, "refusal_of", refusing),
         patch.object(diagnosing, "survey", surveyed),
         patch.object(diagnosing, "faults", found),
     ):
@@ -196,6 +201,8 @@ def _answer(name: str, motions: Sequence[Recorded], structure: Structure) -> Run
         name=name,
         said=[said(each) for each in found.found.doubts],
         gains=[_numbers(each) if isinstance(each, IdentifiedGain) else None for each in joints],
+        excluded=[(each.family, each.sentence) for each in found.found.excluded],
+        untold=list(found.found.untold),
         reasons=[f"{each.joint}: {each.reason}" for each in joints if not isinstance(each, IdentifiedGain)],
     )
 

@@ -13,7 +13,7 @@ from ident.diagnosis.catalog import FAMILIES, payload
 from ident.diagnosis.comparison import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import SHOWN, TIE, Compared, Fault, Small, Survey, directions, faults, survey
-from ident.diagnosis.excluded import exclusions, untold
+from ident.diagnosis.excluded import centres_excluded, exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference, reference
 from ident.diagnosis.stated import Stated, claimed, stated
@@ -51,17 +51,17 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
         diagnoses += list(_of_estimate(base, seen.directions, logs.names))
     elif base is None:
         diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
-    said = Diagnosed() if of_logs else _horizon(seen)
+    said = Diagnosed() if of_logs else _horizon(seen, base)
     return replace(said, diagnoses=worst_first(diagnoses))
 
 
 def horizon(logs: Logs) -> Diagnosed:
     """What sound logs exclude, and what they cannot tell."""
-    return _horizon(survey(logs))
+    return _horizon(survey(logs), None)
 
 
-def _horizon(seen: Survey) -> Diagnosed:
-    excluded = tuple(exclusions(seen))
+def _horizon(seen: Survey, base: Stated | None) -> Diagnosed:
+    excluded = (*exclusions(seen), *(() if base is None else centres_excluded(base)))
     return Diagnosed(excluded=excluded, untold=tuple(untold(seen, excluded)))
 
 

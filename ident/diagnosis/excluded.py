@@ -10,23 +10,28 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.alternative import Direction
+from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Fits, gains, z_of
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import SHOWN, Survey
 from ident.diagnosis.screen import Screened
+from ident.diagnosis.stated import Stated
 
 SIZES = np.geomspace(1e-2, 1.0, 41)
 """Sizes that are tried, in units of the largest that the derivative says."""
 SURELY_WORSE = 30.0
 """Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
-BOUNDED = {
-    "zero": ("zeros", "q"),
-    "delay": ("delays", ""),
-    "lengths": ("errors of all lengths", ""),
-    "clock": ("errors of the clock", ""),
-    "current scale": ("errors of a current's scale in one log", "v"),
-}
+BOUNDED = (
+    ("zero", "zeros", "q"),
+    ("delay", "delays", ""),
+    ("lengths", "errors of all lengths", ""),
+    ("clock", "errors of the clock", ""),
+    ("current scale", "errors of all currents' scale in one log", ""),
+    ("current scale", "errors of one current's scale in one log", "v"),
+)
 """Families whose excluded sizes are told, how, and the column that each joint has one of; "" where it is one of all."""
+FARTHEST = 0.1
+"""Largest error of a payload's centre that is tried [m]."""
 GROSS = {
     "sign": "another sign of q{joints}",
     "current sign": "another sign of v{joints} in one log",
@@ -64,7 +69,7 @@ def bound(fits: Fits, direction: Direction) -> float | None:
 def exclusions(seen: Survey) -> list[Exclusion]:
     """What the logs exclude, a sentence a family."""
     found = list[Exclusion]()
-    for family, (words, column) in BOUNDED.items():
+    for family, words, column in BOUNDED:
         sizes = _sizes(seen, family, of_joints=bool(column))
         for unit in dict.fromkeys(unit for _, unit in sizes):
             same = {joints: _rounded(size) for (joints, at), size in sizes.items() if at == unit}
@@ -86,6 +91,20 @@ def _sizes(seen: Survey, family: str, *, of_joints: bool) -> dict[tuple[tuple[in
         unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)  # of a factor, its distance from 1
         found[each.joints, unit] = max(found.get((each.joints, unit), 0.0), np.inf if size is None else scale * size)
     return {key: size for key, size in found.items() if np.isfinite(size)}
+
+
+def centres_excluded(base: Stated) -> Iterator[Exclusion]:
+    """How far off the centres of payloads that are stated cannot be, along any axis."""
+    for each in payload.directions(base.problem, base.estimate):
+        if each.family == "payload centre" and each.prior_std is None:
+            (columns,) = base.weighted(each).columns
+            assert columns is not None, "weighted"
+            axes = (replace(each, columns=(axis[:, None],), largest=FARTHEST) for axis in columns.T)
+            sizes = [np.inf if (size := bound(base.fits, axis)) is None else size for axis in axes]
+            if sizes and max(sizes) < np.inf:
+                limit = _rounded(max(sizes) * each.scale)
+                sentence = f"errors of the payload's centre beyond {limit:g} mm along an axis"
+                yield Exclusion(family=each.family, sentence=sentence, limit=limit, unit=each.unit)
 
 
 def _gross(seen: Survey) -> Iterator[Exclusion]:
@@ -121,7 +140,7 @@ def untold(seen: Survey, excluded: Sequence[Exclusion] = ()) -> Iterator[str]:
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
             what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
             yield f"half a turn of q{j + 1}" if half else f"{what} of q{j + 1}"
-    for scales in (each for each in excluded if each.family == "current scale"):
+    for scales in (each for each in excluded if each.family == "current scale" and each.joints):
         open_scales = [j for j in range(n) if j not in scales.joints]
         if open_scales:
             yield f"scale of v{_numbers(open_scales)} in one log"

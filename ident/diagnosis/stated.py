@@ -57,21 +57,26 @@ class Stated:
             [each if (each := columns[j]) is not None else np.zeros((_count(rows.of(j)), width)) for j in rows.unknowns]
         )
 
+    def weighted(self, direction: Direction) -> Direction:
+        """A direction by the rows of the estimate's fit, which is one part."""
+        weight = self.estimate.solution.rows.weight[:, None]
+        return replace(direction, columns=(weight * self.stacked(direction.columns),))
+
     def added(self, direction: Direction) -> Added | None:
         """What a direction adds; None if the estimate knows all that it says."""
         return self.each_added([direction])[0]
 
     def each_added(self, directions: Sequence[Direction]) -> list[Added | None]:
         """What each of many directions adds, alone."""
-        weight = self.estimate.solution.rows.weight[:, None]
-        return each_added(self.fits, [[weight * self.stacked(each.columns)] for each in directions])
+        return each_added(self.fits, [self.weighted(each).columns for each in directions])
 
     def beside(self, direction: Direction) -> "Stated":
         """The same estimate beside a model that has the direction."""
         (held,) = self.fits.parts
         assert held is not None, "an estimate has more rows than unknowns"
-        weight = self.estimate.solution.rows.weight
-        columns = column_space(weight[:, None] * self.stacked(direction.columns))
+        (columns,) = self.weighted(direction).columns
+        assert columns is not None, "weighted"
+        columns = column_space(columns)
         left = held.fit.without(columns)
         values, turn = np.linalg.eigh(columns.T @ left)  # with what is believed, less than left' left
         new = left @ turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes
 from ident.diagnosis.logs import Logs
@@ -52,5 +54,5 @@ def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
         advice="log the controller's own time, in seconds",
         value=100.0 * (factor - 1.0),
         unit="%",
-        refined=lambda more: timed(logs, scope, factor * (1.0 + float(more[0]))),
+        refined=lambda more: timed(logs, scope, factor * float(np.exp(more[0]))),
     )

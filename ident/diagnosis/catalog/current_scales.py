@@ -66,7 +66,7 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
         advice="bring the currents of all logs to one unit and sign",
         value=scale,
         unit="",
-        refined=lambda more: scaled(logs, scope, joints, scale * (1.0 + float(more[0]))),
+        refined=lambda more: scaled(logs, scope, joints, scale * float(np.exp(more[0]))),
     )
 
 

@@ -54,7 +54,7 @@ def stretched(logs: Logs, which: int | None, factor: float) -> Alternative:
         advice="use the model of this arm; mind units and variants of other reach",
         value=100.0 * (factor - 1.0),
         unit="%",
-        refined=lambda more: stretched(logs, which, factor * (1.0 + float(more[0]))),
+        refined=lambda more: stretched(logs, which, factor * float(np.exp(more[0]))),
     )
 
 

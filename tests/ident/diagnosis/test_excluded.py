@@ -4,14 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import doubted
+from consistency_logs import all_joints, doubted, logs_of, problem_of
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from real_friction import Truth
 
+from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Score, gains, z_of
 from ident.diagnosis.engine import SHOWN, Survey, compared, survey
-from ident.diagnosis.excluded import SIZES, SURELY_WORSE, bound, exclusions, untold
+from ident.diagnosis.excluded import SIZES, SURELY_WORSE, bound, centres_excluded, exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.screen import Screened
+from ident.diagnosis.stated import Stated, stated
+from ident.payload import Payload
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +90,7 @@ def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
     shown = [j for j, size in enumerate(limits) if size is not None]
     assert list(scales.joints) == shown
     each = ", ".join(f"{100.0 * limits[j]:.2g} (v{j + 1})" for j in shown)
-    assert scales.sentence == f"errors of a current's scale in one log beyond {each} %"
+    assert scales.sentence == f"errors of one current's scale in one log beyond {each} %"
 
 
 def test_a_scale_that_is_not_excluded_is_said_to_be_untold(seen):
@@ -132,3 +136,24 @@ def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
     assert said(-180.0, 90.0) == ["zero of q5"]
     assert said(-90.0) == ["zero of q5"]
     assert said() == []
+
+
+def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
+    logs = logs_of(Truth(), seed=4)
+
+    def base(weighed: Payload) -> Stated:
+        problem = problem_of(axes, logs, (None, weighed))
+        return stated(problem, all_joints(problem))
+
+    (excluded,) = centres_excluded(base(BRICK))
+    assert excluded.family == "payload centre"
+    assert excluded.sentence == f"errors of the payload's centre beyond {excluded.limit:g} mm along an axis"
+    for axis in np.eye(3):
+        off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 2e-3 * excluded.limit * axis)))
+        (centre,) = (each for each in payload.directions(off.problem, off.estimate) if each.family == "payload centre")
+        assert z_of(off.added(centre).u) > SHOWN
+    sound = base(BRICK)
+    (centre,) = (each for each in payload.directions(sound.problem, sound.estimate) if each.family == "payload centre")
+    assert z_of(sound.added(centre).u) < SHOWN
+    known = replace(BRICK, com_std=(0.01, 0.01, 0.01))
+    assert list(centres_excluded(base(known))) == []

@@ -158,9 +158,8 @@ def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
     """Share of each joint's current that a fault explains."""
     order = found.alternative.reading.logs[-1].v_order
     rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
-    variances = (each.model.fits.score.variance for each in (before, found.logs))
-    left, explained = variances
-    lost = np.sqrt(np.maximum(left[order] - explained, 0.0)) / rms[order]
+    left, still = (each.model.fits.score.variance for each in (before, found.logs))
+    lost = np.sqrt(np.maximum(left[order] - still, 0.0)) / rms[order]
     for j, share in zip(order, lost, strict=True):
         yield Effect(joint=int(j), percent=100.0 * float(share), deviations=None)
 

@@ -112,6 +112,10 @@ class Direction:
         """Whether a log, or what is stated, would be wrong, not the model."""
         return self.term is None or self.term.stated
 
+    def within(self, value: Array) -> bool:
+        """Whether values of its parameters, shape (m,), are such that the first order is to be believed of them."""
+        return bool((np.abs(value) <= self.largest).all())
+
     def told(self, value: Array, names: Sequence[str]) -> Told:
         """What it says with values of its parameters.
 

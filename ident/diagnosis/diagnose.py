@@ -216,7 +216,8 @@ def _of_estimate(base: Stated, small: Sequence[Direction], names: Sequence[str])
     open_ones = [*small, *(each for each in stated_ones if each.prior_std is None)]
     for _ in range(MOST):
         added = zip(open_ones, base.each_added(open_ones), strict=True)
-        shown = [(each, more) for each, more in added if more is not None and z_of(more.u) > SHOWN]
+        within = [(each, more) for each, more in added if more is not None and each.within(more.value)]
+        shown = [(each, more) for each, more in within if z_of(more.u) > SHOWN]
         if not shown:
             return
         best, more = max(shown, key=lambda pair: float(pair[1].u.sum()))

@@ -48,7 +48,7 @@ class Small:
     @property
     def within(self) -> bool:
         """Whether its size is one that the first order is to be believed of."""
-        return bool((np.abs(self.found.value) <= self.direction.largest).all())
+        return self.direction.within(self.found.value)
 
     def near(self, alternative: Alternative) -> bool:
         """Whether an alternative is this one in full: no quarter turn or sign beside a zero of some degrees."""

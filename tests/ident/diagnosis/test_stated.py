@@ -13,7 +13,7 @@ from real_friction import Truth
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.comparison import gains
-from ident.diagnosis.diagnose import _linear
+from ident.diagnosis.diagnose import _linear, _of_estimate
 from ident.diagnosis.stated import FINEST, claimed, stated
 from ident.payload import standard_parameters
 
@@ -141,6 +141,21 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
         now, before = (x.joints[each.joint] for x in (estimate, sound))
         error = 100.0 * (now.value / before.value - 1.0)
         np.testing.assert_allclose(each.percent, error, rtol=0.25, atol=150.0 * claimed(now))  # noise moves it, too
+
+
+def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
+    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.021, 0.033))))))
+    base = stated(problem, joint_by_joint(problem))
+    (centre, _) = payload_catalog.directions(problem, base.estimate)
+    size = np.abs(base.added(centre).value).max()
+
+    def said(largest: float) -> list[str]:
+        term = replace(centre, family="spring", largest=largest)
+        found = _of_estimate(replace(base, problem=replace(problem, motions=problem.motions[:1])), [term], ["a", "b"])
+        return [each.name for each in found]
+
+    assert said(1.02 * size) == ["spring"]
+    assert said(0.98 * size) == []
 
 
 def test_a_term_that_is_put_into_the_currents_moves_the_gains_by_its_effect(axes, logs):

@@ -22,14 +22,16 @@ SIZES = np.geomspace(1e-2, 1.0, 41)
 SURELY_WORSE = 30.0
 """Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
 BOUNDED = (
-    ("zero", "zeros", "q"),
-    ("delay", "delays", ""),
-    ("lengths", "errors of all lengths", ""),
-    ("clock", "errors of the clock", ""),
-    ("current scale", "errors of all currents' scale in one log", ""),
-    ("current scale", "errors of one current's scale in one log", "v"),
+    ("zero", "zeros", "q", False),
+    ("delay", "delays of all currents", "", False),
+    ("delay", "delays of one current in one log", "v", True),
+    ("lengths", "errors of all lengths", "", False),
+    ("clock", "errors of the clock", "", False),
+    ("current scale", "errors of all currents' scale in one log", "", True),
+    ("current scale", "errors of one current's scale in one log", "v", True),
 )
-"""Families whose excluded sizes are told, how, and the column that each joint has one of; "" where it is one of all."""
+"""Families whose excluded sizes are told, how, the column that each joint has one of ("" where it is one of all), and
+whether they are those of one log."""
 FARTHEST = 0.1
 """Largest error of a payload's centre that is tried [m]."""
 GROSS = {
@@ -69,8 +71,8 @@ def bound(fits: Fits, direction: Direction) -> float | None:
 def exclusions(seen: Survey) -> list[Exclusion]:
     """What the logs exclude, a sentence a family."""
     found = list[Exclusion]()
-    for family, words, column in BOUNDED:
-        sizes = _sizes(seen, family, of_joints=bool(column))
+    for family, words, column, one_log in BOUNDED:
+        sizes = _sizes(seen, family, of_joints=bool(column), one_log=one_log)
         for unit in dict.fromkeys(unit for _, unit in sizes):
             same = {joints: _rounded(size) for (joints, at), size in sizes.items() if at == unit}
             limits = ", ".join(f"{size:g}{''.join(f' ({column}{j + 1})' for j in at)}" for at, size in same.items())
@@ -80,11 +82,11 @@ def exclusions(seen: Survey) -> list[Exclusion]:
     return [*found, *_gross(seen)]
 
 
-def _sizes(seen: Survey, family: str, *, of_joints: bool) -> dict[tuple[tuple[int, ...], str], float]:
+def _sizes(seen: Survey, family: str, *, of_joints: bool, one_log: bool) -> dict[tuple[tuple[int, ...], str], float]:
     """Largest size of a family that is not excluded, by joints and unit; of one log, the worst of all logs."""
-    every = tuple(range(len(seen.logs.recordings)))
+    count = 1 if one_log else len(seen.logs.recordings)
     own = [each for each in seen.directions if each.family == family and bool(each.joints) == of_joints]
-    own = [each for each in own if each.logs == every] or own
+    own = [each for each in own if len(each.logs) == count]
     found = dict[tuple[tuple[int, ...], str], float]()
     for each in own:
         size = bound(seen.logs.model.fits, each)

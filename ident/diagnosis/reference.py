@@ -75,6 +75,12 @@ class Reference:
         """Compliance that each joint may well have [rad / (N m)] or [m / N], shape (n,), in the units of `softened`."""
         return assumed_compliance(self.problem, self.ready.shared, self.fitted.fit.found.theta)
 
+    def explained(self, log: int) -> tuple[Array, ...]:
+        """What the fit explains of the currents of each joint's rows, zero outside a log, n arrays of shape (r_j,)."""
+        rows = self.fitted.fit.rows
+        found = np.where(rows.motion == log, rows.V - rows.residual, 0.0)
+        return tuple(found[rows.of(j)] for j in range(self.arm.n))
+
     def parameters(self, log: int) -> Array:
         """Standard parameters of links, rotors and payload that move in a log, shape (p,)."""
         structure, shared = self.problem.structure, self.ready.shared
@@ -198,19 +204,6 @@ class ReferenceMotion:
                 if name == "Fv" and which in (-1, self.log):
                     found[j] = value
         return found
-
-    def arm_alone(self) -> Array:
-        """Torque of links and rotors without the payload, shape (S, n)."""
-        chi = self.chi.copy()
-        structure, motion = self.reference.problem.structure, self.reference.problem.motions[self.log]
-        for mounted, values in zip(
-            self.reference.problem.payloads,
-            self.reference.ready.shared.payload_values(self.reference.fitted.fit.found.theta),
-            strict=True,
-        ):
-            if motion.payload is mounted:
-                chi[structure.payload_columns] -= values
-        return self.of(self.reference.arm, chi, self.states)
 
 
 def across(arm: Arm) -> Array:

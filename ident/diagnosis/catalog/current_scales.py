@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from ident.arrays import Array
-from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows
+from ident.diagnosis.alternative import Alternative, Direction, in_logs
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reading import as_logged
 from ident.diagnosis.reference import Reference
@@ -33,18 +33,20 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Currents of one log that are a little larger: the torque of the arm itself in it, not that of its payload."""
+    """Currents of one log that are a little larger, all of them or one: what the fit explains of them."""
     n, count = logs.structure.arm.n, len(logs.recordings)
     if count < 2:
         return
-    parts = [motion.rows(motion.arm_alone()[..., None]) for motion in reference.motions]
     for k, joints in product(range(1 if count == 2 else 0, count), ((), *((j,) for j in range(n)))):
 
         def alternative(value: Array, k: int = k, joints: tuple[int, ...] = joints) -> Alternative:
             return scaled(logs, (k,), joints, 1.0 + float(value[0]))
 
         yield Direction(
-            family="current scale", joints=joints, logs=(k,), columns=in_rows(parts, (k,), joints or None),
+            family="current scale", joints=joints, logs=(k,),
+            columns=tuple(
+                each[:, None] if not joints or j in joints else None for j, each in enumerate(reference.explained(k))
+            ),
             alternative=alternative, unit="", scale=1.0, largest=LARGEST,
         )  # fmt: skip
 

@@ -85,14 +85,11 @@ def coupled_friction(reference: Reference, logs: Logs) -> Iterator[Direction]:
 def current_drift(reference: Reference, logs: Logs) -> Iterator[Direction]:
     """Currents of one log whose scale drifts while it is recorded, of all joints or of one."""
     n = logs.structure.arm.n
-    for log, motion in enumerate(reference.motions):
-        own = motion.rows(motion.torque[..., None])
+    for log in range(len(logs.recordings)):
         columns = list[Array]()
-        for j, rows in enumerate(logs.model.rows):
-            column, at = np.zeros((len(rows.V), 1)), rows.motion == log
-            since = rows.position[at] / max(1, int(rows.position[at].max(initial=1))) - 0.5
-            column[at] = own[j] * since[:, None]
-            columns.append(column)
+        for rows, explained in zip(logs.model.rows, reference.explained(log), strict=True):
+            last = int(rows.position[rows.motion == log].max(initial=1))
+            columns.append((explained * (rows.position / max(1, last) - 0.5))[:, None])
         for joints in ((), *((j,) for j in range(n))):
             chosen = tuple(each if not joints or j in joints else None for j, each in enumerate(columns))
             yield replace(_term("current drift", joints, logs, chosen), logs=(log,), unit="%", scale=100.0)

@@ -84,7 +84,11 @@ def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
     assert zeros.unit == "degrees"
     each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
     assert zeros.sentence == f"zeros beyond {each} degrees"
-    assert found["delay"].sentence.startswith("delays beyond ")
+    late = [each.sentence for each in exclusions(seen) if each.family == "delay"]
+    assert late[0].startswith("delays of all currents beyond ")
+    sizes = [[bound(logs.model.fits, direction(seen, "delay", (j,), (k,))) for k in (0, 1)] for j in range(6)]
+    each = ", ".join(f"{1e3 * max(size):.2g} (v{j + 1})" for j, size in enumerate(sizes) if None not in size)
+    assert late[1] == f"delays of one current in one log beyond {each} ms"
     scales = found["current scale"]
     limits = [bound(logs.model.fits, direction(seen, "current scale", (j,), (1,))) for j in range(6)]
     shown = [j for j, size in enumerate(limits) if size is not None]

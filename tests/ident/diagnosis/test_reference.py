@@ -166,19 +166,6 @@ def test_the_rate_of_currents_is_that_of_a_motion_a_little_later(axes):
         assert_near(np.array([rows[p] for p in kept]), want, 3.0 * RESAMPLED)  # a rate has more of high frequencies
 
 
-def test_the_arm_alone_is_the_whole_without_the_payload(fit, sound):
-    motion, seen = fit.motions[1], sound.problem.motions[1].observation
-    payload = fit.parameters(1) - fit.parameters(0)  # the rest is common
-    columns = fit.problem.structure.payload_columns
-    assert np.linalg.norm(payload[columns]) > 0.0
-    assert not np.delete(payload, columns).any()
-    whole, alone = (motion.rows(each[..., None]) for each in (motion.torque, motion.arm_alone()))
-    for j, each in enumerate(seen.joints):
-        assert_near((whole[j] - alone[j])[:, 0], fit.h[j] * each.W_L @ payload[columns], RESAMPLED)
-    bare = fit.motions[0]
-    np.testing.assert_array_equal(bare.arm_alone(), bare.torque)
-
-
 def test_nothing_that_is_said_of_the_payload_enters(fit, axes, sound):
     wrong = replace(BRICK, mass=40.0, com=(0.3, 0.3, 0.3))
     other = reference(doubted(axes, sound.recordings, (None, wrong)).problem)

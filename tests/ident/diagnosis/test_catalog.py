@@ -197,3 +197,10 @@ def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or
     small = Small(scale, Added(u=np.ones(40), value=np.array([0.2]), covariance=np.eye(1)))
     assert small.near(current_scales.scaled(sound, (1,), (1,), 1.3))
     assert not small.near(current_scales.scaled(sound, (1,), (1,), 1000.0))
+
+
+@pytest.mark.parametrize(("share", "within"), [(0.97, True), (-0.97, True), (1.03, False), (-1.03, False)])
+def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found, share, within):
+    delay = next(each for each in found if each.key == ("delay", (2,), (0, 1)))
+    value = np.array([share * delays.LARGEST])
+    assert Small(delay, Added(u=np.ones(40), value=value, covariance=np.eye(1))).within is within

@@ -60,6 +60,7 @@ def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pa
     late = found(axes, spoilt, DOUBTED)  # without asking it is named, and not undone
     (told,) = [each for each in late.found.diagnoses if each.name == "delay"]
     assert told.advice.endswith("--current-delay auto")
+    assert told.std == pytest.approx(said.std, rel=0.5)  # before and after it is undone
     assert late.observing.current_delay == 0.0
 
 

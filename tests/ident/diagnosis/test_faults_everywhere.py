@@ -129,4 +129,7 @@ def test_sound_logs_raise_nothing_anywhere(axes):
         ("friction sign", (1,)),
         ("negative gain", (1,)),
     ]
+    default = identify(bare, heavy, axes, BRICK, gains=LOOSE).found  # the method that a check asks
+    assert (seen.found.excluded, seen.found.untold) == (default.excluded, default.untold)
+    assert "payload centre" in {each.family for each in seen.found.excluded}
     assert diagnose(prepare((Recorded(bare), Recorded(heavy, BRICK)), axes).logs()).diagnoses == ()

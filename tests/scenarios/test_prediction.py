@@ -84,6 +84,16 @@ def test_the_change_of_an_estimate_is_what_estimating_again_gives(quiet, quick):
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
 
+def test_a_delay_that_identification_undoes_is_undone_of_what_changes_too(quick):
+    delay = {**QUIET, "identification.observe.current_delay": 0.0127}  # 12.7 samples of the controller, 3.2 of a log
+    gains = {"plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
+    one, other = (bench(with_settings(quick, each)) for each in (delay, {**delay, **gains}))
+    linear = linearised(one, 4)
+    found = linear.change(added_currents(expected_logs(other, 4), expected_logs(one, 4)))
+    expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
 def test_weights_are_the_change_of_an_estimate_by_each_sample(quiet, rng):
     linear = linearised(quiet, 4)
     logs = expected_logs(quiet, 4)

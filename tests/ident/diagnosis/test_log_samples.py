@@ -131,6 +131,15 @@ def test_samples_that_are_missing_are_counted_where_jitter_is_as_long_as_a_gap(u
     assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
 
 
+def test_the_longest_gap_is_one_that_misses_samples_though_a_late_stamp_makes_a_longer_interval(ur_log):
+    lateness = np.zeros(len(ur_log.t))
+    lateness[[40, 41]] = 1.8, 0.9
+    log = restamped(ur_log, lateness, [600])
+    assert np.diff(log.t).argmax() == 39
+    found = named(clocked(log), "missing samples")
+    assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
+
+
 def test_one_gap_is_one(ur_log):
     found = named(clocked(without(ur_log, [300, 301])), "missing samples").sentence
     assert found.startswith("2 samples are missing in 1 gap, the longest 0.024 s")  # three intervals of 8 ms
@@ -219,6 +228,12 @@ def test_one_coarse_encoder_is_no_lost_sample(ur_log):
 def test_an_arm_whose_encoders_all_are_coarse_loses_and_repeats_nothing(ur_log):
     odd = odd_steps(Recording(ur_log.t, np.round(ur_log.q / 0.02) * 0.02, ur_log.v))  # a step in several samples
     assert len(odd.long) == len(odd.still) == 0
+
+
+def test_a_lost_sample_is_sure_beside_what_rounding_deviates_by_and_no_more(ur_log):
+    lost = without(ur_log, [411, 902, 903, 1700], even=True)
+    odd = odd_steps(replace(lost, q=np.round(lost.q / 8e-4) * 8e-4))  # deviation 8e-4 / sqrt(12)
+    np.testing.assert_array_equal(odd.long, [410, 900, 1696])
 
 
 def test_one_joint_that_jumps_alone_is_no_lost_sample(ur_log):

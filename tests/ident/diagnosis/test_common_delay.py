@@ -18,7 +18,7 @@ from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.engine import faults, survey
 from ident.diagnosis.excluded import exclusions
 from ident.identification import Identification, identify
-from ident.observation import ObserveOptions
+from ident.observation import ObserveOptions, observe
 from ident.preparation import DOUBTED, Recorded, prepare
 from ident.recording import Recording
 
@@ -125,3 +125,18 @@ def test_a_delay_that_something_else_may_be_is_not_corrected(axes, pair, monkeyp
     delay, said = common_delay(doubted(axes, [shifted(log, 7.3e-3) for log in pair]))
     assert delay == 0.0
     assert said.sentence.endswith("cannot tell that from: delay or the zero of q2 is off by 3 degrees")
+
+
+def test_samples_that_are_spoilt_are_left_out_where_a_delay_is_undone_too(axes, pair):
+    late = [shifted(log, 7.3e-3) for log in pair]
+    v = late[1].v.copy()
+    v[700:1150, 1] = v[700, 1]
+    prepared = prepare([Recorded(late[0]), Recorded(changed(late[1], v=v), BRICK)], axes, gains=LOOSE, policy=AUTO)
+    assert prepared.observing.current_delay < 0.0
+    part = prepared.parts[1]
+    assert part.spoilt[700:1150, 1].all()
+    expected = observe(part.recording, axes, prepared.observing, part.spoilt).joints[1]
+    whole = observe(part.recording, axes, prepared.observing).joints[1]
+    assert len(expected.position) < len(whole.position) - 50
+    for seen in (part.observation, prepared.problem.motions[1].observation):
+        np.testing.assert_array_equal(seen.joints[1].position, expected.position)

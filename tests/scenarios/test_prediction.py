@@ -26,6 +26,8 @@ from scenarios.prediction.linear import linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
 from scenarios.prediction.predictor import OTHER, Cost
+from scenarios.reports.content import Mood
+from scenarios.reports.predict import _within
 from scenarios.run import motion_streams, simulate_batch
 from sim.sensors import logged
 from sim.trajectory import at_rest
@@ -264,12 +266,14 @@ def test_a_source_that_draws_how_strong_a_noise_is_costs_something_unknown_and_n
     load = drawn("plant.errors.load_friction", distribution="uniform", parameters={"scale": 0.04})
     white = drawn(f"{SENSORS}current_white", distribution="uniform", parameters={"scale": 0.03})
     lost = drawn(f"{SENSORS}samples_lost", distribution="uniform", parameters={"scale": 0.03})
-    budget = predicted_budget(sourced(quick, load=load, white=white, lost=lost))
+    encoder = drawn(f"{SENSORS}encoder_noise", distribution="uniform", parameters={"scale": 3e-5})
+    budget = predicted_budget(sourced(quick, load=load, white=white, lost=lost, encoder=encoder))
     assert [each.source for each in budget.costs] == [OTHER, "load"]
     reason = "it draws how strong a noise is, of {}; as a source, a noise has a stream"
     assert [(each.source, each.reason) for each in budget.unpredicted] == [
         ("white", reason.format("white")),
         ("lost", reason.format("samples")),
+        ("encoder", reason.format("encoder")),
     ]
 
 
@@ -337,6 +341,13 @@ def test_what_motions_will_exclude_is_what_their_logs_exclude():
     for name in ("zero", "delay", "lengths", "clock"):
         assert sizes[name].joints == found[name].joints, name
         assert 0.4 < sizes[name].limit / found[name].limit < 2.5, name  # of 240 samples a second, and other noise
+
+
+@pytest.mark.parametrize(
+    ("share", "mood"), [(0.951, Mood.GOOD), (0.949, Mood.DOUBTFUL), (0.501, Mood.DOUBTFUL), (0.499, Mood.BAD)]
+)
+def test_a_share_of_runs_within_the_tolerance_is_good_from_95_per_cent_and_bad_below_half(share, mood):
+    assert _within(share).mood is mood
 
 
 def test_the_command_tells_table_and_json(tmp_path, capsys):

@@ -9,10 +9,11 @@ from scipy.interpolate import make_interp_spline
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, worst
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
-from ident.diagnosis.samples.clock import clock
+from ident.diagnosis.samples.clock import clock, least_seconds
 from ident.diagnosis.samples.lost_samples import lost_samples, odd_steps
 from ident.diagnosis.samples.motion import joint_motions, motion
-from ident.observation import ObserveOptions
+from ident.errors import RecordingError
+from ident.observation import ObserveOptions, observe
 from ident.recording import Recording
 from ident.recording_checks import log_faults
 
@@ -68,6 +69,15 @@ def test_a_hole_splits_a_log_and_small_gaps_are_bridged(ur_log):
     assert named(clocked(without(short, np.arange(280, 310))), "missing samples").severity is Severity.WRONG
     many = named(clocked(without(ur_log, np.arange(40, 2400, 45))), "missing samples")  # bridged, each alone
     assert (many.severity, many.value) == (Severity.WEAK, 53.0)
+
+
+@pytest.mark.parametrize("options", [OPTIONS, ObserveOptions(cutoff_hz=1.5)])
+def test_a_log_as_short_as_is_used_can_be_observed_and_one_shorter_by_a_third_cannot(ur, ur_log, options):
+    rows = int(np.ceil(least_seconds(options, 6) / 0.008)) + 1
+    cut = [Recording(ur_log.t[:k], ur_log.q[:k], ur_log.v[:k]) for k in (rows, 2 * rows // 3)]
+    observe(cut[0], ur, options)
+    with pytest.raises(RecordingError, match="give"):
+        observe(cut[1], ur, options)
 
 
 def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(ur_log):

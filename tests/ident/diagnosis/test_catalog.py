@@ -210,6 +210,7 @@ def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found
 
 def test_a_drift_of_the_currents_is_none_in_the_middle_of_its_log_and_half_of_them_at_the_ends(sound, found):
     drift = next(each for each in found if each.family == "current drift" and (each.joints, each.logs) == ((), (1,)))
+    assert (drift.unit, drift.scale) == ("%", 100.0)
     motion = reference(sound.problem).motions[1]
     for rows, column, own in zip(sound.model.rows, drift.columns, motion.rows(motion.torque[..., None]), strict=True):
         at = rows.motion == 1

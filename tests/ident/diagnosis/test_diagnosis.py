@@ -11,7 +11,17 @@ from estimates import gain_estimate
 from log_faults import late
 from real_friction import Truth
 
-from ident.diagnosis.diagnose import _between, _effects, _of_currents, _of_ratios, consequence, diagnose, severity_of
+from ident.diagnosis.comparison import Added
+from ident.diagnosis.diagnose import (
+    _between,
+    _effects,
+    _of_currents,
+    _of_ratios,
+    beyond_prior,
+    consequence,
+    diagnose,
+    severity_of,
+)
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst, worst_first
 from ident.diagnosis.engine import Compared, Fault
 from ident.errors import Contradiction
@@ -135,6 +145,14 @@ def test_what_other_columns_explain_of_a_current_is_told_of_the_column_as_it_was
     np.testing.assert_allclose(shares[2], 100.0 * np.sqrt(30.6 / 450.0), rtol=1e-12)
     np.testing.assert_allclose(shares[0], 100.0 * np.sqrt(11.3 / 50.0), rtol=1e-12)
     assert shares[1] == 0.0
+
+
+@pytest.mark.parametrize(("deviations", "beyond"), [(-4.9, False), (5.1, True)])
+def test_what_is_stated_is_contradicted_from_five_deviations_of_both_together(deviations, beyond):
+    stated, found = np.array([0.03, 0.2]), np.array([[0.0016, 0.0], [0.0, 0.3]])
+    value = np.array([deviations * 0.05, 0.0])  # of 0.03 stated and 0.04 found
+    given = SimpleNamespace(prior_std=stated)
+    assert beyond_prior(given, Added(u=np.ones(40), value=value, covariance=found)) is beyond
 
 
 def test_the_consequence_is_told_of_the_gains_that_matter():

@@ -105,6 +105,22 @@ def test_weights_are_the_change_of_an_estimate_by_each_sample(quiet, rng):
     np.testing.assert_allclose(found, linear.change(added), rtol=1e-9)  # rounding
 
 
+def test_motions_that_are_estimated_in_another_order_than_that_of_time_are_changed_each_by_its_own(tmp_path, rng):
+    path = quick_scenario(tmp_path)
+    protocol = 'protocol = ["loaded", "bare", "bare", "loaded"]'
+    path.write_text(path.read_text().replace("[experiment]", f"[experiment]\n{protocol}"))
+    drift = {**QUIET, "plant.errors.coulomb_drift": -0.06, "plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
+    one, other = (bench(with_settings(load_scenario(str(path)), each)) for each in (QUIET, drift))
+    linear, logs = linearised(one, 4), expected_logs(one, 4)
+    assert linear.places == (0, 3, 1, 2)
+    expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
+    np.testing.assert_allclose(linear.change(added_currents(expected_logs(other, 4), logs)), expected, rtol=1e-8)
+    added = [rng.normal(size=log.log.v.shape) for log in logs]
+    weights = linear.weights(len(added[0]))
+    found = sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, added, strict=True))
+    np.testing.assert_allclose(found, linear.change(added), rtol=1e-9)  # rounding
+
+
 EFFECTS = {
     "load_friction": ({"load_friction": 0.03}, 0.05),
     "coulomb_drift": ({"coulomb_drift": -0.06}, 0.05),

@@ -13,6 +13,8 @@ from ident.problem import Problem
 
 SURE_Z = 6.0
 """Standard deviations at which a joint's own rows are believed about its gain."""
+NOTHING = 1e-10
+"""Share of the largest column below which one is rounding."""
 
 
 def start_of(
@@ -66,8 +68,9 @@ def _extended(joints: Sequence[ReducedJoint], h: Array, sign: Array) -> Array:
     B = np.vstack([h[j] * joints[j].A[joints[j].inner] for j in have])
     y = np.concatenate([joints[j].V[joints[j].inner] - h[j] * joints[j].k[joints[j].inner] for j in have])
     norms = np.linalg.norm(B, axis=0)
-    unit = B / np.where(norms > 0.0, norms, 1.0)
-    theta = linalg.lstsq(unit, y, cond=1e-6, check_finite=False)[0] / np.where(norms > 0.0, norms, 1.0)
+    shown = norms > NOTHING * norms.max(initial=0.0)  # gravity about a vertical axis is rounding
+    unit = np.where(shown, B, 0.0) / np.where(shown, norms, 1.0)
+    theta = linalg.lstsq(unit, y, cond=1e-6, check_finite=False)[0] / np.where(shown, norms, 1.0)
     best, share = (-1, 1.0), -1.0
     for j in np.flatnonzero(h == 0.0).tolist():
         each = joints[j]

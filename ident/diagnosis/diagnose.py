@@ -156,7 +156,7 @@ def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, 
 
 def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
     """Share of each joint's current that a fault explains."""
-    order = found.alternative.reading.logs[-1].v_order
+    order = found.alternative.reading.logs[found.alternative.logs[0]].v_order
     rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
     left, still = (each.model.fits.score.variance for each in (before, found.logs))
     lost = np.sqrt(np.maximum(left[order] - still, 0.0)) / rms[order]

@@ -206,6 +206,8 @@ def _best(seen: Survey) -> Fault | None:
     if not candidates:
         return None
     best = max(candidates, key=lambda each: each.gain)
+    tied = [each for each in candidates if z_of(best.u - each.u) < TIE]  # and itself
+    best = max(tied, key=lambda each: (not _is_of_model(each), each.gain))
     rivals = tuple(each for each in candidates if each is not best and z_of(best.u - each.u) < TIE)
     small = (
         best if isinstance(best, Small) else next((each for each in seen.small if each.near(best.alternative)), None)
@@ -213,9 +215,17 @@ def _best(seen: Survey) -> Fault | None:
     return Fault(found=best, small=small, rivals=rivals, before=seen.logs)
 
 
+def _is_of_model(found: Compared | Small) -> bool:
+    """Whether the lengths of the model would be wrong: drawn once, they are right more often than what a cell sets."""
+    return isinstance(found, Compared) and found.alternative.family == "lengths"
+
+
 def _in_full(seen: Survey) -> list[Compared]:
     """The likeliest alternatives compared in full, each with the size that fits best."""
-    likely = [(each.alternative, SHOWN) for each in seen.gross[:LOOKED_AT] if each.gain.sum() > WORTH]
+    gross = [each.alternative for each in seen.gross if each.gain.sum() > WORTH]
+    best_of = {each.family: each for each in reversed(gross)}  # one family does not keep the others out
+    others = sorted(set(map(gross.index, best_of.values())) - set(range(LOOKED_AT)))[:LOOKED_AT]
+    likely = [(each, SHOWN) for each in (*gross[:LOOKED_AT], *(gross[k] for k in others))]
     shown = [each for each in seen.small if each.direction.alternative is not None and each.z > SHOWN - 1.0]
     likely += [(each.direction.alternative(each.found.value), SETTLED) for each in shown[:LOOKED_AT]]  # pyright: ignore
     found = dict[object, Compared]()
@@ -232,7 +242,7 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
     Args:
         logs: As they are.
         alternative: To begin with.
-        least: Standard deviations of a step that is worth taking; beside a gross alternative, those of a fault.
+        least: Standard deviations of a first step that is worth taking; from a gross alternative, those of a fault.
     """
     best = compared(logs, alternative)
     for _ in range(REFINED):
@@ -242,7 +252,7 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
         nearer = None if step is None else compared(logs, best.alternative.refined(step))
         if nearer is None or nearer.gain <= best.gain:
             break
-        best = nearer
+        best, least = nearer, SETTLED
     return best
 
 

@@ -57,9 +57,8 @@ def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeMo
     rows = tuple(joint_rows(problem, joint) for joint in range(n))
     lengths = row_counts(problem)
     more = further or (None,) * n
-    return FreeModel(
-        problem, rows, fits_of([_fitted(problem, *each, lengths) for each in zip(rows, more, strict=True)])
-    )
+    fits = fits_of([_fitted(problem, *each, lengths) for each in zip(rows, more, strict=True)])
+    return FreeModel(problem, rows, fits, tuple(further))
 
 
 def row_counts(problem: Problem) -> list[int]:

@@ -1,7 +1,7 @@
 """Logs of one arm that are doubted together, observed once; how they are read differently and observed again."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,8 +71,8 @@ def read_as(logs: Logs, reading: Reading) -> Logs:
     recordings = tuple(how.read(log) for how, log in zip(reading.logs, logs.recordings, strict=True))
     spoilt = tuple(how.read_mask(each) for how, each in zip(reading.logs, logs.spoilt, strict=True))
     motions = tuple(
-        Motion(observe(log, structure, logs.observing, left), motion.payload)
-        for log, left, motion in zip(recordings, spoilt, logs.problem.motions, strict=True)
+        Motion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
+        for how, log, left, motion in zip(reading.logs, recordings, spoilt, logs.problem.motions, strict=True)
     )
     problem = Problem(structure, motions, logs.problem.options)
     return Logs(
@@ -81,6 +81,19 @@ def read_as(logs: Logs, reading: Reading) -> Logs:
         observing=logs.observing,
         spoilt=spoilt,
         model=free_model(problem, logs.model.further) if _same_rows(problem, logs.problem) else free_model(problem),
+    )
+
+
+def _by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:
+    """Filters that take the same samples together if seconds are a factor of those that a log says."""
+    if clock == 1.0:
+        return observing
+    return replace(
+        observing,
+        cutoff_hz=observing.cutoff_hz / clock,
+        decimation_cutoff_hz=observing.decimation_cutoff_hz / clock,
+        rows_per_second=observing.rows_per_second / clock,
+        current_delay=observing.current_delay * clock,
     )
 
 

@@ -14,7 +14,7 @@ from ident.diagnosis.reading import as_logged
 from ident.errors import Contradiction, NotIdentifiable, RecordingError
 from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
 from ident.observation import ObserveOptions
-from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, Recorded, joined, prepare, spoilt_samples
+from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, Recorded, examined, joined, prepare, spoilt_samples
 from ident.recording import Recording
 
 
@@ -68,6 +68,25 @@ def test_a_log_with_a_gap_is_used_in_parts_of_one_mounting(axes, logs):
     assert len(found.diagnoses) == 1
 
 
+def test_a_log_in_parts_is_looked_at_in_its_longest_one_under_its_own_name(axes, logs):
+    kept = np.r_[0:700, 900 : len(logs[1].t)]
+    torn = Recording(logs[1].t[kept], logs[1].q[kept], logs[1].v[kept], "loaded")
+    found = examined(torn, axes, ObserveOptions())
+    assert [len(each.t) for each in found.repaired] == [700, 1600]
+    np.testing.assert_array_equal(found.longest.t, torn.t[700:])
+    assert found.longest.name == "loaded"
+
+
+def test_what_is_repaired_is_said_once_though_another_repair_changes_what_is_said_of_it(axes, logs):
+    # Two samples are lost unseen, and the log stops for 1.7 s while the arm does.
+    kept = np.setdiff1d(np.arange(len(logs[1].t)), [303, 304])
+    t = logs[1].t[: len(kept)] + np.where(kept >= 1100, 1.7, 0.0)
+    found = examined(Recording(t, logs[1].q[kept], logs[1].v[kept], "loaded"), axes, ObserveOptions())
+    assert [each.name for each in found.repairs] == ["lost samples", "missing samples"]
+    assert found.repairs[1] not in found.said["clock"]  # stamps are later by two periods
+    assert found.doubts == found.repairs
+
+
 @pytest.mark.parametrize("fault", ["clipped", "frozen"])
 def test_spoilt_samples_are_left_out_of_the_gains(axes, logs, fault):
     bare, loaded = logs
@@ -110,6 +129,14 @@ def test_logs_read_otherwise_rest_on_the_same_samples(axes, logs):
     exchanged = read_as(found, reading.changed([1], v_order=np.array([1, 0, 2])))
     lost = len(found.model.rows[0].V) - len(exchanged.model.rows[0].V)
     assert lost > 50  # the current that froze is that of joint 1 now, and its position is that of joint 2
+
+
+def test_a_log_of_another_clock_rests_on_the_same_samples_and_filters(axes, logs):
+    found = prepared(axes, *logs).logs()
+    slower = read_as(found, as_logged(axes.arm, 2).changed([1], clock=1.6))
+    for before, after in zip(found.model.rows, slower.model.rows, strict=True):
+        np.testing.assert_array_equal(after.position, before.position)
+        np.testing.assert_allclose(after.V, before.V, rtol=1e-9)
 
 
 def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):

@@ -93,6 +93,18 @@ def test_wrapped_angles_are_named_with_what_unwraps_them(turn, unit, repair):
     np.testing.assert_allclose(np.unwrap(wrapped[:, 1], period=turn), wide[:, 1], atol=1e-12 * turn)
 
 
+@pytest.mark.parametrize(("usual", "off"), [(1e-4, 0.3), (0.2, 1.1)])
+def test_a_step_near_a_turn_is_one_only_as_near_as_usual_steps_and_a_tenth_of_it(usual, off):
+    q = Q.copy()
+    q[:, 1] = np.where(np.arange(4000) % 2, usual, 0.0)
+    q[1700:, 1] += 2.0 * np.pi + off
+    with pytest.raises(RecordingError, match=r"q2 jumps by .* from row 1700 to the next, faster than 50 rad/s"):
+        check_log(log(q=q))
+    q[1700:, 1] -= off
+    with pytest.raises(RecordingError, match=r"q2 jumps by .* from row 1700 to the next, a turn of 2 pi"):
+        check_log(log(q=q))
+
+
 @pytest.mark.parametrize("length", [1, BURST])
 @pytest.mark.parametrize("at", [0, 1234, 4000 - BURST])
 def test_currents_far_out_for_a_few_samples_are_named(length, at):

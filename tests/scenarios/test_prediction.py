@@ -26,6 +26,8 @@ from scenarios.prediction.linear import linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
 from scenarios.prediction.predictor import OTHER, Cost
+from scenarios.reports.content import Mood
+from scenarios.reports.predict import _within
 from scenarios.run import motion_streams, simulate_batch
 from sim.sensors import logged
 from sim.trajectory import at_rest
@@ -84,9 +86,35 @@ def test_the_change_of_an_estimate_is_what_estimating_again_gives(quiet, quick):
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
 
+def test_a_delay_that_identification_undoes_is_undone_of_what_changes_too(quick):
+    delay = {**QUIET, "identification.observe.current_delay": 0.0127}  # 12.7 samples of the controller, 3.2 of a log
+    gains = {"plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
+    one, other = (bench(with_settings(quick, each)) for each in (delay, {**delay, **gains}))
+    linear = linearised(one, 4)
+    found = linear.change(added_currents(expected_logs(other, 4), expected_logs(one, 4)))
+    expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+
+
 def test_weights_are_the_change_of_an_estimate_by_each_sample(quiet, rng):
     linear = linearised(quiet, 4)
     logs = expected_logs(quiet, 4)
+    added = [rng.normal(size=log.log.v.shape) for log in logs]
+    weights = linear.weights(len(added[0]))
+    found = sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, added, strict=True))
+    np.testing.assert_allclose(found, linear.change(added), rtol=1e-9)  # rounding
+
+
+def test_motions_that_are_estimated_in_another_order_than_that_of_time_are_changed_each_by_its_own(tmp_path, rng):
+    path = quick_scenario(tmp_path)
+    protocol = 'protocol = ["loaded", "bare", "bare", "loaded"]'
+    path.write_text(path.read_text().replace("[experiment]", f"[experiment]\n{protocol}"))
+    drift = {**QUIET, "plant.errors.coulomb_drift": -0.06, "plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
+    one, other = (bench(with_settings(load_scenario(str(path)), each)) for each in (QUIET, drift))
+    linear, logs = linearised(one, 4), expected_logs(one, 4)
+    assert linear.places == (0, 3, 1, 2)
+    expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
+    np.testing.assert_allclose(linear.change(added_currents(expected_logs(other, 4), logs)), expected, rtol=1e-8)
     added = [rng.normal(size=log.log.v.shape) for log in logs]
     weights = linear.weights(len(added[0]))
     found = sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, added, strict=True))
@@ -254,12 +282,14 @@ def test_a_source_that_draws_how_strong_a_noise_is_costs_something_unknown_and_n
     load = drawn("plant.errors.load_friction", distribution="uniform", parameters={"scale": 0.04})
     white = drawn(f"{SENSORS}current_white", distribution="uniform", parameters={"scale": 0.03})
     lost = drawn(f"{SENSORS}samples_lost", distribution="uniform", parameters={"scale": 0.03})
-    budget = predicted_budget(sourced(quick, load=load, white=white, lost=lost))
+    encoder = drawn(f"{SENSORS}encoder_noise", distribution="uniform", parameters={"scale": 3e-5})
+    budget = predicted_budget(sourced(quick, load=load, white=white, lost=lost, encoder=encoder))
     assert [each.source for each in budget.costs] == [OTHER, "load"]
     reason = "it draws how strong a noise is, of {}; as a source, a noise has a stream"
     assert [(each.source, each.reason) for each in budget.unpredicted] == [
         ("white", reason.format("white")),
         ("lost", reason.format("samples")),
+        ("encoder", reason.format("encoder")),
     ]
 
 
@@ -324,9 +354,16 @@ def test_what_motions_will_exclude_is_what_their_logs_exclude():
     sizes, found = ({each.family: each for each in one.excluded} for one in (expected, logged))
     assert set(sizes) == set(found)
     assert sizes["sign"].joints == found["sign"].joints == (0, 1, 2, 3, 4)
-    for name in ("zero", "delay", "lengths", "clock"):
+    for name in ("zero", "lengths", "clock"):
         assert sizes[name].joints == found[name].joints, name
         assert 0.4 < sizes[name].limit / found[name].limit < 2.5, name  # of 240 samples a second, and other noise
+
+
+@pytest.mark.parametrize(
+    ("share", "mood"), [(0.951, Mood.GOOD), (0.949, Mood.DOUBTFUL), (0.501, Mood.DOUBTFUL), (0.499, Mood.BAD)]
+)
+def test_a_share_of_runs_within_the_tolerance_is_good_from_95_per_cent_and_bad_below_half(share, mood):
+    assert _within(share).mood is mood
 
 
 def test_the_command_tells_table_and_json(tmp_path, capsys):

@@ -9,7 +9,7 @@ from log_faults import at, changed, exchanged
 from real_friction import Truth
 
 from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
-from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, delays, lengths, orders, units, zeros
+from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, delays, lengths, orders, terms, units, zeros
 from ident.diagnosis.comparison import Added
 from ident.diagnosis.engine import Small, directions
 from ident.diagnosis.reference import across, reference
@@ -114,6 +114,8 @@ def test_one_log_has_no_other_scale_and_no_log_of_its_own():
     assert in_logs("x", (0, 1), ("a", "b")) == "x"
     assert in_logs("x", (1,), ("a", "b")) == "x in b alone"
     assert in_logs("x", (0, 2), ("a", "b", "c")) == "x in a and c alone"
+    assert in_logs("x", (1,), ("far/a", "far/b")) == "x in b alone"
+    assert in_logs("x", (1,), ("far/a", "near/a")) == "x in near/a alone"
 
 
 def test_rates_of_logs_that_differ_are_tried_as_clocks(axes):
@@ -197,3 +199,55 @@ def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or
     small = Small(scale, Added(u=np.ones(40), value=np.array([0.2]), covariance=np.eye(1)))
     assert small.near(current_scales.scaled(sound, (1,), (1,), 1.3))
     assert not small.near(current_scales.scaled(sound, (1,), (1,), 1000.0))
+
+
+@pytest.mark.parametrize(("share", "within"), [(0.97, True), (-0.97, True), (1.03, False), (-1.03, False)])
+def test_the_first_order_is_believed_of_sizes_up_to_the_largest_either_way(found, share, within):
+    delay = next(each for each in found if each.key == ("delay", (2,), (0, 1)))
+    value = np.array([share * delays.LARGEST])
+    assert Small(delay, Added(u=np.ones(40), value=value, covariance=np.eye(1))).within is within
+
+
+def test_a_drift_of_the_currents_is_none_in_the_middle_of_its_log_and_half_of_them_at_the_ends(sound, found):
+    drift = next(each for each in found if each.family == "current drift" and (each.joints, each.logs) == ((), (1,)))
+    assert (drift.unit, drift.scale) == ("%", 100.0)
+    for rows, column in zip(sound.model.rows, drift.columns, strict=True):
+        at = rows.motion == 1
+        share = np.interp(rows.position[at], [0, rows.position[at][-1]], [-0.5, 0.5])
+        left = column[at, 0] - rows.V[at] * share  # noise that the fit leaves, of at most half a current
+        assert np.std(left) < 0.05 * np.std(rows.V[at])
+        assert not column[~at].any()
+
+
+@pytest.mark.parametrize("joints", [(), (1,)])
+def test_a_scale_is_one_of_the_whole_current_with_payload_and_friction(sound, found, joints):
+    scale = next(
+        each for each in found if each.family == "current scale" and (each.joints, each.logs) == (joints, (1,))
+    )
+    for j, (rows, column) in enumerate(zip(sound.model.rows, scale.columns, strict=True)):
+        if joints and j not in joints:
+            assert column is None
+            continue
+        at = rows.motion == 1
+        assert np.std(column[at, 0] - rows.V[at]) < 0.05 * np.std(rows.V[at])  # noise that the fit leaves
+        assert not column[~at].any()
+
+
+def test_states_of_rows_are_those_in_the_middle_of_their_filters(sound):
+    for rows in sound.model.rows:
+        q, dq = terms.states(sound, rows)
+        for log, motion in enumerate(sound.problem.motions):
+            behind = motion.observation.full_rate
+            D, own = behind.decimator, rows.motion == log
+            for found, x in ((q, behind.q), (dq, behind.dq)):
+                mean = [D.kernel @ x[i : i + len(D.kernel), rows.joint] for i in D.factor * rows.position[own]]
+                # Of a few hertz little is lost in the mean; one end of the filter is a fifth of a second off.
+                np.testing.assert_allclose(found[own], mean, atol=0.1 * np.std(mean))
+
+
+def test_lengths_may_be_off_all_together_or_each_but_what_stands_before_the_first_joint(sound, found):
+    assert sound.structure.arm.translation.any(axis=1).all()
+    assert [each.joints for each in found if each.family == "lengths"] == [(), (1,), (2,)]
+    (second, *_) = (each for each in lengths.alternatives(sound) if each.joints == (2,))
+    assert second.words == "the length from joint 2 to 3 is 0.8 times drawn"
+    np.testing.assert_array_equal(second.reading.stretch, [1.0, 1.0, 0.8])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from known_logs import BRICK, UR_GAIN
 
 from ident.check import check, worst_first
 from ident.diagnosis.diagnosis import Diagnosis, Severity
@@ -79,3 +80,10 @@ def test_lost_and_repeated_samples_spoil_the_rows_beside_them(ur_log):
     rows[600] = 599
     again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows])
     np.testing.assert_array_equal(np.flatnonzero(SPOILING["repeated samples"](again).any(axis=1)), [599, 600])
+
+
+def test_how_well_a_payload_will_show_is_predicted_of_a_first_log_that_is_bare(ur, ur_log):
+    asked = {"observing": OPTIONS, "gains": LIMITS, "payload": BRICK, "about": np.abs(UR_GAIN)}
+    for loaded, expected in (([False], 1), ([True], 0)):
+        said = check([ur_log], ur, loaded=loaded, **asked).found.diagnoses
+        assert [each.name for each in said].count("excitation") == expected

@@ -18,7 +18,7 @@ from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.engine import faults, survey
 from ident.diagnosis.excluded import exclusions
 from ident.identification import Identification, identify
-from ident.observation import ObserveOptions
+from ident.observation import ObserveOptions, observe
 from ident.preparation import DOUBTED, Recorded, prepare
 from ident.recording import Recording
 
@@ -60,6 +60,7 @@ def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pa
     late = found(axes, spoilt, DOUBTED)  # without asking it is named, and not undone
     (told,) = [each for each in late.found.diagnoses if each.name == "delay"]
     assert told.advice.endswith("--current-delay auto")
+    assert told.std == pytest.approx(said.std, rel=0.5)  # before and after it is undone
     assert late.observing.current_delay == 0.0
 
 
@@ -69,7 +70,9 @@ def test_a_sound_pair_is_not_changed_and_the_answer_says_what_it_excludes(axes, 
     assert asked.observing == ObserveOptions()
     (said,) = [each for each in asked.found.told if each not in plain.found.told]
     assert said.severity is Severity.GOOD
-    (limit,) = [each.limit for each in exclusions(survey(doubted(axes, pair))) if each.family == "delay"]
+    of_all, of_one = [each for each in exclusions(survey(doubted(axes, pair))) if each.family == "delay"]
+    assert (of_all.joints, bool(of_one.joints)) == ((), True)
+    limit = of_all.limit
     assert said.sentence.endswith(f"delays beyond {limit:.2g} ms are excluded")
 
 
@@ -124,3 +127,18 @@ def test_a_delay_that_something_else_may_be_is_not_corrected(axes, pair, monkeyp
     delay, said = common_delay(doubted(axes, [shifted(log, 7.3e-3) for log in pair]))
     assert delay == 0.0
     assert said.sentence.endswith("cannot tell that from: delay or the zero of q2 is off by 3 degrees")
+
+
+def test_samples_that_are_spoilt_are_left_out_where_a_delay_is_undone_too(axes, pair):
+    late = [shifted(log, 7.3e-3) for log in pair]
+    v = late[1].v.copy()
+    v[700:1150, 1] = v[700, 1]
+    prepared = prepare([Recorded(late[0]), Recorded(changed(late[1], v=v), BRICK)], axes, gains=LOOSE, policy=AUTO)
+    assert prepared.observing.current_delay < 0.0
+    part = prepared.parts[1]
+    assert part.spoilt[700:1150, 1].all()
+    expected = observe(part.recording, axes, prepared.observing, part.spoilt).joints[1]
+    whole = observe(part.recording, axes, prepared.observing).joints[1]
+    assert len(expected.position) < len(whole.position) - 50
+    for seen in (part.observation, prepared.problem.motions[1].observation):
+        np.testing.assert_array_equal(seen.joints[1].position, expected.position)

@@ -1,6 +1,7 @@
 """How a diagnosis is to be taken: whether it is so, and whether it matters."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,12 +11,24 @@ from estimates import gain_estimate
 from log_faults import late
 from real_friction import Truth
 
-from ident.diagnosis.diagnose import _between, consequence, diagnose, severity_of
+from ident.diagnosis.comparison import Added
+from ident.diagnosis.diagnose import (
+    _between,
+    _effects,
+    _of_currents,
+    _of_ratios,
+    beyond_prior,
+    consequence,
+    diagnose,
+    severity_of,
+)
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst, worst_first
+from ident.diagnosis.engine import Compared, Fault
 from ident.errors import Contradiction
 from ident.estimate import IdentifiedGain, RefusedGain
 from ident.estimators import ESTIMATORS
 from ident.identification import refusal_of, refused_for_faults, spoilt_joints, without_spoilt
+from ident.uncertainty.cautious import cautious
 
 
 def effect(joint: int, percent: float, deviations: float | None) -> Effect:
@@ -91,6 +104,57 @@ def test_a_gross_fault_spoils_a_gain_however_much_it_inflates_the_claim(axes, me
         assert share < 3.0 * now[0].predicted_rel_std
 
 
+def test_of_a_fault_and_its_rivals_the_effect_of_most_deviations_counts_whatever_its_sign():
+    found, rival = (Compared(None, np.ones(40), None) for _ in range(2))
+    told = {
+        found: [effect(0, 4.0, 1.3), effect(2, -7.0, -2.9)],
+        rival: [effect(0, -5.0, -1.7), effect(2, 6.0, 2.1)],
+    }
+    known = SimpleNamespace(effects=told.get)
+    fault = Fault(found=found, small=None, rivals=(rival,), before=None)
+    assert _effects(fault, SimpleNamespace(), known) == (told[rival][0], told[found][1])
+
+
+def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside(sound_survey):
+    fit = sound_survey.fit
+    small = next(each for each in sound_survey.small if each.direction.key == ("zero", (1,), (0, 1)))
+    rows, influence = fit.fitted.fit.rows, fit.fitted.fit.log_influence
+    C = cautious(rows, influence, 0.0)
+    moved = influence @ np.concatenate([each @ small.found.value for each in small.direction.columns])
+    ratios = np.eye(3)[:, None] - np.eye(3)  # (3, 3, 3), of the logarithms of two gains
+    std = np.sqrt(np.einsum("abj,jk,abk->ab", ratios, C, ratios))
+    found = {each.joint: each for each in _of_ratios(fit, small)}
+    (beside,) = {0, 1, 2} - set(found)
+    assert np.median(std[beside]) == pytest.approx(np.median(std, axis=1).min())
+    for j, each in found.items():
+        np.testing.assert_allclose(each.percent, 100.0 * (moved[j] - moved[beside]), rtol=1e-9)
+        np.testing.assert_allclose(each.deviations, (moved[j] - moved[beside]) / std[beside, j], rtol=1e-9)
+
+
+def test_what_other_columns_explain_of_a_current_is_told_of_the_column_as_it_was_logged():
+    def fits(*variance: float) -> SimpleNamespace:
+        score = SimpleNamespace(variance=np.array(variance))
+        rows = [SimpleNamespace(V=np.array([6.0, -8.0]) * (k + 1.0)) for k in range(3)]  # rms of 7.07 times 1 to 3
+        return SimpleNamespace(model=SimpleNamespace(rows=rows, fits=SimpleNamespace(score=score)))
+
+    reading = SimpleNamespace(logs=[SimpleNamespace(v_order=np.array(each)) for each in ([0, 1, 2], [2, 0, 1])])
+    found = SimpleNamespace(alternative=SimpleNamespace(reading=reading, logs=(1,)), logs=fits(0.4, 1.7, 9.0))
+    shares = {each.joint: each.percent for each in _of_currents(fits(13.0, 7.0, 31.0), found)}
+    # Joint 1 was read from the third column, joint 2 from the first, joint 3 from the second, of which less is left.
+    assert list(shares) == [2, 0, 1]
+    np.testing.assert_allclose(shares[2], 100.0 * np.sqrt(30.6 / 450.0), rtol=1e-12)
+    np.testing.assert_allclose(shares[0], 100.0 * np.sqrt(11.3 / 50.0), rtol=1e-12)
+    assert shares[1] == 0.0
+
+
+@pytest.mark.parametrize(("deviations", "beyond"), [(-4.9, False), (5.1, True)])
+def test_what_is_stated_is_contradicted_from_five_deviations_of_both_together(deviations, beyond):
+    stated, found = np.array([0.03, 0.2]), np.array([[0.0016, 0.0], [0.0, 0.3]])
+    value = np.array([deviations * 0.05, 0.0])  # of 0.03 stated and 0.04 found
+    given = SimpleNamespace(prior_std=stated)
+    assert beyond_prior(given, Added(u=np.ones(40), value=value, covariance=found)) is beyond
+
+
 def test_the_consequence_is_told_of_the_gains_that_matter():
     assert consequence([]) == ""
     assert consequence([effect(0, 4.0, 0.3)]) == "; no gain is moved noticeably"
@@ -155,6 +219,8 @@ def test_the_reason_is_the_worst_fault_and_what_it_does_to_that_gain_alone():
         "the gain is no result: the zero of q2 is off",  # refused by itself as well, for what the fault makes of it
     ]
     assert isinstance(kept[3], IdentifiedGain)
+    less = replace(other, effects=(effect(0, -1000.0, -100.0),))
+    assert without_spoilt(found, [less]).joints[0].reason == "the gain is no result: the zero of q2 is off"
     named_alone = without_spoilt(found, [said(Severity.WRONG, joints=(2,))]).joints
     assert named_alone[2].reason == "no load"
     assert refused_for_faults([worst_one, other, said(Severity.WEAK, joints=(3,))]) == (0, 1, 2)

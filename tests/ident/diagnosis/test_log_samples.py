@@ -9,10 +9,11 @@ from scipy.interpolate import make_interp_spline
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity, worst
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
-from ident.diagnosis.samples.clock import clock
+from ident.diagnosis.samples.clock import clock, least_seconds
 from ident.diagnosis.samples.lost_samples import lost_samples, odd_steps
 from ident.diagnosis.samples.motion import joint_motions, motion
-from ident.observation import ObserveOptions
+from ident.errors import RecordingError
+from ident.observation import ObserveOptions, observe
 from ident.recording import Recording
 from ident.recording_checks import log_faults
 
@@ -68,6 +69,15 @@ def test_a_hole_splits_a_log_and_small_gaps_are_bridged(ur_log):
     assert named(clocked(without(short, np.arange(280, 310))), "missing samples").severity is Severity.WRONG
     many = named(clocked(without(ur_log, np.arange(40, 2400, 45))), "missing samples")  # bridged, each alone
     assert (many.severity, many.value) == (Severity.WEAK, 53.0)
+
+
+@pytest.mark.parametrize("options", [OPTIONS, ObserveOptions(cutoff_hz=1.5)])
+def test_a_log_as_short_as_is_used_can_be_observed_and_one_shorter_by_a_third_cannot(ur, ur_log, options):
+    rows = int(np.ceil(least_seconds(options, 6) / 0.008)) + 1
+    cut = [Recording(ur_log.t[:k], ur_log.q[:k], ur_log.v[:k]) for k in (rows, 2 * rows // 3)]
+    observe(cut[0], ur, options)
+    with pytest.raises(RecordingError, match="give"):
+        observe(cut[1], ur, options)
 
 
 def test_rate_and_jitter_are_those_of_the_intervals_that_miss_nothing(ur_log):
@@ -128,6 +138,15 @@ def test_samples_that_are_missing_are_counted_where_jitter_is_as_long_as_a_gap(u
     late[580:620] = 0.0
     late[[593, 606]] = 0.65  # beside the gap
     found = named(clocked(restamped(ur_log, late, [600])), "missing samples")
+    assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
+
+
+def test_the_longest_gap_is_one_that_misses_samples_though_a_late_stamp_makes_a_longer_interval(ur_log):
+    lateness = np.zeros(len(ur_log.t))
+    lateness[[40, 41]] = 1.8, 0.9
+    log = restamped(ur_log, lateness, [600])
+    assert np.diff(log.t).argmax() == 39
+    found = named(clocked(log), "missing samples")
     assert found.sentence == "1 sample is missing in 1 gap, the longest 0.016 s at t = 4.792 s"  # row 599, of 8 ms
 
 
@@ -219,6 +238,12 @@ def test_one_coarse_encoder_is_no_lost_sample(ur_log):
 def test_an_arm_whose_encoders_all_are_coarse_loses_and_repeats_nothing(ur_log):
     odd = odd_steps(Recording(ur_log.t, np.round(ur_log.q / 0.02) * 0.02, ur_log.v))  # a step in several samples
     assert len(odd.long) == len(odd.still) == 0
+
+
+def test_a_lost_sample_is_sure_beside_what_rounding_deviates_by_and_no_more(ur_log):
+    lost = without(ur_log, [411, 902, 903, 1700], even=True)
+    odd = odd_steps(replace(lost, q=np.round(lost.q / 8e-4) * 8e-4))  # deviation 8e-4 / sqrt(12)
+    np.testing.assert_array_equal(odd.long, [410, 900, 1696])
 
 
 def test_one_joint_that_jumps_alone_is_no_lost_sample(ur_log):

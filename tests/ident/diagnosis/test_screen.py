@@ -8,7 +8,7 @@ from consistency_logs import doubted
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from log_faults import FAULTS
 
-from ident.diagnosis.catalog import FAMILIES
+from ident.diagnosis.catalog import FAMILIES, orders
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.zeros import turned
 from ident.diagnosis.logs import Logs
@@ -118,3 +118,21 @@ def test_gravity_along_other_axes_is_found_from_four_regressors(six):
         again = _by_gravity(arm, {}, bare.q, bare.dq, bare.ddq)
         np.testing.assert_allclose(again, own, atol=1e-12 * np.abs(own).max())
         np.testing.assert_allclose(together[k], unexplained(six, [each], looked_at(six))[0][0], rtol=1e-6)
+
+
+def test_the_gain_of_a_reading_counts_no_more_instants_than_either_has(sound):
+    exchanged = next(each for each in orders.alternatives(sound) if each.words == "columns q1 and q2 are exchanged")
+    readings = [as_logged(sound.structure.arm, 2), exchanged.reading]
+    (before, after), freedom = unexplained(sound, readings, looked_at(sound))
+    assert (freedom[0] < freedom[1]).any()
+    assert (freedom[0] > freedom[1]).any()
+    (found,) = screened(sound, [exchanged])
+    expected = 0.5 * np.min(freedom, axis=0) * np.log(before / after)
+    np.testing.assert_allclose(found.gain, expected.sum(axis=1), rtol=1e-9)
+
+
+def test_what_is_left_is_the_same_whichever_log_is_the_first(sound):
+    other = doubted(sound.structure, sound.recordings[::-1], (BRICK, None))
+    reading = as_logged(sound.structure.arm, 2)
+    (one,), (two,) = (unexplained(each, [reading], looked_at(each))[0] for each in (sound, other))
+    np.testing.assert_allclose(two[:, ::-1], one, rtol=0.05)  # by other columns of the same span

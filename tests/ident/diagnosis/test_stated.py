@@ -10,10 +10,10 @@ from known_logs import BRICK
 from linear_solutions import linear_estimate, linear_solution
 from real_friction import Truth
 
-from ident.diagnosis.alternative import Direction
+from ident.diagnosis.alternative import Direction, Term
 from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.comparison import gains
-from ident.diagnosis.diagnose import _linear, _of_estimate
+from ident.diagnosis.diagnose import _lacks, _linear, _of_estimate
 from ident.diagnosis.stated import FINEST, claimed, stated
 from ident.payload import standard_parameters
 
@@ -113,6 +113,17 @@ def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
     both = base.added(direction([np.hstack(pair) for pair in zip(one.columns, other.columns, strict=True)]))
     # The second coefficient of a fit with both is that of a fit beside the first.
     np.testing.assert_allclose(beside.added(other).value, both.value[1:], rtol=1e-6)
+
+
+def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made, rng):
+    columns = [rng.normal(size=(60, 1)) for _ in range(2)]
+    term = Term(words=lambda _: "it drifts", advice="warm it up", stated=False)
+    drift = replace(direction(columns, "current drift"), logs=(1,), term=term, unit="%", scale=100.0)
+    more = made[0].added(drift)
+    said = _lacks(made[0], drift, more, (), ("a.csv", "b.csv"))
+    np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
+    assert (said.unit, said.logs) == ("%", ("b.csv",))
+    assert said.sentence.startswith("it drifts in b.csv alone; ")
 
 
 # Real estimates

@@ -51,7 +51,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
         diagnoses += list(_of_estimate(base, seen.directions, logs.names))
     elif base is None:
         diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
-    said = Diagnosed() if of_logs else _horizon(seen, base)
+    spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
+    said = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
     return replace(said, diagnoses=worst_first(diagnoses))
 
 

@@ -105,7 +105,9 @@ def centres_excluded(base: Stated) -> Iterator[Exclusion]:
             sizes = [np.inf if (size := bound(base.fits, axis)) is None else size for axis in axes]
             if sizes and max(sizes) < np.inf:
                 limit = _rounded(max(sizes) * each.scale)
-                sentence = f"errors of the payload's centre beyond {limit:g} mm along an axis"
+                millimetre = 1e-3 * base.stacked(each.columns).T
+                moved = max((abs(gain.percent) for axis in millimetre for gain in base.effects(axis)), default=0.0)
+                sentence = f"errors of the payload's centre beyond {limit:g} mm (1 mm moves a gain by {moved:.1g} %)"
                 yield Exclusion(family=each.family, sentence=sentence, limit=limit, unit=each.unit)
 
 

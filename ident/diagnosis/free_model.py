@@ -58,7 +58,7 @@ def free_model(problem: Problem, further: Sequence[Array | None] = ()) -> FreeMo
     lengths = row_counts(problem)
     more = further or (None,) * n
     fits = fits_of([_fitted(problem, *each, lengths) for each in zip(rows, more, strict=True)])
-    return FreeModel(problem, rows, fits, tuple(further))
+    return FreeModel(problem, rows, fits)
 
 
 def row_counts(problem: Problem) -> list[int]:

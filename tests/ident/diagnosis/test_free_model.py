@@ -10,8 +10,6 @@ from real_friction import Truth
 
 from ident.diagnosis.comparison import BLOCKS
 from ident.diagnosis.free_model import free_columns, free_model, row_counts
-from ident.diagnosis.logs import read_as
-from ident.diagnosis.reading import as_logged
 from ident.gain_system import joint_rows
 
 
@@ -109,14 +107,3 @@ def test_every_log_has_its_blocks_and_rows_are_counted_with_those_left_out(sound
         for log, joints in enumerate(seen):
             expected = np.bincount(joints[j].position * BLOCKS // counts[log], minlength=BLOCKS)
             np.testing.assert_array_equal(sound.model.fits.score.rows[j, BLOCKS * log : BLOCKS * (log + 1)], expected)
-
-
-def test_a_term_that_the_model_has_besides_stays_where_the_logs_are_read_otherwise(sound):
-    further = tuple(np.sin(0.7 * k + np.arange(len(rows.V)))[:, None] for k, rows in enumerate(sound.model.rows))
-    beside = replace(sound, model=free_model(sound.problem, further))
-    assert [each is own for each, own in zip(beside.model.further, further, strict=True)] == [True, True, True]
-    reading = as_logged(sound.structure.arm, 2)
-    again = read_as(beside, reading.changed([1], v_factor=np.array([1.0, 1.3, 1.0])))
-    assert all(share_left(each.fit.Q, own) < 1e-6 for each, own in zip(again.model.fits.parts, further, strict=True))
-    exchanged = reading.changed([0], q_order=np.array([1, 0, 2]))
-    assert read_as(beside, exchanged).model.further == ()  # of other rows

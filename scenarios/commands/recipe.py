@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
     from ident.payload import Payload
 
+KEPT = "kept; it states another payload than the scenario: if nobody measured that, remove it and write the page again"
+"""Of a payload's file that stood there before."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -37,7 +40,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.files.loading import load_scenario
     from scenarios.files.resolved import stated_payloads
     from scenarios.prediction.expected import enough, expected_preparation
-    from scenarios.reports.content import Paragraph, Report
+    from scenarios.reports.content import Mood, Paragraph, Report
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
     from sim.bearable import check_bearable
@@ -51,23 +54,36 @@ def main(options: argparse.Namespace) -> Status:
     report = recipe_report(prepared, payloads, options.scenario, COMMANDS, told)
     with held.writing():
         write_markdown(report, options.out)
-    written = _write_payloads(payloads, held)
-    parts = tuple(Paragraph(printable(f"{name}: the payload as the scenario states it")) for name in written)
+    written, other = _write_payloads(payloads, held)
+    parts = [Paragraph(printable(f"{name}: the payload as the scenario states it")) for name in written]
+    parts += [Paragraph(printable(f"{name}: {KEPT}"), Mood.DOUBTFUL) for name in other]
     document = {"out": str(options.out), "payloads": written}
-    show(Report(printable(f"{options.out}: {report.title}"), parts, document), options)
+    show(Report(printable(f"{options.out}: {report.title}"), tuple(parts), document), options)
     return Status.PASSED
 
 
-def _write_payloads(payloads: "Mapping[str, Payload]", held: Claim) -> list[str]:
-    """Describe payloads beside the page; a file that is there holds what was measured, and stays."""
-    from ident.payload_files import write_payload
+def _write_payloads(payloads: "Mapping[str, Payload]", held: Claim) -> tuple[list[str], list[str]]:
+    """Describe payloads beside the page; a file that is there holds what was measured, and stays.
+
+    Returns:
+        Files that were written, and those that stay and say something else than the scenario.
+    """
+    from ident.errors import PayloadError
+    from ident.payload_files import read_payload, write_payload
     from scenarios.files.schema_line import schema_line
     from scenarios.store.run_folder import payload_file
 
-    written = list[str]()
+    written, other = list[str](), list[str]()
     for mounting, payload in payloads.items():
         path = held.folder / payload_file(mounting)
         if not path.exists():
             write_payload(payload, path, comment=schema_line("payload"))
             written.append(str(path))
-    return written
+            continue
+        try:
+            same = read_payload(path) == payload
+        except PayloadError:
+            same = False
+        if not same:
+            other.append(str(path))
+    return written, other

@@ -115,3 +115,18 @@ def test_a_path_with_detours_is_written_without_them(tmp_path):
     assert short_path(near / ".." / "arm.xml") == str(tmp_path / "arm.xml")
     (near / "linked").symlink_to(far / "deep")  # beyond a link, .. is another folder
     assert short_path(near / "linked" / ".." / "arm.xml") == str(near / "linked" / ".." / "arm.xml")
+
+
+def test_a_payload_file_that_states_something_else_is_kept_and_told(tmp_path, capsys):
+    (tmp_path / "cell.toml").write_text(TEXT)
+    command = ["recipe", str(tmp_path / "cell.toml"), "--out", str(tmp_path / "recipe.md"), "--force"]
+    assert main(command) == 0
+    heavy = tmp_path / "payload-heavy.toml"
+    measured = heavy.read_text().replace("7.025", "7.113")
+    heavy.write_text(measured)
+    capsys.readouterr()
+    assert main(command) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert f"{heavy}: kept; it states another payload than the scenario" in text
+    assert text.count("kept;") == 1  # the light one is as it was
+    assert heavy.read_text() == measured

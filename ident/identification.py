@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 
 from ident.arm import Arm
 from ident.arrays import Array
-from ident.diagnosis.diagnose import NO_RESULT, diagnose, lacking, percents
+from ident.diagnosis.alternative import two_digits
+from ident.diagnosis.diagnose import NO_RESULT, diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.gains import symptoms
 from ident.diagnosis.link_masses import link_mass_consistency
@@ -142,7 +143,7 @@ def _reason(wrong: Diagnosis, joint: int) -> str:
         return wrong.sentence
     if abs(effect.percent) >= 100.0 * NO_RESULT:
         return f"the gain is no result: {cause}"
-    return f"the gain is off by {percents(effect.percent, sign='+')} %: {cause}"
+    return f"the gain is off by {two_digits(effect.percent, sign='+')} %: {cause}"
 
 
 def refused_for_faults(diagnoses: Sequence[Diagnosis]) -> tuple[int, ...]:

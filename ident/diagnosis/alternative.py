@@ -164,3 +164,8 @@ def in_rows(parts: Sequence[Sequence[Array]], logs: Sequence[int], joints: Seque
         else None
         for j in range(n)
     )
+
+
+def two_digits(value: float, *, sign: str = "") -> str:
+    """A number in two digits, or all that stand before the point."""
+    return f"{value:{sign}.0f}" if abs(value) >= 10.0 else f"{value:{sign}.2g}"

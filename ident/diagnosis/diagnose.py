@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.diagnosis.alternative import Direction
+from ident.diagnosis.alternative import Direction, two_digits
 from ident.diagnosis.catalog import FAMILIES, payload
 from ident.diagnosis.comparison import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
@@ -265,7 +265,7 @@ def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
         return ""
     worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
     if worst.deviations is None:
-        return f"; it explains {percents(worst.percent)} % of joint {worst.joint + 1}'s current"
+        return f"; it explains {two_digits(worst.percent)} % of joint {worst.joint + 1}'s current"
     if abs(worst.percent) >= 100.0 * NO_RESULT:
         return f"; the gain of joint {worst.joint + 1} is no result"
     listed = [each for each in effects if each.matters]
@@ -273,13 +273,8 @@ def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
         return "; no gain is moved noticeably"
     rest = f" and {len(listed) - 1} more" if len(listed) > NAMED else ""
     listed = listed if not rest else [worst]
-    more = ", ".join(f"joint {each.joint + 1} {percents(each.percent, sign='+')} %" for each in listed)
+    more = ", ".join(f"joint {each.joint + 1} {two_digits(each.percent, sign='+')} %" for each in listed)
     return f"; {what} are off: {more}{rest}"
-
-
-def percents(value: float, *, sign: str = "") -> str:
-    """A number in two digits, or all that stand before the point."""
-    return f"{value:{sign}.0f}" if abs(value) >= 10.0 else f"{value:{sign}.2g}"
 
 
 def _linear(estimate: GainEstimate) -> bool:

@@ -5,7 +5,7 @@ from pathlib import PurePath
 
 from ident.arm import Arm
 from ident.check import Checked
-from ident.diagnosis.diagnose import percents
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed, Effect, Severity
 from scenarios.reports.content import Paragraph, Part, Report
 from scenarios.reports.diagnoses import MOODS, doubt_paragraphs, every_line, horizon_paragraphs
@@ -62,7 +62,7 @@ def _effect_words(effect: Effect) -> str:
     """What a fault does to a gain."""
     if abs(effect.percent) >= 100.0:
         return f"the gain of joint {effect.joint + 1} is no result"
-    return f"gain of joint {effect.joint + 1} off by {percents(abs(effect.percent))} %"
+    return f"gain of joint {effect.joint + 1} off by {two_digits(abs(effect.percent))} %"
 
 
 def _most(found: Diagnosed) -> str:

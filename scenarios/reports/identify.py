@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ident.arm import Arm
 from ident.arrays import Array
-from ident.diagnosis.diagnose import percents
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import SPOILS, Diagnosed, Severity
 from ident.estimate import IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification, refused_for_faults
@@ -69,7 +69,7 @@ def summary(joints: Sequence[JointResult], rows: int, rel_error_norm: float, fou
 def kept_paragraphs(joints: Sequence[JointResult], found: Diagnosed) -> list[Paragraph]:
     """Gains that are kept beside a fault, and that it moves by less than would refuse them."""
     moved = [
-        f"joint {each.joint + 1} by {percents(each.percent, sign='+')} %"
+        f"joint {each.joint + 1} by {two_digits(each.percent, sign='+')} %"
         for wrong in found.diagnoses
         if wrong.severity is Severity.WRONG
         for each in wrong.effects

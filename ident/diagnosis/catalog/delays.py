@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ident.arrays import Array
-from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes
+from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes, two_digits
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reading import as_logged
 from ident.diagnosis.reference import Reference
@@ -44,7 +44,7 @@ def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delay: flo
     given = as_logged(logs.structure.arm, len(logs.recordings))
     what = "the currents are" if not joints else f"v{joints[0] + 1} is"
     way = "later" if delay > 0.0 else "earlier"
-    smoothed = f" (or smoothed by a filter of {abs(1.0 / (2.0 * np.pi * delay)):.2g} Hz)" if delay > 0.0 else ""
+    smoothed = f" (or smoothed by a filter of {two_digits(abs(1.0 / (2.0 * np.pi * delay)))} Hz)" if delay > 0.0 else ""
     return Alternative(
         family="delay",
         words=in_logs(f"{what} logged {1e3 * abs(delay):.2g} ms {way} than the positions{smoothed}", scope, logs.names),

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.arrays import Array
-from ident.diagnosis.alternative import Direction, Term
+from ident.diagnosis.alternative import Direction, Term, two_digits
 from ident.estimate import GainEstimate
 from ident.gain_system import joint_rows
 from ident.payload import Payload
@@ -19,7 +19,7 @@ KNOWN_CENTRE = ("all", "com")
 CENTRE = Term(
     words=lambda offset: (
         "the payload's centre of mass seems to lie elsewhere than stated, by "
-        f"({', '.join(f'{1e3 * x:+.2g}' for x in offset)}) mm"
+        f"({', '.join(two_digits(1e3 * x, sign='+') for x in offset)}) mm"
     ),
     advice="measure the payload's centre; mind axes and units",
     stated=True,

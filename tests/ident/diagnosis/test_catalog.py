@@ -9,7 +9,19 @@ from log_faults import at, changed, exchanged
 from real_friction import Truth
 
 from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
-from ident.diagnosis.catalog import FAMILIES, base, clocks, current_scales, delays, lengths, orders, terms, units, zeros
+from ident.diagnosis.catalog import (
+    FAMILIES,
+    base,
+    clocks,
+    current_scales,
+    delays,
+    lengths,
+    orders,
+    payload,
+    terms,
+    units,
+    zeros,
+)
 from ident.diagnosis.comparison import Added
 from ident.diagnosis.engine import Small, directions
 from ident.diagnosis.reference import across, reference
@@ -251,3 +263,8 @@ def test_lengths_may_be_off_all_together_or_each_but_what_stands_before_the_firs
     (second, *_) = (each for each in lengths.alternatives(sound) if each.joints == (2,))
     assert second.words == "the length from joint 2 to 3 is 0.8 times drawn"
     np.testing.assert_array_equal(second.reading.stretch, [1.0, 1.0, 0.8])
+
+
+def test_a_centre_that_is_far_off_is_told_in_plain_digits():
+    words = payload.CENTRE.words(np.array([0.2123, -0.0037, 0.0552]))
+    assert words.endswith("by (+212, -3.7, +55) mm")

@@ -5,7 +5,7 @@ MODULES = {
         "Identify": ("identification", "options", "observation", "estimate", "gain_comparison"),
         "Read": ("recording", "recording_files", "payload", "payload_files", "arm", "structure"),
         "Use the gains": ("known_gains", "joint_torque", "weighing.verification", "weighing.together", "bare"),
-        "Look at logs": ("checks.check", "checks.remark", "logs.columns", "logs.description"),
+        "Look at logs": ("check", "preparation", "diagnosis.diagnosis", "logs.columns", "logs.description"),
         "Write an estimator": ("estimators", "problem", "rows", "conclusion", "joint_fit", "uncertainty", "prediction"),
         "Mathematics": ("regressor", "base", "parameters", "signals", "least_squares"),
         "Errors": ("errors",),

@@ -1,4 +1,4 @@
-"""The one door through which logs come: checked, repaired where that needs no guess, and observed."""
+"""Prepare logs for an estimate: check them, repair what needs no guess, filter them into linear systems."""
 
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace

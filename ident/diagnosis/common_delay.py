@@ -67,7 +67,7 @@ def _is_common(joints: tuple[int, ...], of_logs: tuple[int, ...], logs: Logs) ->
 
 
 def _std(corrected: Logs) -> float | None:
-    """Standard deviation of a delay [ms], by what is left of it where it is undone."""
+    """Standard deviation of the estimated delay [ms], from a fit to the corrected logs; None without one."""
     for each in directions(reference(corrected.problem), corrected, [FAMILIES["delays"]]):
         if _is_common(each.joints, each.logs, corrected):
             left = added(corrected.model.fits, each.columns)

@@ -280,13 +280,10 @@ def compared(logs: Logs, alternative: Alternative) -> Compared | None:
 
 
 def _with_term(seen: Survey, term: Direction) -> Survey:
-    """The same logs beside a model that has the term, with a coefficient for each joint."""
-    model = seen.logs.model
-    before = model.further or (None,) * len(term.columns)
-    further = tuple(
-        new if old is None else old if new is None else np.column_stack((old, new))
-        for old, new in zip(before, term.columns, strict=True)
-    )
-    logs = replace(seen.logs, model=free_model(seen.logs.problem, further))
+    """The same logs beside a model that has the term, with a coefficient for each joint.
+
+    Terms found before it are not kept, and alternatives in full are compared without any.
+    """
+    logs = replace(seen.logs, model=free_model(seen.logs.problem, term.columns))
     found = [each.direction for each in seen.small if each.direction is not term]
     return replace(seen, logs=logs, small=smalls(logs, found))

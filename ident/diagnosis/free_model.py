@@ -27,13 +27,11 @@ class FreeModel:
         problem: The logs, observed; two mountings are two payload objects, whatever they say.
         rows: Of each joint.
         fits: Each joint's fit; None where it has fewer rows than unknowns.
-        further: Columns of each joint that the model has besides.
     """
 
     problem: Problem
     rows: tuple[JointRows, ...]
     fits: Fits
-    further: tuple[Array | None, ...] = ()
 
     @property
     def n(self) -> int:

@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ident.arrays import Mask
 from ident.diagnosis.comparison import Score, regrouped
 from ident.diagnosis.free_model import FreeModel, free_model
@@ -80,7 +78,7 @@ def read_as(logs: Logs, reading: Reading) -> Logs:
         problem=problem,
         observing=logs.observing,
         spoilt=spoilt,
-        model=free_model(problem, logs.model.further) if _same_rows(problem, logs.problem) else free_model(problem),
+        model=free_model(problem),
     )
 
 
@@ -94,15 +92,6 @@ def _by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:
         decimation_cutoff_hz=observing.decimation_cutoff_hz / clock,
         rows_per_second=observing.rows_per_second / clock,
         current_delay=observing.current_delay * clock,
-    )
-
-
-def _same_rows(one: Problem, other: Problem) -> bool:
-    """Whether columns of rows of one are columns of rows of the other."""
-    return all(
-        np.array_equal(a.position, b.position)
-        for mine, theirs in zip(one.motions, other.motions, strict=True)
-        for a, b in zip(mine.observation.joints, theirs.observation.joints, strict=True)
     )
 
 

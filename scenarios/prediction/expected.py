@@ -54,7 +54,7 @@ def expected_logs(prepared: Bench, every: int) -> tuple[Expected, ...]:
 def expected_preparation(prepared: Bench, every: int) -> Prepared:
     """The expected logs as they are estimated from, each with one realisation of its noise.
 
-    The noise is there for methods that weigh rows or choose a model by what is left of them.
+    Methods that weigh rows, or choose a model, by the residual need the noise.
 
     Args:
         prepared: The scenario, nothing random left.

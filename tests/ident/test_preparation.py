@@ -1,4 +1,4 @@
-"""The one door: what is checked, repaired and left out of logs by how far they are trusted."""
+"""Logs before an estimate: what is checked, repaired and left out, by how far they are trusted."""
 
 from dataclasses import replace
 

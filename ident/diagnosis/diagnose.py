@@ -116,9 +116,6 @@ def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
     alternative = fault.found.alternative
     effects = _effects(fault, seen, known)
     consequences = consequence(effects, "ratios of gains" if known is None else "gains")
-    std = None
-    if fault.small is not None and len(fault.small.found.value) == 1:
-        std = float(np.sqrt(fault.small.found.covariance[0, 0])) * fault.small.direction.scale
     return Diagnosis(
         name=alternative.family,
         severity=severity_of(effects),
@@ -128,7 +125,7 @@ def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
         joints=alternative.joints,
         logs=tuple(logs.names[k] for k in alternative.logs) if len(alternative.logs) < len(logs.names) else (),
         value=alternative.value,
-        std=std,
+        std=fault.found.std,
         unit=alternative.unit,
         z=fault.z,
         effects=effects,

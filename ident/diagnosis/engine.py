@@ -88,16 +88,28 @@ class Compared:
         alternative: The alternative.
         u: Gain of each block, shape (blocks,).
         logs: The logs read so.
+        spread: Standard deviations of the parameters that the alternative is refined in, shape (m,); None where it has
+            none, or where it predicts too badly for them to be asked.
     """
 
     alternative: Alternative
     u: Array
     logs: Logs
+    spread: Array | None = None
 
     @property
     def words(self) -> str:
         """What it would be."""
         return self.alternative.words
+
+    @property
+    def std(self) -> float | None:
+        """Standard deviation of its size, None where it has none."""
+        own = self.alternative
+        if self.spread is None or own.value is None or own.refined is None:
+            return None
+        beside = [own.refined(sign * self.spread).value for sign in (1.0, -1.0)]
+        return min((abs(each - own.value) for each in beside if each is not None), default=None)  # angles wrap one way
 
     @property
     def gain(self) -> float:
@@ -248,26 +260,26 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
     for _ in range(REFINED):
         if best is None or best.z < SHOWN - 1.0 or best.alternative.refined is None:
             break
-        step = _step(best, least)
-        nearer = None if step is None else compared(logs, best.alternative.refined(step))
+        more = _change(best)
+        if more is None:
+            break
+        spread = np.sqrt(np.diag(more.covariance))
+        best = replace(best, spread=spread)
+        if not (np.abs(more.value) > least * spread).any():
+            break
+        nearer = compared(logs, best.alternative.refined(more.value))
         if nearer is None or nearer.gain <= best.gain:
             break
-        best, least = nearer, SETTLED
+        best, least = replace(nearer, spread=spread), SETTLED
     return best
 
 
-def _step(found: Compared, least: float) -> Array | None:
-    """Change of the parameters that the logs read so ask for; None where it is small."""
+def _change(found: Compared) -> Added | None:
+    """Change of the parameters that the logs read so ask for; None where they cannot say."""
     fit = reference(found.logs.problem)
     own = [family for family in FAMILIES.values() if family.name == found.alternative.key[0]]
-    for each in directions(fit, found.logs, own):
-        if each.key == found.alternative.key:
-            more = added(found.logs.model.fits, each.columns)
-            if more is None:
-                return None
-            std = np.sqrt(np.diag(more.covariance))
-            return more.value if (np.abs(more.value) > least * std).any() else None
-    return None
+    of_it = [each for each in directions(fit, found.logs, own) if each.key == found.alternative.key]
+    return added(found.logs.model.fits, of_it[0].columns) if of_it else None
 
 
 def compared(logs: Logs, alternative: Alternative) -> Compared | None:

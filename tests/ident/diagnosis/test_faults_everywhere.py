@@ -53,6 +53,8 @@ FAULTS = {
     "a clock that runs slow": (both(lambda x: changed(x, t=0.5 * x.t)), "clock", "t must be multiplied by "),
     "a clock that runs fast in one log": (loaded(lambda x: changed(x, t=1.25 * x.t)), "clock", "multiplied by 0."),
 }  # fmt: skip
+SIZES = {"a clock that runs slow": 100.0, "a clock that runs fast in one log": -20.0, "currents 16 ms late": 16.0}
+"""Of some faults, in the unit in which they are said; the others' words have their sizes."""
 
 
 @pytest.fixture
@@ -102,6 +104,9 @@ def test_a_fault_has_one_name_everywhere(axes, fault):
     assert words in refused or not refused  # as a whole, for the same reason
     for command, each in said.items():
         assert words in each.sentence, command
+        if fault in SIZES:
+            assert each.std is not None, command
+            assert abs(each.value - SIZES[fault]) < 2.0 * each.std, command
         assert each.logs == (("loaded",) if one else ()), command
         assert each.z > 4.0, command
         assert (each.name, each.joints, each.value) == (name, said["logs"].joints, said["logs"].value), command

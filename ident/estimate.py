@@ -112,6 +112,8 @@ class GainSolution:
             if it was not found.
         load_friction: What friction in proportion to the load does to gains that were found beside it; None if it was
             not.
+        stiff: The same of a model without yielding joints, where data chose these, so that a fault that they imitate
+            can be told; None where they did not.
     """
 
     rows: Rows
@@ -126,6 +128,7 @@ class GainSolution:
     unsolved: Mapping[int, str]
     softened: Array | None = None
     load_friction: LoadFriction | None = None
+    stiff: "GainSolution | None" = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -73,12 +73,14 @@ class Selected:
         remarks: What was chosen, in words.
         softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
             (r_j,); a model of yielding ones has it among its columns.
+        stiff: The same model without yielding joints, where data chose these; None where they did not.
     """
 
     final: Fitted
     remarks: tuple[str, ...]
     rivals: tuple[Rival, ...] = ()
     softened: tuple[Array, ...] = ()
+    stiff: Fitted | None = None
 
     @property
     def model(self) -> Array:
@@ -128,6 +130,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
         rivals=tuple(rivals),
         remarks=tuple(remarks),
         softened=tuple(each @ compliance for each in first.softened),
+        stiff=fit_with(ready, loads[form].terms, (), best.fitted) if yields and not yielding else None,
     )
 
 
@@ -177,9 +180,10 @@ def _tried(fitted: Fitted) -> _Tried:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Loaded:
-    """A fit with load friction, and the belief about it."""
+    """A fit with load friction, its terms, and the belief about it."""
 
     tried: _Tried
+    terms: Terms
     belief: Belief
 
 
@@ -197,7 +201,8 @@ def _with_load(
     free = fit_with(ready, _grown(chosen, form, again, ANY_DRIVE), again.softened, free)
     again = columns(free)
     belief = _belief(free, form)
-    return _Loaded(_tried(fit_with(ready, _grown(chosen, form, again, belief), again.softened, free)), belief)
+    terms = _grown(chosen, form, again, belief)
+    return _Loaded(_tried(fit_with(ready, terms, again.softened, free)), terms, belief)
 
 
 def _grown(chosen: Terms, form: str, columns: TermColumns, belief: Belief) -> Terms:

@@ -31,6 +31,7 @@ class Alternative:
         advice: What to do if it is so.
         value: Size of the fault, None where it has none.
         unit: Of the size.
+        parameters: Number of sizes that it has.
         refined: The same with its parameters changed by a little, in units of the direction of the family.
     """
 
@@ -42,6 +43,7 @@ class Alternative:
     advice: str
     value: float | None = None
     unit: str | None = None
+    parameters: int = 1
     refined: "Callable[[Array], Alternative] | None" = None
 
     @property

@@ -2,13 +2,10 @@
 
 import numpy as np
 
-from ident.diagnosis.catalog import FAMILIES
-from ident.diagnosis.comparison import added
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.diagnosis.engine import Compared, Fault, directions, faults, survey
+from ident.diagnosis.engine import Compared, Fault, faults, survey
 from ident.diagnosis.excluded import bound
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reference import reference
 
 NAME = "delay"
 
@@ -44,7 +41,7 @@ def _believed(first: Fault, logs: Logs) -> tuple[float, Diagnosis]:
     if first.rivals:
         rivals = " or ".join(first.rival_words)
         return 0.0, _said(f"no delay is corrected: {found.words}, but these logs cannot tell that from: {rivals}")
-    way, std = "late" if found.value > 0.0 else "early", _std(first.found.logs)
+    way, std = "late" if found.value > 0.0 else "early", first.found.std
     size = f"{abs(found.value):.2g}" if std is None else _rounded(abs(found.value), std)
     return 1e-3 * found.value, Diagnosis(
         name=NAME,
@@ -64,15 +61,6 @@ def _said(sentence: str, severity: Severity = Severity.WEAK) -> Diagnosis:
 def _is_common(joints: tuple[int, ...], of_logs: tuple[int, ...], logs: Logs) -> bool:
     """Whether a delay is that of all joints in all logs."""
     return not joints and len(of_logs) == len(logs.recordings)
-
-
-def _std(corrected: Logs) -> float | None:
-    """Standard deviation of the estimated delay [ms], from a fit to the corrected logs; None without one."""
-    for each in directions(reference(corrected.problem), corrected, [FAMILIES["delays"]]):
-        if _is_common(each.joints, each.logs, corrected):
-            left = added(corrected.model.fits, each.columns)
-            return None if left is None else 1e3 * float(np.sqrt(left.covariance[0, 0]))
-    return None
 
 
 def _rounded(size: float, std: float) -> str:

@@ -5,14 +5,27 @@ Severity follows from two numbers: z, whether it is so, and the effect on each g
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
 from ident.diagnosis.alternative import Direction, two_digits
 from ident.diagnosis.catalog import FAMILIES, payload
+from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import Added, z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.engine import SHOWN, TIE, Compared, Fault, Small, Survey, directions, faults, survey
+from ident.diagnosis.engine import (
+    SHOWN,
+    TIE,
+    Compared,
+    Fault,
+    Small,
+    Survey,
+    directions,
+    faults,
+    likeliest,
+    survey,
+)
 from ident.diagnosis.excluded import centres_excluded, exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference, reference
@@ -47,9 +60,13 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     of_logs = [each for each in found if isinstance(each.found, Compared)]
     known = None if estimate is None else _Known(estimate, base, again)
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
-    if base is not None and not of_logs:
-        diagnoses += list(_of_estimate(base, seen.directions, logs.names))
-    elif base is None:
+    if base is not None:
+        diagnoses += list(
+            _of_estimate(base, seen.directions, logs.names)
+            if not of_logs
+            else _of_mended(of_logs[-1], again, logs.names)
+        )
+    else:
         diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
     said = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
@@ -104,7 +121,7 @@ class _Known:
                 yield from self.base.effects(self.base.stacked(found.direction.columns) @ found.found.value)
         elif self.again is not None:
             try:
-                yield from _between(self.now, self.again(found.logs.problem))
+                yield from _between(self.now, self.again(found.read.problem))
             except IdentificationError:
                 return  # nothing to hold the gains against
 
@@ -156,7 +173,7 @@ def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
     """Share of each joint's current that a fault explains."""
     order = found.alternative.reading.logs[found.alternative.logs[0]].v_order
     rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
-    left, still = (each.model.fits.score.variance for each in (before, found.logs))
+    left, still = (each.model.fits.score.variance for each in (before, found.read))
     lost = np.sqrt(np.maximum(left[order] - still, 0.0)) / rms[order]
     for j, share in zip(order, lost, strict=True):
         yield Effect(joint=int(j), percent=100.0 * float(share), deviations=None)
@@ -205,24 +222,77 @@ def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
 
 def _of_estimate(base: Stated, small: Sequence[Direction], names: Sequence[str]) -> Iterator[Diagnosis]:
     """What an estimate lacks, the one that explains most first."""
-    stated_ones = list(payload.directions(base.problem, base.estimate))
-    for each in stated_ones:
-        if each.prior_std is not None and (more := base.added(each)) is not None and z_of(more.u) > SHOWN:
-            if beyond_prior(each, more):
-                yield _lacks(base, each, more, (), names)
-            base = base.beside(each)
-    open_ones = [*small, *(each for each in stated_ones if each.prior_std is None)]
-    for _ in range(MOST):
-        added = zip(open_ones, base.each_added(open_ones), strict=True)
-        within = [(each, more) for each, more in added if more is not None and each.within(more.value)]
-        shown = [(each, more) for each, more in within if z_of(more.u) > SHOWN]
+    of_payload = list(payload.directions(base.problem, base.estimate))
+    believed = [each for each in of_payload if each.prior_std is not None]
+    open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
+    imitated = list(_imitated(base, believed, open_ones))
+    for lack in imitated:
+        yield _lacks(lack, names)
+        base = base.beside(lack.best.direction)
+        open_ones.remove(lack.best.direction)
+    for each in believed:
+        if (more := base.added(each)) is not None and z_of(more.u) > SHOWN and beyond_prior(each, more):
+            yield _lacks(_Lack(base, Small(each, more), ()), names)
+        base = base.beside(each)
+    yield from (_lacks(each, names) for each in islice(_shown(base, open_ones), MOST - len(imitated)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Lack:
+    """What a model surely lacks.
+
+    Attributes:
+        base: The model.
+        best: What it lacks.
+        rivals: What else it may be, as well as can be told.
+    """
+
+    base: Stated
+    best: Small
+    rivals: tuple[Small, ...]
+
+
+def _shown(base: Stated, choices: Sequence[Direction]) -> Iterator[_Lack]:
+    """What a model surely lacks, the one that explains most first, each found beside those before it."""
+    choices = list(choices)
+    while True:
+        added = zip(choices, base.each_added(choices), strict=True)
+        small = [Small(each, more) for each, more in added if more is not None]
+        shown = [each for each in small if each.within and each.z > SHOWN]
         if not shown:
             return
-        best, more = max(shown, key=lambda pair: float(pair[1].u.sum()))
-        rivals = [(each, other) for each, other in shown if each is not best and z_of(more.u - other.u) < TIE]
-        yield _lacks(base, best, more, rivals, names)
-        base = base.beside(best)
-        open_ones.remove(best)
+        best, rivals = likeliest(shown)
+        yield _Lack(base, best, rivals)
+        base = base.beside(best.direction)
+        choices.remove(best.direction)
+
+
+def _imitated(base: Stated, believed: Sequence[Direction], choices: Sequence[Direction]) -> Iterator[_Lack]:
+    """Faults that yielding joints take up where data chose these: what predicts surely better is no elasticity."""
+    if base.solution.stiff is None:
+        return
+    stiff = stated(base.problem, base.estimate, base.solution.stiff)
+    for each in believed:
+        stiff = stiff.beside(each)
+    for lack in islice(_shown(stiff, choices), MOST):
+        elastic = [lack.base.added(each) for each in choices if each.family == ELASTICITY]
+        tied = any(each is not None and z_of(lack.best.u - each.u) < TIE for each in elastic)
+        if tied or not lack.best.direction.at_fault:
+            return
+        yield lack
+
+
+def _of_mended(last: Fault, again: Estimate | None, names: Sequence[str]) -> Iterator[Diagnosis]:
+    """What the same estimate still lacks of logs read as their faults ask for."""
+    assert isinstance(last.found, Compared), "a fault of the logs"
+    read = last.found.read
+    try:
+        mended = None if again is None else again(read.problem)
+    except IdentificationError:
+        return
+    if mended is not None and _linear(mended):
+        small = directions(reference(read.problem), read, tuple(FAMILIES.values()))
+        yield from _of_estimate(stated(read.problem, mended), small, names)
 
 
 def beyond_prior(direction: Direction, more: Added) -> bool:
@@ -232,10 +302,9 @@ def beyond_prior(direction: Direction, more: Added) -> bool:
     return float(more.value @ np.linalg.solve(spread, more.value)) > SHOWN**2
 
 
-def _lacks(
-    base: Stated, direction: Direction, more: Added, rivals: Sequence[tuple[Direction, Added]], names: Sequence[str]
-) -> Diagnosis:
-    effects = base.effects(base.stacked(direction.columns) @ more.value)
+def _lacks(lack: _Lack, names: Sequence[str]) -> Diagnosis:
+    direction, more = lack.best.direction, lack.best.found
+    effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value)
     severity = severity_of(effects)
     if not direction.at_fault:
         severity = Severity.WEAK if severity is Severity.WRONG else severity  # the model lacks it; no log is at fault
@@ -252,7 +321,7 @@ def _lacks(
         unit=direction.unit if told.value is not None else None,
         z=z_of(more.u),
         effects=effects,
-        rivals=tuple(each.told(other.value, names).words for each, other in rivals),
+        rivals=tuple(each.direction.told(each.found.value, names).words for each in lack.rivals),
     )
 
 

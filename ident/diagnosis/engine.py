@@ -5,6 +5,7 @@ Terms that a model may lack compete with faults, so that a fault is never accuse
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -44,6 +45,21 @@ class Small:
 
     direction: Direction
     found: Added
+
+    @property
+    def family(self) -> str:
+        """What kind of fault, or of term of the model, it would be."""
+        return self.direction.family
+
+    @property
+    def logs(self) -> tuple[int, ...]:
+        """Logs that it is about, from 0."""
+        return self.direction.logs
+
+    @property
+    def parameters(self) -> int:
+        """Number of sizes that it has."""
+        return len(self.found.value)
 
     @property
     def within(self) -> bool:
@@ -87,15 +103,30 @@ class Compared:
     Attributes:
         alternative: The alternative.
         u: Gain of each block, shape (blocks,).
-        logs: The logs read so.
+        read: The logs read so.
         spread: Standard deviations of the parameters that the alternative is refined in, shape (m,); None where it has
             none, or where it predicts too badly for them to be asked.
     """
 
     alternative: Alternative
     u: Array
-    logs: Logs
+    read: Logs
     spread: Array | None = None
+
+    @property
+    def family(self) -> str:
+        """What kind of fault it would be."""
+        return self.alternative.family
+
+    @property
+    def logs(self) -> tuple[int, ...]:
+        """Logs that it is about, from 0."""
+        return self.alternative.logs
+
+    @property
+    def parameters(self) -> int:
+        """Number of sizes that it has."""
+        return self.alternative.parameters
 
     @property
     def words(self) -> str:
@@ -120,6 +151,9 @@ class Compared:
     def z(self) -> float:
         """Standard errors by which it predicts better."""
         return z_of(self.u)
+
+
+Found = TypeVar("Found", bound=Compared | Small)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -205,7 +239,7 @@ def faults(first: Survey, families: Sequence[Family] = tuple(FAMILIES.values()))
             return
         yield found
         if isinstance(found.found, Compared):
-            seen = survey(found.found.logs, families)
+            seen = survey(found.found.read, families)
         else:
             seen = _with_term(seen, found.found.direction)
 
@@ -217,19 +251,32 @@ def _best(seen: Survey) -> Fault | None:
     candidates = [*full, *terms]
     if not candidates:
         return None
-    best = max(candidates, key=lambda each: each.gain)
-    tied = [each for each in candidates if z_of(best.u - each.u) < TIE]  # and itself
-    best = max(tied, key=lambda each: (not _is_of_model(each), each.gain))
-    rivals = tuple(each for each in candidates if each is not best and z_of(best.u - each.u) < TIE)
+    best, rivals = likeliest(candidates)
     small = (
         best if isinstance(best, Small) else next((each for each in seen.small if each.near(best.alternative)), None)
     )
     return Fault(found=best, small=small, rivals=rivals, before=seen.logs)
 
 
-def _is_of_model(found: Compared | Small) -> bool:
-    """Whether the lengths of the model would be wrong: drawn once, they are right more often than what a cell sets."""
-    return isinstance(found, Compared) and found.alternative.family == "lengths"
+def likeliest(shown: Sequence[Found]) -> tuple[Found, tuple[Found, ...]]:
+    """Of alternatives that surely predict better the likeliest, and those that it cannot be told from.
+
+    An alternative with more sizes than its special case must surely predict better than that; of those that predict as
+    well as the best, one of a family that is seldom wrong comes last.
+    """
+    best = max(shown, key=lambda each: each.gain)
+    special = [each for each in shown if _contains(best, each) and z_of(best.u - each.u) < SHOWN]
+    best = max(special, key=lambda each: each.gain, default=best)
+    seldom = {family.name for family in FAMILIES.values() if family.seldom}
+    tied = [each for each in shown if z_of(best.u - each.u) < TIE and not _contains(each, best)]  # and itself
+    best = max(tied, key=lambda each: (each.family not in seldom, each.gain))
+    return best, tuple(each for each in tied if each is not best)
+
+
+def _contains(general: Compared | Small, special: Compared | Small) -> bool:
+    """Whether an alternative is another one with more sizes, as a delay of each joint of one of all joints."""
+    same = (general.family, general.logs) == (special.family, special.logs)
+    return same and general.parameters > special.parameters
 
 
 def _in_full(seen: Survey) -> list[Compared]:
@@ -258,7 +305,8 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
     """
     best = compared(logs, alternative)
     for _ in range(REFINED):
-        if best is None or best.z < SHOWN - 1.0 or best.alternative.refined is None:
+        refined = None if best is None else best.alternative.refined
+        if best is None or refined is None or best.z < SHOWN - 1.0:
             break
         more = _change(best)
         if more is None:
@@ -267,7 +315,7 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
         best = replace(best, spread=spread)
         if not (np.abs(more.value) > least * spread).any():
             break
-        nearer = compared(logs, best.alternative.refined(more.value))
+        nearer = compared(logs, refined(more.value))
         if nearer is None or nearer.gain <= best.gain:
             break
         best, least = replace(nearer, spread=spread), SETTLED
@@ -276,10 +324,10 @@ def _refined(logs: Logs, alternative: Alternative, least: float) -> Compared | N
 
 def _change(found: Compared) -> Added | None:
     """Change of the parameters that the logs read so ask for; None where they cannot say."""
-    fit = reference(found.logs.problem)
+    fit = reference(found.read.problem)
     own = [family for family in FAMILIES.values() if family.name == found.alternative.key[0]]
-    of_it = [each for each in directions(fit, found.logs, own) if each.key == found.alternative.key]
-    return added(found.logs.model.fits, of_it[0].columns) if of_it else None
+    of_it = [each for each in directions(fit, found.read, own) if each.key == found.alternative.key]
+    return added(found.read.model.fits, of_it[0].columns) if of_it else None
 
 
 def compared(logs: Logs, alternative: Alternative) -> Compared | None:

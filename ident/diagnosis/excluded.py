@@ -85,7 +85,7 @@ def exclusions(seen: Survey) -> list[Exclusion]:
 def _sizes(seen: Survey, family: str, *, of_joints: bool, one_log: bool) -> dict[tuple[tuple[int, ...], str], float]:
     """Largest size of a family that is not excluded, by joints and unit; of one log, the worst of all logs."""
     count = 1 if one_log else len(seen.logs.recordings)
-    own = [each for each in seen.directions if each.family == family and bool(each.joints) == of_joints]
+    own = [each for each in seen.directions if each.family == family and len(each.joints) == of_joints]
     own = [each for each in own if len(each.logs) == count]
     found = dict[tuple[tuple[int, ...], str], float]()
     for each in own:

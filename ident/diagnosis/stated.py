@@ -28,7 +28,7 @@ from ident.diagnosis.comparison import (
 )
 from ident.diagnosis.diagnosis import Effect
 from ident.diagnosis.free_model import row_counts
-from ident.estimate import GainEstimate, IdentifiedGain
+from ident.estimate import GainEstimate, GainSolution, IdentifiedGain
 from ident.problem import Problem
 
 FINEST = 1e-3
@@ -42,16 +42,18 @@ class Stated:
     Attributes:
         problem: Motions and payloads.
         estimate: What was found from them.
-        fits: Its rows as one part, in units of each joint's residual.
+        solution: Its solution, or that of the same model without yielding joints.
+        fits: The solution's rows as one part, in units of each joint's residual.
     """
 
     problem: Problem
     estimate: GainEstimate
+    solution: GainSolution
     fits: Fits
 
     def stacked(self, columns: Sequence[Array | None]) -> Array:
         """Columns of each joint's rows as the estimate has them, (R, m)."""
-        rows = self.estimate.solution.rows
+        rows = self.solution.rows
         width = next(each.shape[1] for each in columns if each is not None)
         return np.vstack(
             [each if (each := columns[j]) is not None else np.zeros((_count(rows.of(j)), width)) for j in rows.unknowns]
@@ -59,7 +61,7 @@ class Stated:
 
     def weighted(self, direction: Direction) -> Direction:
         """A direction by the rows of the estimate's fit, which is one part."""
-        weight = self.estimate.solution.rows.weight[:, None]
+        weight = self.solution.rows.weight[:, None]
         return replace(direction, columns=(weight * self.stacked(direction.columns),))
 
     def added(self, direction: Direction) -> Added | None:
@@ -89,10 +91,14 @@ class Stated:
         return replace(self, fits=fits_of([held_out(fit)]))
 
     def effects(self, currents: Array) -> tuple[Effect, ...]:
-        """Error of each gain if currents that are added to the rows, shape (R,), have no place in the model."""
-        solution = self.estimate.solution
-        moved = -(solution.influence @ currents) / solution.inverse
-        place = {int(j): k for k, j in enumerate(solution.joints)}
+        """Error of each gain if currents that are added to the rows, shape (R,), have no place in the model.
+
+        Beside another model than the estimate's, what the two gains differ by belongs to the error.
+        """
+        own, told = self.solution, self.estimate.solution
+        moved = -(own.influence @ currents) / own.inverse
+        moved += (1.0 + moved) * (own.inverse / told.inverse - 1.0)
+        place = {int(j): k for k, j in enumerate(own.joints)}
         return tuple(
             Effect(joint=j, percent=100.0 * float(moved[place[j]]), deviations=float(moved[place[j]]) / claimed(gain))
             for j, gain in enumerate(self.estimate.joints)
@@ -100,16 +106,17 @@ class Stated:
         )
 
 
-def stated(problem: Problem, estimate: GainEstimate) -> Stated:
-    """Prepare the held-out predictions of an estimate."""
-    rows = estimate.solution.rows
+def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | None = None) -> Stated:
+    """Prepare the held-out predictions of an estimate, or of another solution of the same joints beside it."""
+    solution = estimate.solution if solution is None else solution
+    rows = solution.rows
     lengths = row_counts(problem)
     block = numbered_blocks(rows.motion, rows.position, lengths)
     fit = FreeFit(
         V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, block=block,
         blocks=BLOCKS * len(lengths),
     )  # fmt: skip
-    return Stated(problem, estimate, fits_of([held_out(fit)]))
+    return Stated(problem, estimate, solution, fits_of([held_out(fit)]))
 
 
 def claimed(gain: IdentifiedGain) -> float:

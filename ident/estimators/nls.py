@@ -7,6 +7,8 @@ through its neighbours.
 
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from ident.all_joints.body import BODIES
 from ident.all_joints.loss import LOSSES, Tame, drawn_in, settled
 from ident.all_joints.named import fit_as_named
@@ -103,7 +105,10 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     )
     chosen = chosen_model(ready, options)
     moved = BODIES[options.payload_body](ready, chosen.final)
-    estimate = concluded(NAME, problem, solution(ready, chosen.final, chosen.model, moved.log, chosen.softened))
+    found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
+    if chosen.stiff is not None:
+        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
+    estimate = concluded(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
 

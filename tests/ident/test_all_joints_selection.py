@@ -85,6 +85,7 @@ def test_what_is_there_is_found_where_it_is_and_the_gains_are_within_their_devia
     for name, words in WORDS.items():
         assert remarked(estimate, words).endswith(said.get(name, "")), estimate.remarks
         assert bool(remarked(estimate, words)) == (name in said)
+    assert (estimate.solution.stiff is not None) == ("yields" in said)
     assert (np.abs(off(estimate)) < 3.0 * total(estimate)).all()
     assert (np.abs(off(estimate))[SHOWN] < 5e-3).all()
 
@@ -120,6 +121,7 @@ def test_compliance_that_is_asked_for_is_there_whatever_the_data_say(axes):
     stiff, told = gains(problem), gains(problem, compliance=True)
     assert not remarked(stiff, WORDS["yields"])
     assert remarked(told, WORDS["yields"])
+    assert told.solution.stiff is None  # nobody doubts what is asked for
     assert (off(told) != off(stiff)).all()
     assert (np.abs(off(told))[SHOWN] < 5e-3).all()
 

@@ -28,18 +28,20 @@ class Family:
         alternatives: Gross ones, as readings.
         directions: Small ones, as columns of currents; none where all are gross.
         name: What its directions are called.
+        seldom: Whether it is wrong more seldom than others, so that of alternatives that predict as well it comes last.
     """
 
     alternatives: Callable[[Logs], Iterable[Alternative]] = lambda logs: ()
     directions: Callable[[Reference, Logs], Iterable[Direction]] = lambda reference, logs: ()
     name: str = ""
+    seldom: bool = False
 
 
 FAMILIES: dict[str, Family] = {
     "zeros": Family(zeros.alternatives, zeros.directions, "zero"),
     "orders": Family(orders.alternatives),
     "base": Family(base.alternatives, base.directions, "base"),
-    "lengths": Family(lengths.alternatives, lengths.directions, "lengths"),
+    "lengths": Family(lengths.alternatives, lengths.directions, "lengths", seldom=True),  # drawn once, cells set daily
     "clocks": Family(clocks.alternatives, clocks.directions, "clock"),
     "delays": Family(delays.alternatives, delays.directions, "delay"),
     "current scales": Family(current_scales.alternatives, current_scales.directions, "current scale"),

@@ -21,38 +21,59 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Currents a little late: of all joints together, and of each alone."""
+    """Currents a little late: of all joints together, of each alone, and each by a time of its own."""
     n = logs.structure.arm.n
     parts = [[-each for each in motion.rows(motion.rate()[..., None])] for motion in reference.motions]
+    each_own = [[each * (np.arange(n) == j) for j, each in enumerate(part)] for part in parts]
+    every = tuple(range(n))
     for scope in scopes(len(parts)):
-        for joints in ((), *((j,) for j in range(n))):
+        for joints in ((), *((j,) for j in range(n)), *((every,) if n > 1 else ())):
 
             def alternative(
                 value: Array, scope: tuple[int, ...] = scope, joints: tuple[int, ...] = joints
             ) -> Alternative:
-                return late(logs, scope, joints, float(value[0]))
+                return late(logs, scope, joints, value)
 
             yield Direction(
-                family="delay", joints=joints, logs=scope, columns=in_rows(parts, scope, joints or None),
+                family="delay", joints=joints, logs=scope,
+                columns=in_rows(each_own if len(joints) > 1 else parts, scope, joints or None),
                 alternative=alternative, unit="ms", scale=1e3, largest=LARGEST,
             )  # fmt: skip
 
 
-def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delay: float) -> Alternative:
-    """Currents of some joints, of all if none is named, that are logged late by a time [s]."""
+def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delays: Array) -> Alternative:
+    """Currents that are logged late.
+
+    Args:
+        logs: As they were observed.
+        scope: Logs that it is about, from 0.
+        joints: Joints that it is about, from 0; none for all of them together.
+        delays: One of each joint, or one of all together [s], shape (1,) or (joints,).
+    """
     n = logs.structure.arm.n
     given = as_logged(logs.structure.arm, len(logs.recordings))
+    of_joints = np.zeros(n)
+    of_joints[list(joints) if joints else slice(None)] = delays
+    return Alternative(
+        family="delay",
+        words=in_logs(_words(joints, delays), scope, logs.names),
+        joints=joints,
+        logs=scope,
+        reading=given.changed(scope, delay=of_joints),
+        advice=ADVICE if joints or len(scope) < len(logs.recordings) else f"{ADVICE}, or give --current-delay auto",
+        value=1e3 * float(delays[0]) if len(delays) == 1 else None,
+        unit="ms",
+        parameters=len(delays),
+        refined=lambda more: late(logs, scope, joints, delays + more),
+    )
+
+
+def _words(joints: tuple[int, ...], delays: Array) -> str:
+    if len(delays) > 1:
+        each = ", ".join(f"{1e3 * delay + 0.0:.1f} (v{j + 1})" for j, delay in zip(joints, delays, strict=True))
+        return f"each current is logged later than the positions by a time of its own: {each} ms"
+    delay = float(delays[0])
     what = "the currents are" if not joints else f"v{joints[0] + 1} is"
     way = "later" if delay > 0.0 else "earlier"
     smoothed = f" (or smoothed by a filter of {two_digits(abs(1.0 / (2.0 * np.pi * delay)))} Hz)" if delay > 0.0 else ""
-    return Alternative(
-        family="delay",
-        words=in_logs(f"{what} logged {1e3 * abs(delay):.2g} ms {way} than the positions{smoothed}", scope, logs.names),
-        joints=joints,
-        logs=scope,
-        reading=given.changed(scope, delay=np.where(np.isin(np.arange(n), joints) | (not joints), delay, 0.0)),
-        advice=ADVICE if joints or len(scope) < len(logs.recordings) else f"{ADVICE}, or give --current-delay auto",
-        value=1e3 * delay,
-        unit="ms",
-        refined=lambda more: late(logs, scope, joints, delay + float(more[0])),
-    )
+    return f"{what} logged {1e3 * abs(delay):.2g} ms {way} than the positions{smoothed}"

@@ -13,8 +13,9 @@ from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference
 from ident.gain_system import JointRows
 
+ELASTICITY = "joint elasticity"
 SAID = {
-    "joint elasticity": (
+    ELASTICITY: (
         "the joints are elastic, which the model lacks",
         "let the method model it (nls with compliance), or move more slowly",
     ),
@@ -40,7 +41,7 @@ DEGREE = 6
 def elasticity(reference: Reference, logs: Logs) -> Iterator[Direction]:
     """Joints that yield, each with a compliance of its own."""
     size = np.where(reference.compliance > 0.0, reference.compliance, 1.0)
-    yield _term("joint elasticity", (), logs, tuple(each * size for each in reference.softened))
+    yield _term(ELASTICITY, (), logs, tuple(each * size for each in reference.softened))
 
 
 def position(reference: Reference, logs: Logs) -> Iterator[Direction]:

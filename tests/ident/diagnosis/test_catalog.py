@@ -153,6 +153,9 @@ def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found)
         assert (other.joints, other.logs) == (each.joints, each.logs)
         more = other.refined(np.full(m, 0.0))
         assert more.words == other.words
+        if each.family == "delay" and m > 1:  # each joint by a time of its own
+            np.testing.assert_allclose(other.reading.logs[each.logs[0]].delay, 0.013, rtol=1e-12)
+            continue
         size = 0.013 * np.sqrt(m) * each.scale + (each.family == "current scale")
         np.testing.assert_allclose(abs(other.value), size, rtol=1e-9)
     assert set(SAME_PARAMETER) == {"sign", "current sign"}
@@ -172,10 +175,14 @@ def test_terms_of_the_model_are_no_alternative_readings(found):
 def test_steps_of_a_size_add_up(sound):
     turned = zeros.turned(sound, 1, (0, 1), 1.0, 0.3).refined(np.array([0.11]))
     np.testing.assert_allclose(turned.reading.logs[0].zero, [0.0, 0.41, 0.0], rtol=1e-12)
-    later = delays.late(sound, (1,), (), 0.004).refined(np.array([0.003]))
+    later = delays.late(sound, (1,), (), np.array([0.004])).refined(np.array([0.003]))
     np.testing.assert_allclose(later.reading.logs[1].delay, 0.007, rtol=1e-12)
     assert "7 ms later" in later.words
     assert "23 Hz" in later.words  # 1 / (2 pi 7 ms)
+    apart = delays.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0])).refined(np.array([0.0, -0.0021, 0.004]))
+    np.testing.assert_allclose(apart.reading.logs[0].delay, [0.002, -0.0051, 0.004], rtol=1e-12)
+    assert "2.0 (v1), -5.1 (v2), 4.0 (v3) ms" in apart.words
+    assert (apart.value, apart.parameters, later.parameters) == (None, 3, 1)
     timed = clocks.timed(sound, (0,), 1.2).refined(np.array([0.05]))
     np.testing.assert_allclose(timed.reading.logs[0].clock, 1.2 * np.exp(0.05), rtol=1e-12)
     scaled = current_scales.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))

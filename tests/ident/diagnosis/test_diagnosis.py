@@ -23,7 +23,7 @@ from ident.diagnosis.diagnose import (
     severity_of,
 )
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst, worst_first
-from ident.diagnosis.engine import Compared, Fault
+from ident.diagnosis.engine import Compared, Fault, likeliest
 from ident.errors import Contradiction
 from ident.estimate import IdentifiedGain, RefusedGain
 from ident.estimators import ESTIMATORS
@@ -138,7 +138,7 @@ def test_what_other_columns_explain_of_a_current_is_told_of_the_column_as_it_was
         return SimpleNamespace(model=SimpleNamespace(rows=rows, fits=SimpleNamespace(score=score)))
 
     reading = SimpleNamespace(logs=[SimpleNamespace(v_order=np.array(each)) for each in ([0, 1, 2], [2, 0, 1])])
-    found = SimpleNamespace(alternative=SimpleNamespace(reading=reading, logs=(1,)), logs=fits(0.4, 1.7, 9.0))
+    found = SimpleNamespace(alternative=SimpleNamespace(reading=reading, logs=(1,)), read=fits(0.4, 1.7, 9.0))
     shares = {each.joint: each.percent for each in _of_currents(fits(13.0, 7.0, 31.0), found)}
     # Joint 1 was read from the third column, joint 2 from the first, joint 3 from the second, of which less is left.
     assert list(shares) == [2, 0, 1]
@@ -243,3 +243,36 @@ def test_a_refusal_names_two_rivals_at_most():
         refusal_of([replace(said(Severity.WRONG), rivals=rivals)])
         == "the zero of q2 is off (or a delay or another order)"
     )
+
+
+def shown(family: str, parameters: int, gain: float, logs: tuple[int, ...] = (0, 1), wave: float = 1.0):
+    """An alternative whose gain differs between blocks by a wave: of two with one wave the difference is sure."""
+    u = gain / 40.0 + wave * np.linspace(-1.0, 1.0, 40)
+    return SimpleNamespace(family=family, parameters=parameters, gain=gain, u=u, logs=logs)
+
+
+def test_of_alternatives_that_predict_as_well_lengths_come_last():
+    lengths, delay = shown("lengths", 1, 91.0), shown("delay", 1, 85.0, wave=-1.0)
+    zero, base = shown("zero", 1, 87.0, wave=2.0), shown("base", 2, 88.0, wave=-2.0)
+    assert likeliest([delay, lengths]) == (delay, (lengths,))
+    assert likeliest([lengths]) == (lengths, ())
+    assert likeliest([lengths, shown("delay", 1, 85.0)]) == (lengths, ())  # a sure difference is no tie
+    assert likeliest([zero, base, delay]) == (base, (zero, delay))  # of other families what predicts best
+
+
+@pytest.mark.parametrize(("more", "believed"), [(18.0, False), (20.0, True)])  # 3.79 is a standard error
+def test_more_sizes_are_believed_where_they_predict_surely_better_than_one(more, believed):
+    one, each = shown("delay", 1, 85.0, (1,), wave=0.0), shown("delay", 6, 85.0 + more, (1,))
+    assert likeliest([one, each]) == ((each, ()) if believed else (one, ()))
+    assert likeliest([each]) == (each, ())
+    of_another_log = shown("delay", 1, 85.0, (0,), wave=0.0)
+    assert likeliest([of_another_log, each]) == (each, ())
+
+
+def test_more_sizes_are_no_rival_of_the_one_that_they_contain_and_one_of_other_logs_is():
+    one, each, other = (
+        shown("delay", 1, 85.0, (1,)),
+        shown("delay", 6, 84.0, (1,), -1.0),
+        shown("delay", 1, 83.0, wave=3.0),
+    )
+    assert likeliest([one, each, other]) == (one, (other,))

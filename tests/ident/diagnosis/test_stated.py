@@ -5,16 +5,20 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import all_joints, joint_by_joint, logs_of, problem_of, with_current
+from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of, problem_of, with_current
 from known_logs import BRICK
 from linear_solutions import linear_estimate, linear_solution
 from real_friction import Truth
 
 from ident.diagnosis.alternative import Direction, Term
 from ident.diagnosis.catalog import payload as payload_catalog
-from ident.diagnosis.comparison import gains
-from ident.diagnosis.diagnose import _lacks, _linear, _of_estimate
+from ident.diagnosis.catalog import terms
+from ident.diagnosis.comparison import gains, z_of
+from ident.diagnosis.diagnose import _imitated, _Lack, _lacks, _linear, _of_estimate, _shown
+from ident.diagnosis.engine import Small
+from ident.diagnosis.reference import reference
 from ident.diagnosis.stated import FINEST, claimed, stated
+from ident.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.payload import standard_parameters
 
 
@@ -120,7 +124,7 @@ def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made
     term = Term(words=lambda _: "it drifts", advice="warm it up", stated=False)
     drift = replace(direction(columns, "current drift"), logs=(1,), term=term, unit="%", scale=100.0)
     more = made[0].added(drift)
-    said = _lacks(made[0], drift, more, (), ("a.csv", "b.csv"))
+    said = _lacks(_Lack(made[0], Small(drift, more), ()), ("a.csv", "b.csv"))
     np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
     assert (said.unit, said.logs) == ("%", ("b.csv",))
     assert said.sentence.startswith("it drifts in b.csv alone; ")
@@ -152,6 +156,52 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
         now, before = (x.joints[each.joint] for x in (estimate, sound))
         error = 100.0 * (now.value / before.value - 1.0)
         np.testing.assert_allclose(each.percent, error, rtol=0.25, atol=150.0 * claimed(now))  # noise moves it, too
+
+
+def yielding(problem):
+    """An estimate whose joints yield, as if data had chosen so, beside the one whose joints do not."""
+    soft, stiff = (
+        all_joints_gains(problem, AllJointsOptions(friction=PLAIN.friction, compliance=each)) for each in (True, False)
+    )
+    return replace(soft, solution=replace(soft.solution, stiff=stiff.solution)), stiff
+
+
+def elastic(axes, logs):
+    seen = doubted(axes, logs)
+    return next(terms.elasticity(reference(seen.problem), seen))
+
+
+def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not_yield(axes, logs):
+    sound = all_joints(problem_of(axes, logs))
+    off = (0.0, -0.006, 0.011)
+    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    estimate, stiff = yielding(problem)
+    base = stated(problem, estimate)
+    (centre, _) = payload_catalog.directions(problem, estimate)
+    (found,) = _imitated(base, (), [centre, elastic(axes, logs)])
+    assert found.best.direction is centre
+    np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).added(centre).u), rtol=1e-9)
+    assert found.best.z > z_of(base.added(centre).u) + 1.0
+    for each in found.base.effects(found.base.stacked(centre.columns) @ found.best.found.value):
+        now, before = (x.joints[each.joint] for x in (estimate, sound))
+        error = 100.0 * (now.value / before.value - 1.0)  # of joint 2, a third of it is what yielding joints changed
+        np.testing.assert_allclose(each.percent, error, rtol=0.1)
+        np.testing.assert_allclose(each.deviations, 0.01 * each.percent / claimed(now), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("compliance", "off"), [(1.2e-3, (0.0, 0.0, 0.0)), (5e-4, (0.0, -0.0065, 0.0125))], ids=["explain it all", "a tie"]
+)
+def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off):
+    logs = logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance)), seed=2)
+    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    estimate, stiff = yielding(problem)
+    (centre, _) = payload_catalog.directions(problem, estimate)
+    assert [each.best.direction for each in _shown(stated(problem, stiff), [centre])] == [
+        centre
+    ]  # alone it is believed
+    assert not list(_imitated(stated(problem, estimate), (), [centre, elastic(axes, logs)]))
+    assert not list(_imitated(stated(problem, stiff), (), [centre]))  # nothing was chosen that could imitate it
 
 
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):

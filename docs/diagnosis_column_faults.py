@@ -88,6 +88,25 @@ def scales(case: SoundCase) -> Iterator[Fault]:
         yield Fault("scale of all currents in one log", words, all_joints(case), last, factor, "", apply)
 
 
+def offsets(case: SoundCase) -> Iterator[Fault]:
+    """Of current sensors that are zeroed once, or that warm up: as shares of each joint's rms current."""
+    if len(case.motions) < 2:
+        return
+    last, n = last_log(case), case.structure.arm.n
+    sign = np.where(np.arange(n) % 3 == 1, -1.0, 1.0)
+    rms = np.sqrt(np.mean(case.motions[last[0]].recording.v ** 2, axis=0))
+    for share in (0.03, 0.1, 0.3):
+        level = share * sign * rms
+        yield Fault(
+            "offset of one log", f"{share:g} of the rms in log 2", all_joints(case), last, None, "",
+            in_logs(lambda t, q, v, level=level: (t, q, v + level), last),
+        )  # fmt: skip
+        yield Fault(
+            "offset that drifts", f"by {share:g} of the rms in log 2", all_joints(case), last, None, "",
+            in_logs(lambda t, q, v, level=level: (t, q, v + np.linspace(0.0, 1.0, len(t))[:, None] * level), last),
+        )  # fmt: skip
+
+
 def _swapped(x: Array, i: int, j: int) -> Array:
     x[:, [i, j]] = x[:, [j, i]]
     return x

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from diagnosis_belief_faults import gravity_compensated, models, payload_faults
 from diagnosis_cases import SoundCase
-from diagnosis_column_faults import columns, orders, scales, signs, zeros
+from diagnosis_column_faults import columns, offsets, orders, scales, signs, zeros
 from diagnosis_fault import Fault, Motions, then
 from diagnosis_time_faults import clocks, delays, drifts, filters, samples
 
@@ -63,7 +63,7 @@ def chosen(faults: Sequence[Fault], seed: str, sample: int | None) -> list[Fault
 
 def faults_of(case: SoundCase) -> list[Fault]:
     """All faults that fit a case."""
-    found = [*delays(case), *filters(case), *zeros(case), *signs(case), *scales(case), *orders(case)]
+    found = [*delays(case), *filters(case), *zeros(case), *signs(case), *scales(case), *offsets(case), *orders(case)]
     found += [*models(case), *clocks(case), *samples(case), *columns(case), *drifts(case), *payload_faults(case)]
     return [*found, *gravity_compensated(case), *_two_at_once(found)]
 

@@ -77,6 +77,9 @@ LOST = ("lost samples", "missing samples", "repeated samples", "values")
 RULES: dict[str, Rule] = {
     "delay": Rule(names=("delay",), joints=False, value=lambda x, _: 1e3 * x),
     "delay of one joint": Rule(names=("delay",), value=lambda x, _: 1e3 * x),
+    "delay of the wrist": Rule(names=("delay",), joints=None),
+    "offset of one log": Rule(names=("offset",), joints=None),
+    "offset that drifts": Rule(names=("offset", "offset drift"), joints=None),
     "filter of the currents": Rule(names=("delay",), joints=False),
     "zero": Rule(names=("zero",), value=_degrees),
     "zero far off": Rule(names=("zero",), value=_degrees, words="outside the range"),

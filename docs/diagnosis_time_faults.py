@@ -10,11 +10,11 @@ from scipy import interpolate, signal
 from ident.arrays import Array
 
 
-def _late(late: float, joint: int | None = None) -> Change:
-    """Currents that come later than what they belong to by a whole or broken number of samples; the log stays even."""
+def _late(late: float, *joints: int) -> Change:
+    """Currents, all or some joints', later than their positions by any part of a sample; the log stays even."""
 
     def changed(t: Array, q: Array, v: Array) -> Samples:
-        columns = slice(None) if joint is None else slice(joint, joint + 1)
+        columns = list(joints or range(v.shape[1]))
         v[:, columns] = interpolate.make_interp_spline(t, v[:, columns], k=1)(np.clip(t - late, t[0], t[-1]))
         inside = (t - late >= t[0]) & (t - late <= t[-1])
         return t[inside], q[inside], v[inside]
@@ -33,6 +33,13 @@ def delays(case: SoundCase) -> Iterator[Fault]:
         yield Fault(
             "delay of one joint", words, (j,), all_logs(case), late, "s", in_logs(_late(late, j), all_logs(case))
         )
+    n = case.structure.arm.n
+    if n > 2 and len(case.motions) > 1:  # drives of the wrist on a bus of their own
+        wrist = tuple(range((n + 1) // 2, n))
+        for late in (0.003, 0.007):
+            apply = in_logs(_late(late, *wrist), last_log(case))
+            words = f"v{number(wrist[0])} to v{n} by {1e3 * late:+g} ms in log 2"
+            yield Fault("delay of the wrist", words, wrist, last_log(case), late, "s", apply)
 
 
 def filters(case: SoundCase) -> Iterator[Fault]:

@@ -59,12 +59,13 @@ class Term:
     Attributes:
         words: What it would be, by the parameters, shape (m,).
         advice: What to do about it.
-        stated: Whether it contradicts what is stated, so that a gain may be refused; what the model lacks is told only.
+        at_fault: Whether a log, or what is stated, would be wrong, so that a gain may be refused; else the model lacks
+            it, which is only told.
     """
 
     words: Callable[[Array], str]
     advice: str
-    stated: bool
+    at_fault: bool
 
 
 class Told(NamedTuple):
@@ -112,7 +113,7 @@ class Direction:
     @property
     def at_fault(self) -> bool:
         """Whether a log, or what is stated, would be wrong, not the model."""
-        return self.term is None or self.term.stated
+        return self.term is None or self.term.at_fault
 
     def within(self, value: Array) -> bool:
         """Whether values of its parameters, shape (m,), are such that the first order is to be believed of them."""

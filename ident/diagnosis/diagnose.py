@@ -60,14 +60,12 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     of_logs = [each for each in found if isinstance(each.found, Compared)]
     known = None if estimate is None else _Known(estimate, base, again)
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
-    if base is not None:
-        diagnoses += list(
-            _of_estimate(base, seen.directions, logs.names)
-            if not of_logs
-            else _of_mended(of_logs[-1], again, logs.names)
-        )
-    else:
+    if base is None:
         diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
+    elif of_logs:
+        diagnoses += _of_mended(of_logs[-1], again, logs.names)
+    else:
+        diagnoses += _of_estimate(base, seen.directions, logs.names)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
     said = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
     return replace(said, diagnoses=worst_first(diagnoses))

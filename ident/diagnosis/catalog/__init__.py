@@ -53,5 +53,6 @@ FAMILIES: dict[str, Family] = {
     "friction drift": Family(directions=terms.warming),
     "friction of couplings": Family(directions=terms.coupled_friction),
     "current drift": Family(directions=terms.current_drift),
+    "offsets": Family(directions=terms.offsets),
 }
 """What logs are compared with."""

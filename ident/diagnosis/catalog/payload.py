@@ -22,12 +22,12 @@ CENTRE = Term(
         f"({', '.join(two_digits(1e3 * x, sign='+') for x in offset)}) mm"
     ),
     advice="measure the payload's centre; mind axes and units",
-    stated=True,
+    at_fault=True,
 )
 INERTIA = Term(
     words=lambda _: "the payload's inertia seems to differ from the one stated",
     advice="check the payload's inertia; mind axes, reference point and units",
-    stated=True,
+    at_fault=True,
 )
 
 

@@ -14,6 +14,8 @@ from ident.diagnosis.reference import Reference
 from ident.gain_system import JointRows
 
 ELASTICITY = "joint elasticity"
+OFFSET, OFFSET_DRIFT = "offset", "offset drift"
+"""Of a current sensor: no model of the arm would have it."""
 SAID = {
     ELASTICITY: (
         "the joints are elastic, which the model lacks",
@@ -31,6 +33,14 @@ SAID = {
     "current drift": (
         "the currents' scale drifts within the log",
         "warm the drives up before recording; mind magnets that weaken with temperature",
+    ),
+    OFFSET: (
+        "the currents are offset from those of the first log",
+        "warm the drives up before recording, and zero the current sensors once for all logs",
+    ),
+    OFFSET_DRIFT: (
+        "the offset of the currents drifts within the log",
+        "warm the drives up before recording, and zero the current sensors",
     ),
 }
 """What a term says, and what to do about it."""
@@ -96,6 +106,23 @@ def current_drift(reference: Reference, logs: Logs) -> Iterator[Direction]:
             yield replace(_term("current drift", joints, logs, chosen), logs=(log,), unit="%", scale=100.0)
 
 
+def offsets(reference: Reference, logs: Logs) -> Iterator[Direction]:
+    """Offsets of currents that differ between logs, or drift within one: of a joint alone, and of all, each its own."""
+    n = logs.structure.arm.n
+    for log in range(len(logs.recordings)):
+        level, drift = list[Array](), list[Array]()
+        for rows in logs.model.rows:
+            own = rows.motion == log
+            level.append((own * rows.weight)[:, None])
+            share = rows.position / max(1, int(rows.position[own].max(initial=1))) - 0.5
+            drift.append(level[-1] * share[:, None])
+        for family, columns in ((OFFSET, level if log else []), (OFFSET_DRIFT, drift)):
+            found = [_alone(family, j, logs, each) for j, each in enumerate(columns)]
+            if n > 1 and columns:
+                found.append(_term(family, (), logs, tuple(c * (np.arange(n) == j) for j, c in enumerate(columns))))
+            yield from (replace(each, logs=(log,)) for each in found)
+
+
 def _curves(family: str, logs: Logs, columns: Callable[[Array, Array], Array]) -> Iterator[Direction]:
     for rows in logs.model.rows:
         q, dq = states(logs, rows)
@@ -124,7 +151,8 @@ def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: tuple[Array
     sentence = f"joint {joints[0] + 1}: {words}" if joints else words
     return Direction(
         family=family, joints=joints, logs=tuple(range(len(logs.recordings))), columns=columns,
-        term=Term(words=lambda _: sentence, advice=advice, stated=False), unit="", scale=1.0, largest=np.inf,
+        term=Term(words=lambda _: sentence, advice=advice, at_fault=family in (OFFSET, OFFSET_DRIFT)),
+        unit="", scale=1.0, largest=np.inf,
     )  # fmt: skip
 
 

@@ -121,7 +121,7 @@ def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
 
 def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made, rng):
     columns = [rng.normal(size=(60, 1)) for _ in range(2)]
-    term = Term(words=lambda _: "it drifts", advice="warm it up", stated=False)
+    term = Term(words=lambda _: "it drifts", advice="warm it up", at_fault=False)
     drift = replace(direction(columns, "current drift"), logs=(1,), term=term, unit="%", scale=100.0)
     more = made[0].added(drift)
     said = _lacks(_Lack(made[0], Small(drift, more), ()), ("a.csv", "b.csv"))

@@ -311,6 +311,7 @@ def _lacks(lack: _Lack, names: Sequence[str]) -> Diagnosis:
         name=direction.family,
         severity=severity,
         sentence=f"{told.words}{consequence(effects)}",
+        cause=told.words,
         advice=told.advice,
         joints=direction.joints,
         logs=tuple(names[k] for k in direction.logs) if len(direction.logs) < len(names) else (),

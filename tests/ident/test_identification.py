@@ -82,6 +82,26 @@ def test_a_centre_of_mass_a_centimetre_off_is_named_and_what_it_spoils_is_refuse
     assert found.estimate.identifiable.all()
 
 
+def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_refused(axes):
+    bare, loaded = logs_of(Truth(), seed=2)
+    right = identify(bare, loaded, axes, BRICK, gains=LOOSE).estimate
+    off = Recording(loaded.t, loaded.q, loaded.v + np.array([0.02, -0.07, -0.13]), loaded.name)
+    found = identify(bare, off, axes, BRICK, gains=LOOSE)
+    (said,) = [each for each in found.found.doubts if each.name == "offset"]
+    assert said.logs == ("loaded",)
+    assert said.sentence.startswith(
+        "the currents are offset from those of the first log in loaded alone; gains are off"
+    )
+    moved = 100.0 * (right.solution.inverse / found.estimate.solution.inverse - 1.0)
+    of = {each.joint: each.percent for each in said.effects}
+    np.testing.assert_allclose([of[j] for j in (1, 2)], moved[1:], rtol=0.15)  # the first order of some per cent
+    assert [j for j in (1, 2) if not found.estimate.identifiable[j]] == [2]
+    reason = found.estimate.joints[2].reason
+    assert reason.startswith("the gain is off by -")
+    assert reason.count("off by") == 1
+    assert "; gains are off" not in reason
+
+
 def test_drives_wired_backwards_have_negative_gains_and_are_no_fault(axes):
     logs = [Recording(log.t, log.q, -log.v, log.name) for log in logs_of(Truth())]
     found = identify(*logs, axes, BRICK, method="ls-2011", gains=LOOSE)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from consistency_logs import doubted, logs_of
+from consistency_logs import doubted, logs_of, problem_of
 from log_faults import at, changed, exchanged
 from real_friction import Truth
 
@@ -169,7 +169,11 @@ def test_terms_of_the_model_are_no_alternative_readings(found):
         "friction law",
         "friction drift",
         "current drift",
+        "offset",
+        "offset drift",
     }
+    wrong = {each.family for each in found if each.alternative is None and each.at_fault}
+    assert wrong == {"offset", "offset drift"}  # of a current sensor, not of a model of the arm
 
 
 def test_steps_of_a_size_add_up(sound):
@@ -236,6 +240,29 @@ def test_a_drift_of_the_currents_is_none_in_the_middle_of_its_log_and_half_of_th
         left = column[at, 0] - rows.V[at] * share  # noise that the fit leaves, of at most half a current
         assert np.std(left) < 0.05 * np.std(rows.V[at])
         assert not column[~at].any()
+
+
+@pytest.mark.parametrize(("family", "begin"), [("offset", 1.0), ("offset drift", -0.5)])
+@pytest.mark.parametrize("joints", [(), (1,)])
+def test_columns_of_an_offset_are_what_it_changes_of_the_filtered_currents(axes, sound, found, family, begin, joints):
+    own = next(each for each in found if (each.family, each.joints, each.logs) == (family, joints, (1,)))
+    sizes = np.array([0.7, -1.3, 2.1])
+    log = sound.recordings[1]
+    moved = np.linspace(begin, begin + 1.0 if begin < 0.0 else begin, len(log.t))[:, None] * sizes
+    other = problem_of(axes, [sound.recordings[0], changed(log, v=log.v + moved)])
+    for j, column in enumerate(own.columns):
+        if joints and j not in joints:
+            assert column is None
+            continue
+        value = sizes[[j]] if joints else sizes
+        rows = np.concatenate([each.observation.joints[j].V for each in other.motions]) - sound.model.rows[j].V
+        # A row stands for its position in the log; the filter's width is a small part of that.
+        np.testing.assert_allclose(column @ value, rows, atol=0.02 * np.abs(sizes[j]))
+
+
+def test_an_offset_of_the_first_log_is_that_of_the_others(found):
+    assert {each.logs for each in found if each.family == "offset"} == {(1,)}
+    assert {each.logs for each in found if each.family == "offset drift"} == {(0,), (1,)}
 
 
 @pytest.mark.parametrize("joints", [(), (1,)])

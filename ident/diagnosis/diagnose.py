@@ -9,10 +9,11 @@ from itertools import islice
 
 import numpy as np
 
+from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import Direction, two_digits
 from ident.diagnosis.catalog import FAMILIES, payload
 from ident.diagnosis.catalog.terms import ELASTICITY
-from ident.diagnosis.comparison import Added, z_of
+from ident.diagnosis.comparison import z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.engine import (
     SHOWN,

@@ -10,9 +10,10 @@ from typing import TypeVar
 import numpy as np
 
 from ident.arrays import Array
+from ident.diagnosis.added import Added, added, each_added
 from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.catalog import FAMILIES, Family
-from ident.diagnosis.comparison import Added, added, each_added, gains, z_of
+from ident.diagnosis.comparison import gains, z_of
 from ident.diagnosis.free_model import free_model
 from ident.diagnosis.logs import Logs, read_as, score_as
 from ident.diagnosis.reference import Reference, reference

@@ -14,18 +14,9 @@ import numpy as np
 
 from ident.arrays import Array
 from ident.column_space import column_space
+from ident.diagnosis.added import UNSEEN, Added, each_added
 from ident.diagnosis.alternative import Direction
-from ident.diagnosis.comparison import (
-    BLOCKS,
-    UNSEEN,
-    Added,
-    Fits,
-    FreeFit,
-    each_added,
-    fits_of,
-    held_out,
-    numbered_blocks,
-)
+from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, fits_of, held_out, numbered_blocks
 from ident.diagnosis.diagnosis import Effect
 from ident.diagnosis.free_model import row_counts
 from ident.estimate import GainEstimate, GainSolution, IdentifiedGain

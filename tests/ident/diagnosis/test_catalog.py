@@ -8,6 +8,7 @@ from consistency_logs import doubted, logs_of, problem_of
 from log_faults import at, changed, exchanged
 from real_friction import Truth
 
+from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
 from ident.diagnosis.catalog import (
     FAMILIES,
@@ -22,7 +23,6 @@ from ident.diagnosis.catalog import (
     units,
     zeros,
 )
-from ident.diagnosis.comparison import Added
 from ident.diagnosis.engine import Small, directions
 from ident.diagnosis.reference import across, reference
 

@@ -6,11 +6,11 @@ from itertools import product
 import numpy as np
 import pytest
 
+from ident.diagnosis.added import added
 from ident.diagnosis.comparison import (
     BLOCKS,
     Fits,
     Score,
-    added,
     fits_of,
     free_fit,
     gains,

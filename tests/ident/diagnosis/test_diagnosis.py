@@ -11,7 +11,7 @@ from estimates import gain_estimate
 from log_faults import late
 from real_friction import Truth
 
-from ident.diagnosis.comparison import Added
+from ident.diagnosis.added import Added
 from ident.diagnosis.diagnose import (
     _between,
     _effects,

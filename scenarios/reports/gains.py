@@ -9,7 +9,7 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimate import FoundParameter, IdentifiedGain, JointResult
 from ident.parameters import UNITS
 from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
-from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs
+from scenarios.reports.diagnoses import doubt_paragraphs
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
@@ -19,9 +19,8 @@ INTERVAL = (
 )
 """The interval of a gain beside its parts, in percent of the gain."""
 MEANING = (
-    "2 sigma: two standard deviations, from the residual, from the payload's stated uncertainty and from what the "
-    "model takes for granted together. Where that share is zero, no error of the model is in the interval: of "
-    "geometry, friction law, elasticity."
+    "2 sigma: two standard deviations of the gain, from the residual, the payload's stated uncertainty and the model "
+    "together. Where the model's part is zero, errors of its geometry, friction law and elasticity are left out."
 )
 
 
@@ -58,8 +57,7 @@ def sentence(text: str) -> str:
 
 def note_paragraphs(notes: Sequence[str], found: Diagnosed, revolute: Array) -> list[Paragraph]:
     """What units and interval mean, what is said of the logs, a line for each note."""
-    own = [Paragraph(sentence(f"Note: {note}")) for note in notes]
-    return [meaning(revolute), *doubt_paragraphs(found), *own, *horizon_paragraphs(found)]
+    return [meaning(revolute), *doubt_paragraphs(found), *(Paragraph(sentence(f"Note: {note}")) for note in notes)]
 
 
 def reason_paragraph(joint: int, reason: str) -> Paragraph:

@@ -9,6 +9,7 @@ from ident.diagnosis.diagnosis import SPOILS, Diagnosed, Severity
 from ident.estimate import IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification, refused_for_faults
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.store.documents import estimate_document
 
@@ -25,6 +26,7 @@ def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Repor
     shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
     parts: list[Part] = [identified_table(estimate.joints, shares, arm.revolute)]
     parts += note_paragraphs(found.notes, found.found, arm.revolute)
+    parts += horizon_paragraphs(found.found)
     refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
     parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
     parts += kept_paragraphs(estimate.joints, found.found)

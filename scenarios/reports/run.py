@@ -6,6 +6,7 @@ from ident.arrays import Array
 from ident.estimate import JointResult
 from scenarios.judge import GainVerdict
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
+from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.run import Run
 from scenarios.store.documents import run_document
@@ -16,6 +17,7 @@ def run_report(run: Run) -> Report:
     scenario, revolute = run.bench.scenario, run.bench.structure.arm.revolute
     parts: list[Part] = [judged_table(run.verdict.gains, run.estimate.joints, revolute)]
     parts += note_paragraphs(run.notes, run.found, revolute)
+    parts += horizon_paragraphs(run.found)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
     parts += payload_tables(run.estimate.payload)
     parts.append(

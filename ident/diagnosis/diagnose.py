@@ -12,6 +12,7 @@ import numpy as np
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import Direction, two_digits
 from ident.diagnosis.catalog import FAMILIES, payload
+from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
@@ -22,12 +23,14 @@ from ident.diagnosis.engine import (
     Fault,
     Small,
     Survey,
+    compared,
     directions,
     faults,
     likeliest,
     survey,
 )
 from ident.diagnosis.excluded import centres_excluded, exclusions, untold
+from ident.diagnosis.friction_sign import opposed
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference, reference
 from ident.diagnosis.stated import Stated, claimed, stated
@@ -61,6 +64,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     of_logs = [each for each in found if isinstance(each.found, Compared)]
     known = None if estimate is None else _Known(estimate, base, again)
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
+    if not of_logs:
+        diagnoses += [_of_friction(joint, log, seen, known) for joint, log in opposed(logs.problem)]
     if base is None:
         diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
     elif of_logs:
@@ -147,6 +152,14 @@ def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:
         effects=effects,
         rivals=fault.rival_words,
     )
+
+
+def _of_friction(joint: int, log: int, seen: Survey, known: _Known | None) -> Diagnosis:
+    """A current that is negated in one log, as friction alone tells."""
+    found = compared(seen.logs, scaled(seen.logs, (log,), (joint,), -1.0))
+    assert found is not None, "only a sign is read otherwise"
+    told = _of_fault(Fault(found=found, small=None, rivals=(), before=seen.logs), seen, known)
+    return replace(told, severity=Severity.WRONG, z=None)
 
 
 def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, ...]:

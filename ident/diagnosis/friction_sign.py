@@ -5,6 +5,7 @@ the friction; that alone is no mistake, but a gain that comes out negative is be
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import linalg
@@ -79,3 +80,19 @@ def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diag
         )
         for j in backward
     ] or [Diagnosis(name="friction sign", sentence="friction brakes every joint that shows it")]
+
+
+def opposed(problem: Problem) -> list[tuple[int, int]]:
+    """Joints, from 0, that friction surely brakes in one log and surely drives in another, with the log at fault.
+
+    An unknown payload, of negative mass if need be, explains a current of a vertical slide that is negated in one log;
+    friction tells. At fault is the log whose sign is the rarer, of two the later one.
+    """
+    motions = [replace(problem, motions=(each,)) for each in problem.motions]
+    found: list[tuple[int, int]] = []
+    for joint in range(problem.structure.arm.n):
+        z = np.array([friction_z(each, joint) or 0.0 for each in motions])
+        if z.max() > FRICTION_Z and z.min() < -FRICTION_Z:
+            brakes, drives = np.flatnonzero(z > FRICTION_Z), np.flatnonzero(z < -FRICTION_Z)
+            found.append((joint, int(min(brakes, drives, key=lambda logs: (len(logs), -logs[-1]))[-1])))
+    return found

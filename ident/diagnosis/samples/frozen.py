@@ -101,7 +101,7 @@ def _frozen_currents(recording: Recording) -> Iterator[tuple[int, Mask]]:
         moving = _moving(recording.q[:, j])
         at = np.zeros(len(v), dtype=np.bool_)
         for start, end in _long_stays(v, moving):
-            at[start:end] = moving[start:end].mean() > 0.5
+            at[start:end] = True
         if at.any():
             yield j, at
 
@@ -111,14 +111,15 @@ def _long_stays(v: Array, moving: Mask) -> Iterator[tuple[int, int]]:
     step = np.diff(v)
     starts, ends = runs(step == 0.0)
     counted = moving[1:].copy()
-    longest = int((ends - starts).argmax()) if len(starts) else 0
+    longest = int((ends - starts).argmax()) if len(starts) else 0  # what may be frozen says nothing of chance
     if len(starts):
         counted[starts[longest] : ends[longest]] = False
     changing = float(np.mean(step[counted] != 0.0)) if counted.any() else 0.0
     if changing <= 0.0:
         return
     least = LEAST + np.log(CHANCE / len(v)) / np.log1p(-min(changing, 1.0 - 1e-6))
-    long = ends - starts >= least
+    stayed = np.concatenate(([0], np.cumsum(moving[1:])))
+    long = stayed[ends] - stayed[starts] >= least  # where a joint rests a current may stay
     if not long.any():
         return
     coarse = quantum(v)

@@ -13,8 +13,8 @@ from diagnosis_run import Run, Said
 TERMS = ("joint elasticity", "friction law", "friction drift", "position-dependent torque", "autocorrelation")
 """What a model lacks; no log is at fault."""
 REMARKS = (
-    *TERMS, "link masses", "negative gain", "residual", "gain outlier", "noise of q", "noise of v", "rate", "jitter",
-    "encoder resolution", "range", "reversals", "excitation", "held currents", "temperature",
+    *TERMS, "link masses", "unexplained", "negative gain", "residual", "gain outlier", "noise of q", "noise of v",
+    "rate", "jitter", "encoder resolution", "range", "reversals", "excitation", "held currents", "temperature",
 )  # fmt: skip
 """Diagnoses that accuse no log, payload or model of a mistake; every other one does."""
 NEAR, DEVIATIONS = 0.2, 3.0
@@ -124,10 +124,10 @@ RULES: dict[str, Rule] = {
     "speed for current": Rule(names=("columns",), words="is the speed"),
     "friction of one log": Rule(names=("friction law", "friction drift"), joints=None),
     "gain by temperature": Rule(names=("current scale", "current drift"), joints=False, value=lambda x, _: x),
-    "mass of the payload": Rule(names=("payload centre", "payload inertia", "link masses"), joints=None),
-    "centre of the payload": Rule(names=("payload centre",), joints=None),
-    "inertia of the payload": Rule(names=("payload inertia",), joints=None),
-    "frame of the payload": Rule(names=("payload centre", "payload inertia"), joints=None),
+    "mass of the payload": Rule(names=("payload", "payload centre", "payload inertia", "link masses"), joints=None),
+    "centre of the payload": Rule(names=("payload", "payload centre"), joints=None),
+    "inertia of the payload": Rule(names=("payload", "payload inertia"), joints=None),
+    "frame of the payload": Rule(names=("payload", "payload centre", "payload inertia"), joints=None),
     "logs swapped": Rule(names=(), joints=None, words="negative|exchanged|swapped|mounted|load"),
     "same file twice": Rule(names=(), joints=None, words="same motion"),
     "payload not mounted": Rule(names=(), joints=None, words="mounted|no load"),

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from ident.arm import Arm
 from ident.arrays import Array
 from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.diagnose import NO_RESULT, diagnose, lacking
+from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.diagnosis.effects import NO_RESULT
 from ident.diagnosis.gains import symptoms
 from ident.diagnosis.link_masses import link_mass_consistency
 from ident.errors import Contradiction, IdentificationError

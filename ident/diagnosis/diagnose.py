@@ -3,51 +3,29 @@
 Severity follows from two numbers: z, whether it is so, and the effect on each gain, whether it matters.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 
 import numpy as np
 
-from ident.diagnosis.added import Added
-from ident.diagnosis.alternative import Direction, two_digits
-from ident.diagnosis.catalog import FAMILIES, payload
+from ident.diagnosis.catalog import FAMILIES
 from ident.diagnosis.catalog.current_scales import scaled
-from ident.diagnosis.catalog.terms import ELASTICITY
-from ident.diagnosis.comparison import z_of
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
-from ident.diagnosis.engine import (
-    SHOWN,
-    TIE,
-    Compared,
-    Fault,
-    Small,
-    Survey,
-    compared,
-    directions,
-    faults,
-    likeliest,
-    survey,
-)
+from ident.diagnosis.effects import Estimate, between, consequence, severity_of
+from ident.diagnosis.engine import Compared, Fault, Small, Survey, compared, directions, faults, survey
+from ident.diagnosis.estimate_lacks import lacks_of
 from ident.diagnosis.excluded import centres_excluded, exclusions, untold
 from ident.diagnosis.friction_sign import opposed
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.reference import Reference, reference
-from ident.diagnosis.stated import Stated, claimed, stated
+from ident.diagnosis.stated import Stated, stated
 from ident.errors import IdentificationError
-from ident.estimate import GainEstimate, IdentifiedGain
+from ident.estimate import GainEstimate
 from ident.problem import Problem
 from ident.uncertainty.cautious import cautious
 
-NAMED = 2
-"""Joints whose effects a sentence names; of more, the worst."""
-MOST = 3
-"""Things that an estimate may lack, one beside the other."""
-NO_RESULT = 10.0
-"""Relative error of a gain beyond which it is none."""
 LINEAR = 1e-6
 """Relative part of the influence that a fit by least squares cannot explain; instruments and total least squares do."""
-Estimate = Callable[[Problem], GainEstimate]
 
 
 def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate | None = None) -> Diagnosed:
@@ -71,7 +49,7 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     elif of_logs:
         diagnoses += _of_mended(of_logs[-1], again, logs.names)
     else:
-        diagnoses += _of_estimate(base, seen.directions, logs.names)
+        diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, again)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
     said = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
     return replace(said, diagnoses=worst_first(diagnoses))
@@ -93,15 +71,7 @@ def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
         return Diagnosed()
     fit = reference(logs.problem)
     small = directions(fit, logs, tuple(FAMILIES.values()))
-    return Diagnosed(diagnoses=worst_first(_of_estimate(stated(problem, estimate), small, logs.names)))
-
-
-def severity_of(effects: Sequence[Effect]) -> Severity:
-    """By the largest effect."""
-    if any(each.spoils for each in effects):
-        return Severity.WRONG
-    known = any(each.deviations is not None for each in effects)
-    return Severity.GOOD if known and not any(each.matters for each in effects) else Severity.WEAK
+    return Diagnosed(diagnoses=worst_first(lacks_of(stated(problem, estimate), small, logs.names)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +95,7 @@ class _Known:
                 yield from self.base.effects(self.base.stacked(found.direction.columns) @ found.found.value)
         elif self.again is not None:
             try:
-                yield from _between(self.now, self.again(found.read.problem))
+                yield from between(self.now, self.again(found.read.problem))
             except IdentificationError:
                 return  # nothing to hold the gains against
 
@@ -209,19 +179,6 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
             yield Effect(joint=j, percent=100.0 * float(moved), deviations=float(moved) / float(std[surest, j]))
 
 
-def _between(now: GainEstimate, other: GainEstimate) -> Iterator[Effect]:
-    """Error of gains if others are right; of one that only the others have, or that they do not, no end to it.
-
-    It counts in the smaller of both claims: what a fault adds to the residual is part of the damage.
-    """
-    for j, (mine, theirs) in enumerate(zip(now.joints, other.joints, strict=True)):
-        if isinstance(mine, IdentifiedGain) and isinstance(theirs, IdentifiedGain):
-            share = float(np.clip(mine.value / theirs.value - 1.0, -NO_RESULT, NO_RESULT))
-            yield Effect(joint=j, percent=100.0 * share, deviations=share / min(claimed(mine), claimed(theirs)))
-        elif isinstance(mine, IdentifiedGain) or isinstance(theirs, IdentifiedGain):
-            yield Effect(joint=j, percent=100.0 * NO_RESULT, deviations=NO_RESULT / now.options.max_rel_std)
-
-
 def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
     """A term that the free model lacks, where there are no gains that it could move."""
     assert isinstance(fault.found, Small), "a term is a direction"
@@ -230,68 +187,6 @@ def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
         name=direction.family, severity=Severity.GOOD, sentence=direction.told(fault.found.found.value, names).words,
         joints=direction.joints, z=fault.z, rivals=fault.rival_words,
     )  # fmt: skip
-
-
-def _of_estimate(base: Stated, small: Sequence[Direction], names: Sequence[str]) -> Iterator[Diagnosis]:
-    """What an estimate lacks, the one that explains most first."""
-    of_payload = list(payload.directions(base.problem, base.estimate))
-    believed = [each for each in of_payload if each.prior_std is not None]
-    open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
-    imitated = list(_imitated(base, believed, open_ones))
-    for lack in imitated:
-        yield _lacks(lack, names)
-        base = base.beside(lack.best.direction)
-        open_ones.remove(lack.best.direction)
-    for each in believed:
-        if (more := base.added(each)) is not None and z_of(more.u) > SHOWN and beyond_prior(each, more):
-            yield _lacks(_Lack(base, Small(each, more), ()), names)
-        base = base.beside(each)
-    yield from (_lacks(each, names) for each in islice(_shown(base, open_ones), MOST - len(imitated)))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Lack:
-    """What a model surely lacks.
-
-    Attributes:
-        base: The model.
-        best: What it lacks.
-        rivals: What else it may be, as well as can be told.
-    """
-
-    base: Stated
-    best: Small
-    rivals: tuple[Small, ...]
-
-
-def _shown(base: Stated, choices: Sequence[Direction]) -> Iterator[_Lack]:
-    """What a model surely lacks, the one that explains most first, each found beside those before it."""
-    choices = list(choices)
-    while True:
-        added = zip(choices, base.each_added(choices), strict=True)
-        small = [Small(each, more) for each, more in added if more is not None]
-        shown = [each for each in small if each.within and each.z > SHOWN]
-        if not shown:
-            return
-        best, rivals = likeliest(shown)
-        yield _Lack(base, best, rivals)
-        base = base.beside(best.direction)
-        choices.remove(best.direction)
-
-
-def _imitated(base: Stated, believed: Sequence[Direction], choices: Sequence[Direction]) -> Iterator[_Lack]:
-    """Faults that yielding joints take up where data chose these: what predicts surely better is no elasticity."""
-    if base.solution.stiff is None:
-        return
-    stiff = stated(base.problem, base.estimate, base.solution.stiff)
-    for each in believed:
-        stiff = stiff.beside(each)
-    for lack in islice(_shown(stiff, choices), MOST):
-        elastic = [lack.base.added(each) for each in choices if each.family == ELASTICITY]
-        tied = any(each is not None and z_of(lack.best.u - each.u) < TIE for each in elastic)
-        if tied or not lack.best.direction.at_fault:
-            return
-        yield lack
 
 
 def _of_mended(last: Fault, again: Estimate | None, names: Sequence[str]) -> Iterator[Diagnosis]:
@@ -304,56 +199,7 @@ def _of_mended(last: Fault, again: Estimate | None, names: Sequence[str]) -> Ite
         return
     if mended is not None and _linear(mended):
         small = directions(reference(read.problem), read, tuple(FAMILIES.values()))
-        yield from _of_estimate(stated(read.problem, mended), small, names)
-
-
-def beyond_prior(direction: Direction, more: Added) -> bool:
-    """Whether what is found of a parameter is surely beyond what is stated of it."""
-    assert direction.prior_std is not None, "asked of what is stated"
-    spread = more.covariance + np.diag(np.square(direction.prior_std))
-    return float(more.value @ np.linalg.solve(spread, more.value)) > SHOWN**2
-
-
-def _lacks(lack: _Lack, names: Sequence[str]) -> Diagnosis:
-    direction, more = lack.best.direction, lack.best.found
-    effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value)
-    severity = severity_of(effects)
-    if not direction.at_fault:
-        severity = Severity.WEAK if severity is Severity.WRONG else severity  # the model lacks it; no log is at fault
-    told = direction.told(more.value, names)
-    return Diagnosis(
-        name=direction.family,
-        severity=severity,
-        sentence=f"{told.words}{consequence(effects)}",
-        cause=told.words,
-        advice=told.advice,
-        joints=direction.joints,
-        logs=tuple(names[k] for k in direction.logs) if len(direction.logs) < len(names) else (),
-        value=told.value,
-        std=float(np.sqrt(more.covariance[0, 0])) * direction.scale if len(more.value) == 1 else None,
-        unit=direction.unit if told.value is not None else None,
-        z=z_of(more.u),
-        effects=effects,
-        rivals=tuple(each.direction.told(each.found.value, names).words for each in lack.rivals),
-    )
-
-
-def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
-    """How much gains, their ratios or currents are off, in words."""
-    if not effects:
-        return ""
-    worst = max(effects, key=lambda each: abs(each.deviations or 0.0) or abs(each.percent))
-    if worst.deviations is None:
-        return f"; it explains {two_digits(worst.percent)} % of joint {worst.joint + 1}'s current"
-    if abs(worst.percent) >= 100.0 * NO_RESULT:
-        return f"; the gain of joint {worst.joint + 1} is no result"
-    listed = [each for each in effects if each.matters]
-    if not listed:
-        return "; no gain is moved noticeably"
-    rest = f" and {len(listed) - 1} more" if len(listed) > NAMED else ""
-    listed = listed if not rest else [worst]
-    more = ", ".join(f"joint {each.joint + 1} {two_digits(each.percent, sign='+')} %" for each in listed)
-    return f"; {what} are off: {more}{rest}"
+        yield from lacks_of(stated(read.problem, mended), small, names, read.model, again)
 
 
 def _linear(estimate: GainEstimate) -> bool:

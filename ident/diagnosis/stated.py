@@ -16,7 +16,7 @@ from ident.arrays import Array
 from ident.column_space import column_space
 from ident.diagnosis.added import UNSEEN, Added, each_added
 from ident.diagnosis.alternative import Direction
-from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, fits_of, held_out, numbered_blocks
+from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, Score, fits_of, held_out, numbered_blocks
 from ident.diagnosis.diagnosis import Effect
 from ident.diagnosis.free_model import row_counts
 from ident.estimate import GainEstimate, GainSolution, IdentifiedGain
@@ -41,6 +41,18 @@ class Stated:
     estimate: GainEstimate
     solution: GainSolution
     fits: Fits
+
+    @property
+    def by_joint(self) -> Score:
+        """How well the currents of each joint are predicted, as of a fit of each joint alone."""
+        (held,) = self.fits.parts
+        assert held is not None, "an estimate has more rows than unknowns"
+        rows, n, blocks = self.solution.rows, self.problem.structure.arm.n, held.fit.blocks
+        left = held.predicted(held.fit.residual[:, None]).reshape(-1)[held.place] / rows.weight
+        squares, counts = np.zeros((n, blocks)), np.zeros((n, blocks))
+        np.add.at(squares, (rows.joint, held.fit.block), left**2)
+        np.add.at(counts, (rows.joint, held.fit.block), 1.0)
+        return Score(squares, counts)
 
     def stacked(self, columns: Sequence[Array | None]) -> Array:
         """Columns of each joint's rows as the estimate has them, (R, m)."""

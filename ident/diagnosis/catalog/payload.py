@@ -14,8 +14,8 @@ from ident.problem import Problem
 
 KNOWN_CENTRE = ("all", "com")
 """Payloads of which a centre of mass is stated."""
-
-
+FAMILIES = ("payload centre", "payload inertia")
+"""Names of the directions."""
 CENTRE = Term(
     words=lambda offset: (
         "the payload's centre of mass seems to lie elsewhere than stated, by "
@@ -35,13 +35,11 @@ def directions(problem: Problem, estimate: GainEstimate) -> Iterator[Direction]:
     """The centre and the inertia of each payload elsewhere than stated."""
     for which, payload in enumerate(problem.payloads):
         if payload.known in KNOWN_CENTRE:
-            yield _of(
-                problem, estimate, which, "payload centre", CENTRE, per_metre(payload), "mm", 1e3, payload.com_std
-            )
+            yield _of(problem, estimate, which, FAMILIES[0], CENTRE, per_metre(payload), "mm", 1e3, payload.com_std)
         if payload.known == "all":
             inertia = np.zeros((10, 6))
             inertia[:6] = np.eye(6)
-            yield _of(problem, estimate, which, "payload inertia", INERTIA, inertia, "kg m^2", 1.0)
+            yield _of(problem, estimate, which, FAMILIES[1], INERTIA, inertia, "kg m^2", 1.0)
 
 
 def per_metre(payload: Payload) -> Array:

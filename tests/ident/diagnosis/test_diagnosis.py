@@ -13,17 +13,15 @@ from real_friction import Truth
 
 from ident.diagnosis.added import Added
 from ident.diagnosis.diagnose import (
-    _between,
     _effects,
     _of_currents,
     _of_ratios,
-    beyond_prior,
-    consequence,
     diagnose,
-    severity_of,
 )
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst, worst_first
+from ident.diagnosis.effects import between, consequence, severity_of
 from ident.diagnosis.engine import Compared, Fault, likeliest
+from ident.diagnosis.estimate_lacks import beyond_prior
 from ident.errors import Contradiction
 from ident.estimate import IdentifiedGain, RefusedGain
 from ident.estimators import ESTIMATORS
@@ -54,7 +52,7 @@ def test_severity_follows_from_the_largest_effect(effects, expected):
 def test_gains_that_others_contradict_are_off_by_their_ratio():
     now = gain_estimate(2.6, None, 1.7, 1.3, std=0.02, reason="no load")
     right = gain_estimate(2.0, 3.0, 1.7, None, std=0.02, reason="no load")
-    found = {each.joint: each for each in _between(now, right)}
+    found = {each.joint: each for each in between(now, right)}
     assert sorted(found) == [0, 1, 2, 3]
     np.testing.assert_allclose(found[0].percent, 30.0, rtol=1e-9)
     np.testing.assert_allclose(found[0].deviations, 0.3 / (now.joints[0].total_std / 2.6), rtol=1e-9)
@@ -66,7 +64,7 @@ def test_gains_that_others_contradict_are_off_by_their_ratio():
 @pytest.mark.parametrize(("mine", "theirs"), [(0.7, 0.11), (0.11, 0.7)])
 def test_what_a_fault_adds_to_a_claim_does_not_make_its_effect_small(mine, theirs):
     now, right = gain_estimate(2.6, std=mine, reason=""), gain_estimate(2.5, std=theirs, reason="")
-    (found,) = _between(now, right)
+    (found,) = between(now, right)
     surer = min((now.joints[0], right.joints[0]), key=lambda each: each.total_std / each.value)
     np.testing.assert_allclose(found.deviations, 0.04 * surer.value / surer.total_std, rtol=1e-9)
 
@@ -74,7 +72,7 @@ def test_what_a_fault_adds_to_a_claim_does_not_make_its_effect_small(mine, their
 def test_effects_are_not_held_against_claims_that_no_weight_allows():
     now, right = gain_estimate(2.0002, std=1e-9, reason=""), gain_estimate(2.0, std=1e-9, reason="")
     exact = (replace(each.joints[0], payload_rel_std=0.0, model_rel_std=0.0) for each in (now, right))
-    (found,) = _between(*(replace(each, joints=(joint,)) for each, joint in zip((now, right), exact, strict=True)))
+    (found,) = between(*(replace(each, joints=(joint,)) for each, joint in zip((now, right), exact, strict=True)))
     np.testing.assert_allclose(found.deviations, 0.1, rtol=1e-6)  # 1e-4 of 1e-3
 
 

@@ -14,8 +14,9 @@ from ident.diagnosis.alternative import Direction, Term
 from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.catalog import terms
 from ident.diagnosis.comparison import gains, z_of
-from ident.diagnosis.diagnose import _imitated, _Lack, _lacks, _linear, _of_estimate, _shown
+from ident.diagnosis.diagnose import _linear
 from ident.diagnosis.engine import Small
+from ident.diagnosis.estimate_lacks import Lack, imitated, lacks_of, shown_beside, told
 from ident.diagnosis.reference import reference
 from ident.diagnosis.stated import FINEST, claimed, stated
 from ident.estimators.nls import AllJointsOptions, all_joints_gains
@@ -124,7 +125,7 @@ def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made
     term = Term(words=lambda _: "it drifts", advice="warm it up", at_fault=False)
     drift = replace(direction(columns, "current drift"), logs=(1,), term=term, unit="%", scale=100.0)
     more = made[0].added(drift)
-    said = _lacks(_Lack(made[0], Small(drift, more), ()), ("a.csv", "b.csv"))
+    said = told(Lack(made[0], Small(drift, more), ()), ("a.csv", "b.csv"))
     np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
     assert (said.unit, said.logs) == ("%", ("b.csv",))
     assert said.sentence.startswith("it drifts in b.csv alone; ")
@@ -178,7 +179,7 @@ def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not
     estimate, stiff = yielding(problem)
     base = stated(problem, estimate)
     (centre, _) = payload_catalog.directions(problem, estimate)
-    (found,) = _imitated(base, (), [centre, elastic(axes, logs)])
+    (found,) = imitated(base, (), [centre, elastic(axes, logs)])
     assert found.best.direction is centre
     np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).added(centre).u), rtol=1e-9)
     assert found.best.z > z_of(base.added(centre).u) + 1.0
@@ -197,11 +198,11 @@ def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off)
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
     estimate, stiff = yielding(problem)
     (centre, _) = payload_catalog.directions(problem, estimate)
-    assert [each.best.direction for each in _shown(stated(problem, stiff), [centre])] == [
+    assert [each.best.direction for each in shown_beside(stated(problem, stiff), [centre])] == [
         centre
     ]  # alone it is believed
-    assert not list(_imitated(stated(problem, estimate), (), [centre, elastic(axes, logs)]))
-    assert not list(_imitated(stated(problem, stiff), (), [centre]))  # nothing was chosen that could imitate it
+    assert not list(imitated(stated(problem, estimate), (), [centre, elastic(axes, logs)]))
+    assert not list(imitated(stated(problem, stiff), (), [centre]))  # nothing was chosen that could imitate it
 
 
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
@@ -212,7 +213,7 @@ def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimat
 
     def said(largest: float) -> list[str]:
         term = replace(centre, family="spring", largest=largest)
-        found = _of_estimate(replace(base, problem=replace(problem, motions=problem.motions[:1])), [term], ["a", "b"])
+        found = lacks_of(replace(base, problem=replace(problem, motions=problem.motions[:1])), [term], ["a", "b"])
         return [each.name for each in found]
 
     assert said(1.02 * size) == ["spring"]

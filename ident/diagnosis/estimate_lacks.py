@@ -1,0 +1,213 @@
+"""What an estimate lacks: what is stated of a payload and is not so, a term, or a fault that only gains show."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+
+from ident.diagnosis.added import Added
+from ident.diagnosis.alternative import Direction, two_digits
+from ident.diagnosis.catalog import payload
+from ident.diagnosis.catalog.terms import ELASTICITY
+from ident.diagnosis.comparison import gains, z_of
+from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.diagnosis.effects import Estimate, between, consequence, severity_of
+from ident.diagnosis.engine import SHOWN, TIE, Small, likeliest
+from ident.diagnosis.free_model import FreeModel
+from ident.diagnosis.stated import Stated, stated
+from ident.errors import IdentificationError
+from ident.problem import Problem
+
+MOST = 3
+"""Things that an estimate may lack, one beside the other."""
+ANOTHER = "the payload is not as stated: its centre of mass or its inertia is another, or it is mounted another way"
+
+
+def lacks_of(
+    base: Stated,
+    small: Sequence[Direction],
+    names: Sequence[str],
+    free: FreeModel | None = None,
+    again: Estimate | None = None,
+) -> Iterator[Diagnosis]:
+    """What an estimate lacks, the one that explains most first.
+
+    Args:
+        base: The estimate.
+        small: Directions that compete with each other.
+        names: Of the logs.
+        free: Each joint explained alone; where it predicts surely better, something is lacking. None if nobody asks.
+        again: The same estimate of other problems.
+    """
+    of_payload = list(payload.directions(base.problem, base.estimate))
+    believed = [each for each in of_payload if each.prior_std is not None]
+    open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
+    taken_up = list(imitated(base, believed, open_ones))
+    for lack in taken_up:
+        yield told(lack, names)
+        base = base.beside(lack.best.direction)
+        open_ones.remove(lack.best.direction)
+    for each in believed:
+        if (more := base.added(each)) is not None and z_of(more.u) > SHOWN and beyond_prior(each, more):
+            yield told(Lack(base, Small(each, more), ()), names)
+        base = base.beside(each)
+    lacks = list(islice(shown_beside(base, open_ones), MOST - len(taken_up)))
+    first = lacks[0] if lacks else None
+    wrong = None if free is None or again is None else _of_payload(base, free, again, first, names)
+    if wrong is not None:
+        yield wrong
+        return
+    said = [told(each, names) for each in lacks]
+    yield from said
+    if free is not None:
+        wrong_ones = any(each.severity is Severity.WRONG for each in said)
+        yield from _unexplained(lacks[-1].beside if lacks else base, free, beside_faults=wrong_ones)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lack:
+    """What a model surely lacks.
+
+    Attributes:
+        base: The model.
+        best: What it lacks.
+        rivals: What else it may be, as well as can be told.
+    """
+
+    base: Stated
+    best: Small
+    rivals: tuple[Small, ...]
+
+    @property
+    def beside(self) -> Stated:
+        """The model with what it lacks."""
+        return self.base.beside(self.best.direction)
+
+
+def shown_beside(base: Stated, choices: Sequence[Direction]) -> Iterator[Lack]:
+    """What a model surely lacks, the one that explains most first, each found beside those before it."""
+    choices = list(choices)
+    while True:
+        added = zip(choices, base.each_added(choices), strict=True)
+        small = [Small(each, more) for each, more in added if more is not None]
+        shown = [each for each in small if each.within and each.z > SHOWN]
+        if not shown:
+            return
+        best, rivals = likeliest(shown)
+        yield Lack(base, best, rivals)
+        base = base.beside(best.direction)
+        choices.remove(best.direction)
+
+
+def imitated(base: Stated, believed: Sequence[Direction], choices: Sequence[Direction]) -> Iterator[Lack]:
+    """Faults that yielding joints take up where data chose these: what predicts surely better is no elasticity."""
+    if base.solution.stiff is None:
+        return
+    stiff = stated(base.problem, base.estimate, base.solution.stiff)
+    for each in believed:
+        stiff = stiff.beside(each)
+    for lack in islice(shown_beside(stiff, choices), MOST):
+        elastic = [lack.base.added(each) for each in choices if each.family == ELASTICITY]
+        tied = any(each is not None and z_of(lack.best.u - each.u) < TIE for each in elastic)
+        if tied or not lack.best.direction.at_fault:
+            return
+        yield lack
+
+
+def beyond_prior(direction: Direction, more: Added) -> bool:
+    """Whether what is found of a parameter is surely beyond what is stated of it."""
+    assert direction.prior_std is not None, "asked of what is stated"
+    spread = more.covariance + np.diag(np.square(direction.prior_std))
+    return float(more.value @ np.linalg.solve(spread, more.value)) > SHOWN**2
+
+
+def _of_payload(
+    base: Stated, free: FreeModel, again: Estimate, first: Lack | None, names: Sequence[str]
+) -> Diagnosis | None:
+    """A payload that is not as stated, by the gains that are found if its mass alone is believed.
+
+    Args:
+        base: The estimate.
+        free: Each joint explained alone.
+        again: The same estimate of other problems.
+        first: What explains most to first order, which a payload that is turned or far off is beyond.
+        names: Of the logs.
+
+    Returns:
+        None where nothing is left to explain, or something else explains it as well.
+    """
+    opened = _with_masses_alone(base.problem)
+    if opened is None or not _leaves(base, free):
+        return None
+    try:
+        other = again(opened)
+    except IdentificationError:
+        return None
+    u = gains(base.by_joint, stated(opened, other).by_joint)
+    of_payload = first is not None and first.best.family in payload.FAMILIES
+    if z_of(u) < SHOWN or not (first is None or of_payload or z_of(u - first.best.u) > TIE):
+        return None
+    effects = tuple(between(base.estimate, other))
+    if first is not None and of_payload and not _leaves(first.beside, free):  # its size is right to first order
+        said = told(first, names)
+    else:
+        said = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=payload.CENTRE.advice, z=z_of(u))
+    return replace(said, severity=severity_of(effects), sentence=f"{said.cause}{consequence(effects)}", effects=effects)
+
+
+def _leaves(base: Stated, free: FreeModel) -> bool:
+    """Whether each joint alone, beside any payload, explains surely more of the currents."""
+    return z_of(gains(base.by_joint, free.fits.score)) > SHOWN
+
+
+def _unexplained(base: Stated, free: FreeModel, *, beside_faults: bool) -> Iterator[Diagnosis]:
+    """What is left of the currents that nothing describes; beside faults that do not describe it, no gain is right."""
+    if not _leaves(base, free):
+        return
+    times = np.sqrt(base.by_joint.variance / np.where(free.fits.sigma > 0.0, free.fits.score.variance, np.inf))
+    worst = int(np.argmax(times))
+    yield Diagnosis(
+        name="unexplained",
+        severity=Severity.WRONG if beside_faults else Severity.WEAK,
+        sentence=f"the model leaves {two_digits(float(times[worst]))} times as much of joint {worst + 1}'s current "
+        "unexplained as a fit of this joint alone, and nothing that was tried says why",
+        advice="check that the model, the payload and all logs are of one robot",
+        joints=tuple(range(len(times))) if beside_faults else (worst,),
+        value=float(times[worst]),
+        unit="times",
+    )
+
+
+def _with_masses_alone(problem: Problem) -> Problem | None:
+    """A problem of whose payloads the masses alone are known; None where no more is."""
+    if not any(each.known in payload.KNOWN_CENTRE for each in problem.payloads):
+        return None
+    opened = {id(each): replace(each, known="mass") for each in problem.payloads if each.known in payload.KNOWN_CENTRE}
+    motions = (replace(each, payload=opened.get(id(each.payload), each.payload)) for each in problem.motions)
+    return replace(problem, motions=tuple(motions))
+
+
+def told(lack: Lack, names: Sequence[str]) -> Diagnosis:
+    """What is said of something that an estimate lacks."""
+    direction, more = lack.best.direction, lack.best.found
+    effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value)
+    severity = severity_of(effects)
+    if not direction.at_fault:
+        severity = Severity.WEAK if severity is Severity.WRONG else severity  # the model lacks it; no log is at fault
+    said = direction.told(more.value, names)
+    return Diagnosis(
+        name=direction.family,
+        severity=severity,
+        sentence=f"{said.words}{consequence(effects)}",
+        cause=said.words,
+        advice=said.advice,
+        joints=direction.joints,
+        logs=tuple(names[k] for k in direction.logs) if len(direction.logs) < len(names) else (),
+        value=said.value,
+        std=float(np.sqrt(more.covariance[0, 0])) * direction.scale if len(more.value) == 1 else None,
+        unit=direction.unit if said.value is not None else None,
+        z=z_of(more.u),
+        effects=effects,
+        rivals=tuple(each.direction.told(each.found.value, names).words for each in lack.rivals),
+    )

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import doubted, logs_of
+from consistency_logs import all_joints, doubted, logs_of
 from diagnoses import named
 from estimates import gain_estimate
 from log_faults import late
@@ -241,6 +241,18 @@ def test_a_refusal_names_two_rivals_at_most():
         refusal_of([replace(said(Severity.WRONG), rivals=rivals)])
         == "the zero of q2 is off (or a delay or another order)"
     )
+
+
+@pytest.mark.parametrize(("joint", "log"), [(2, 1), (0, 1)])
+def test_a_current_that_friction_shows_to_be_negated_is_wrong_with_what_that_does_to_the_gains(
+    axes, monkeypatch, joint, log
+):
+    monkeypatch.setattr("ident.diagnosis.diagnose.opposed", lambda problem: [(joint, log)])
+    logs = doubted(axes, logs_of(Truth()))
+    found = named(diagnose(logs, all_joints(logs.problem), all_joints).diagnoses, "current sign")
+    assert (found.severity, found.joints, found.logs, found.z) == (Severity.WRONG, (joint,), ("loaded",), None)
+    assert found.sentence.startswith(f"v{joint + 1} is negated in loaded alone")
+    assert {each.joint: each.spoils for each in found.effects}[joint]
 
 
 def shown(family: str, parameters: int, gain: float, logs: tuple[int, ...] = (0, 1), wave: float = 1.0):

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ident.diagnosis.friction_sign import backward_joints, friction_z
+from ident.diagnosis.friction_sign import backward_joints, friction_z, opposed
 from ident.gain_system import JointRows
 from ident.options import GainOptions
+from ident.problem import Problem
 from ident.signs import FRICTION_Z
 
 NAMES = ("XX3", "Fc3", "off3", "Fv3")
@@ -70,3 +71,21 @@ def test_friction_drives_a_joint_that_it_surely_drives_in_one_log_and_brakes_in_
     assert backward_joints(problems, None) == (0, 1, 3)
     about = np.array([2.0, -3.0, 2.0, -4.0, 2.0, 2.0, -5.0])  # friction of a drive that is wired backwards is negative
     assert backward_joints(problems, about) == (0, 6)
+
+
+def test_friction_that_brakes_in_one_log_and_drives_in_another_names_the_log_of_the_rarer_sign(monkeypatch):
+    told = {  # in deviations that are sure, by log
+        0: (1.2, -1.3, 3.0),
+        1: (-1.2, 1.1, -1.4),
+        2: (1.2, -0.9, 2.0),  # not sure
+        3: (-1.4, 0.3, 1.3),  # one of each: the later log
+        4: (None, 1.2, -1.1),
+        5: (-2.0, -1.1, None),
+    }
+    monkeypatch.setattr(
+        "ident.diagnosis.friction_sign.friction_z",
+        lambda problem, joint: None if (z := told[joint][problem.motions[0]]) is None else FRICTION_Z * z,
+    )
+    arm = SimpleNamespace(arm=SimpleNamespace(n=6, joint_names=tuple("abcdef")))
+    assert opposed(Problem(arm, (0, 1, 2), GainOptions())) == [(0, 1), (1, 1), (3, 2), (4, 2)]
+    assert opposed(Problem(arm, (1,), GainOptions())) == []

@@ -42,6 +42,19 @@ def test_a_current_that_stops_is_frozen_and_spoils_its_joint_alone(ur_log, rows)
     np.testing.assert_array_equal(spoilt(log), expected)
 
 
+@pytest.mark.parametrize("moving", [80, 6])
+def test_a_current_that_stays_through_a_rest_is_frozen_if_its_joint_moves_for_longer_than_chance_before(ur_log, moving):
+    q, v = ur_log.q.copy(), ur_log.v.copy()
+    q[1000:1400, 4] = q[1000, 4]  # it rests
+    q[1400:, 4] += q[999, 4] - q[1399, 4]
+    rows = slice(1000 - moving, 1400)
+    v[rows, 4] = v[rows.start, 4]
+    found = [each for each in frozen(Recording(ur_log.t, q, v)) if each.sentence.startswith("v5")]
+    assert [each.sentence.split(" while")[0] for each in found] == (
+        [f"v5 stays constant for {400 + moving} samples"] if moving == 80 else []
+    )
+
+
 def test_the_whole_arm_at_rest_is_not_frozen(ur_log):
     started = np.clip((ur_log.t - 3.0) / 2.0, 0.0, 1.0) ** 3
     q = ur_log.q[400] + started[:, None] * (ur_log.q - ur_log.q[400])

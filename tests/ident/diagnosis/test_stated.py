@@ -1,6 +1,7 @@
 """An estimate as the model that it is: held-out predictions, and what columns that it lacks do to its gains."""
 
 from dataclasses import replace
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,13 +11,15 @@ from known_logs import BRICK
 from linear_solutions import linear_estimate, linear_solution
 from real_friction import Truth
 
-from ident.diagnosis.alternative import Direction, Term
+from ident.diagnosis.alternative import Direction, Term, two_digits
 from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.catalog import terms
 from ident.diagnosis.comparison import gains, z_of
 from ident.diagnosis.diagnose import _linear
-from ident.diagnosis.engine import Small
-from ident.diagnosis.estimate_lacks import Lack, imitated, lacks_of, shown_beside, told
+from ident.diagnosis.diagnosis import Severity
+from ident.diagnosis.effects import consequence
+from ident.diagnosis.engine import Small, survey
+from ident.diagnosis.estimate_lacks import Lack, _unexplained, imitated, lacks_of, shown_beside, told
 from ident.diagnosis.reference import reference
 from ident.diagnosis.stated import FINEST, claimed, stated
 from ident.estimators.nls import AllJointsOptions, all_joints_gains
@@ -50,6 +53,18 @@ def test_an_estimate_predicts_each_block_as_one_that_has_not_seen_it(made):
         own = block == b
         expected = np.sum((rows.weight * left_of(~own))[own] ** 2)
         np.testing.assert_allclose(base.fits.score.squares[0, b], expected, rtol=1e-9)  # condition below 100
+
+
+def test_an_estimate_predicts_each_joint_as_one_that_has_not_seen_the_block(made):
+    base, left_of, _ = made
+    rows = base.estimate.solution.rows
+    base = replace(base, problem=SimpleNamespace(structure=SimpleNamespace(arm=SimpleNamespace(n=2))))
+    block = 20 * rows.motion + np.minimum(20 * rows.position // 33, 19)
+    for j, b in product((0, 1), np.unique(block)):
+        own = (block == b) & (rows.joint == j)
+        expected = np.sum(left_of(block != b)[own] ** 2)  # in the joint's own unit
+        np.testing.assert_allclose(base.by_joint.squares[j, b], expected, rtol=1e-9)
+        assert base.by_joint.rows[j, b] == own.sum()
 
 
 def test_effects_are_the_change_of_the_gains_by_currents_that_are_added(made, rng):
@@ -203,6 +218,56 @@ def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off)
     ]  # alone it is believed
     assert not list(imitated(stated(problem, estimate), (), [centre, elastic(axes, logs)]))
     assert not list(imitated(stated(problem, stiff), (), [centre]))  # nothing was chosen that could imitate it
+
+
+TURNED = (-BRICK.com[0], BRICK.com[1], -BRICK.com[2])
+
+
+@pytest.mark.parametrize(
+    ("com", "name"), [(np.add(BRICK.com, (0.0, -0.007, 0.012)), "payload centre"), (TURNED, "payload")]
+)
+def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_gives(axes, logs, com, name):
+    sound = all_joints(problem_of(axes, logs)).solution.inverse
+    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(com))))
+    estimate = all_joints(problem)
+    seen = survey(doubted(axes, logs))
+    (said,) = lacks_of(stated(problem, estimate), seen.directions, ("a", "b"), seen.logs.model, all_joints)
+    assert (said.name, said.severity) == (name, Severity.WRONG)
+    assert said.z > 5.0
+    assert said.sentence == f"{said.cause}{consequence(said.effects)}"
+    moved = 100.0 * (sound / estimate.solution.inverse - 1.0)
+    of = {each.joint: each.percent for each in said.effects}
+    for j in (1, 2):
+        assert abs(moved[j]) > 2.0
+        np.testing.assert_allclose(of[j], moved[j], rtol=0.1)
+    # The logs alone, whatever is stated, show nothing; and of a sound payload nothing is said.
+    assert not list(
+        lacks_of(
+            stated(problem_of(axes, logs), all_joints(problem_of(axes, logs))),
+            seen.directions,
+            ("a", "b"),
+            seen.logs.model,
+            all_joints,
+        )
+    )
+
+
+def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_beside_faults_spoils_every_gain(axes):
+    logs = [logs_of(Truth())[0], logs_of(Truth(Fc=(11.0, 10.5, 5.0)))[1]]
+    problem = problem_of(axes, logs)
+    estimate = all_joints_gains(problem, replace(PLAIN, friction_per_motion=False))
+    base, free = stated(problem, estimate), doubted(axes, logs).model
+    (said,) = lacks_of(base, (), ("a", "b"), free)
+    assert (said.name, said.severity, said.joints) == ("unexplained", Severity.WEAK, (1,))
+    times = np.sqrt(base.by_joint.variance[1] / free.fits.score.variance[1])
+    assert times > 1.5
+    np.testing.assert_allclose(said.value, times, rtol=1e-9)
+    assert f"leaves {two_digits(times)} times as much of joint 2's current" in said.sentence
+    (beside,) = _unexplained(base, free, beside_faults=True)
+    assert (beside.severity, beside.joints) == (Severity.WRONG, (0, 1, 2))
+    assert not list(lacks_of(base, (), ("a", "b")))
+    right = stated(problem, all_joints(problem))  # friction of each log its own
+    assert not list(lacks_of(right, (), ("a", "b"), free))
 
 
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):

@@ -17,8 +17,9 @@ from ident.arrays import Array
 from ident.check import check
 from ident.diagnosis import diagnose as diagnosing
 from ident.diagnosis.alternative import Alternative
+from ident.diagnosis.candidates import Compared
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.engine import Compared, Survey
+from ident.diagnosis.engine import Survey
 from ident.errors import Contradiction, IdentificationError
 from ident.estimate import IdentifiedGain
 from ident.identification import identify_motions

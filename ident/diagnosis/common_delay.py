@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from ident.diagnosis.candidates import Compared
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.diagnosis.engine import Compared, Fault, faults, survey
+from ident.diagnosis.engine import Fault, faults, survey
 from ident.diagnosis.excluded import bound
 from ident.diagnosis.logs import Logs
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.diagnosis.candidates import Compared, Small
 from ident.diagnosis.catalog import FAMILIES
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.effects import Estimate, between, consequence, severity_of
-from ident.diagnosis.engine import Compared, Fault, Small, Survey, compared, directions, faults, survey
+from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
 from ident.diagnosis.excluded import centres_excluded, exclusions, untold
 from ident.diagnosis.friction_sign import opposed

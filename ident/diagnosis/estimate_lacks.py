@@ -8,12 +8,12 @@ import numpy as np
 
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import Direction, two_digits
+from ident.diagnosis.candidates import SHOWN, TIE, Small, likeliest
 from ident.diagnosis.catalog import payload
 from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import gains, z_of
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.effects import Estimate, between, consequence, severity_of
-from ident.diagnosis.engine import SHOWN, TIE, Small, likeliest
 from ident.diagnosis.free_model import FreeModel
 from ident.diagnosis.stated import Stated, stated
 from ident.errors import IdentificationError

@@ -10,10 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.alternative import Direction
+from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Fits, gains, z_of
 from ident.diagnosis.diagnosis import Exclusion
-from ident.diagnosis.engine import SHOWN, Survey
+from ident.diagnosis.engine import Survey
 from ident.diagnosis.screen import Screened
 from ident.diagnosis.stated import Stated
 

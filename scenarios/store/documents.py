@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
+from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from ident.diagnosis.engine import SHOWN
 from ident.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification
 from ident.parameters import INERTIAL

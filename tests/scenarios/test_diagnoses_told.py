@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from estimates import gain_estimate
 
+from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
-from ident.diagnosis.engine import SHOWN
 from ident.identification import Identification
 from scenarios.reports.content import Mood
 from scenarios.reports.diagnoses import doubt_paragraphs, words_of

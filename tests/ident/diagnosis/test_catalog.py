@@ -10,6 +10,7 @@ from real_friction import Truth
 
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
+from ident.diagnosis.candidates import Small
 from ident.diagnosis.catalog import (
     FAMILIES,
     base,
@@ -23,7 +24,7 @@ from ident.diagnosis.catalog import (
     units,
     zeros,
 )
-from ident.diagnosis.engine import Small, directions
+from ident.diagnosis.engine import directions
 from ident.diagnosis.reference import across, reference
 
 

@@ -12,6 +12,7 @@ from log_faults import late
 from real_friction import Truth
 
 from ident.diagnosis.added import Added
+from ident.diagnosis.candidates import Compared, likeliest
 from ident.diagnosis.diagnose import (
     _effects,
     _of_currents,
@@ -20,7 +21,7 @@ from ident.diagnosis.diagnose import (
 )
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst, worst_first
 from ident.diagnosis.effects import between, consequence, severity_of
-from ident.diagnosis.engine import Compared, Fault, likeliest
+from ident.diagnosis.engine import Fault
 from ident.diagnosis.estimate_lacks import beyond_prior
 from ident.errors import Contradiction
 from ident.estimate import IdentifiedGain, RefusedGain

@@ -8,9 +8,10 @@ from consistency_logs import all_joints, doubted, logs_of, problem_of
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
 from real_friction import Truth
 
+from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Score, gains, z_of
-from ident.diagnosis.engine import SHOWN, Survey, compared, survey
+from ident.diagnosis.engine import Survey, compared, survey
 from ident.diagnosis.excluded import SIZES, SURELY_WORSE, bound, centres_excluded, exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.screen import Screened

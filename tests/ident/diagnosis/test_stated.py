@@ -12,13 +12,14 @@ from linear_solutions import linear_estimate, linear_solution
 from real_friction import Truth
 
 from ident.diagnosis.alternative import Direction, Term, two_digits
+from ident.diagnosis.candidates import Small
 from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.catalog import terms
 from ident.diagnosis.comparison import gains, z_of
 from ident.diagnosis.diagnose import _linear
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.effects import consequence
-from ident.diagnosis.engine import Small, survey
+from ident.diagnosis.engine import survey
 from ident.diagnosis.estimate_lacks import Lack, _unexplained, imitated, lacks_of, shown_beside, told
 from ident.diagnosis.reference import reference
 from ident.diagnosis.stated import FINEST, claimed, stated

@@ -172,12 +172,17 @@ def gains(given: Score, other: Score) -> Array:
 
 
 def z_of(u: Array) -> float:
-    """Sum of gains over its standard error; of no spread at all, of the sign of the sum."""
-    used = u[u != 0.0]
-    if len(used) < 2:
-        return 0.0
-    spread = float(np.sqrt(len(used) / (len(used) - 1) * np.sum((used - used.mean()) ** 2)))
-    return float(used.sum()) / spread if spread > 0.0 else 0.0
+    """Sum of gains over its standard error; of no spread at all, zero."""
+    return float(each_z(u))
+
+
+def each_z(u: Array) -> Array:
+    """The same of many gains at once, shape (..., blocks), shape (...)."""
+    used = u != 0.0
+    count, total = np.count_nonzero(used, axis=-1), u.sum(axis=-1)
+    off = np.where(used, u - (total / np.maximum(count, 1))[..., None], 0.0)
+    spread = np.sqrt(count / np.maximum(count - 1, 1) * np.sum(off**2, axis=-1))
+    return np.divide(total, spread, out=np.zeros(total.shape), where=(count > 1) & (spread > 0.0))
 
 
 def numbered_blocks(motion: Indices, position: Indices, lengths: Sequence[int]) -> Indices:

@@ -11,6 +11,7 @@ import numpy as np
 from ident.diagnosis.candidates import Compared, Small
 from ident.diagnosis.catalog import FAMILIES
 from ident.diagnosis.catalog.current_scales import scaled
+from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.effects import Estimate, between, consequence, severity_of
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
@@ -50,7 +51,9 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     elif of_logs:
         diagnoses += _of_mended(of_logs[-1], again, logs.names)
     else:
-        diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, again)
+        elastic = any(each.found.family == ELASTICITY for each in found)  # by the logs alone: nothing imitates it
+        doubted = replace(base, solution=replace(base.solution, stiff=None)) if elastic else base
+        diagnoses += lacks_of(doubted, seen.directions, logs.names, logs.model, again)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
     said = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
     return replace(said, diagnoses=worst_first(diagnoses))

@@ -12,7 +12,7 @@ import numpy as np
 from ident.diagnosis.alternative import Direction
 from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.catalog import payload
-from ident.diagnosis.comparison import Fits, gains, z_of
+from ident.diagnosis.comparison import Fits, each_z, gains
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import Survey
 from ident.diagnosis.screen import Screened
@@ -66,7 +66,8 @@ def bound(fits: Fits, direction: Direction) -> float | None:
     sizes = direction.largest * SIZES
     x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (sizes, 2, 1, 1)
     u = gains(score, replace(score, squares=score.squares - 2.0 * x * cross + x**2 * square))  # (sizes, 2, blocks)
-    return next((float(size) for size, both in zip(sizes, u, strict=True) if max(map(z_of, both)) < -SHOWN), None)
+    lost = np.flatnonzero((each_z(u) < -SHOWN).all(axis=-1))
+    return float(sizes[lost[0]]) if len(lost) else None
 
 
 def exclusions(seen: Survey) -> list[Exclusion]:

@@ -14,7 +14,8 @@ TERMS = ("joint elasticity", "friction law", "friction drift", "position-depende
 """What a model lacks; no log is at fault."""
 REMARKS = (
     *TERMS, "link masses", "unexplained", "negative gain", "residual", "gain outlier", "noise of q", "noise of v",
-    "rate", "jitter", "encoder resolution", "range", "reversals", "excitation", "held currents", "temperature",
+    "joint limits", "rate", "jitter", "encoder resolution", "range", "reversals", "excitation", "held currents",
+    "temperature",
 )  # fmt: skip
 """Diagnoses that accuse no log, payload or model of a mistake; every other one does."""
 NEAR, DEVIATIONS = 0.2, 3.0
@@ -123,7 +124,7 @@ RULES: dict[str, Rule] = {
     "copied column": Rule(names=("columns",), words="copy"),
     "speed for current": Rule(names=("columns",), words="is the speed"),
     "friction of one log": Rule(names=("friction law", "friction drift"), joints=None),
-    "gain by temperature": Rule(names=("current scale", "current drift"), joints=False, value=lambda x, _: x),
+    "gain by temperature": Rule(names=("current scale", "current drift"), joints=False),
     "mass of the payload": Rule(names=("payload", "payload centre", "payload inertia", "link masses"), joints=None),
     "centre of the payload": Rule(names=("payload", "payload centre"), joints=None),
     "inertia of the payload": Rule(names=("payload", "payload inertia"), joints=None),
@@ -192,7 +193,8 @@ class Judged:
 def judged(case: SoundCase, fault: Fault, found: Run, sound: Run) -> Judged:
     """Judge what was said of a fault, by what is said without it."""
     visible = found.twin is None or found.twin.residual > ROUNDING
-    blamed = accusations(found)
+    known = {(each.name, each.joints, each.logs) for each in sound.said}
+    blamed = [each for each in accusations(found) if (each.name, each.joints, each.logs) not in known]
     names = tuple(dict.fromkeys(each.name for each in blamed))
     exact = [each for each in blamed if right(case, fault, each)]
     rivals = any(_is_rival(case, fault, each) for each in blamed)

@@ -152,7 +152,8 @@ def _of_payload(
     if first is not None and of_payload and not _leaves(first.beside, free):  # its size is right to first order
         said = told(first, names)
     else:
-        said = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=payload.CENTRE.advice, z=z_of(u))
+        logs = tuple(name for name, each in zip(names, opened.motions, strict=True) if each.payload is not None)
+        said = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=payload.CENTRE.advice, logs=logs, z=z_of(u))
     return replace(said, severity=severity_of(effects), sentence=f"{said.cause}{consequence(effects)}", effects=effects)
 
 
@@ -191,7 +192,7 @@ def _with_masses_alone(problem: Problem) -> Problem | None:
 def told(lack: Lack, names: Sequence[str]) -> Diagnosis:
     """What is said of something that an estimate lacks."""
     direction, more = lack.best.direction, lack.best.found
-    effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value)
+    effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value, lack.beside)
     severity = severity_of(effects)
     if not direction.at_fault:
         severity = Severity.WEAK if severity is Severity.WRONG else severity  # the model lacks it; no log is at fault

@@ -93,20 +93,38 @@ class Stated:
         )
         return replace(self, fits=fits_of([held_out(fit)]))
 
-    def effects(self, currents: Array) -> tuple[Effect, ...]:
-        """Error of each gain if currents that are added to the rows, shape (R,), have no place in the model.
+    def effects(self, currents: Array, beside: "Stated | None" = None) -> tuple[Effect, ...]:
+        """Error of each gain if some currents have no place in the model.
 
         Beside another model than the estimate's, what the two gains differ by belongs to the error.
+
+        Args:
+            currents: What is added to the rows, shape (R,).
+            beside: The estimate beside them. Errors are held against what is claimed with what it leaves of the
+                currents: what a fault adds to the residual is part of the damage.
         """
         own, told = self.solution, self.estimate.solution
         moved = -(own.influence @ currents) / own.inverse
         moved += (1.0 + moved) * (own.inverse / told.inverse - 1.0)
         place = {int(j): k for k, j in enumerate(own.joints)}
         return tuple(
-            Effect(joint=j, percent=100.0 * float(moved[place[j]]), deviations=float(moved[place[j]]) / claimed(gain))
+            Effect(
+                joint=j,
+                percent=100.0 * float(moved[place[j]]),
+                deviations=float(moved[place[j]]) / claimed(gain, 1.0 if beside is None else beside.left_of(j)),
+            )
             for j, gain in enumerate(self.estimate.joints)
             if isinstance(gain, IdentifiedGain)
         )
+
+    def left_of(self, joint: int) -> float:
+        """Share of the estimate's residual of a joint, from 0, that this model leaves."""
+        (held,) = self.fits.parts
+        assert held is not None, "an estimate has more rows than unknowns"
+        rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
+        left = held.fit.residual[own] / self.solution.rows.weight[own]
+        before = float(np.linalg.norm(rows.residual[rows.of(joint)]))
+        return min(1.0, float(np.linalg.norm(left)) / before) if before > 0.0 else 1.0
 
 
 def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | None = None) -> Stated:
@@ -122,9 +140,15 @@ def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | No
     return Stated(problem, estimate, solution, fits_of([held_out(fit)]))
 
 
-def claimed(gain: IdentifiedGain) -> float:
-    """Relative standard deviation that is claimed of a gain, and no less than any payload is weighed."""
-    return max(gain.total_std / abs(gain.value), FINEST)
+def claimed(gain: IdentifiedGain, left: float = 1.0) -> float:
+    """Relative standard deviation that is claimed of a gain, and no less than any payload is weighed.
+
+    Args:
+        gain: The gain.
+        left: Share of the residual that would be left.
+    """
+    total = float(np.linalg.norm((left * gain.std, gain.payload_std, gain.model_std)))
+    return max(total / abs(gain.value), FINEST)
 
 
 def _count(part: slice) -> int:

@@ -21,13 +21,17 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
-    """Currents a little late: of all joints together, of each alone, and each by a time of its own."""
+    """Currents a little late: of all joints together, of each alone, and in one log each by a time of its own.
+
+    In all logs, times of their own would imitate backlash and friction before sliding.
+    """
     n = logs.structure.arm.n
     parts = [[-each for each in motion.rows(motion.rate()[..., None])] for motion in reference.motions]
     each_own = [[each * (np.arange(n) == j) for j, each in enumerate(part)] for part in parts]
     every = tuple(range(n))
     for scope in scopes(len(parts)):
-        for joints in ((), *((j,) for j in range(n)), *((every,) if n > 1 else ())):
+        apart = (every,) if n > 1 and len(scope) < len(parts) else ()
+        for joints in ((), *((j,) for j in range(n)), *apart):
 
             def alternative(
                 value: Array, scope: tuple[int, ...] = scope, joints: tuple[int, ...] = joints

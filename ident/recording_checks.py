@@ -42,6 +42,8 @@ WHOLE = 0.01
 """What a difference of two values of a coarse channel may be off a multiple of its step, in steps."""
 MANY = 0.001
 """Share of the samples from which spikes of that size are too many; fewer decide no gain."""
+CHANCE = 1e-9
+"""Probability with which spikes all follow a step of the encoder though they have another cause."""
 SHARE = 0.99
 MIDDLE = (0.05, 0.95)
 """Quantiles that a channel's own range lies between; spikes in fewer samples than that do not widen it."""
@@ -195,7 +197,7 @@ def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
 def _spike_faults(recording: Recording, kind: str, j: int, far: float) -> Iterator[Diagnosis]:
     x = recording.q[:, j] if kind == "q" else recording.v[:, j]
     found, near = _many_spikes(x, far)
-    if not found.any():
+    if not found.any() or (kind == "v" and _answers(found, recording.q[:, j])):
         return
     row, many = int(found.argmax()), int(found.sum())
     sentence = (
@@ -203,6 +205,15 @@ def _spike_faults(recording: Recording, kind: str, j: int, far: float) -> Iterat
         f"t = {recording.t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}"
     )
     yield _fault(recording, j, sentence, "remove or repair those samples")
+
+
+def _answers(spikes: Mask, q: Array) -> bool:
+    """Whether all spikes of a current follow a step of its encoder, which chance does not do: a controller's answer."""
+    follow = np.zeros(len(q), dtype=np.bool_)
+    stepped = np.flatnonzero(np.diff(q) != 0.0) + 1
+    for later in range(NEAR + 1):
+        follow[np.minimum(stepped + later, len(q) - 1)] = True
+    return bool(follow[spikes].all()) and int(spikes.sum()) * float(np.log(follow.mean())) < float(np.log(CHANCE))
 
 
 def _flickers(x: Array, away: Array) -> bool:

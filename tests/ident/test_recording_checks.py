@@ -256,3 +256,26 @@ def test_spikes_of_one_size_in_a_fine_current_are_no_steps_of_it():
 
 def test_a_step_of_friction_is_no_spike():
     check_log(log(v=V + 9.0 * np.sign(np.sin(2.7 * T))[:, None]))
+
+
+def stepping(later: int, every: int = 37) -> tuple[np.ndarray, np.ndarray]:
+    """A coarse encoder of joint 2, and a current that spikes some samples after each of its steps."""
+    q, v = Q.copy(), V.copy()
+    q[:, 1] = 1e-3 * (np.arange(len(T)) // every)
+    rows = np.arange(every, len(T) - later, every) + later
+    v[rows, 1] += 4.0 * np.ptp(V[:, 1])
+    return q, v
+
+
+@pytest.mark.parametrize("later", [0, 3])
+def test_a_current_that_answers_each_step_of_its_encoder_has_no_spikes(later):
+    q, v = stepping(later)
+    check_log(log(q=q, v=v))
+
+
+@pytest.mark.parametrize(("later", "every"), [(4, 37), (-1, 37), (0, 1)])
+def test_spikes_that_do_not_follow_a_step_or_do_so_by_chance_are_refused(later, every):
+    q, v = stepping(later)
+    q[:, 1] = 1e-3 * (np.arange(len(T)) // every)
+    with pytest.raises(RecordingError, match=r"v2 has \d+ spikes"):
+        check_log(log(q=q, v=v))

@@ -10,7 +10,7 @@ from real_friction import Truth
 
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import SAME_PARAMETER, in_logs, scopes
-from ident.diagnosis.candidates import Small
+from ident.diagnosis.candidates import Compared, Small
 from ident.diagnosis.catalog import (
     FAMILIES,
     base,
@@ -223,6 +223,25 @@ def test_a_small_alternative_is_near_its_own_size_and_not_near_a_quarter_turn_or
     small = Small(scale, Added(u=np.ones(40), value=np.array([0.2]), covariance=np.eye(1)))
     assert small.near(current_scales.scaled(sound, (1,), (1,), 1.3))
     assert not small.near(current_scales.scaled(sound, (1,), (1,), 1000.0))
+
+
+def test_currents_have_times_of_their_own_in_one_log_only(found):
+    apart = [each for each in found if each.family == "delay" and len(each.joints) > 1]
+    assert [(each.joints, each.logs) for each in apart] == [((0, 1, 2), (0,)), ((0, 1, 2), (1,))]
+    for each in apart:
+        for j, column in enumerate(each.columns):
+            assert not column[:, np.arange(3) != j].any()
+
+
+def test_the_deviation_of_an_angle_is_that_which_does_not_go_around(sound):
+    for zero, sign in ((np.pi - 0.001, 1.0), (-np.pi + 0.001, 1.0), (0.3, 1.0)):
+        full = Compared(zeros.turned(sound, 1, (0, 1), sign, zero), np.ones(40), sound, np.array([0.01]))
+        np.testing.assert_allclose(full.std, np.rad2deg(0.01), rtol=1e-9)
+    assert Compared(zeros.turned(sound, 1, (0, 1), 1.0, 0.3), np.ones(40), sound).std is None
+    apart = delays.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0]))
+    assert (
+        Compared(apart, np.ones(40), sound, np.array([1e-3, 2e-3, 3e-3])).std is None
+    )  # of three sizes there is no one
 
 
 @pytest.mark.parametrize(("share", "within"), [(0.97, True), (-0.97, True), (1.03, False), (-1.03, False)])

@@ -8,6 +8,7 @@ import pytest
 from consistency_logs import all_joints, doubted, logs_of
 from diagnoses import named
 from estimates import gain_estimate
+from known_logs import BRICK
 from log_faults import late
 from real_friction import Truth
 
@@ -242,6 +243,26 @@ def test_a_refusal_names_two_rivals_at_most():
         refusal_of([replace(said(Severity.WRONG), rivals=rivals)])
         == "the zero of q2 is off (or a delay or another order)"
     )
+
+
+def test_beside_a_fault_that_is_read_in_a_payload_that_is_not_as_stated_is_told(axes):
+    turned = replace(BRICK, com=(-BRICK.com[0], BRICK.com[1], -BRICK.com[2]))
+    logs = doubted(axes, [late(each, 3) for each in logs_of(Truth())], (None, turned))
+    told = {each.name: each for each in diagnose(logs, all_joints(logs.problem), all_joints).diagnoses}
+    assert set(told) == {"delay", "payload"}
+    assert told["payload"].severity is Severity.WRONG
+    assert told["payload"].logs == ("loaded",)
+
+
+@pytest.mark.parametrize("compliance", [0.0, 2e-3])
+def test_joints_that_the_logs_show_to_yield_are_not_doubted_beside_stiff_ones(axes, monkeypatch, compliance):
+    logs = doubted(axes, logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance))))
+    estimate = all_joints(logs.problem)
+    estimate = replace(estimate, solution=replace(estimate.solution, stiff=estimate.solution))
+    seen = []
+    monkeypatch.setattr("ident.diagnosis.diagnose.lacks_of", lambda base, *_: seen.append(base.solution.stiff) or [])
+    diagnose(logs, estimate)
+    assert [each is None for each in seen] == [compliance > 0.0]
 
 
 @pytest.mark.parametrize(("joint", "log"), [(2, 1), (0, 1)])

@@ -89,6 +89,24 @@ def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighe
     np.testing.assert_allclose(claimed(replace(gain, value=-gain.value)), 0.04, rtol=1e-12)
 
 
+def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_is_left(made, rng):
+    base = made[0]
+    joints = tuple(replace(each, payload_rel_std=0.011, model_rel_std=0.007) for each in base.estimate.joints)
+    base = replace(base, estimate=replace(base.estimate, joints=joints))
+    found = direction([rng.normal(size=(60, 3)), None])
+    beside = base.beside(found)
+    rows = base.estimate.solution.rows
+    with_it = beside.fits.parts[0].fit.residual / rows.weight
+    for j, (gain, each) in enumerate(zip(joints, base.effects(np.ones(120), beside), strict=True)):
+        own = rows.joint == j
+        left = min(1.0, np.linalg.norm(with_it[own]) / np.linalg.norm(rows.residual[own]))
+        claim = np.sqrt((left * 0.04) ** 2 + 0.011**2 + 0.007**2)
+        np.testing.assert_allclose(claimed(gain, left), claim, rtol=1e-9)
+        np.testing.assert_allclose(each.deviations, 0.01 * each.percent / claim, rtol=1e-9)
+        assert left < 0.99 or j == 1
+    assert abs(base.effects(np.ones(120))[0].deviations) < abs(base.effects(np.ones(120), beside)[0].deviations)
+
+
 def test_a_joint_without_a_gain_has_no_effect(made):
     base = made[0]
     joints = (SimpleNamespace(), base.estimate.joints[1])

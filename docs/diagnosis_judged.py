@@ -193,7 +193,7 @@ class Judged:
 def judged(case: SoundCase, fault: Fault, found: Run, sound: Run) -> Judged:
     """Judge what was said of a fault, by what is said without it."""
     visible = found.twin is None or found.twin.residual > ROUNDING
-    known = {(each.name, each.joints, each.logs) for each in sound.said}
+    known = [(each.name, each.joints, each.logs) for each in sound.said]
     blamed = [each for each in accusations(found) if (each.name, each.joints, each.logs) not in known]
     names = tuple(dict.fromkeys(each.name for each in blamed))
     exact = [each for each in blamed if right(case, fault, each)]

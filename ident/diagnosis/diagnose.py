@@ -3,8 +3,8 @@
 Severity follows from two numbers: z, whether it is so, and the effect on each gain, whether it matters.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,13 +12,14 @@ from ident.diagnosis.candidates import Compared, Small
 from ident.diagnosis.catalog import FAMILIES
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.terms import ELASTICITY
+from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.effects import Estimate, between, consequence, severity_of
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
 from ident.diagnosis.excluded import centres_excluded, exclusions, untold
 from ident.diagnosis.friction_sign import opposed
-from ident.diagnosis.logs import Logs
+from ident.diagnosis.logs import Logs, scored_as
 from ident.diagnosis.reference import Reference, reference
 from ident.diagnosis.stated import Stated, stated
 from ident.errors import IdentificationError
@@ -43,6 +44,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate |
     found = list(faults(seen))
     of_logs = [each for each in found if isinstance(each.found, Compared)]
     known = None if estimate is None else _Known(estimate, base, again)
+    if known is not None:
+        of_logs = list(known.borne_out(of_logs))
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     if not of_logs:
         diagnoses += [_of_friction(joint, log, seen, known) for joint, log in opposed(logs.problem)]
@@ -91,17 +94,42 @@ class _Known:
     now: GainEstimate
     base: Stated | None
     again: Estimate | None
+    others: dict[int, GainEstimate | None] = field(default_factory=dict[int, "GainEstimate | None"])
+
+    def of(self, found: Compared) -> GainEstimate | None:
+        """The same estimate of the logs read so, found once; None where there is none."""
+        if self.again is None:
+            return None
+        if id(found) not in self.others:
+            try:
+                self.others[id(found)] = self.again(found.read.problem)
+            except IdentificationError:
+                self.others[id(found)] = None
+        return self.others[id(found)]
+
+    def borne_out(self, faults: Iterable[Fault]) -> Iterator[Fault]:
+        """Faults up to the first with which the estimate itself predicts the currents no better.
+
+        It knows more than the free model, which short motions hardly determine: what it does not bear out is chance.
+        """
+        score = None if self.base is None else self.base.by_joint
+        for each in faults:
+            assert isinstance(each.found, Compared), "a fault of the logs"
+            other = self.of(each.found)
+            if score is not None and other is not None and _linear(other):
+                reading = each.found.alternative.reading
+                read = scored_as(stated(each.found.read.problem, other).by_joint, reading)
+                if gains(score, read).sum() <= 0.0:
+                    return
+            yield each
 
     def effects(self, found: Compared | Small) -> Iterator[Effect]:
         """Error of the gains if a fault of the logs, or a term that the model lacks, is what it seems to be."""
         if isinstance(found, Small):
             if self.base is not None:
                 yield from self.base.effects(self.base.stacked(found.direction.columns) @ found.found.value)
-        elif self.again is not None:
-            try:
-                yield from between(self.now, self.again(found.read.problem))
-            except IdentificationError:
-                return  # nothing to hold the gains against
+        elif (other := self.of(found)) is not None:
+            yield from between(self.now, other)
 
 
 def _of_fault(fault: Fault, seen: Survey, known: _Known | None) -> Diagnosis:

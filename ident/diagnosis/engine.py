@@ -14,7 +14,7 @@ from ident.diagnosis.candidates import SHOWN, Compared, Small, likeliest
 from ident.diagnosis.catalog import FAMILIES, Family
 from ident.diagnosis.comparison import gains
 from ident.diagnosis.free_model import free_model
-from ident.diagnosis.logs import Logs, read_as, score_as
+from ident.diagnosis.logs import Logs, read_as, scored_as
 from ident.diagnosis.reference import Reference, reference
 from ident.diagnosis.screen import Screened, screened
 from ident.errors import IdentificationError
@@ -190,7 +190,9 @@ def compared(logs: Logs, alternative: Alternative) -> Compared | None:
         other = read_as(logs, alternative.reading)
     except IdentificationError:
         return None
-    return Compared(alternative, gains(logs.model.fits.score, score_as(other, alternative.reading)), other)
+    return Compared(
+        alternative, gains(logs.model.fits.score, scored_as(other.model.fits.score, alternative.reading)), other
+    )
 
 
 def _with_term(seen: Survey, term: Direction) -> Survey:

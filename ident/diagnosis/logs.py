@@ -95,8 +95,6 @@ def _by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:
     )
 
 
-def score_as(other: Logs, reading: Reading) -> Score:
+def scored_as(score: Score, reading: Reading) -> Score:
     """Score of logs read otherwise, by the columns and in the units that they have."""
-    return regrouped(
-        other.model.fits.score, [each.v_order for each in reading.logs], [each.v_factor for each in reading.logs]
-    )
+    return regrouped(score, [each.v_order for each in reading.logs], [each.v_factor for each in reading.logs])

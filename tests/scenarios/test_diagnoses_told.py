@@ -10,7 +10,7 @@ from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
 from ident.identification import Identification
 from scenarios.reports.content import Mood
-from scenarios.reports.diagnoses import doubt_paragraphs, words_of
+from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs, words_of
 from scenarios.reports.gains import note_paragraphs
 from scenarios.reports.identify import kept_paragraphs, summary
 from scenarios.store.documents import estimate_document, to_json
@@ -40,13 +40,13 @@ FOUND = Diagnosed(
 )
 
 
-def test_a_warning_stands_before_the_notes_and_what_the_logs_exclude_after_them():
+def test_a_warning_stands_before_the_notes_and_what_the_logs_exclude_is_said_apart():
     meaning, warning, *rest = note_paragraphs(("clock jitters",), FOUND, np.ones(6))
     assert meaning.text.startswith("Gains in N m")
     assert warning.text == "WARNING b.csv: the zero of q3 is off by 2 degrees. Correct it."
     assert (warning.mood, warning.strong) == (Mood.DOUBTFUL, True)
-    assert [each.text for each in rest] == [
-        "Note: clock jitters.",
+    assert [each.text for each in rest] == ["Note: clock jitters."]
+    assert [each.text for each in horizon_paragraphs(FOUND)] == [
         "Excluded: delays beyond 5 ms.",
         "Cannot be told: zero of q1.",
     ]

@@ -9,11 +9,12 @@ from consistency_logs import all_joints, doubted, logs_of
 from diagnoses import named
 from estimates import gain_estimate
 from known_logs import BRICK
-from log_faults import late
+from log_faults import changed, late
 from real_friction import Truth
 
 from ident.diagnosis.added import Added
 from ident.diagnosis.candidates import Compared, likeliest
+from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.diagnose import (
     _effects,
     _of_currents,
@@ -22,7 +23,7 @@ from ident.diagnosis.diagnose import (
 )
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst, worst_first
 from ident.diagnosis.effects import between, consequence, severity_of
-from ident.diagnosis.engine import Fault
+from ident.diagnosis.engine import Fault, compared
 from ident.diagnosis.estimate_lacks import beyond_prior
 from ident.errors import Contradiction
 from ident.estimate import IdentifiedGain, RefusedGain
@@ -243,6 +244,18 @@ def test_a_refusal_names_two_rivals_at_most():
         refusal_of([replace(said(Severity.WRONG), rivals=rivals)])
         == "the zero of q2 is off (or a delay or another order)"
     )
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.3, ["current scale"]), (1.0, [])])
+def test_a_fault_that_the_estimate_does_not_bear_out_is_chance(axes, monkeypatch, factor, told):
+    bare, heavy = logs_of(Truth())
+    logs = doubted(axes, [bare, changed(heavy, v=factor * heavy.v)])
+    found = Fault(found=compared(logs, scaled(logs, (1,), (), 1.3)), small=None, rivals=(), before=logs)
+    monkeypatch.setattr("ident.diagnosis.diagnose.faults", lambda _: [found])
+    said = diagnose(logs, all_joints(logs.problem), all_joints)
+    assert [each.name for each in said.diagnoses] == told
+    assert bool(said.excluded) == (not told)
+    assert "current scale" in {each.name for each in diagnose(logs).diagnoses}  # without gains nobody knows better
 
 
 def test_beside_a_fault_that_is_read_in_a_payload_that_is_not_as_stated_is_told(axes):

@@ -12,7 +12,7 @@ from ident.diagnosis.candidates import Compared, Small
 from ident.diagnosis.catalog import FAMILIES
 from ident.diagnosis.catalog.current_scales import scaled
 from ident.diagnosis.catalog.terms import ELASTICITY
-from ident.diagnosis.comparison import gains
+from ident.diagnosis.comparison import Score, gains
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst_first
 from ident.diagnosis.effects import Estimate, between, consequence, severity_of
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
@@ -112,11 +112,12 @@ class _Known:
 
         It knows more than the free model, which short motions hardly determine: what it does not bear out is chance.
         """
-        score = None if self.base is None else self.base.by_joint
+        score: Score | None = None
         for each in faults:
             assert isinstance(each.found, Compared), "a fault of the logs"
             other = self.of(each.found)
-            if score is not None and other is not None and _linear(other):
+            if self.base is not None and other is not None and _linear(other):
+                score = score or self.base.by_joint
                 reading = each.found.alternative.reading
                 read = scored_as(stated(each.found.read.problem, other).by_joint, reading)
                 if gains(score, read).sum() <= 0.0:

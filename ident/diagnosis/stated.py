@@ -9,6 +9,7 @@ follows from the influence of each row:
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,7 +27,7 @@ FINEST = 1e-3
 """Relative deviation that effects are held against at least: without noise anything would spoil every gain."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Stated:
     """An estimate, ready for held-out predictions.
 
@@ -42,7 +43,7 @@ class Stated:
     solution: GainSolution
     fits: Fits
 
-    @property
+    @cached_property
     def by_joint(self) -> Score:
         """How well the currents of each joint are predicted, as of a fit of each joint alone."""
         (held,) = self.fits.parts

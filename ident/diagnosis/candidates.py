@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from ident.arrays import Array
 from ident.diagnosis.added import Added
@@ -21,22 +21,51 @@ TIE = 2.0
 """Standard errors by which the best of two alternatives must predict better to be told from the other."""
 
 
+class _Candidate:
+    """What a direction and an alternative in full have alike when they compete."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:
+
+        @property
+        def what(self) -> Direction | Alternative: ...
+
+        @property
+        def u(self) -> Array: ...
+
+    @property
+    def family(self) -> str:
+        """What kind of fault, or of term of the model, it would be."""
+        return self.what.family
+
+    @property
+    def logs(self) -> tuple[int, ...]:
+        """Logs that it is about, from 0."""
+        return self.what.logs
+
+    @property
+    def gain(self) -> float:
+        """In log predictive density."""
+        return float(self.u.sum())
+
+    @property
+    def z(self) -> float:
+        """Standard errors by which it predicts better."""
+        return z_of(self.u)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Small:
+class Small(_Candidate):
     """A direction, and what it adds to the predictions."""
 
     direction: Direction
     found: Added
 
     @property
-    def family(self) -> str:
-        """What kind of fault, or of term of the model, it would be."""
-        return self.direction.family
-
-    @property
-    def logs(self) -> tuple[int, ...]:
-        """Logs that it is about, from 0."""
-        return self.direction.logs
+    def what(self) -> Direction:
+        """The direction."""
+        return self.direction
 
     @property
     def parameters(self) -> int:
@@ -63,23 +92,13 @@ class Small:
         return self.found.u
 
     @property
-    def gain(self) -> float:
-        """In log predictive density."""
-        return float(self.u.sum())
-
-    @property
-    def z(self) -> float:
-        """Standard errors by which it predicts better."""
-        return z_of(self.u)
-
-    @property
     def words(self) -> str:
         """What it would be, in short."""
         return self.direction.family
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Compared:
+class Compared(_Candidate):
     """An alternative compared in full with the logs as they are.
 
     Attributes:
@@ -91,19 +110,14 @@ class Compared:
     """
 
     alternative: Alternative
-    u: Array
+    u: Array  # pyright: ignore[reportIncompatibleMethodOverride]
     read: Logs
     spread: Array | None = None
 
     @property
-    def family(self) -> str:
-        """What kind of fault it would be."""
-        return self.alternative.family
-
-    @property
-    def logs(self) -> tuple[int, ...]:
-        """Logs that it is about, from 0."""
-        return self.alternative.logs
+    def what(self) -> Alternative:
+        """The alternative."""
+        return self.alternative
 
     @property
     def parameters(self) -> int:
@@ -123,16 +137,6 @@ class Compared:
             return None
         beside = [own.refined(sign * self.spread).value for sign in (1.0, -1.0)]
         return min((abs(each - own.value) for each in beside if each is not None), default=None)  # angles wrap one way
-
-    @property
-    def gain(self) -> float:
-        """In log predictive density."""
-        return float(self.u.sum())
-
-    @property
-    def z(self) -> float:
-        """Standard errors by which it predicts better."""
-        return z_of(self.u)
 
 
 Found = TypeVar("Found", bound=Compared | Small)

@@ -163,7 +163,10 @@ def _leaves(base: Stated, free: FreeModel) -> bool:
 
 
 def _unexplained(base: Stated, free: FreeModel, *, beside_faults: bool) -> Iterator[Diagnosis]:
-    """What is left of the currents that nothing describes; beside faults that do not describe it, no gain is right."""
+    """Currents that the estimate leaves and a fit of each joint alone explains.
+
+    If faults were found and do not explain them either, every gain is refused.
+    """
     if not _leaves(base, free):
         return
     times = np.sqrt(base.by_joint.variance / np.where(free.fits.sigma > 0.0, free.fits.score.variance, np.inf))

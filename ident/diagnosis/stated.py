@@ -17,7 +17,7 @@ from ident.arrays import Array
 from ident.column_space import column_space
 from ident.diagnosis.added import UNSEEN, Added, each_added
 from ident.diagnosis.alternative import Direction
-from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, Score, fits_of, held_out, numbered_blocks
+from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, HeldOut, Score, fits_of, held_out, numbered_blocks
 from ident.diagnosis.diagnosis import Effect
 from ident.diagnosis.free_model import row_counts
 from ident.estimate import GainEstimate, GainSolution, IdentifiedGain
@@ -43,11 +43,17 @@ class Stated:
     solution: GainSolution
     fits: Fits
 
+    @property
+    def _held(self) -> HeldOut:
+        """All its rows."""
+        (held,) = self.fits.parts
+        assert held is not None, "an estimate has more rows than unknowns"
+        return held
+
     @cached_property
     def by_joint(self) -> Score:
         """How well the currents of each joint are predicted, as of a fit of each joint alone."""
-        (held,) = self.fits.parts
-        assert held is not None, "an estimate has more rows than unknowns"
+        held = self._held
         rows, n, blocks = self.solution.rows, self.problem.structure.arm.n, held.fit.blocks
         left = held.predicted(held.fit.residual[:, None]).reshape(-1)[held.place] / rows.weight
         squares, counts = np.zeros((n, blocks)), np.zeros((n, blocks))
@@ -78,8 +84,7 @@ class Stated:
 
     def beside(self, direction: Direction) -> "Stated":
         """The same estimate beside a model that has the direction."""
-        (held,) = self.fits.parts
-        assert held is not None, "an estimate has more rows than unknowns"
+        held = self._held
         (columns,) = self.weighted(direction).columns
         assert columns is not None, "weighted"
         columns = column_space(columns)
@@ -120,8 +125,7 @@ class Stated:
 
     def left_of(self, joint: int) -> float:
         """Share of the estimate's residual of a joint, from 0, that this model leaves."""
-        (held,) = self.fits.parts
-        assert held is not None, "an estimate has more rows than unknowns"
+        held = self._held
         rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
         left = held.fit.residual[own] / self.solution.rows.weight[own]
         before = float(np.linalg.norm(rows.residual[rows.of(joint)]))

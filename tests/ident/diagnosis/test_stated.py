@@ -6,24 +6,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from consistency_logs import PLAIN, all_joints, doubted, joint_by_joint, logs_of, problem_of, with_current
+from consistency_logs import all_joints, joint_by_joint, logs_of, problem_of, with_current
 from known_logs import BRICK
 from linear_solutions import linear_estimate, linear_solution
 from real_friction import Truth
 
-from ident.diagnosis.alternative import Direction, Term, two_digits
+from ident.diagnosis.alternative import Direction, Term
 from ident.diagnosis.candidates import Small
 from ident.diagnosis.catalog import payload as payload_catalog
-from ident.diagnosis.catalog import terms
-from ident.diagnosis.comparison import gains, z_of
+from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnose import _linear
-from ident.diagnosis.diagnosis import Severity
-from ident.diagnosis.effects import consequence
-from ident.diagnosis.engine import survey
-from ident.diagnosis.estimate_lacks import Lack, _unexplained, imitated, lacks_of, shown_beside, told
-from ident.diagnosis.reference import reference
+from ident.diagnosis.estimate_lacks import Lack, told
 from ident.diagnosis.stated import FINEST, claimed, stated
-from ident.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.payload import standard_parameters
 
 
@@ -191,117 +185,6 @@ def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_
         now, before = (x.joints[each.joint] for x in (estimate, sound))
         error = 100.0 * (now.value / before.value - 1.0)
         np.testing.assert_allclose(each.percent, error, rtol=0.25, atol=150.0 * claimed(now))  # noise moves it, too
-
-
-def yielding(problem):
-    """An estimate whose joints yield, as if data had chosen so, beside the one whose joints do not."""
-    soft, stiff = (
-        all_joints_gains(problem, AllJointsOptions(friction=PLAIN.friction, compliance=each)) for each in (True, False)
-    )
-    return replace(soft, solution=replace(soft.solution, stiff=stiff.solution)), stiff
-
-
-def elastic(axes, logs):
-    seen = doubted(axes, logs)
-    return next(terms.elasticity(reference(seen.problem), seen))
-
-
-def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not_yield(axes, logs):
-    sound = all_joints(problem_of(axes, logs))
-    off = (0.0, -0.006, 0.011)
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
-    estimate, stiff = yielding(problem)
-    base = stated(problem, estimate)
-    (centre, _) = payload_catalog.directions(problem, estimate)
-    (found,) = imitated(base, (), [centre, elastic(axes, logs)])
-    assert found.best.direction is centre
-    np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).added(centre).u), rtol=1e-9)
-    assert found.best.z > z_of(base.added(centre).u) + 1.0
-    for each in found.base.effects(found.base.stacked(centre.columns) @ found.best.found.value):
-        now, before = (x.joints[each.joint] for x in (estimate, sound))
-        error = 100.0 * (now.value / before.value - 1.0)  # of joint 2, a third of it is what yielding joints changed
-        np.testing.assert_allclose(each.percent, error, rtol=0.1)
-        np.testing.assert_allclose(each.deviations, 0.01 * each.percent / claimed(now), rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("compliance", "off"), [(1.2e-3, (0.0, 0.0, 0.0)), (5e-4, (0.0, -0.0065, 0.0125))], ids=["explain it all", "a tie"]
-)
-def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off):
-    logs = logs_of(Truth(compliance=(compliance, 0.7 * compliance, compliance)), seed=2)
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
-    estimate, stiff = yielding(problem)
-    (centre, _) = payload_catalog.directions(problem, estimate)
-    assert [each.best.direction for each in shown_beside(stated(problem, stiff), [centre])] == [
-        centre
-    ]  # alone it is believed
-    assert not list(imitated(stated(problem, estimate), (), [centre, elastic(axes, logs)]))
-    assert not list(imitated(stated(problem, stiff), (), [centre]))  # nothing was chosen that could imitate it
-
-
-TURNED = (-BRICK.com[0], BRICK.com[1], -BRICK.com[2])
-
-
-@pytest.mark.parametrize(
-    ("com", "name"), [(np.add(BRICK.com, (0.0, -0.007, 0.012)), "payload centre"), (TURNED, "payload")]
-)
-def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_gives(axes, logs, com, name):
-    sound = all_joints(problem_of(axes, logs)).solution.inverse
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(com))))
-    estimate = all_joints(problem)
-    seen = survey(doubted(axes, logs))
-    (said,) = lacks_of(stated(problem, estimate), seen.directions, ("a", "b"), seen.logs.model, all_joints)
-    assert (said.name, said.severity) == (name, Severity.WRONG)
-    assert said.z > 5.0
-    assert said.sentence == f"{said.cause}{consequence(said.effects)}"
-    moved = 100.0 * (sound / estimate.solution.inverse - 1.0)
-    of = {each.joint: each.percent for each in said.effects}
-    for j in (1, 2):
-        assert abs(moved[j]) > 2.0
-        np.testing.assert_allclose(of[j], moved[j], rtol=0.1)
-    # The logs alone, whatever is stated, show nothing; and of a sound payload nothing is said.
-    assert not list(
-        lacks_of(
-            stated(problem_of(axes, logs), all_joints(problem_of(axes, logs))),
-            seen.directions,
-            ("a", "b"),
-            seen.logs.model,
-            all_joints,
-        )
-    )
-
-
-def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_beside_faults_spoils_every_gain(axes):
-    logs = [logs_of(Truth())[0], logs_of(Truth(Fc=(11.0, 10.5, 5.0)))[1]]
-    problem = problem_of(axes, logs)
-    estimate = all_joints_gains(problem, replace(PLAIN, friction_per_motion=False))
-    base, free = stated(problem, estimate), doubted(axes, logs).model
-    (said,) = lacks_of(base, (), ("a", "b"), free)
-    assert (said.name, said.severity, said.joints) == ("unexplained", Severity.WEAK, (1,))
-    times = np.sqrt(base.by_joint.variance[1] / free.fits.score.variance[1])
-    assert times > 1.5
-    np.testing.assert_allclose(said.value, times, rtol=1e-9)
-    assert f"leaves {two_digits(times)} times as much of joint 2's current" in said.sentence
-    (beside,) = _unexplained(base, free, beside_faults=True)
-    assert (beside.severity, beside.joints) == (Severity.WRONG, (0, 1, 2))
-    assert not list(lacks_of(base, (), ("a", "b")))
-    right = stated(problem, all_joints(problem))  # friction of each log its own
-    assert not list(lacks_of(right, (), ("a", "b"), free))
-
-
-def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
-    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.021, 0.033))))))
-    base = stated(problem, joint_by_joint(problem))
-    (centre, _) = payload_catalog.directions(problem, base.estimate)
-    size = np.abs(base.added(centre).value).max()
-
-    def said(largest: float) -> list[str]:
-        term = replace(centre, family="spring", largest=largest)
-        found = lacks_of(replace(base, problem=replace(problem, motions=problem.motions[:1])), [term], ["a", "b"])
-        return [each.name for each in found]
-
-    assert said(1.02 * size) == ["spring"]
-    assert said(0.98 * size) == []
 
 
 def test_a_term_that_is_put_into_the_currents_moves_the_gains_by_its_effect(axes, logs):

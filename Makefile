@@ -92,7 +92,7 @@ verify: .venv/ready  # ten minutes
 	$(BIN)/python docs/verify.py out/verify
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
-	$(BIN)/python -m scenarios.files.json_schema
+	$(BIN)/python -m scenarios.json_schemas.write
 
 # Names, versions and hashes only: no index address is recorded.
 lock: .venv/ready

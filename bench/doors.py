@@ -17,15 +17,15 @@ import pyarrow.csv
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from ident.logs import format_of
-from ident.logs.columns import Chosen, Request
-from ident.logs.conversion import converted
-from ident.logs.description import LogDescription
-from ident.logs.joint_state_messages import message_layout
-from ident.logs.resolution import Resolved, resolved
-from ident.recording import Recording
-from ident.recording_checks import check_log
-from ident.recording_files import write_recording
+from ident.recordings.checks import check_log
+from ident.recordings.files import write_recording
+from ident.recordings.formats import format_of
+from ident.recordings.formats.columns import Chosen, Request
+from ident.recordings.formats.conversion import converted
+from ident.recordings.formats.description import LogDescription
+from ident.recordings.formats.joint_state_messages import message_layout
+from ident.recordings.formats.resolution import Resolved, resolved
+from ident.recordings.recording import Recording
 
 SAMPLES, RUNS = 1_000_000, 3
 JOINTS = tuple(f"joint_{j}" for j in range(1, 7))

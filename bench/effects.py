@@ -7,8 +7,8 @@ import statistics
 import sys
 import time
 
-from scenarios.build import bench
-from scenarios.files.loading import load_scenario
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
 from sim.compile import lean_model, resting
 from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation

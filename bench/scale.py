@@ -21,14 +21,14 @@ import psutil
 import pyarrow as pa
 from rich.console import Console
 
-import scenarios.studies.study as study_module
+import scenarios.experiments.studies.study as study_module
 from bench.noop import DELAY, JOINTS, no_op, synthetic_rows
-from scenarios.files.loading import load_scenario
-from scenarios.store.parts import BLOCK, WHOLE, Part
-from scenarios.store.study_folder import study_folder
-from scenarios.studies.monte_carlo import monte_carlo
-from scenarios.studies.study import CHUNK, Study, carry_out, study_identity
-from scenarios.workers.dask import dask_workers
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.studies.folder import study_folder
+from scenarios.experiments.studies.monte_carlo import monte_carlo
+from scenarios.experiments.studies.parts import BLOCK, WHOLE, Part
+from scenarios.experiments.studies.study import CHUNK, Study, carry_out, study_identity
+from scenarios.experiments.workers.dask import dask_workers
 
 ROOT = Path(__file__).parents[1]
 PAGE, BEGIN, END = ROOT / "docs" / "scaling.md", "<!-- make scale -->", "<!-- /make scale -->"
@@ -49,7 +49,7 @@ print(time.perf_counter() - started, used.ru_utime + used.ru_stime, used.ru_maxr
 RESUME = """
 import sys, time
 from pathlib import Path
-from scenarios.store.study_folder import StudyFolder
+from scenarios.experiments.studies.folder import StudyFolder
 started = time.perf_counter()
 assert StudyFolder(Path(sys.argv[1]), 6).missing(int(sys.argv[2])) == []
 print(time.perf_counter() - started)

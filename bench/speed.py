@@ -17,14 +17,14 @@ import pinocchio as pin
 from threadpoolctl import threadpool_limits
 
 import rx90_mjcf
-from ident.arm import load_pinocchio
 from ident.identification import identify
+from ident.model.arm import load_pinocchio
+from ident.model.regressor import regressor_blocks
 from ident.preparation import DOUBTED, SIMULATED, Policy
-from ident.regressor import regressor_blocks
-from scenarios.build import bench
-from scenarios.files.loading import load_scenario
-from scenarios.files.mountings import LOADED
-from scenarios.run import run
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.mountings import LOADED
+from scenarios.experiments.run import run
 from sim.compile import lean_model
 from sim.engine import Engine, Simulation
 from sim.record import record

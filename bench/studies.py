@@ -19,19 +19,19 @@ import mujoco
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-import scenarios.run
+import scenarios.experiments.run
 import sim.closed_loop
 import sim.record
-from scenarios.build import bench
-from scenarios.files.loading import load_scenario
-from scenarios.run import motion_streams
-from scenarios.store.parts import WHOLE, Part
-from scenarios.store.study_folder import study_folder
-from scenarios.studies.study import CHUNK
-from scenarios.trials import Trial, run_trials, trial_schema
-from scenarios.versions import versions
-from scenarios.workers.processes import local_processes
-from scenarios.workers.tasks import Task, run_task
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.run import motion_streams
+from scenarios.experiments.studies.folder import study_folder
+from scenarios.experiments.studies.parts import WHOLE, Part
+from scenarios.experiments.studies.study import CHUNK
+from scenarios.experiments.trials import Trial, run_trials, trial_schema
+from scenarios.experiments.workers.processes import local_processes
+from scenarios.experiments.workers.tasks import Task, run_task
+from scenarios.support.versions import versions
 from sim.compile import lean_model, plant_model
 from sim.engine import Engine, Simulation
 from sim.plant import Plant
@@ -45,17 +45,17 @@ ROUNDS = 3
 
 START_UP = """
 import sys
-from scenarios.workers.processes import prepare_processes
+from scenarios.experiments.workers.processes import prepare_processes
 if __name__ == "__main__":
     prepare_processes()  # as the command does
     from concurrent.futures import wait
     import scenarios.cli
-    from scenarios.files.loading import load_scenario
-    from scenarios.workers.processes import local_processes
-    from scenarios.studies.monte_carlo import monte_carlo
-    from scenarios.studies.study import carry_out
-    from scenarios.workers.tasks import Task, run_task
-    from scenarios.versions import versions
+    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.workers.processes import local_processes
+    from scenarios.experiments.studies.monte_carlo import monte_carlo
+    from scenarios.experiments.studies.study import carry_out
+    from scenarios.experiments.workers.tasks import Task, run_task
+    from scenarios.support.versions import versions
     study = monte_carlo(load_scenario("nominal"), 1, 0)
     with local_processes(2) as workers:
         pool = workers.open()
@@ -154,7 +154,7 @@ def split() -> None:
     sim.record.closed_loop = timed("loop", sim.record.closed_loop)
     sim.record.logged = timed("sensors", sim.record.logged)
     sim.record._prepared = timed("models", sim.record._prepared)
-    scenarios.run.identify_motions = timed("identification", scenarios.run.identify_motions)
+    scenarios.experiments.run.identify_motions = timed("identification", scenarios.experiments.run.identify_motions)
     with TemporaryDirectory() as folder:
         started = time.perf_counter()
         rows = run_trials(SCENARIO, trials(0), SCHEMA, threads=1)

@@ -9,12 +9,12 @@ from collections.abc import Callable
 
 from threadpoolctl import threadpool_limits
 
-from scenarios.build import bench
-from scenarios.files.loading import load_scenario
-from scenarios.files.methods import with_method
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.methods import with_method
+from scenarios.experiments.run import run
+from scenarios.experiments.trials import Trial, run_trials, trial_schema
 from scenarios.prediction.budget import predicted_budget
-from scenarios.run import run
-from scenarios.trials import Trial, run_trials, trial_schema
 
 SCENARIOS = ("nominal", "field", "panda")
 BATCHES = {1: 3, 8: 3, 32: 1}

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ident.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.identification import identify
-from ident.observation import ObserveOptions
+from ident.observation.observation import ObserveOptions
 from ident.preparation import SIMULATED
-from ident.recording import Recording
-from scenarios.build import Bench, bench
-from scenarios.files.loading import load_scenario
+from ident.recordings.recording import Recording
+from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.files.loading import load_scenario
 from sim.record import record
 from sim.sensors import SensorOptions, noise_streams
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.image import imsave
 
 import rx90_mjcf
-from ident.payload_files import read_payload
+from ident.payload.files import read_payload
 from sim.clearance import add_payload_shape
 from sim.compile import mount_payload
 from sim.plant import PayloadBody

@@ -12,7 +12,15 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from scenarios.files.loading import load_scenario
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.studies.calibration import GRID, Calibration, calibration
+from scenarios.experiments.studies.coverage import Coverage, JointClaims, Target, joint_claims
+from scenarios.experiments.studies.folder import STUDY, StudyFolder
+from scenarios.experiments.studies.joint_rows import COLUMNS, rows_in
+from scenarios.experiments.studies.monte_carlo import monte_carlo
+from scenarios.experiments.studies.pass_rule import FALSE_ALARM
+from scenarios.experiments.studies.statistics import joint_statistics
+from scenarios.experiments.trials import run_trials
 from scenarios.reports.content import (
     NONE,
     Column,
@@ -29,15 +37,7 @@ from scenarios.reports.content import (
 )
 from scenarios.reports.files import write_figures, write_markdown
 from scenarios.reports.plots.calibration import curves
-from scenarios.store.study_folder import STUDY, StudyFolder
-from scenarios.studies.calibration import GRID, Calibration, calibration
-from scenarios.studies.coverage import Coverage, JointClaims, Target, joint_claims
-from scenarios.studies.joint_rows import COLUMNS, rows_in
-from scenarios.studies.monte_carlo import monte_carlo
-from scenarios.studies.pass_rule import FALSE_ALARM
-from scenarios.studies.statistics import joint_statistics
-from scenarios.trials import run_trials
-from scenarios.versions import versions
+from scenarios.support.versions import versions
 
 TARGET, HONEST = Target(low=0.93, high=0.975), float(2.0 * stats.norm.cdf(2.0) - 1.0)
 WIDEST = 1.35

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 
 DOWN = (0.0, 0.0, -9.81)
 SPREAD, SLIDE_SPREAD = 1.0, 0.16

@@ -10,11 +10,11 @@ from diagnosis_fault import Fault, Motions, Samples, all_joints, all_logs, belie
 from diagnosis_simulator import built, with_payload
 from scipy import signal, spatial
 
-from ident.arrays import Array
-from ident.identification import Recorded
-from ident.payload import Payload
-from ident.recording import Recording
-from ident.structure import Structure, structure_of
+from ident.model.structure import Structure, structure_of
+from ident.payload.payload import Payload
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
 
 
 def _with_gravity(structure: Structure, gravity: Array) -> Structure:
@@ -172,7 +172,7 @@ def gravity_compensated(case: SoundCase) -> Iterator[Fault]:
         def compensated(
             motions: Motions, structure: Structure, with_load: bool = with_load
         ) -> tuple[Motions, Structure]:
-            changed: list[Recorded] = []
+            changed: list[Motion] = []
             for each in motions:
                 model = built(case.arm).model
                 if with_load and each.payload is not None:

@@ -21,14 +21,14 @@ import numpy as np
 from diagnosis_arms import ARMS
 from threadpoolctl import threadpool_limits
 
-from ident.arm import load_arm
-from ident.arrays import Array
-from ident.identification import Recorded
-from ident.payload import Payload
-from ident.payload_files import read_payload
-from ident.recording import Recording
-from ident.recording_files import read_recording
-from ident.structure import Structure, structure_of
+from ident.model.arm import load_arm
+from ident.model.structure import Structure, structure_of
+from ident.payload.files import read_payload
+from ident.payload.payload import Payload
+from ident.recordings.files import read_recording
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
 
 KEPT = Path(__file__).parent.parent / "out" / "diagnosis" / "cases"
 SET, APART = "set", "apart"
@@ -85,7 +85,7 @@ class SoundCase:
 
     spec: Spec
     structure: Structure
-    motions: tuple[Recorded, ...]
+    motions: tuple[Motion, ...]
     gain: Array | None
 
     @property
@@ -153,7 +153,7 @@ def loaded(spec: Spec) -> SoundCase | None:
         words = json.loads(str(kept["words"]))
         mounted = [Payload(**_tuples(each)) for each in words["payloads"]]
         motions = tuple(
-            Recorded(
+            Motion(
                 Recording(kept[f"t{k}"], kept[f"q{k}"].astype(float), kept[f"v{k}"].astype(float), name),
                 None if payload is None else mounted[payload],
             )
@@ -187,7 +187,7 @@ def _simulate(spec: Spec) -> None:
             place.write_bytes(pickle.dumps(made[each.seed].structure))
 
 
-def _keep(spec: Spec, motions: tuple[Recorded, ...], gain: Array) -> None:
+def _keep(spec: Spec, motions: tuple[Motion, ...], gain: Array) -> None:
     """Positions and currents in single precision, finer than an encoder's step."""
     payloads = list({id(each.payload): each.payload for each in motions if each.payload is not None}.values())
     index = {id(each): k for k, each in enumerate(payloads)}
@@ -240,11 +240,11 @@ def real_cases(wanted: Callable[[Spec], bool] = lambda spec: True) -> Iterator[S
             if wanted(spec):
                 payload = read_payload(folder / loaded / "payload.toml")
                 logs = [_named(folder / a, b) for a, b in ((bare, "unloaded"), (loaded, "loaded"))]
-                yield SoundCase(spec, ur, (Recorded(logs[0]), Recorded(logs[1], payload)), None)
+                yield SoundCase(spec, ur, (Motion(logs[0]), Motion(logs[1], payload)), None)
     spec = Spec("real-tx40", "bare", 0, REAL, APART)
     if wanted(spec):
         tx40 = structure_of(load_arm(folder / "tx40" / "tx40.urdf", couplings=((4, 5),)))
-        yield SoundCase(spec, tx40, (Recorded(_named(folder / "tx40", "recording")),), None)
+        yield SoundCase(spec, tx40, (Motion(_named(folder / "tx40", "recording")),), None)
 
 
 def _named(folder: Path, name: str) -> Recording:

@@ -20,7 +20,7 @@ from diagnosis_fault import (
     then,
 )
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 
 
 def zeros(case: SoundCase) -> Iterator[Fault]:

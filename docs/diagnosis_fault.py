@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 
 from diagnosis_cases import SoundCase
 
-from ident.arrays import Array
-from ident.identification import Recorded
-from ident.payload import Payload
-from ident.recording import Recording
-from ident.structure import Structure
+from ident.model.structure import Structure
+from ident.payload.payload import Payload
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
 
-Motions = tuple[Recorded, ...]
+Motions = tuple[Motion, ...]
 Apply = Callable[[Motions, Structure], tuple[Motions, Structure]]
 Samples = tuple[Array, Array, Array]
 Change = Callable[[Array, Array, Array], Samples]

@@ -10,7 +10,7 @@ from diagnosis_column_faults import columns, offsets, orders, scales, signs, zer
 from diagnosis_fault import Fault, Motions, then
 from diagnosis_time_faults import clocks, delays, drifts, filters, samples
 
-from ident.structure import Structure
+from ident.model.structure import Structure
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,20 +13,21 @@ from diagnosis_faults import FaultyCase
 from diagnosis_visibility import solved, twin_of
 
 from ident import identification, preparation
-from ident.arrays import Array
 from ident.check import check
 from ident.diagnosis import diagnose as diagnosing
 from ident.diagnosis.alternative import Alternative
 from ident.diagnosis.candidates import Compared
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.engine import Survey
-from ident.errors import Contradiction, IdentificationError
-from ident.estimate import IdentifiedGain
+from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.gain_options import GainOptions
 from ident.identification import identify_motions
-from ident.observation import ObserveOptions
-from ident.options import GainOptions
-from ident.preparation import DOUBTED, Recorded
-from ident.structure import Structure, structure_of
+from ident.model.structure import Structure, structure_of
+from ident.observation.observation import ObserveOptions
+from ident.preparation import DOUBTED
+from ident.recordings.motion import Motion
+from ident.support.arrays import Array
+from ident.support.errors import Contradiction, IdentificationError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,7 +169,7 @@ def said(found: Diagnosis) -> Said:
     )
 
 
-def run(name: str, motions: Sequence[Recorded], structure: Structure) -> tuple[Run, list[Alternative]]:
+def run(name: str, motions: Sequence[Motion], structure: Structure) -> tuple[Run, list[Alternative]]:
     """Doubt one set of logs; nothing is raised."""
     started = time.perf_counter()
     with overheard() as heard:
@@ -186,7 +187,7 @@ def run(name: str, motions: Sequence[Recorded], structure: Structure) -> tuple[R
     return replace(found, largest_z=heard.largest_z, seconds=time.perf_counter() - started), heard.readings
 
 
-def _answer(name: str, motions: Sequence[Recorded], structure: Structure) -> Run:
+def _answer(name: str, motions: Sequence[Motion], structure: Structure) -> Run:
     """What is identified, of bare motions what a check says.
 
     Raises:
@@ -258,7 +259,7 @@ def _moved(true: Array, found: Array) -> float | None:
 
 
 @lru_cache(maxsize=2)
-def _sound_twin(case: SoundCase) -> tuple[tuple[Recorded, ...], Array]:
+def _sound_twin(case: SoundCase) -> tuple[tuple[Motion, ...], Array]:
     twin = twin_of(case)
     return twin, solved(twin, case.structure)[0]
 

@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 from simulations import outcomes_of
 
-from ident.arrays import Array
-from ident.identification import Recorded
-from ident.structure import Structure
-from scenarios.files.loading import load_scenario
-from scenarios.files.motions import MOTIONS
-from scenarios.files.resolved import resolved
-from scenarios.named_files import robot_of
-from scenarios.run import Simulated
+from ident.model.structure import Structure
+from ident.recordings.motion import Motion
+from ident.support.arrays import Array
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.motions import MOTIONS
+from scenarios.experiments.files.resolved import resolved
+from scenarios.experiments.named_files import robot_of
+from scenarios.experiments.run import Simulated
 
 VERSION = 2
 """Of this file, one more where logs change."""
@@ -84,7 +84,7 @@ class Made:
     """Logs of one seed, the structure of the arm and its true gains."""
 
     seed: int
-    motions: tuple[Recorded, ...]
+    motions: tuple[Motion, ...]
     structure: Structure
     gain: Array
 
@@ -100,7 +100,7 @@ def simulated(robot: str, condition: str, seeds: Sequence[int]) -> list[Made]:
         return [
             Made(
                 seed=own[seed],
-                motions=tuple(Recorded(r, p) for r, p in zip(outcome.recordings, prepared.mounted, strict=True)),
+                motions=tuple(Motion(r, p) for r, p in zip(outcome.recordings, prepared.mounted, strict=True)),
                 structure=prepared.structure,
                 gain=prepared.true_gain,
             )

@@ -17,12 +17,12 @@ import pinocchio as pin
 from diagnosis_arms import ARMS, BuiltArm
 from scipy import interpolate, ndimage, signal
 
-from ident.arm import arm_from_pinocchio
-from ident.arrays import Array
-from ident.identification import Recorded
-from ident.payload import Known, Payload
-from ident.recording import Recording
-from ident.structure import Structure, structure_of
+from ident.model.arm import arm_from_pinocchio
+from ident.model.structure import Structure, structure_of
+from ident.payload.payload import Known, Payload
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
 
 VERSION = 3
 """Of this file and of the arms, one more where logs change."""
@@ -30,7 +30,7 @@ STRIBECK_SPEED, REVERSAL = 0.1, 2e-3
 """Speeds at which Stribeck friction falls, and dry friction turns over [rad/s]."""
 MASS_STD, COM_STD, INERTIA_STD = 0.002, 5e-4, 0.03
 """Of payloads as stated and drawn: share of the mass, [m], share of the moments."""
-Motion = Callable[[Array], tuple[Array, Array, Array]]
+Reference = Callable[[Array], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,7 +126,7 @@ def structure(arm: str) -> Structure:
     return structure_of(arm_from_pinocchio(built(arm).model))
 
 
-def sines(rng: np.random.Generator, middle: Array, spread: Array, fastest: float) -> Motion:
+def sines(rng: np.random.Generator, middle: Array, spread: Array, fastest: float) -> Reference:
     """Sums of seven sines a joint at frequencies that share no period."""
     n, parts = len(middle), 7
     w = 2.0 * np.pi * fastest * rng.uniform(0.15, 1.0, (n, parts))
@@ -142,7 +142,7 @@ def sines(rng: np.random.Generator, middle: Array, spread: Array, fastest: float
     return motion
 
 
-def targets(rng: np.random.Generator, middle: Array, spread: Array, seconds: float) -> Motion:
+def targets(rng: np.random.Generator, middle: Array, spread: Array, seconds: float) -> Reference:
     """Each joint to random targets, one after 1.2 to 3.5 s, smoothed."""
     grid = np.arange(-2.0, seconds + 2.0, 0.01)
     q = np.empty((len(grid), len(middle)))
@@ -228,14 +228,14 @@ def noise(v: Array, condition: Condition, rng: np.random.Generator) -> Array:
     return rms * (condition.white * rng.standard_normal(v.shape) + condition.coloured * slow)
 
 
-def simulated(arm: str, name: str, seed: int) -> tuple[Recorded, ...]:
+def simulated(arm: str, name: str, seed: int) -> tuple[Motion, ...]:
     """Logs of an arm under the condition of that name; the same arguments give the same numbers."""
     each, of, condition = built(arm), drives(arm), CONDITIONS[name]
     rng = np.random.default_rng((9001, seed, *arm.encode(), 0, *name.encode()))
     believed, true = payloads(arm, condition.known, rng)
     heavy = with_payload(each.model, true)
 
-    def new_motion() -> Motion:
+    def new_motion() -> Reference:
         if condition.targets:
             return targets(rng, each.middle, each.spread, condition.seconds)
         return sines(rng, each.middle, each.spread, condition.fastest)
@@ -255,5 +255,5 @@ def simulated(arm: str, name: str, seed: int) -> tuple[Recorded, ...]:
         friction = friction * np.exp(condition.drift * rng.standard_normal(each.model.nv))
         read = condition.quantum * np.round(q / condition.quantum)
         recording = Recording(t, read, v, f"{'loaded' if loaded else 'bare'}{k + 1}")
-        logs.append(Recorded(recording, believed if loaded else None))
+        logs.append(Motion(recording, believed if loaded else None))
     return tuple(logs)

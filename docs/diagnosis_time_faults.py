@@ -7,7 +7,7 @@ from diagnosis_cases import SoundCase
 from diagnosis_fault import Change, Fault, Samples, all_joints, all_logs, in_logs, joint_of, last_log, number, places
 from scipy import interpolate, signal
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 
 
 def _late(late: float, *joints: int) -> Change:

@@ -14,12 +14,12 @@ from diagnosis_cases import SoundCase
 from diagnosis_fault import Fault, Motions
 from scipy import signal
 
-from ident.arrays import Array
-from ident.parameters import INERTIAL, STANDARD
-from ident.payload import Payload, standard_parameters
-from ident.recording import Recording
-from ident.regressor import regressor
-from ident.structure import Structure
+from ident.model.parameters import INERTIAL, STANDARD
+from ident.model.regressor import regressor
+from ident.model.structure import Structure
+from ident.payload.payload import Payload, standard_parameters
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
 
 RATE, CUTOFF = 125.0, 5.0
 """Of twins [Hz]."""

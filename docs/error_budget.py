@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.studies.budget import JointBudget, SourceCost, budgets
-from scenarios.studies.sensitivity import ALONE
+from scenarios.experiments.studies.budget import JointBudget, SourceCost, budgets
+from scenarios.experiments.studies.sensitivity import ALONE
 
 HOME = Path(__file__).parent
 HEAD = """# Error budgets

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from scenarios.build import bench, cell
 from scenarios.design.excitation import SMALL_SIZES, Design
 from scenarios.design.fitting import best_fitted, with_better
 from scenarios.design.own_motion import worst_deviation
 from scenarios.design.problem import design_problem
 from scenarios.design.search import STEP, Found, Judge, Series, judge_here, random_point, search
 from scenarios.design.start import starts
-from scenarios.files.loading import load_scenario
+from scenarios.experiments.build import bench, cell
+from scenarios.experiments.files.loading import load_scenario
 from sim.errors import TrajectoryError
 
 HOME = Path(__file__).parent

@@ -9,15 +9,15 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from scenarios.build import bench
-from scenarios.errors import ScenarioError
-from scenarios.files.loading import load_scenario
-from scenarios.files.schema import Scenario, SourceTable
-from scenarios.files.settings import Value, with_settings
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.schema import Scenario, SourceTable
+from scenarios.experiments.files.settings import Value, with_settings
+from scenarios.experiments.studies.sensitivity import ALONE, NONE
+from scenarios.experiments.studies.sources import settings_with, sources_of
 from scenarios.prediction.linear import linearised
 from scenarios.prediction.predictor import Predictor, predictor_of
-from scenarios.studies.sensitivity import ALONE, NONE
-from scenarios.studies.sources import settings_with, sources_of
+from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
 HEAD = """# Predicted and simulated error budgets

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.build import Bench, bench
-from scenarios.files.loading import load_scenario
-from scenarios.run import run
+from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.run import run
 from sim.effects.temperature import warmed
 from sim.sequence import after_warm_up
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.files.loading import load_scenario
+from scenarios.experiments.files.loading import load_scenario
 
 HOME = Path(__file__).parent
 sys.path.insert(0, str(HOME.parent / "tests" / "helpers"))

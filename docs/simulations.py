@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from scenarios.build import Bench, bench
-from scenarios.files.loading import load_scenario
-from scenarios.run import Simulated, drawn, motion_streams, simulate_batch
+from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.run import Simulated, drawn, motion_streams, simulate_batch
 from sim.errors import SimulationError
 
 TOGETHER = 10

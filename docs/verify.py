@@ -11,17 +11,18 @@ import pandas as pd
 from simulations import TOGETHER, outcomes_of
 from threadpoolctl import threadpool_limits
 
-from ident.errors import IdentificationError
-from ident.estimators.nls import AllJointsOptions
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.known_gains import KnownGains, estimated_gains
+from ident.estimation.problem import ObservedMotion, Problem
 from ident.identification import identify_motions
-from ident.known_gains import KnownGains, estimated_gains
-from ident.observation import observe
-from ident.preparation import SIMULATED, Recorded
-from ident.problem import Motion, Problem
-from ident.weighing.together import payload_of
-from ident.weighing.verification import AGREES, DIFFERS, Verification, verified
-from scenarios.build import Bench
-from scenarios.run import Simulated
+from ident.observation.observation import observe
+from ident.payload_identification.payload_estimate import payload_of
+from ident.payload_identification.verification import AGREES, DIFFERS, Verification, verified
+from ident.preparation import SIMULATED
+from ident.recordings.motion import Motion
+from ident.support.errors import IdentificationError
+from scenarios.experiments.build import Bench
+from scenarios.experiments.run import Simulated
 
 HERE = Path(__file__).parent
 SCENARIOS = {"nominal": str(HERE / "verify" / "nominal.toml"), "field": "field-two-weights"}
@@ -44,7 +45,9 @@ class Trial:
         unknown = replace(payload, known="none")
         table = self.prepared.scenario.table.identification
         motions = tuple(
-            Motion(observe(recording, self.prepared.structure, table.observe), unknown if carried == WEIGHED else None)
+            ObservedMotion(
+                observe(recording, self.prepared.structure, table.observe), unknown if carried == WEIGHED else None
+            )
             for carried, recording in zip(self.prepared.protocol, self.recordings, strict=True)
             if carried != FOUND
         )
@@ -55,7 +58,7 @@ class Trial:
 def trial(prepared: Bench, recordings: tuple) -> Trial:
     table = prepared.scenario.table.identification
     motions = [
-        Recorded(recording, prepared.payloads.get(carried))
+        Motion(recording, prepared.payloads.get(carried))
         for carried, recording in zip(prepared.protocol, recordings, strict=True)
         if carried != WEIGHED
     ]

@@ -26,7 +26,7 @@ def _(mo):
 @app.cell
 def _():
     from scenarios import load_scenario
-    from scenarios.build import bench
+    from scenarios.experiments.build import bench
 
     cell = bench(load_scenario("nominal"))
     cell.protocol

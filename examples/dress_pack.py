@@ -10,8 +10,8 @@ import numpy as np
 
 from ident.identification import identify_motions
 from scenarios import load_scenario
-from scenarios.build import bench
-from scenarios.run import as_identified
+from scenarios.experiments.build import bench
+from scenarios.experiments.run import as_identified
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, Effect
 from sim.record import record

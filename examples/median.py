@@ -4,8 +4,8 @@ from statistics import median
 
 from ident import IdentifiedGain
 from ident.identification import identify_motions
-from ident.structure import structure_of
-from scenarios.store.problem_folder import GivenProblem
+from ident.model.structure import structure_of
+from scenarios.results.problem_folder import GivenProblem
 
 METHODS = ("ls-2011", "iv", "ols")
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from scenarios import load_scenario, run_scenario
-from scenarios.files.settings import with_settings
+from scenarios.experiments.files.settings import with_settings
 
 nominal = load_scenario("nominal")
 print("cutoff_hz  largest error [%]  largest 2 sigma [%]")

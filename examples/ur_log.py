@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ident import load_arm
-from ident.payload_files import write_payload
-from scenarios.build import bench
-from scenarios.files.loading import load_scenario
-from scenarios.robots import robot
+from ident.payload.files import write_payload
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.robots import robot
 from sim.record import record
 from sim.sensors import noise_streams
 

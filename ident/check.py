@@ -3,26 +3,26 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ident.arrays import Array
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.excitation import excitation, predicted_rel_std
 from ident.diagnosis.friction_sign import friction_sign
-from ident.diagnosis.gains import symptoms
-from ident.diagnosis.reach import beyond_reach
+from ident.diagnosis.gain_symptoms import symptoms
+from ident.diagnosis.joint_limits import beyond_reach
+from ident.diagnosis.plausibility import check_joints
 from ident.diagnosis.samples.motion import JointMotion, joint_motions
 from ident.diagnosis.samples.temperature import Warmth, temperature
-from ident.errors import IdentificationError
-from ident.estimate import GainEstimate
-from ident.estimators import DEFAULT, estimator
-from ident.observation import ObserveOptions
-from ident.options import GainOptions
-from ident.payload import Payload
-from ident.plausibility import check_joints
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.estimators import DEFAULT, estimator
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import Problem
+from ident.model.structure import Structure
+from ident.observation.observation import ObserveOptions
+from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Examined, assembled, examined, joined, undelayed
-from ident.problem import Problem
-from ident.recording import Recording
-from ident.structure import Structure
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
+from ident.support.errors import IdentificationError
 
 OBSERVE_DEFAULTS = ObserveOptions()
 

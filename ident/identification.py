@@ -3,25 +3,26 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ident.arm import Arm
-from ident.arrays import Array
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.diagnosis.effects import NO_RESULT
-from ident.diagnosis.gains import symptoms
+from ident.diagnosis.gain_symptoms import symptoms
 from ident.diagnosis.link_masses import link_mass_consistency
-from ident.errors import Contradiction, IdentificationError
-from ident.estimate import GainEstimate, IdentifiedGain, RefusedGain
-from ident.estimators import DEFAULT, estimator
-from ident.observation import ObserveOptions
-from ident.options import GainOptions
-from ident.payload import Payload
-from ident.plausibility import check_load
-from ident.preparation import DOUBTED, Policy, Recorded, joined, prepare, raise_for, refusal_of
-from ident.problem import Problem
-from ident.recording import Recording
-from ident.structure import Structure
+from ident.diagnosis.plausibility import check_load
+from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
+from ident.estimation.estimators import DEFAULT, estimator
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import Problem
+from ident.model.arm import Arm
+from ident.model.structure import Structure
+from ident.observation.observation import ObserveOptions
+from ident.payload.payload import Payload
+from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for, refusal_of
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
+from ident.support.errors import Contradiction, IdentificationError
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
 
@@ -56,14 +57,14 @@ def identify(
     policy: Policy = DOUBTED,
 ) -> Identification:
     """Identify drive gains from one bare and one loaded motion; arguments as `identify_motions`."""
-    motions = (Recorded(unloaded), Recorded(loaded, payload))
+    motions = (Motion(unloaded), Motion(loaded, payload))
     return identify_motions(
         motions, robot, method=method, options=options, observing=observing, gains=gains, policy=policy
     )
 
 
 def identify_motions(
-    motions: Sequence[Recorded],
+    motions: Sequence[Motion],
     robot: Arm | Structure,
     *,
     method: str = DEFAULT,

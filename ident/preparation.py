@@ -5,39 +5,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.arm import Arm
-from ident.arrays import Mask
 from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_first
 from ident.diagnosis.logs import Logs, observed_logs
+from ident.diagnosis.plausibility import check_different, check_joints, check_positions
+from ident.diagnosis.repairs import repaired
 from ident.diagnosis.samples import FILTERED, OF_THE_MOTION, SAMPLE_CHECKS, SPOILING
-from ident.errors import Contradiction, RecordingError
-from ident.observation import Observation, ObserveOptions, observe
-from ident.options import GainOptions
-from ident.payload import Payload
-from ident.plausibility import check_different, check_joints, check_positions
-from ident.problem import Motion, Problem
-from ident.recording import Recording
-from ident.recording_checks import check_log
-from ident.recording_repairs import repaired
-from ident.structure import Structure, structure_of
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.arm import Arm
+from ident.model.structure import Structure, structure_of
+from ident.observation.observation import Observation, ObserveOptions, observe
+from ident.payload.payload import Payload
+from ident.recordings.checks import check_log
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Mask
+from ident.support.errors import Contradiction, RecordingError
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Recorded:
-    """A recording, and what was mounted.
-
-    Attributes:
-        recording: One motion.
-        payload: As weighed and drawn, None for a bare flange. Recordings of one mounting share one object: whatever of
-            the payload is not known is the same for all of them.
-    """
-
-    recording: Recording
-    payload: Payload | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,7 +114,7 @@ class Prepared:
         diagnoses: What their samples show, and what was repaired.
     """
 
-    motions: tuple[Recorded, ...]
+    motions: tuple[Motion, ...]
     parts: tuple[Part, ...]
     problem: Problem
     observing: ObserveOptions
@@ -146,7 +133,7 @@ class Prepared:
 
 
 def prepare(
-    motions: Sequence[Recorded],
+    motions: Sequence[Motion],
     robot: Arm | Structure,
     *,
     observing: ObserveOptions = OBSERVE_DEFAULTS,
@@ -220,9 +207,11 @@ def assembled(
     """The logs that can be filtered as one problem, each with the payload that it carries."""
     carried = [(part, payload) for log, payload in zip(logs, payloads, strict=True) for part in log.parts]
     return Prepared(
-        motions=tuple(Recorded(part.recording, payload) for part, payload in carried),
+        motions=tuple(Motion(part.recording, payload) for part, payload in carried),
         parts=tuple(part for part, _ in carried),
-        problem=Problem(structure, tuple(Motion(part.observation, payload) for part, payload in carried), gains),
+        problem=Problem(
+            structure, tuple(ObservedMotion(part.observation, payload) for part, payload in carried), gains
+        ),
         observing=observing,
         policy=policy,
         diagnoses=worst_first([each for log in logs for each in log.doubts]),

@@ -3,7 +3,7 @@
 import os
 import sys
 
-from scenarios.import_path import leave_working_folder
+from scenarios.support.import_path import leave_working_folder
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 

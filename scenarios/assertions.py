@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import pyarrow as pa
 
-from scenarios.build import bench
-from scenarios.errors import TooFewSeeds
-from scenarios.files.draws import check_draws, places_of
-from scenarios.files.loading import load_scenario
-from scenarios.seeds import SEEDS
-from scenarios.studies.joint_rows import study_rows
-from scenarios.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
-from scenarios.trials import Trial, run_trials, trial_schema
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.draws import check_draws, places_of
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.studies.joint_rows import study_rows
+from scenarios.experiments.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
+from scenarios.experiments.trials import Trial, run_trials, trial_schema
+from scenarios.support.errors import TooFewSeeds
+from scenarios.support.seeds import SEEDS
 
 if TYPE_CHECKING:
     import pandas as pd

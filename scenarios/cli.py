@@ -6,12 +6,12 @@ import sys
 import traceback
 from collections.abc import Sequence
 
-from ident.errors import IdentificationError
-from ident.naming import nearest
-from scenarios.commands import COMMANDS, command
-from scenarios.commands.arguments import escaped, is_text, quoted
-from scenarios.commands.command_line import parser_of
-from scenarios.commands.lifetime import (
+from ident.support.errors import IdentificationError
+from ident.support.naming import nearest
+from scenarios.command_line.arguments import escaped, is_text, quoted
+from scenarios.command_line.parser import complain
+from scenarios.command_line.status import Status
+from scenarios.command_line.streams_and_signals import (
     NoOutput,
     abandon_output,
     ending,
@@ -19,12 +19,12 @@ from scenarios.commands.lifetime import (
     signals_as_interrupts,
     tell,
 )
+from scenarios.command_line.surroundings import foreign_packages, without_opengl
+from scenarios.commands import COMMANDS, command
+from scenarios.commands.main_parser import parser_of
 from scenarios.commands.overview import overview
-from scenarios.commands.parser import complain
-from scenarios.commands.status import Status
-from scenarios.commands.surroundings import foreign_packages, without_opengl
-from scenarios.errors import ScenarioError
-from scenarios.files.tables import find_scenario
+from scenarios.experiments.files.tables import find_scenario
+from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
 TRACEBACK = "RX90_TRACEBACK"

@@ -11,7 +11,7 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.flange import flange_of
 from sim.robot import Robot
 

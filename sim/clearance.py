@@ -7,13 +7,13 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.capsules import stand_in
 from sim.compile import compiler_reason, mount_payload
-from sim.drawn import full_spec
 from sim.errors import ModelFileError
+from sim.model_spec import full_spec
 from sim.plant import PayloadBody, Plant
-from sim.quiet import quiet
+from sim.silenced_mujoco import quiet
 
 PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 

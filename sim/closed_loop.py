@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.control_law import ControlLaw, at_rest, control_step
 from sim.controller import Controller
 from sim.engine import Engine

@@ -16,14 +16,14 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from ident.arrays import Array
-from sim.drawn import full_spec, lean_spec
+from ident.support.arrays import Array
 from sim.effects import EFFECTS
 from sim.effects.effect import Build
 from sim.effects.wrist_coupling import coupling_tendons
 from sim.errors import ModelFileError
+from sim.model_spec import full_spec, lean_spec
 from sim.plant import PayloadBody, Plant
-from sim.quiet import quiet
+from sim.silenced_mujoco import quiet
 
 FRICTION_SOLREF = (2.0, 1.0)
 """Time constant in steps, the stiffest that MuJoCo takes, and damping ratio."""

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

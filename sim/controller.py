@@ -14,12 +14,12 @@ import mujoco
 import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.compile import bare_arm
 from sim.drives import LARGEST
 from sim.errors import ControllerError
-from sim.quiet import quiet
 from sim.ranges import refuse_outside
+from sim.silenced_mujoco import quiet
 from sim.trajectory import FourierTrajectory
 
 TABLES_KEPT = 16

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.errors import DriveError
 
 LARGEST = 1e9

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.varying import State, Varied, Varying
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.errors import Diverged, LimitReached, Saturated, SimulationError
 from sim.experiment import Experiment
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.compile import compiler_reason
-from sim.drawn import full_spec
 from sim.errors import ModelFileError
-from sim.quiet import quiet
+from sim.model_spec import full_spec
 from sim.robot import Robot
+from sim.silenced_mujoco import quiet
 
 NAMES = ("flange", "attachment_site", "attachment", "tool0", "ee_link")
 """What sites and bodies at a flange are called, the first that is there counts."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from ident.arrays import Array
-from ident.recording import Recording
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
 from sim.closed_loop import Advanced, closed_loop, unheard
 from sim.compile import lean_model, resting
 from sim.controller import Controller, tuned
@@ -18,10 +18,10 @@ from sim.errors import PlantError, SimulationError
 from sim.experiment import Experiment, substeps
 from sim.faults import fault
 from sim.plant import Layout, layout
-from sim.quiet import quiet
 from sim.sensors import check_rate, logged, noise_streams
 from sim.sensors.effect import NoiseStreams
 from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before, waves
+from sim.silenced_mujoco import quiet
 from sim.varying import varied
 
 

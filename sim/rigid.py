@@ -11,11 +11,11 @@ import mujoco
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.controller import inverse_dynamics
 from sim.effects.wrist_coupling import coupling_tendons
 from sim.errors import LooseTransmission
-from sim.quiet import quiet
+from sim.silenced_mujoco import quiet
 from sim.trajectory import FourierTrajectory
 
 SAMPLES_PER_HARMONIC = 20

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.drives import DriveTruth
 from sim.errors import RobotError
 

@@ -14,8 +14,8 @@ from pydantic import (
     model_validator,
 )
 
-from ident.arrays import Array
-from ident.toml_files import read_toml
+from ident.support.arrays import Array
+from ident.support.toml_files import read_toml
 from sim.drives import DriveTruth
 from sim.errors import DriveError, RobotError
 from sim.robot import Coupling, GravitySpring, Robot

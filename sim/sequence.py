@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.effects import temperature
 from sim.errors import SequenceError, SimulationError
 from sim.experiment import Experiment

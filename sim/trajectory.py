@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)

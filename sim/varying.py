@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.compile import damping_constants, friction_constants, rotor_constants
 from sim.effects import EFFECTS, ModelErrors
 from sim.effects.effect import Build, ControlStep

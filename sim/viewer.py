@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from ident.arrays import Array, Indices
+from ident.support.arrays import Array, Indices
 from sim.capsules import stand_in
 from sim.clearance import add_payload_shape
 from sim.compile import mount_payload
-from sim.drawn import full_spec
 from sim.errors import ADVICE, ModelFileError, NoPicture
 from sim.experiment import Experiment
-from sim.quiet import quiet
+from sim.model_spec import full_spec
+from sim.silenced_mujoco import quiet
 
 BESIDE = 1.3
 """Distance of neighbouring arms, in shares of an arm's reach."""

@@ -9,10 +9,10 @@ from places import ROOT
 from threadpoolctl import threadpool_limits
 
 import rx90_mjcf
-from ident.arm import Arm, load_arm
-from ident.payload import Payload
-from ident.payload_files import read_payload
-from ident.structure import Structure, structure_of
+from ident.model.arm import Arm, load_arm
+from ident.model.structure import Structure, structure_of
+from ident.payload.files import read_payload
+from ident.payload.payload import Payload
 
 LONG = (
     "test_interruptions",

@@ -8,9 +8,17 @@ from places import ROOT
 ALLOWED = {
     "rx90_mjcf": {"rx90_mjcf"},
     "ident": {"ident"},
-    "sim": {"sim", "rx90_mjcf", "ident.recording", "ident.arrays", "ident.toml_files"},
+    "sim": {"sim", "rx90_mjcf", "ident.recordings.recording", "ident.support.arrays", "ident.support.toml_files"},
     "scenarios": {"scenarios", "sim", "ident", "rx90_mjcf"},
 }
+FOLDERS = {
+    "ident": "support numerics model payload recordings observation estimation arm_parameters payload_identification "
+    "diagnosis",
+    "scenarios": "support experiments results prediction design gains_in_use benchmark json_schemas reports "
+    "command_line commands",
+}
+"""From the ground up: a folder imports from itself and from those before it."""
+DATA = {"catalog", "schemas"}
 OURS = set(ALLOWED)
 FILES = [path for package in ALLOWED for path in sorted((ROOT / package).rglob("*.py"))]
 
@@ -26,15 +34,29 @@ def imported(path) -> set[str]:
     return names
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
-def test_imports_go_one_way(path):
-    package = path.relative_to(ROOT).parts[0]
-    for name in imported(path):
-        if name.split(".")[0] in OURS:
-            allowed = any(name == a or name.startswith(f"{a}.") for a in ALLOWED[package])
-            assert allowed, f"{path.relative_to(ROOT)} may not import {name}"
-        if package == "ident":
-            assert name.split(".")[0] not in ("mujoco", "pandas"), f"{path.relative_to(ROOT)} may not import {name}"
+def test_packages_import_one_way():
+    for path in FILES:
+        package = path.relative_to(ROOT).parts[0]
+        for name in imported(path):
+            if name.split(".")[0] in OURS:
+                allowed = any(name == a or name.startswith(f"{a}.") for a in ALLOWED[package])
+                assert allowed, f"{path.relative_to(ROOT)} may not import {name}"
+            if package == "ident":
+                assert name.split(".")[0] not in ("mujoco", "pandas"), f"{path.relative_to(ROOT)} may not import {name}"
+
+
+@pytest.mark.parametrize("package", FOLDERS)
+def test_folders_import_one_way(package):
+    order = FOLDERS[package].split()
+    there = {path.parent.name for path in FILES if path.parent.parent == ROOT / package} - DATA
+    assert there <= set(order), f"{package} has folders that no order names: {there - set(order)}"
+    for path in FILES:
+        if path.is_relative_to(ROOT / package) and path.parent != ROOT / package:
+            own = order.index(path.relative_to(ROOT / package).parts[0])
+            for name in imported(path):
+                parts = name.split(".")
+                if parts[0] == package and len(parts) > 1:
+                    assert parts[1] in order[: own + 1], f"{path.relative_to(ROOT)} may not import {name}"
 
 
 def test_only_the_engine_touches_mujoco_batch():

@@ -29,13 +29,13 @@ from recipes import (
 from scipy.io import savemat
 
 import rx90_mjcf
+from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
-from ident.options import GainOptions
-from ident.recording import Recording
-from ident.recording_files import read_recording, write_recording
+from ident.recordings.files import read_recording, write_recording
+from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.run import Run, run_scenario
-from scenarios.store.run_folder import save_run
+from scenarios.experiments.run import Run, run_scenario
+from scenarios.results.run_folder import save_run
 
 GAIN = np.array([0.9401, 0.9619, 1.1148, 0.9146, 1.0, 1.0])
 """Injected gains: published ones of the paper's table 3, and two that are assumed."""
@@ -43,9 +43,9 @@ WEIGHED = """
 from dataclasses import replace
 import numpy as np
 from ident import ESTIMATORS, GainOptions, ObserveOptions, load_arm, read_payload, read_recording, structure_of
-from ident.observation import observe
-from ident.options import options_from_table
-from ident.problem import pair
+from ident.observation.observation import observe
+from ident.support.options import options_from_table
+from ident.estimation.problem import pair
 structure, options = structure_of(load_arm("arm.xml")), GainOptions()
 bare, heavy = (observe(read_recording(f"{n}.parquet"), structure, ObserveOptions()) for n in ("bare", "heavy"))
 four = replace(heavy, joints=tuple(
@@ -65,13 +65,13 @@ TAKEN = {
 }
 """Scenarios that the recipes name within a sentence."""
 CONTRACTS = {
-    "tests/ident/test_estimators.py": "weighted",
-    "tests/ident/test_uncertainty.py": "white",
-    "tests/ident/test_logs.py": "mat",
+    "tests/ident/estimation/test_estimators.py": "weighted",
+    "tests/ident/estimation/test_uncertainty.py": "white",
+    "tests/ident/recordings/test_logs.py": "mat",
     "tests/sim/test_extending.py": "dress_pack|eccentric_gear|hum",
-    "tests/scenarios/test_reports.py": "csv",
-    "tests/scenarios/test_execute.py": "profile",
-    "tests/scenarios/test_cli.py": "speeds",
+    "tests/scenarios/reports/test_reports.py": "csv",
+    "tests/scenarios/studies/test_execute.py": "profile",
+    "tests/scenarios/commands/test_cli.py": "speeds",
 }
 """Where each new member is put through a test without a line of its own."""
 

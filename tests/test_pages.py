@@ -11,11 +11,11 @@ import yaml
 from pages import DOCS, SHELLS, Block, blocks, check_shown, commands, follow
 from places import ROOT
 
-from ident.arm import load_arm
+from ident.model.arm import load_arm
+from scenarios.command_line.parser import OneLineParser
 from scenarios.commands import COMMANDS, command
-from scenarios.commands.parser import OneLineParser
-from scenarios.files.gains import read_gains
-from scenarios.robots import robot
+from scenarios.experiments.files.gains import read_gains
+from scenarios.experiments.robots import robot
 
 LEARNT = [
     ROOT / "README.md",

@@ -62,7 +62,7 @@ def test_everything_that_a_script_takes_from_the_packages_is_there(path: Path):
 def test_what_is_not_there_is_named():
     code = (
         "import sim.record\nimport scenarios.nowhere\n"
-        "from ident.payload import Payload, Cargo\nfrom ident import payload\n"
+        "from ident.payload.payload import Payload, Cargo\nfrom ident import payload\n"
         "sim.record._gone = sim.record.record(sim.record.logged)\n"
     )
-    assert missing(code) == ["ident.payload.Cargo", "scenarios.nowhere", "sim.record._gone"]
+    assert missing(code) == ["ident.payload.payload.Cargo", "scenarios.nowhere", "sim.record._gone"]

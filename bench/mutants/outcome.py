@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -62,8 +63,8 @@ def tests_of(candidate: Candidate, folder: Path, reached: Reach, seconds: Mappin
     if candidate.at_import:
         tests |= reached.anywhere([candidate.path, *_importers(candidate.path, folder)])
     path = Path(candidate.path)
-    own = (f"tests/{path.parts[0]}/test_{path.stem}.py::", f"{candidate.path}::")
-    ordered = sorted(tests & seconds.keys(), key=lambda test: (not test.startswith(own), seconds[test]))
+    own = re.compile(rf"tests/{path.parts[0]}/(.+/)?test_{path.stem}\.py::|{re.escape(candidate.path)}::")
+    ordered = sorted(tests & seconds.keys(), key=lambda test: (not own.match(test), seconds[test]))
     spent = list(accumulate(seconds[test] for test in ordered))
     return [test for k, test in enumerate(ordered) if k == 0 or spent[k] <= PATIENCE]
 

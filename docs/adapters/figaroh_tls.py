@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.arrays import Array
-from ident.observation import observe
-from ident.parameters import INERTIAL
-from ident.payload import Payload
-from ident.preparation import Recorded
-from ident.structure import Structure, structure_of
-from scenarios.store.problem_folder import GivenProblem
+from ident.model.parameters import INERTIAL
+from ident.model.structure import Structure, structure_of
+from ident.observation.observation import observe
+from ident.payload.payload import Payload
+from ident.recordings.motion import Motion
+from ident.support.arrays import Array
+from scenarios.results.problem_folder import GivenProblem
 
 try:
     from figaroh.identification.identification_tools import relative_stdev
@@ -92,7 +92,7 @@ def _stated(problem: GivenProblem, most: float) -> Sequence[Mapping[str, object]
     return [_gain(*pair, most) for pair in zip(x[gains].tolist(), share[gains], strict=True)]
 
 
-def _rows(problem: GivenProblem, structure: Structure, motion: Recorded) -> _Rows:
+def _rows(problem: GivenProblem, structure: Structure, motion: Motion) -> _Rows:
     observed = observe(motion.recording, structure, replace(problem.observing, min_weight=EVERY_ROW))
     joints = observed.joints
     W = np.zeros((len(joints), len(joints[0].V), len(structure.base.columns)))

@@ -23,12 +23,12 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from ident.arrays import Array
-from ident.payload import Payload
-from ident.preparation import Recorded
-from ident.recording import resampled
-from ident.signals import delayed, edge_samples, group_means, smooth_motion
-from scenarios.store.problem_folder import PROBLEM, GivenProblem
+from ident.numerics.signals import delayed, edge_samples, group_means, smooth_motion
+from ident.payload.payload import Payload
+from ident.recordings.motion import Motion
+from ident.recordings.recording import resampled
+from ident.support.arrays import Array
+from scenarios.results.problem_folder import PROBLEM, GivenProblem
 
 try:
     import mujoco.sysid as sysid
@@ -105,7 +105,7 @@ def drive_gains(problem: GivenProblem) -> Sequence[Mapping[str, object]]:
     return [_gain(*of, problem.gains.max_rel_std) for of in zip(h.tolist(), log.tolist(), share.tolist(), strict=True)]
 
 
-def _rows(motion: Recorded, problem: GivenProblem) -> _Rows:
+def _rows(motion: Motion, problem: GivenProblem) -> _Rows:
     options, recording = problem.observing, resampled(motion.recording)
     period = recording.period
     edge, group = edge_samples(period, options.cutoff_hz), max(1, round(ROW / period))

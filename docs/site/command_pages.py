@@ -3,9 +3,9 @@
 import argparse
 import os
 
+from scenarios.command_line.parser import OneLineParser
+from scenarios.command_line.status import MEANINGS
 from scenarios.commands import COMMANDS, command
-from scenarios.commands.parser import OneLineParser
-from scenarios.commands.status import MEANINGS
 
 HEAD = """# Commands
 

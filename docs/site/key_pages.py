@@ -4,8 +4,8 @@ import json
 import re
 from typing import Any
 
-from scenarios.files.json_schema import schemas
-from scenarios.files.loading import load_scenario
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.json_schemas.write import schemas
 
 Schema = dict[str, Any]
 UNIT = re.compile(r" ?(?<!`)\[([^\]`]+)\]")

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.comparison import Fits, gains
+from ident.support.arrays import Array
 
 UNSEEN = 1e-7
 """Square of a unit column that the model must leave for it to be compared."""

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.arrays import Array
-from ident.diagnosis.reading import Reading
+from ident.diagnosis.hypothesis import Reading
+from ident.support.arrays import Array
 
 SAME_PARAMETER = {"sign": "zero", "current sign": "current scale"}
 """Families whose size is the parameter of another's direction."""

@@ -7,10 +7,10 @@ residuals (eq. 20): a better model would then tell more than a longer motion.
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.estimate import GainEstimate, IdentifiedGain
-from ident.rows import Rows
-from ident.uncertainty.cautious import cautious
-from ident.uncertainty.classical import classical
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.rows import Rows
+from ident.estimation.uncertainty.cautious import cautious
+from ident.estimation.uncertainty.classical import classical
 
 MUCH = 2.0
 """Ratio of standard deviations from which on it is said; the largest of six reaches 1.8 on residuals that are white."""

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
-from ident.arrays import Array
 from ident.diagnosis.added import Added
 from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.catalog import FAMILIES
 from ident.diagnosis.comparison import z_of
 from ident.diagnosis.logs import Logs
+from ident.support.arrays import Array
 
 SHOWN = 5.0
 """Standard errors by which an alternative must predict the currents better to be believed.

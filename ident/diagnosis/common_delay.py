@@ -5,7 +5,7 @@ import numpy as np
 from ident.diagnosis.candidates import Compared
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.engine import Fault, faults, survey
-from ident.diagnosis.excluded import bound
+from ident.diagnosis.exclusions import bound
 from ident.diagnosis.logs import Logs
 
 NAME = "delay"

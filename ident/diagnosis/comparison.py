@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from ident.arrays import Array, Indices, readonly
+from ident.support.arrays import Array, Indices, readonly
 
 BLOCKS = 20
 """Blocks of time that each log is cut into; with 8 the standard error of z is heavy-tailed."""

@@ -17,15 +17,15 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, wo
 from ident.diagnosis.effects import Estimate, between, consequence, severity_of
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
-from ident.diagnosis.excluded import centres_excluded, exclusions, untold
+from ident.diagnosis.estimate_model import Stated, stated
+from ident.diagnosis.exclusions import centres_excluded, exclusions, untold
+from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.friction_sign import opposed
 from ident.diagnosis.logs import Logs, scored_as
-from ident.diagnosis.reference import Reference, reference
-from ident.diagnosis.stated import Stated, stated
-from ident.errors import IdentificationError
-from ident.estimate import GainEstimate
-from ident.problem import Problem
-from ident.uncertainty.cautious import cautious
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.problem import Problem
+from ident.estimation.uncertainty.cautious import cautious
+from ident.support.errors import IdentificationError
 
 LINEAR = 1e-6
 """Relative part of the influence that a fit by least squares cannot explain; instruments and total least squares do."""

@@ -6,9 +6,9 @@ import numpy as np
 
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Effect, Severity
-from ident.diagnosis.stated import claimed
-from ident.estimate import GainEstimate, IdentifiedGain
-from ident.problem import Problem
+from ident.diagnosis.estimate_model import claimed
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.problem import Problem
 
 Estimate = Callable[[Problem], GainEstimate]
 """How gains are found from a problem."""

@@ -13,11 +13,11 @@ from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.candidates import SHOWN, Compared, Small, likeliest
 from ident.diagnosis.catalog import FAMILIES, Family
 from ident.diagnosis.comparison import gains
+from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.free_model import free_model
 from ident.diagnosis.logs import Logs, read_as, scored_as
-from ident.diagnosis.reference import Reference, reference
-from ident.diagnosis.screen import Screened, screened
-from ident.errors import IdentificationError
+from ident.diagnosis.screening import Screened, screened
+from ident.support.errors import IdentificationError
 
 LOOKED_AT = 3
 """Best alternatives of either kind that are compared in full."""

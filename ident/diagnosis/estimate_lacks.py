@@ -14,10 +14,10 @@ from ident.diagnosis.catalog.terms import ELASTICITY
 from ident.diagnosis.comparison import gains, z_of
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.effects import Estimate, between, consequence, severity_of
+from ident.diagnosis.estimate_model import Stated, stated
 from ident.diagnosis.free_model import FreeModel
-from ident.diagnosis.stated import Stated, stated
-from ident.errors import IdentificationError
-from ident.problem import Problem
+from ident.estimation.problem import Problem
+from ident.support.errors import IdentificationError
 
 MOST = 3
 """Things that an estimate may lack, one beside the other."""

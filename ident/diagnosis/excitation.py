@@ -7,16 +7,16 @@ larger; that it is one of the gain takes a gain, from a data sheet or from the r
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.friction_sign import RANK_TOL
-from ident.errors import NotExcited, TooFewRows
-from ident.gain_system import gain_system, joint_rows
-from ident.least_squares import least_squares
-from ident.observation import Observation
-from ident.options import GainOptions
-from ident.payload import Payload
-from ident.problem import Motion, Problem, pair
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.joint_by_joint.gain_system import gain_system, joint_rows
+from ident.estimation.problem import ObservedMotion, Problem, pair
+from ident.numerics.least_squares import least_squares
+from ident.observation.observation import Observation
+from ident.payload.payload import Payload
+from ident.support.arrays import Array
+from ident.support.errors import NotExcited, TooFewRows
 
 
 def predicted_rel_std(
@@ -31,7 +31,7 @@ def predicted_rel_std(
         options: When a gain counts as identifiable.
     """
     both = pair(observation, observation, payload, options)
-    alone = Problem(observation.structure, (Motion(observation, None),), options)
+    alone = Problem(observation.structure, (ObservedMotion(observation, None),), options)
     return tuple(
         _predicted(both, alone, joint, float(gain[joint]), options) for joint in range(observation.structure.arm.n)
     )

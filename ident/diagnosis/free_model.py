@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, HeldOut, fits_of, free_fit, held_out, numbered_blocks
-from ident.gain_system import JointRows, joint_rows
-from ident.problem import Problem
+from ident.estimation.joint_by_joint.gain_system import JointRows, joint_rows
+from ident.estimation.problem import Problem
+from ident.support.arrays import Array
 
 COUPLED = ("Fvm", "Fcm")
 """Friction of motors that turn with two joints."""

@@ -10,13 +10,13 @@ from dataclasses import replace
 import numpy as np
 from scipy import linalg
 
-from ident.arrays import Array, readonly
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.gain_system import joint_rows
-from ident.problem import Problem
-from ident.rows import Rows
-from ident.signs import FRICTION_Z
-from ident.uncertainty.larger import larger
+from ident.estimation.gain_signs import FRICTION_Z
+from ident.estimation.joint_by_joint.gain_system import joint_rows
+from ident.estimation.problem import Problem
+from ident.estimation.rows import Rows
+from ident.estimation.uncertainty.larger import larger
+from ident.support.arrays import Array, readonly
 
 RANK_TOL = 1e-9
 """Smallest singular value of unit columns, relative to the largest."""

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array
-from ident.column_space import column_space
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.estimate import GainEstimate, IdentifiedGain
-from ident.naming import joints_in_words
-from ident.parameters import COUPLING, INERTIAL, STANDARD
-from ident.problem import Problem
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.problem import Problem
+from ident.model.parameters import COUPLING, INERTIAL, STANDARD
+from ident.numerics.column_space import column_space
+from ident.support.arrays import Array
+from ident.support.naming import joints_in_words
 
 SHOWN = 0.7
 """Share of the square that motor and friction leave of a joint's torque, which the links as drawn explain at least.

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ident.arrays import Mask
 from ident.diagnosis.comparison import Score, regrouped
 from ident.diagnosis.free_model import FreeModel, free_model
-from ident.diagnosis.reading import Reading
-from ident.observation import ObserveOptions, observe
-from ident.problem import Motion, Problem
-from ident.recording import Recording
-from ident.structure import Structure, structure_of
+from ident.diagnosis.hypothesis import Reading
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.structure import Structure, structure_of
+from ident.observation.observation import ObserveOptions, observe
+from ident.recordings.recording import Recording
+from ident.support.arrays import Mask
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,7 +69,7 @@ def read_as(logs: Logs, reading: Reading) -> Logs:
     recordings = tuple(how.read(log) for how, log in zip(reading.logs, logs.recordings, strict=True))
     spoilt = tuple(how.read_mask(each) for how, each in zip(reading.logs, logs.spoilt, strict=True))
     motions = tuple(
-        Motion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
+        ObservedMotion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
         for how, log, left, motion in zip(reading.logs, recordings, spoilt, logs.problem.motions, strict=True)
     )
     problem = Problem(structure, motions, logs.problem.options)

@@ -4,7 +4,7 @@ import argparse
 from importlib import import_module
 from typing import Protocol, cast
 
-from scenarios.commands.status import Status
+from scenarios.command_line.status import Status
 
 GROUPS: dict[str, dict[str, str]] = {
     "try it": {

@@ -2,15 +2,15 @@
 
 import argparse
 
-import scenarios.commands.arguments as arguments
-from ident.observation import ObserveOptions
-from scenarios.commands.log_arguments import add_log_arguments, log_description, told
-from scenarios.commands.options import add_options, chosen, policy_of
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.progress import under_way
-from scenarios.commands.robot_model import add_reading_arguments
-from scenarios.commands.saving import add_save_argument, claimed_folder, save
-from scenarios.commands.status import Status
+import scenarios.command_line.arguments as arguments
+from ident.observation.observation import ObserveOptions
+from scenarios.command_line.log_arguments import add_log_arguments, log_description, told
+from scenarios.command_line.options import add_options, chosen, policy_of
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.robot_arguments import add_reading_arguments
+from scenarios.command_line.saving import add_save_argument, claimed_folder, save
+from scenarios.command_line.status import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,15 +44,15 @@ def main(options: argparse.Namespace) -> Status:
     from ident.check import check
     from ident.diagnosis.diagnosis import Severity
     from ident.diagnosis.samples.temperature import Warmth
-    from ident.options import GainOptions
-    from ident.payload_files import read_payload
-    from ident.preparation import Recorded
-    from ident.recording_files import read_unchecked
-    from ident.temperature_files import read_temperatures
-    from scenarios.errors import WrongFiles
-    from scenarios.named_robot import named_robot
+    from ident.estimation.gain_options import GainOptions
+    from ident.payload.files import read_payload
+    from ident.recordings.files import read_unchecked
+    from ident.recordings.motion import Motion
+    from ident.recordings.temperatures import read_temperatures
+    from scenarios.experiments.named_robot import named_robot
     from scenarios.reports.check import check_report
-    from scenarios.store.log_folder import Done
+    from scenarios.results.log_folder import Done
+    from scenarios.support.errors import WrongFiles
 
     if options.loaded and options.payload is None:
         raise WrongFiles("--loaded: no payload is given; describe what was mounted, --payload P.toml")
@@ -92,7 +92,7 @@ def main(options: argparse.Namespace) -> Status:
             model=robot.model,
             flange=robot.flange,
             couplings=[(i + 1, j + 1) for i, j in robot.structure.arm.couplings],
-            motions=list(map(Recorded, recordings, carried)),
+            motions=list(map(Motion, recordings, carried)),
             observing=checked.observing,
             gains=limits,
             document=report.document,

@@ -6,22 +6,22 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import scenarios.commands.arguments as arguments
-from ident.naming import one_line
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.progress import console, under_way
-from scenarios.commands.status import Status
-from scenarios.commands.study import interruptible, summary_of
-from scenarios.errors import NothingToCompare
-from scenarios.store.claim import make_folder
-from scenarios.workers.choice import add_worker_options, open_workers, prepare_workers, worker_words
+import scenarios.command_line.arguments as arguments
+from ident.support.naming import one_line
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import console, under_way
+from scenarios.command_line.status import Status
+from scenarios.command_line.study_arguments import interruptible, summary_of
+from scenarios.experiments.workers.choice import add_worker_options, open_workers, prepare_workers, worker_words
+from scenarios.results.write_access import make_folder
+from scenarios.support.errors import NothingToCompare
 
 if TYPE_CHECKING:
-    from scenarios.methods.method import Method
-    from scenarios.methods.process import Limits
+    from scenarios.benchmark.methods.method import Method
+    from scenarios.benchmark.methods.process import Limits
+    from scenarios.experiments.studies.folder import StudyFolder
+    from scenarios.experiments.studies.study import Study
     from scenarios.reports.comparison import Compared
-    from scenarios.store.study_folder import StudyFolder
-    from scenarios.studies.study import Study
 
 REPORT, DOCUMENT = "report.md", "report.json"
 TIME = arguments.number_from(0.1, 86400.0, "s", "a tenth of a second to a day")
@@ -64,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Give every trial to every method, tell who solved what; or check one, seal problems, open them."""
-    from scenarios.methods.process import Limits
+    from scenarios.benchmark.methods.process import Limits
 
     limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
     if options.check is not None:
@@ -76,8 +76,8 @@ def main(options: argparse.Namespace) -> Status:
     if not options.method:
         raise NothingToCompare("no method; name one with --method")
     prepare_workers(options)
-    from scenarios.methods import method_of
-    from scenarios.store.problem_folder import is_problem
+    from scenarios.benchmark.methods import method_of
+    from scenarios.results.problem_folder import is_problem
 
     methods = [method_of(text) for text in options.method]
     folders = [Path(subject) for subject in options.subjects if is_problem(Path(subject))]
@@ -90,7 +90,7 @@ def main(options: argparse.Namespace) -> Status:
 
 def _saved(subjects: Sequence[str]) -> str:
     """What to say of a folder that a command saved: it is no problem and no scenario."""
-    from scenarios.store.record import RECORD
+    from scenarios.results.record import RECORD
 
     folder = next((subject for subject in subjects if (Path(subject) / RECORD).is_file()), None)
     if folder is None:
@@ -103,9 +103,9 @@ def _saved(subjects: Sequence[str]) -> str:
 
 def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[Method]", limits: "Limits") -> Status:
     """Write down what each method answers to each problem; what is there already is not asked again."""
-    from scenarios.comparison.answering import answered
+    from scenarios.benchmark.comparison.answering import answered
+    from scenarios.benchmark.methods.answers import ANSWERS
     from scenarios.reports.answers import answers_report
-    from scenarios.store.answers import ANSWERS
 
     if options.out is None:
         raise NothingToCompare("expected --out DIR, for the answers")
@@ -118,8 +118,8 @@ def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[M
 
 def _sealed(options: argparse.Namespace) -> Status:
     """Publish problems."""
-    from scenarios.comparison.seal import PROBLEMS, SEAL, TRUTH, seal, unknown_seed
-    from scenarios.files.loading import load_scenario
+    from scenarios.benchmark.comparison.seal import PROBLEMS, SEAL, TRUTH, seal, unknown_seed
+    from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.content import Paragraph, Report
 
     if not options.subjects or options.trials is None:
@@ -140,10 +140,10 @@ def _sealed(options: argparse.Namespace) -> Status:
 
 def _opened(options: argparse.Namespace) -> Status:
     """Score answers against the truth that was sealed."""
-    from scenarios.comparison.seal import SEAL, TRUTH, revealed, scored
-    from scenarios.comparison.statistics import summaries
+    from scenarios.benchmark.comparison.seal import SEAL, TRUTH, revealed, scored
+    from scenarios.benchmark.comparison.statistics import summaries
+    from scenarios.benchmark.methods.answers import read_answers
     from scenarios.reports.comparison import Compared, comparison_report
-    from scenarios.store.answers import read_answers
 
     if not options.subjects:
         raise NothingToCompare("expected files of answers, as rx90 compare FOLDER writes them")
@@ -167,8 +167,8 @@ def _opened(options: argparse.Namespace) -> Status:
 
 def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
     """Ask one method for what any method should keep; 1 if a promise is broken."""
-    from scenarios.comparison.contract import checks
-    from scenarios.methods import method_of
+    from scenarios.benchmark.comparison.contract import checks
+    from scenarios.benchmark.methods import method_of
     from scenarios.reports.contract import contract_report
 
     with under_way(options, "asking"):
@@ -178,10 +178,10 @@ def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
 
 
 def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Limits") -> Status:
-    from scenarios.commands.writing import right_to_write
-    from scenarios.files.loading import load_scenario
-    from scenarios.studies.comparison import comparison
-    from scenarios.studies.study import carry_out
+    from scenarios.benchmark.comparison.study import comparison
+    from scenarios.command_line.writing import right_to_write
+    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.studies.study import carry_out
 
     if not options.subjects or options.trials is None or options.out is None:
         raise NothingToCompare(f"{_saved(options.subjects)}expected scenarios, -n N and --out DIR")
@@ -200,7 +200,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
             for study in studies
         ]
 
-    from scenarios.reports.comparison import comparison_report  # tables: after the work
+    from scenarios.reports.comparison import comparison_report
     from scenarios.reports.files import write_json, write_markdown
 
     found = [_summed_up(study, folder, methods) for study, folder in zip(studies, folders, strict=True)]
@@ -213,9 +213,9 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
 
 
 def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -> "Compared":
-    from scenarios.build import bench
-    from scenarios.comparison.bound import gain_bound
-    from scenarios.comparison.statistics import NEEDED, summaries
+    from scenarios.benchmark.comparison.bound import gain_bound
+    from scenarios.benchmark.comparison.statistics import NEEDED, summaries
+    from scenarios.experiments.build import bench
     from scenarios.reports.comparison import Compared
 
     rows = folder.table(NEEDED)
@@ -232,7 +232,7 @@ def _about(command: str) -> dict[str, str]:
     """What a report must say so that it can be repeated."""
     from datetime import UTC, datetime
 
-    from scenarios.versions import versions
+    from scenarios.support.versions import versions
 
     return {
         "Command": command,

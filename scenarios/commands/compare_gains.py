@@ -2,24 +2,26 @@
 
 import argparse
 
-from scenarios.commands import gains_files
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.status import Status
+from scenarios.command_line import gains_file_arguments
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.status import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("first", type=gains_files.gains_path, metavar="A", help="gains, as identify --gains-out writes")
     parser.add_argument(
-        "second", type=gains_files.gains_path, metavar="B", help="gains of a later date, or another robot"
+        "first", type=gains_file_arguments.gains_path, metavar="A", help="gains, as identify --gains-out writes"
+    )
+    parser.add_argument(
+        "second", type=gains_file_arguments.gains_path, metavar="B", help="gains of a later date, or another robot"
     )
     add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
     """Read, compare, tell; 1 if something moved."""
-    from ident.gain_comparison import compared
-    from scenarios.files.gains import check_units, read_gains
+    from ident.estimation.gain_comparison import compared
+    from scenarios.experiments.files.gains import check_units, read_gains
     from scenarios.reports.compare_gains import comparison_report
 
     A, B = read_gains(options.first), read_gains(options.second)

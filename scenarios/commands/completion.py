@@ -3,12 +3,12 @@
 import argparse
 from collections.abc import Iterator, Mapping
 
-import scenarios.commands.arguments as arguments
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.gains_file_arguments import gains_path
+from scenarios.command_line.status import Status
+from scenarios.command_line.streams_and_signals import tell
 from scenarios.commands import COMMANDS
-from scenarios.commands.command_line import parser_of
-from scenarios.commands.gains_files import gains_path
-from scenarios.commands.lifetime import tell
-from scenarios.commands.status import Status
+from scenarios.commands.main_parser import parser_of
 
 SHELLS = {
     "bash": 'in ~/.bashrc: eval "$(rx90 completion bash)"',
@@ -62,9 +62,9 @@ def functions(shell: str) -> str:
 
 
 def _names() -> Mapping[str, list[str]]:
-    from ident.estimators import ESTIMATORS
-    from scenarios.files.tables import builtin_names
-    from scenarios.robots import ROBOTS as BUILT_IN
+    from ident.estimation.estimators import ESTIMATORS
+    from scenarios.experiments.files.tables import builtin_names
+    from scenarios.experiments.robots import ROBOTS as BUILT_IN
 
     return {SCENARIOS: builtin_names(), ROBOTS: list(BUILT_IN), METHODS: list(ESTIMATORS)}
 

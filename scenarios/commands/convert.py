@@ -2,11 +2,11 @@
 
 import argparse
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.log_arguments import add_log_arguments, log_description
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.status import Status
-from scenarios.commands.writing import right_to_write
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.log_arguments import add_log_arguments, log_description
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.status import Status
+from scenarios.command_line.writing import right_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,11 +24,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Read, write, tell what was taken for what."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 convert")
-    from ident.logs.notes import signal_of
-    from ident.plausibility import check_joints
-    from ident.recording_files import read_log, write_recording
+    from ident.diagnosis.plausibility import check_joints
+    from ident.recordings.files import read_log, write_recording
+    from ident.recordings.formats.notes import signal_of
+    from scenarios.experiments.robot_models import read_arm
     from scenarios.reports.convert import log_report
-    from scenarios.robot_models import read_arm
 
     arm = None if options.model is None else read_arm(options.model, (), flange=options.flange)
     log = read_log(options.log, log_description(options, None if arm is None else arm.joint_names))

@@ -7,22 +7,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.lifetime import ending
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.parser import complain, printable
-from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
-from scenarios.commands.status import Status
-from scenarios.commands.writing import right_to_write
-from scenarios.workers.processes import PROCESSES
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.parser import complain, printable
+from scenarios.command_line.searching import add_search_arguments, check_harmonics, searched
+from scenarios.command_line.status import Status
+from scenarios.command_line.streams_and_signals import ending
+from scenarios.command_line.writing import right_to_write
+from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
-    from scenarios.build import Cell
     from scenarios.design.excitation import Design, Problem
     from scenarios.design.own_motion import OwnMotion
-    from scenarios.files.schema import Scenario
+    from scenarios.design.searched_motion import SearchedMotion
+    from scenarios.experiments.build import Cell
+    from scenarios.experiments.files.schema import Scenario
     from scenarios.reports.content import Report
-    from scenarios.store.searched_motion import SearchedMotion
     from sim.trajectory import FourierTrajectory
 
 OPTIONS = ("seed", "harmonics", "duration", "evaluations")
@@ -54,14 +54,14 @@ def main(options: argparse.Namespace) -> Status:
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 excite")
     check_harmonics(options)
     PROCESSES.prepare()
-    from scenarios.build import cell
     from scenarios.design.excitation import Design
     from scenarios.design.fitting import best_fitted
     from scenarios.design.own_motion import first_motion, own_motion
     from scenarios.design.prediction import RESIDUAL
     from scenarios.design.search import Series
-    from scenarios.files.loading import load_scenario
-    from scenarios.store.searched_motion import SearchedMotion, Unfinished, unfinished, write_searched
+    from scenarios.design.searched_motion import SearchedMotion, Unfinished, unfinished, write_searched
+    from scenarios.experiments.build import cell
+    from scenarios.experiments.files.loading import load_scenario
     from sim.errors import TrajectoryError
 
     command = found_by(options)
@@ -123,10 +123,10 @@ def _report(result: "SearchedMotion", start: float, cost: float, out: Path) -> "
 
 def _problem(scenario: "Scenario", prepared: "Cell", options: argparse.Namespace) -> "Problem":
     """The problem, against the errors that the options name."""
-    from scenarios.build import bench
     from scenarios.design.against import Sourced
     from scenarios.design.excitation import SEARCHED_HZ
     from scenarios.design.problem import design_problem
+    from scenarios.experiments.build import bench
 
     problem = design_problem(prepared)
     if options.against != "all":

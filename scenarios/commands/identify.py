@@ -3,24 +3,26 @@
 import argparse
 import time
 
-import scenarios.commands.arguments as arguments
-from ident.estimators import DEFAULT, ESTIMATORS
+import scenarios.command_line.arguments as arguments
+from ident.estimation.estimators import DEFAULT, ESTIMATORS
+from ident.estimation.gain_options import GainOptions
 from ident.identification import identify_motions
-from ident.logs.description import LogDescription
-from ident.observation import ObserveOptions
-from ident.options import GainOptions, options_from_words
-from ident.preparation import Recorded
-from scenarios.commands import bare, gains_files
-from scenarios.commands.log_arguments import add_log_arguments, log_description, read_unrepaired
-from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
-from scenarios.commands.options import add_options, chosen, policy_of
-from scenarios.commands.output import add_form_arguments, form, show
-from scenarios.commands.parser import complain
-from scenarios.commands.progress import under_way
-from scenarios.commands.robot_model import add_model_arguments, named_structure
-from scenarios.commands.saving import add_save_argument, claimed_folder, save_identified
-from scenarios.commands.status import Status
-from scenarios.commands.weighing import add_gains_argument
+from ident.observation.observation import ObserveOptions
+from ident.recordings.formats.description import LogDescription
+from ident.recordings.motion import Motion
+from ident.support.options import options_from_words
+from scenarios.command_line import gains_file_arguments
+from scenarios.command_line.known_gains_arguments import add_gains_argument
+from scenarios.command_line.log_arguments import add_log_arguments, log_description, read_unrepaired
+from scenarios.command_line.motion_arguments import MountedFiles, add_motion_arguments, mounted_files
+from scenarios.command_line.options import add_options, chosen, policy_of
+from scenarios.command_line.output import add_form_arguments, form, show
+from scenarios.command_line.parser import complain
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
+from scenarios.command_line.saving import add_save_argument, claimed_folder, save_identified
+from scenarios.command_line.status import Status
+from scenarios.commands import identify_bare
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     said = "with bare recordings alone and --gains: a payload; how well each gain would come out with it mounted"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
     add_save_argument(parser)
-    gains_files.add_gains_out(parser)
+    gains_file_arguments.add_gains_out(parser)
     add_form_arguments(parser)
     for kind in (ObserveOptions, GainOptions):
         add_options(parser, kind)
@@ -46,13 +48,13 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, tell."""
     from threadpoolctl import threadpool_limits
 
-    from ident.time_order import in_order_of_time
-    from scenarios.model_masses import model_links
+    from ident.recordings.motion import in_order_of_time
+    from scenarios.gains_in_use.model_masses import model_links
     from scenarios.reports.identify import estimate_report
 
     files = mounted_files(options.given)
-    alone = bare.wanted(options, loaded=any(each.payload is not None for each in files))
-    held = gains_files.claimed(options, "rx90 identify")
+    alone = identify_bare.wanted(options, loaded=any(each.payload is not None for each in files))
+    held = gains_file_arguments.claimed(options, "rx90 identify")
     saving = claimed_folder(options, sum(len(each.recordings) for each in files), "rx90 identify --save")
     with under_way(options, "reading"), threadpool_limits(1):
         structure = named_structure(options)
@@ -60,7 +62,7 @@ def main(options: argparse.Namespace) -> Status:
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
     if alone:
         with under_way(options, "identifying"), threadpool_limits(1):
-            report = bare.found(options, structure, motions, saving)
+            report = identify_bare.found(options, structure, motions, saving)
         show(report, options)
         return Status.PASSED
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
@@ -80,10 +82,10 @@ def main(options: argparse.Namespace) -> Status:
         )
         identify_s = time.perf_counter() - started
     if held is not None:
-        from scenarios.store.gains_file import Origin, gains_file
+        from scenarios.results.gains_file import Origin, gains_file
 
         origin = Origin(model=options.model, arm=structure.arm, motions=motions, options=own, observing=found.observing)
-        gains_files.write(gains_file(found.estimate, origin), held)
+        gains_file_arguments.write(gains_file(found.estimate, origin), held)
     if form(options) == "json":
         for said in (*(each.sentence for each in found.found.told), *found.notes):
             complain(said)
@@ -97,10 +99,10 @@ def main(options: argparse.Namespace) -> Status:
     return Status.PASSED
 
 
-def recorded(files: MountedFiles, said: LogDescription) -> list[Recorded]:
+def recorded(files: MountedFiles, said: LogDescription) -> list[Motion]:
     """The motions of one mounting; how a foreign log was read is told at once."""
-    from ident.payload_files import read_payload
+    from ident.payload.files import read_payload
 
     recordings = read_unrepaired(files.recordings, said)
     payload = None if files.payload is None else read_payload(files.payload)
-    return [Recorded(recording, payload) for recording in recordings]
+    return [Motion(recording, payload) for recording in recordings]

@@ -3,10 +3,10 @@
 import argparse
 import textwrap
 
-from scenarios.commands.lifetime import tell
-from scenarios.commands.output import add_form_arguments, form, page, show
-from scenarios.commands.status import Status
-from scenarios.files.tables import builtin_names, scenario_table
+from scenarios.command_line.output import add_form_arguments, form, page, show
+from scenarios.command_line.status import Status
+from scenarios.command_line.streams_and_signals import tell
+from scenarios.experiments.files.tables import builtin_names, scenario_table
 from scenarios.reports.content import Column, Report, Table, cells
 
 COLUMNS = (Column(title="Scenario", words=True), Column(title="What it is", words=True))

@@ -2,17 +2,17 @@
 
 import argparse
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.output import show
-from scenarios.commands.status import Status
-from scenarios.commands.study import (
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import show
+from scenarios.command_line.status import Status
+from scenarios.command_line.study_arguments import (
     add_study_arguments,
     carried_out,
     resuming_command,
     summary_of,
     with_files,
 )
-from scenarios.workers.choice import prepare_workers
+from scenarios.experiments.workers.choice import prepare_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,19 +24,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Carry out, sum up, plot; 1 if some joint contradicts the scenario's pass rate."""
     prepare_workers(options)
-    from scenarios.files.loading import load_scenario
-    from scenarios.studies.monte_carlo import monte_carlo
+    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.studies.monte_carlo import monte_carlo
 
     scenario = load_scenario(options.scenario)
     study = monte_carlo(scenario, options.trials, options.seed)
     folder = carried_out(study, options, resuming_command("monte-carlo", options, ["-n", str(options.trials)]))
 
-    from scenarios.reports.files import write_figures  # plots: after the work
+    from scenarios.experiments.studies.joint_rows import rows_in
+    from scenarios.experiments.studies.pass_rule import FALSE_ALARM
+    from scenarios.experiments.studies.statistics import joint_statistics
+    from scenarios.experiments.studies.summary_files import write_summary
+    from scenarios.reports.files import write_figures
     from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
-    from scenarios.store.study_summary import write_summary
-    from scenarios.studies.joint_rows import rows_in
-    from scenarios.studies.pass_rule import FALSE_ALARM
-    from scenarios.studies.statistics import joint_statistics
 
     rows = rows_in(folder)
     statistics = joint_statistics(rows.joints, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)

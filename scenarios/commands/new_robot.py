@@ -4,11 +4,11 @@ import argparse
 from functools import partial
 from typing import TYPE_CHECKING
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.searching import searched
-from scenarios.commands.status import Status
-from scenarios.workers.processes import PROCESSES
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.searching import searched
+from scenarios.command_line.status import Status
+from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design
@@ -38,10 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario by rules of thumb, find a motion, tell what is assumed."""
     PROCESSES.prepare()
-    from scenarios.commands.writing import right_to_write
+    from scenarios.command_line.writing import right_to_write
     from scenarios.design.new_robot import described, moved
+    from scenarios.design.robot_folder import FILES, as_read, check_no_other_robot, write_new_robot
     from scenarios.reports.new_robot import new_robot_report
-    from scenarios.store.new_robot import FILES, as_read, check_no_other_robot, write_new_robot
 
     held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
     if not options.force:

@@ -6,9 +6,9 @@ import textwrap
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError
 
+from scenarios.command_line.status import MEANINGS, Status
+from scenarios.command_line.streams_and_signals import tell
 from scenarios.commands import COMMANDS, GROUPS
-from scenarios.commands.lifetime import tell
-from scenarios.commands.status import MEANINGS, Status
 
 PURPOSE = "Testbench and identification of robot drive gains."
 FIRST = "rx90 COMMAND --help shows its options. Begin with: rx90 run nominal"
@@ -54,7 +54,7 @@ class Version(argparse.Action):
 
 def version_text() -> str:
     """This project's version, then what else results depend on, a line each."""
-    from scenarios.versions import PACKAGES, versions
+    from scenarios.support.versions import PACKAGES, versions
 
     try:
         found = versions()

@@ -2,11 +2,11 @@
 
 import argparse
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.arguments import add_force_argument
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.progress import under_way
-from scenarios.commands.status import Status
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.arguments import add_force_argument
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.status import Status
 
 TEXT = "paper.md"
 FIGURES = ("figure3.png", "figure3.svg")
@@ -24,13 +24,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Repeat the experiment; 1 if a claim fails."""
-    from scenarios.commands.writing import right_to_write
-    from scenarios.paper.experiment import run_paper
-    from scenarios.paper.torques import case_torques
+    from scenarios.benchmark.paper.experiment import run_paper
+    from scenarios.benchmark.paper.folder import FILES, paper_document, write_raw_numbers
+    from scenarios.benchmark.paper.stored import stored_paper
+    from scenarios.benchmark.paper.torques import case_torques
+    from scenarios.command_line.writing import right_to_write
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.paper import paper_report
-    from scenarios.store.paper_folder import FILES, paper_document, write_raw_numbers
-    from scenarios.store.stored_paper import stored_paper
 
     held = None
     if options.out is not None:

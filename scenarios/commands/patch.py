@@ -4,14 +4,14 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-import scenarios.commands.arguments as arguments
-from ident.naming import one_line
-from scenarios.commands import gains_files
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.status import Status
-from scenarios.commands.weighing import add_gains_argument
-from scenarios.commands.writing import right_to_write
-from scenarios.errors import WrongFiles
+import scenarios.command_line.arguments as arguments
+from ident.support.naming import one_line
+from scenarios.command_line import gains_file_arguments
+from scenarios.command_line.known_gains_arguments import add_gains_argument
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.status import Status
+from scenarios.command_line.writing import right_to_write
+from scenarios.support.errors import WrongFiles
 
 NAME = "rx90 patch"
 
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     said = (
         "gains that the effort limits of MODEL came from, such as a data sheet's, in a file of the same form; without "
     )
-    add("--nominal", type=gains_files.gains_path, metavar="N", help=f"{said}it efforts are left alone")
+    add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it efforts are left alone")
     said = "what identify --json prints of bare recordings: friction and armature; without it both are left alone"
     add("--arm", type=arguments.file, metavar="A", help=said)
     said = "write mass, centre and inertia of every link as well, of bodies nearest to MODEL's; takes --arm of --gains"
@@ -44,16 +44,16 @@ def main(options: argparse.Namespace) -> Status:
     written = [path for path in (options.out, options.ros_params) if path is not None]
     _check_files(options.model, written)
     held = [right_to_write(options, path.parent, [path.name], command=NAME) for path in written]
-    from ident.structure import structure_of
-    from scenarios.files.gains import read_gains
-    from scenarios.patching.bare_file import read_bare
-    from scenarios.patching.drawn_links import drawn_links
-    from scenarios.patching.link_values import link_values
-    from scenarios.patching.patch import patched_model
-    from scenarios.patching.values import joint_values
+    from ident.model.structure import structure_of
+    from scenarios.experiments.files.gains import read_gains
+    from scenarios.experiments.robot_models import read_arm
+    from scenarios.gains_in_use.model_update.bare_file import read_bare
+    from scenarios.gains_in_use.model_update.drawn_links import drawn_links
+    from scenarios.gains_in_use.model_update.link_values import link_values
+    from scenarios.gains_in_use.model_update.patch import patched_model
+    from scenarios.gains_in_use.model_update.values import joint_values
     from scenarios.reports.patch import patch_report
-    from scenarios.robot_models import read_arm
-    from scenarios.store.ros_parameters import ros_parameters
+    from scenarios.results.ros_parameters import ros_parameters
 
     structure, gains = structure_of(read_arm(options.model, (), flange=options.flange)), read_gains(options.gains)
     nominal = None if options.nominal is None else read_gains(options.nominal)

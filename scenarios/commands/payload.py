@@ -4,13 +4,13 @@ import argparse
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.progress import console
-from scenarios.commands.searching import add_search_arguments, check_harmonics, searched
-from scenarios.commands.status import Status
-from scenarios.commands.writing import right_to_write
-from scenarios.workers.processes import PROCESSES
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import console
+from scenarios.command_line.searching import add_search_arguments, check_harmonics, searched
+from scenarios.command_line.status import Status
+from scenarios.command_line.writing import right_to_write
+from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.payload_design import PayloadDesign
@@ -44,13 +44,13 @@ def main(options: argparse.Namespace) -> Status:
         held = right_to_write(options, options.out, names, command="rx90 payload")
     if options.excite:
         PROCESSES.prepare()
-    from scenarios.build import bench
     from scenarios.design.payload_design import STEPS, design_payload
-    from scenarios.files.loading import load_scenario
+    from scenarios.design.payload_folder import write_payload_folder
+    from scenarios.experiments.build import bench
+    from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.payload import payload_report
-    from scenarios.store.payload_folder import write_payload_folder
-    from scenarios.workers.search_progress import search_progress
+    from scenarios.support.search_progress import search_progress
 
     prepared, motion = bench(load_scenario(options.scenario)), None
     with search_progress("weights", STEPS, console(options)) as say:

@@ -2,13 +2,13 @@
 
 import argparse
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.log_arguments import add_log_arguments
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.progress import under_way
-from scenarios.commands.robot_model import add_model_arguments
-from scenarios.commands.status import Status
-from scenarios.commands.weighing import add_gains_argument, add_overlay_arguments, weigh
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.known_gains_arguments import add_gains_argument, add_overlay_arguments, weigh
+from scenarios.command_line.log_arguments import add_log_arguments
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.robot_arguments import add_model_arguments
+from scenarios.command_line.status import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,9 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read, find the payload, tell."""
-    from ident.weighing.accord import accord, check_mass
-    from ident.weighing.body import body_of
-    from scenarios.files.gains import read_gains
+    from ident.payload_identification.joint_agreement import accord, check_mass
+    from ident.payload_identification.payload_body import body_of
+    from scenarios.experiments.files.gains import read_gains
     from scenarios.reports.payload_of import payload_report
 
     file = read_gains(options.gains)

@@ -2,14 +2,14 @@
 
 import argparse
 
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.progress import under_way
-from scenarios.commands.status import Status
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.status import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    from ident.estimators import ESTIMATORS
+    from ident.estimation.estimators import ESTIMATORS
 
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="a built-in name or the path of a TOML file, with its error sources")
@@ -23,8 +23,8 @@ def main(options: argparse.Namespace) -> Status:
     """Predict, tell."""
     from threadpoolctl import threadpool_limits
 
-    from scenarios.files.loading import load_scenario
-    from scenarios.files.methods import with_method
+    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.files.methods import with_method
     from scenarios.prediction.budget import predicted_budget
     from scenarios.reports.predict import prediction_report
 

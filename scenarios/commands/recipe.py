@@ -3,18 +3,18 @@
 import argparse
 from typing import TYPE_CHECKING
 
-import scenarios.commands.arguments as arguments
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.parser import printable
+from scenarios.command_line.status import Status
+from scenarios.command_line.writing import right_to_write
 from scenarios.commands import COMMANDS
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.parser import printable
-from scenarios.commands.status import Status
-from scenarios.commands.writing import right_to_write
-from scenarios.store.claim import Claim
+from scenarios.results.write_access import Claim
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ident.payload import Payload
+    from ident.payload.payload import Payload
 
 KEPT = "kept; it states another payload than the scenario: if nobody measured that, remove it and write the page again"
 """Of a payload's file that stood there before."""
@@ -36,14 +36,14 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from ident.diagnosis.diagnose import horizon
-    from scenarios.build import bench
-    from scenarios.files.loading import load_scenario
-    from scenarios.files.resolved import stated_payloads
+    from scenarios.experiments.build import bench
+    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.files.resolved import stated_payloads
     from scenarios.prediction.expected import enough, expected_preparation
     from scenarios.reports.content import Mood, Paragraph, Report
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
-    from sim.bearable import check_bearable
+    from sim.torque_limits import check_bearable
 
     scenario = load_scenario(options.scenario)
     prepared, stated = bench(scenario), stated_payloads(scenario)
@@ -68,10 +68,10 @@ def _write_payloads(payloads: "Mapping[str, Payload]", held: Claim) -> tuple[lis
     Returns:
         Files that were written, and those that stay and say something else than the scenario.
     """
-    from ident.errors import PayloadError
-    from ident.payload_files import read_payload, write_payload
-    from scenarios.files.schema_line import schema_line
-    from scenarios.store.run_folder import payload_file
+    from ident.payload.files import read_payload, write_payload
+    from ident.support.errors import PayloadError
+    from scenarios.experiments.files.schema_line import schema_line
+    from scenarios.results.run_folder import payload_file
 
     written, other = list[str](), list[str]()
     for mounting, payload in payloads.items():

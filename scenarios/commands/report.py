@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.lifetime import tell
-from scenarios.commands.progress import under_way
-from scenarios.commands.status import Status
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.status import Status
+from scenarios.command_line.streams_and_signals import tell
 
 PAGE = "report.html"
 
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read the folder, draw the page."""
-    from scenarios.commands.writing import right_to_write
+    from scenarios.command_line.writing import right_to_write
     from scenarios.reports.pages import page_of
     from scenarios.reports.pages.still import with_picture
     from scenarios.reports.renderers import Page, renderer

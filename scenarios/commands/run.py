@@ -3,11 +3,11 @@
 import argparse
 from dataclasses import replace
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands import gains_files
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.progress import under_way
-from scenarios.commands.status import Status
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line import gains_file_arguments
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.status import Status
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,31 +21,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="write recordings, payloads, truth and result there",
     )
-    gains_files.add_gains_out(parser)
+    gains_file_arguments.add_gains_out(parser)
     add_form_arguments(parser)
 
 
 def main(options: argparse.Namespace) -> Status:
     """Simulate, identify, judge; 1 if a tolerance is missed."""
-    from scenarios.build import bench
-    from scenarios.commands.writing import right_to_write
-    from scenarios.files.loading import load_scenario
+    from scenarios.command_line.writing import right_to_write
+    from scenarios.experiments.build import bench
+    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.run import run
     from scenarios.reports.content import Line, Paragraph
     from scenarios.reports.run import run_report
-    from scenarios.run import run
-    from scenarios.store.gains_file import gains_file
-    from scenarios.store.run_folder import identify_command, origin, run_files, save_run
-    from scenarios.store.scene import scene_digest
+    from scenarios.results.gains_file import gains_file
+    from scenarios.results.run_folder import identify_command, origin, run_files, save_run
+    from scenarios.results.scene import scene_digest
 
     prepared, held = bench(load_scenario(options.scenario)), None
     if options.save is not None:
         held = right_to_write(options, options.save, run_files(prepared), command="rx90 run --save")
-    out = gains_files.claimed(options, "rx90 run")
+    out = gains_file_arguments.claimed(options, "rx90 run")
     with under_way(options, "preparing") as stages:
         result = run(prepared, options.seed, stages=stages)
     report = run_report(result)
     if out is not None:
-        gains_files.write(gains_file(result.estimate, origin(result)), out)
+        gains_file_arguments.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
         with held.writing():
             scene = scene_digest(prepared.scenario)

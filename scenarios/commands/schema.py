@@ -4,10 +4,10 @@ import argparse
 import json
 from pathlib import Path
 
-from scenarios.commands.lifetime import tell
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.status import Status
-from scenarios.files.schema_line import ENDING, FOLDER
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.status import Status
+from scenarios.command_line.streams_and_signals import tell
+from scenarios.experiments.files.schema_line import ENDING, FOLDER
 from scenarios.reports.content import Column, Paragraph, Report, Table, cells
 
 COLUMNS = (Column(title="Schema", words=True), Column(title="What it is of", words=True))

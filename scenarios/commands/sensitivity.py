@@ -2,18 +2,18 @@
 
 import argparse
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.output import show
-from scenarios.commands.status import Status
-from scenarios.commands.study import (
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import show
+from scenarios.command_line.status import Status
+from scenarios.command_line.study_arguments import (
     add_study_arguments,
     carried_out,
     resuming_command,
     summary_of,
     with_files,
 )
-from scenarios.errors import NoGains
-from scenarios.workers.choice import prepare_workers
+from scenarios.experiments.workers.choice import prepare_workers
+from scenarios.support.errors import NoGains
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,18 +30,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Carry out both designs, rank the error sources."""
     prepare_workers(options)
-    from scenarios.files.loading import load_scenario
-    from scenarios.studies.sensitivity import sensitivity
+    from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.studies.sensitivity import sensitivity
 
     scenario = load_scenario(options.scenario)
     study = sensitivity(scenario, repeats=options.repeats, samples=options.samples, seed=options.seed)
     own = ["--repeats", str(options.repeats), "--samples", str(options.samples)]
     folder = carried_out(study, options, resuming_command("sensitivity", options, own))
 
-    from scenarios.reports.files import write_figures, write_markdown  # plots: after the work
+    from scenarios.experiments.studies.budget import NEEDED, budgets
+    from scenarios.experiments.studies.summary_files import write_budget
+    from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.sensitivity import BudgetResult, sensitivity_report
-    from scenarios.store.study_summary import write_budget
-    from scenarios.studies.budget import NEEDED, budgets
 
     joints = [joint for joint, wanted in enumerate(scenario.table.tolerance.identifiable, 1) if wanted]
     found = budgets(folder.table(NEEDED), list(scenario.table.sources), joints, options.seed)

@@ -2,13 +2,13 @@
 
 import argparse
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.arguments import add_force_argument
-from scenarios.commands.log_arguments import add_log_arguments, log_description, told
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.status import Status
-from scenarios.commands.weighing import add_gains_argument
-from scenarios.commands.writing import right_to_write
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.arguments import add_force_argument
+from scenarios.command_line.known_gains_arguments import add_gains_argument
+from scenarios.command_line.log_arguments import add_log_arguments, log_description, told
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.status import Status
+from scenarios.command_line.writing import right_to_write
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,11 +25,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Read, multiply, write."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 torque")
-    from ident.joint_torque import joint_torque
-    from ident.recording_files import read_log
-    from scenarios.files.gains import read_gains
+    from ident.estimation.joint_torque import joint_torque
+    from ident.recordings.files import read_log
+    from scenarios.experiments.files.gains import read_gains
     from scenarios.reports.torque import torque_report
-    from scenarios.store.torque_file import write_torque
+    from scenarios.results.torque_file import write_torque
 
     file = read_gains(options.gains)
     names = tuple(entry.name for entry in file.gains if entry.name is not None)

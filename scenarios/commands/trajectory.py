@@ -3,13 +3,13 @@
 import argparse
 from pathlib import Path
 
-import scenarios.commands.arguments as arguments
-from ident.naming import one_line
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.status import Status
-from scenarios.commands.writing import right_to_write
-from scenarios.errors import NoSuchMotion
-from scenarios.motion_formats import ENDINGS, FORMATS
+import scenarios.command_line.arguments as arguments
+from ident.support.naming import one_line
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.status import Status
+from scenarios.command_line.writing import right_to_write
+from scenarios.design.motion_formats import ENDINGS, FORMATS
+from scenarios.support.errors import NoSuchMotion
 
 RATE = 125.0
 """Samples a second unless said otherwise: a rate that drivers of most arms take."""
@@ -34,9 +34,9 @@ def main(options: argparse.Namespace) -> Status:
     """Sample, write, tell how each joint moves."""
     form = options.form or _form(options.out)
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 trajectory")
-    from scenarios.motion_formats import writer
+    from scenarios.design.motion_formats import writer
+    from scenarios.design.trajectory_source import from_source
     from scenarios.reports.trajectory import trajectory_report
-    from scenarios.trajectory_source import from_source
 
     source = from_source(options.source, options.model, options.flange)
     motion = source.sampled(options.rate)

@@ -2,20 +2,15 @@
 
 import argparse
 
-from scenarios.commands.log_arguments import add_log_arguments, log_description
-from scenarios.commands.motion_files import MountedFiles, add_motion_arguments, mounted_files
-from scenarios.commands.options import policy_of
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.progress import under_way
-from scenarios.commands.robot_model import add_model_arguments, named_structure
-from scenarios.commands.status import Status
-from scenarios.commands.weighing import (
-    add_gains_argument,
-    add_overlay_arguments,
-    observe_words,
-    weigh,
-)
-from scenarios.errors import WrongFiles
+from scenarios.command_line.known_gains_arguments import add_gains_argument, add_overlay_arguments, observe_words, weigh
+from scenarios.command_line.log_arguments import add_log_arguments, log_description
+from scenarios.command_line.motion_arguments import MountedFiles, add_motion_arguments, mounted_files
+from scenarios.command_line.options import policy_of
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
+from scenarios.command_line.status import Status
+from scenarios.support.errors import WrongFiles
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,9 +32,9 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> Status:
-    from ident.payload_files import read_payload
-    from ident.weighing.verification import verified
-    from scenarios.files.gains import read_gains
+    from ident.payload.files import read_payload
+    from ident.payload_identification.verification import verified
+    from scenarios.experiments.files.gains import read_gains
     from scenarios.reports.verify import verification_report
 
     mounted = [each for each in files if each.payload is not None]
@@ -57,12 +52,12 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
 def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> Status:
     from threadpoolctl import threadpool_limits
 
-    from ident.cross_validation import cross_validated
-    from ident.estimators.nls import AllJointsOptions
+    from ident.estimation.cross_validation import cross_validated
+    from ident.estimation.estimators.nls import AllJointsOptions
     from ident.identification import identify_motions
-    from ident.observation import ObserveOptions
-    from ident.options import options_from_words
-    from ident.time_order import in_order_of_time
+    from ident.observation.observation import ObserveOptions
+    from ident.recordings.motion import in_order_of_time
+    from ident.support.options import options_from_words
     from scenarios.commands.identify import recorded
     from scenarios.reports.verify import prediction_report
 

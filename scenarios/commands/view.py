@@ -4,13 +4,13 @@ import argparse
 import os
 import sys
 
-import scenarios.commands.arguments as arguments
-from scenarios.commands.output import add_form_arguments, show
-from scenarios.commands.parser import printable
-from scenarios.commands.progress import under_way
-from scenarios.commands.status import Status
-from scenarios.commands.surroundings import with_opengl
-from scenarios.errors import NoFilm
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.output import add_form_arguments, show
+from scenarios.command_line.parser import printable
+from scenarios.command_line.progress import under_way
+from scenarios.command_line.status import Status
+from scenarios.command_line.surroundings import with_opengl
+from scenarios.support.errors import NoFilm
 from sim.errors import ADVICE, NoPicture
 
 WIDTH = arguments.count_from(64, 4096, "more is slow to draw and hard to send")
@@ -42,12 +42,12 @@ def main(options: argparse.Namespace) -> Status:
     if options.render is not None and sys.platform == "linux" and not os.environ.get("DISPLAY"):
         os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo asks for a screen unless it is told, when it is imported
     _check_opengl()
-    from scenarios.build import bench
-    from scenarios.commands.writing import right_to_write
-    from scenarios.files.loading import load_scenario
+    from scenarios.command_line.writing import right_to_write
+    from scenarios.experiments.build import bench
+    from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
-    from scenarios.workers.stages import counted
+    from scenarios.support.stages import counted
     from sim.viewer import pictures, scene, watch
 
     path = options.render

@@ -11,18 +11,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from ident.arrays import Array, Indices
-from ident.payload import standard_parameters
-from ident.regressor import regressor
-from scenarios.build import Bench, bench
-from scenarios.errors import NoSources, NotAPair
-from scenarios.files.mountings import PAIR
-from scenarios.files.schema import DrawTable, Scenario
-from scenarios.files.settings import Value, with_settings
+from ident.model.regressor import regressor
+from ident.payload.payload import standard_parameters
+from ident.support.arrays import Array, Indices
+from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.files.mountings import PAIR
+from scenarios.experiments.files.schema import DrawTable, Scenario
+from scenarios.experiments.files.settings import Value, with_settings
+from scenarios.experiments.studies.sources import settings_with, sources_of
 from scenarios.prediction.moments import points_of
-from scenarios.studies.sources import settings_with, sources_of
+from scenarios.support.errors import NoSources, NotAPair
 from sim.experiment import Experiment
-from sim.needed import needed_currents
+from sim.feedforward_currents import needed_currents
 from sim.trajectory import FourierTrajectory
 
 PLANT = "plant."

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from ident.arrays import Array, Indices
-from ident.parameters import INERTIAL, STANDARD, labels
-from ident.regressor import regressor
-from ident.structure import PROBE_SEED, Structure
+from ident.model.parameters import INERTIAL, STANDARD, labels
+from ident.model.regressor import regressor
+from ident.model.structure import PROBE_SEED, Structure
+from ident.support.arrays import Array, Indices
 from scenarios.design.against import Added, nothing_added
 from scenarios.design.limits import CLEARANCE, Limits, excess_of, largest_scale, worst_of
 from scenarios.design.prediction import Deviations, Prediction

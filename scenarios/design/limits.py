@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arm import load_arm
-from ident.arrays import Array
+from ident.model.arm import load_arm
+from ident.support.arrays import Array
 from sim.errors import RobotError
 from sim.plant import Plant
 from sim.trajectory import FourierTrajectory

@@ -7,11 +7,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from ident.model_files.xml_tree import Element, read_xml
-from sim.drawn import full_spec
+from ident.model.files.xml_tree import Element, read_xml
 from sim.errors import ModelFileError
 from sim.meshes import drop_missing_meshes
-from sim.quiet import quiet
+from sim.model_spec import full_spec
+from sim.silenced_mujoco import quiet
 
 OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 """What an actuator pulls at; both are the same for a joint of one axis."""

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.arm import Arm
-from ident.arrays import Array
-from ident.estimators import DEFAULT
-from ident.payload import Payload
-from ident.structure import structure_of
+from ident.estimation.estimators import DEFAULT
+from ident.model.arm import Arm
+from ident.model.structure import structure_of
+from ident.payload.payload import Payload
+from ident.support.arrays import Array
 from scenarios.design.excitation import Design, Problem
 from scenarios.design.fitting import first_fitted
 from scenarios.design.limits import CLEARANCE, robot_limits
@@ -23,7 +23,7 @@ from scenarios.design.rules_of_thumb import Load, Stated, drives_by_rule, given_
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series
 from scenarios.design.stated_numbers import check_stated_numbers
-from scenarios.robot_models import check_same_payload, read_arm
+from scenarios.experiments.robot_models import check_same_payload, read_arm
 from sim.clearance import Clearance
 from sim.drives import DriveTruth
 from sim.errors import RobotError, TrajectoryError

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from scenarios.design.excitation import Design
 from scenarios.design.search import Series
-from scenarios.errors import OtherSeries, ScenarioError
-from scenarios.files.motions import read_motion
-from scenarios.files.resolved import Resolved
+from scenarios.experiments.files.motions import read_motion
+from scenarios.experiments.files.resolved import Resolved
+from scenarios.support.errors import OtherSeries, ScenarioError
 from sim.trajectory import FourierTrajectory
 
 

@@ -5,17 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array, Mask
-from ident.payload import Payload
-from scenarios.build import Bench, cell
+from ident.payload.payload import Payload
+from ident.support.arrays import Array, Mask
 from scenarios.design.excitation import Design, Problem
 from scenarios.design.payload_search import Candidate, Carrying, best_weight, payload_torque
 from scenarios.design.prediction import RESIDUAL, Deviations
 from scenarios.design.problem import design_problem, for_all_joints
 from scenarios.design.weights import SHAPES
-from scenarios.errors import NoWeight
-from scenarios.files.mountings import mountings
-from scenarios.files.schema import Scenario
+from scenarios.experiments.build import Bench, cell
+from scenarios.experiments.files.mountings import mountings
+from scenarios.experiments.files.schema import Scenario
+from scenarios.support.errors import NoWeight
 from sim.flange import Flange, flange_of
 
 STEPS = 100 * len(SHAPES)

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import optimize
 
-from ident.arrays import Array
-from ident.payload import Known, Payload
+from ident.payload.payload import Known, Payload
+from ident.support.arrays import Array
 from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Problem, objective
 from scenarios.design.limits import CLEARANCE, TORQUE_SHARE
 from scenarios.design.prediction import Deviations

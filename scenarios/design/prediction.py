@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array, Mask
-from ident.parameters import STANDARD
-from ident.structure import Structure
+from ident.model.parameters import STANDARD
+from ident.model.structure import Structure
+from ident.support.arrays import Array, Mask
 from scenarios.design.rows import ROWS_PER_SECOND, Carried, MotionRows
 
 RESIDUAL = 0.02

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.arrays import Indices
-from scenarios.build import Cell
+from ident.support.arrays import Indices
 from scenarios.design.excitation import Problem
 from scenarios.design.limits import robot_limits
 from scenarios.design.prediction import prediction_of
 from scenarios.design.rows import carried
-from scenarios.errors import NoJointWanted, NothingCarried
-from scenarios.files.mountings import mountings
-from scenarios.files.resolved import Resolved, believed_payloads
+from scenarios.experiments.build import Cell
+from scenarios.experiments.files.mountings import mountings
+from scenarios.experiments.files.resolved import Resolved, believed_payloads
+from scenarios.support.errors import NoJointWanted, NothingCarried
 
 
 def design_problem(prepared: Cell) -> Problem:

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array
-from ident.payload import KnownPayload, Payload, standard_parameters
-from ident.regressor import regressor
-from ident.structure import Structure
+from ident.model.regressor import regressor
+from ident.model.structure import Structure
+from ident.payload.payload import KnownPayload, Payload, standard_parameters
+from ident.support.arrays import Array
 from sim.plant import PayloadBody
 from sim.trajectory import FourierTrajectory
 

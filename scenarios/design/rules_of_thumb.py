@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.arm import Arm
-from ident.arrays import Array
+from ident.model.arm import Arm
+from ident.support.arrays import Array
 from scenarios.design.model_facts import ModelFacts
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics

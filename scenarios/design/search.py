@@ -15,7 +15,7 @@ import cma
 import numpy as np
 from scipy import special
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from scenarios.design.excitation import Design, Problem
 from scenarios.design.limits import Limits, largest_scale
 from sim.trajectory import FourierTrajectory, at_rest

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from scenarios.design.excitation import Design
 from scenarios.design.limits import RANGE_SHARE, TORQUE_SHARE
 from sim.errors import TrajectoryError

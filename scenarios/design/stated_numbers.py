@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.errors import RobotModelError
-from ident.model_files.numbers import vector
-from ident.model_files.xml_tree import Element, read_xml
-from ident.naming import shown
-from ident.payload import INERTIA_KEYS
+from ident.model.files.numbers import vector
+from ident.model.files.xml_tree import Element, read_xml
+from ident.payload.payload import INERTIA_KEYS
+from ident.support.errors import RobotModelError
+from ident.support.naming import shown
 
 STRONGEST = {"effort": 1e6, "velocity": 1e3}
 """Largest effort [N m, N] and speed [rad/s, m/s] of a joint: the strongest arms that are made have 1e5 N m."""

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ident.arrays import Array
-from ident.payload import Payload
+from ident.payload.payload import Payload
+from ident.support.arrays import Array
 from scenarios.design.weights import MM, MassProperties, Weight, mass_properties
 from sim.flange import Flange
 

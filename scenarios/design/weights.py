@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 
 FACE = 31.5
 """Radius of the flange's face [mm]: ISO 9409-1-50-4-M6, as on arms that carry 3 to 15 kg; assumed of every robot."""

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from ident.arrays import Array, Indices
 from ident.diagnosis.diagnose import horizon
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.errors import IdentificationError
-from ident.estimate import RefusedGain
-from scenarios.build import bench
-from scenarios.errors import ScenarioError
-from scenarios.files.schema import Scenario
+from ident.estimation.estimate import RefusedGain
+from ident.support.arrays import Array, Indices
+from ident.support.errors import IdentificationError
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.schema import Scenario
 from scenarios.prediction.predictor import NO_SPECTRUM, OTHER, Cost, Predictor, predictor_of
-from sim.bearable import check_bearable
+from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
+from sim.torque_limits import check_bearable
 
 
 @dataclass(frozen=True, slots=True)

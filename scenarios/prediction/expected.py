@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import signal
 
-from ident.arrays import Array
-from ident.preparation import SIMULATED, Prepared, Recorded, prepare
-from ident.recording import Recording
-from scenarios.build import Bench
-from scenarios.files.mountings import grouped
+from ident.preparation import SIMULATED, Prepared, prepare
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
+from scenarios.experiments.build import Bench
+from scenarios.experiments.files.mountings import grouped
 from sim.experiment import Experiment
-from sim.needed import needed_currents, states_of
+from sim.feedforward_currents import needed_currents, states_of
 from sim.sensors import SensorOptions, logged_without_noise, noises, without_spectrum
 from sim.sensors.effect import Log, Noise
 
@@ -67,7 +68,7 @@ def expected_preparation(prepared: Bench, every: int) -> Prepared:
     rng = np.random.default_rng(NOISE_SEED)
     logs = zip(expected_logs(prepared, every), prepared.experiments, strict=True)
     recordings = [noisy_recording(log, experiment, rng) for log, experiment in logs]
-    motions = [Recorded(recordings[place], prepared.mounted[place]) for place in grouped(prepared.protocol)]
+    motions = [Motion(recordings[place], prepared.mounted[place]) for place in grouped(prepared.protocol)]
     chosen = prepared.scenario.table.identification
     return prepare(motions, prepared.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
 

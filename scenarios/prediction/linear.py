@@ -9,16 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array
-from ident.estimate import GainEstimate
-from ident.estimators import estimator
-from ident.full_rate import FullRate
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.estimators import estimator
+from ident.numerics.signals import delayed
+from ident.observation.full_rate import FullRate
 from ident.preparation import Prepared
-from ident.signals import delayed
-from scenarios.build import Bench
-from scenarios.errors import NotLinear
-from scenarios.files.mountings import grouped
+from ident.support.arrays import Array
+from scenarios.experiments.build import Bench
+from scenarios.experiments.files.mountings import grouped
 from scenarios.prediction.expected import expected_preparation
+from scenarios.support.errors import NotLinear
 
 NOT_LINEAR = ("ols", "tls-2014")
 """Methods in which noise of the currents stands in the matrix: their errors are of second order."""

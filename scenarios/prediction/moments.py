@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array
-from scenarios.errors import NoMoments
-from scenarios.files.draws import settings_from, spread_of
-from scenarios.files.schema import DrawTable, ScenarioTable
-from scenarios.files.settings import Value, value_at
+from ident.support.arrays import Array
+from scenarios.experiments.files.draws import settings_from, spread_of
+from scenarios.experiments.files.schema import DrawTable, ScenarioTable
+from scenarios.experiments.files.settings import Value, value_at
+from scenarios.support.errors import NoMoments
 
 Settings = Mapping[str, Value]
 

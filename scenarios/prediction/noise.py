@@ -12,12 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import signal
 
-from ident.arrays import Array
-from ident.signals import smooth_motion
+from ident.numerics.signals import smooth_motion
+from ident.support.arrays import Array
 from scenarios.prediction.expected import Expected
 from scenarios.prediction.linear import Linearised
 from sim.experiment import Experiment
-from sim.needed import inertia_along
+from sim.feedforward_currents import inertia_along
 from sim.sensors.effect import Noise
 
 

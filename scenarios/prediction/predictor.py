@@ -5,18 +5,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array, Indices
-from scenarios.build import Bench, bench
-from scenarios.errors import NoSources, NotPredicted
-from scenarios.files.draws import numbers_needed, settings_from
-from scenarios.files.resolved import resolved
-from scenarios.files.schema import DrawTable, Scenario
-from scenarios.files.settings import Value, value_at, with_settings
+from ident.support.arrays import Array, Indices
+from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.files.draws import numbers_needed, settings_from
+from scenarios.experiments.files.resolved import resolved
+from scenarios.experiments.files.schema import DrawTable, Scenario
+from scenarios.experiments.files.settings import Value, value_at, with_settings
+from scenarios.experiments.studies.sources import Sources, settings_with, sources_of
 from scenarios.prediction.expected import Expected, added_currents, enough, expected_logs, louder
 from scenarios.prediction.linear import Linearised, linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
-from scenarios.studies.sources import Sources, settings_with, sources_of
+from scenarios.support.errors import NoSources, NotPredicted
 from sim.experiment import Experiment
 
 OTHER = "noise that is no source"

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from scenarios.benchmark.methods.answers import AnswerRow
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Report, Table, cells, number, percent
-from scenarios.store.answers import AnswerRow
 
 COLUMNS = (
     Column(title="Problem", words=True),

@@ -2,21 +2,21 @@
 
 from collections.abc import Sequence
 
-from ident.arm import Arm
-from ident.bare import GainRatios
-from ident.cross_validation import JointPrediction
-from ident.off_ratios import OffRatio
-from ident.parameter_values import Parameter
-from ident.plausibility import prediction_warnings
-from scenarios.bare import BareAnswer
-from scenarios.patching.link_document import Links
-from scenarios.patching.values import Unknown
+from ident.arm_parameters.bare import GainRatios
+from ident.arm_parameters.parameter_values import Parameter
+from ident.arm_parameters.ratio_discrepancies import OffRatio
+from ident.diagnosis.plausibility import prediction_warnings
+from ident.estimation.cross_validation import JointPrediction
+from ident.model.arm import Arm
+from scenarios.gains_in_use.bare import BareAnswer
+from scenarios.gains_in_use.model_update.link_document import Links
+from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.reports.bare_links import links_parts
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs
 from scenarios.reports.gains import reason_paragraph, sentence
-from scenarios.reports.if_loaded import if_loaded_document, if_loaded_parts
-from scenarios.store.documents import diagnosed_document
+from scenarios.reports.payload_forecast import if_loaded_document, if_loaded_parts
+from scenarios.results.documents import diagnosed_document
 
 RATIOS = (
     Column(title="Joint"),

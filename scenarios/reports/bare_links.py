@@ -1,9 +1,9 @@
 """What `rx90 identify` says of links that bodies can have."""
 
-from ident.arrays import Array
-from scenarios.patching.link_document import Links
-from scenarios.patching.link_values import FAR
-from scenarios.patching.values import Unknown
+from ident.support.arrays import Array
+from scenarios.gains_in_use.model_update.link_document import Links
+from scenarios.gains_in_use.model_update.link_values import FAR
+from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.reports.content import Column, Mood, Paragraph, Part, Table, cells
 
 COLUMNS = (

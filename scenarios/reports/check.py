@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from pathlib import PurePath
 
-from ident.arm import Arm
 from ident.check import Checked
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed, Effect, Severity
+from ident.model.arm import Arm
 from scenarios.reports.content import Paragraph, Part, Report
 from scenarios.reports.diagnoses import MOODS, doubt_paragraphs, every_line, horizon_paragraphs
 from scenarios.reports.motion import motion_table
-from scenarios.store.check_document import check_document
+from scenarios.results.check_document import check_document
 
 
 def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.gain_comparison import GainComparison, Moved, Together
-from scenarios.files.gains import TURNING, GainsFile
+from ident.estimation.gain_comparison import GainComparison, Moved, Together
+from scenarios.experiments.files.gains import TURNING, GainsFile
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import gain_unit
 

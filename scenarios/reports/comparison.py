@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
-from scenarios.comparison.statistics import FAR, RANKED_BY, SOLVED, SURE, Coverage, MethodSummary
+from scenarios.benchmark.comparison.statistics import FAR, RANKED_BY, SOLVED, SURE, Coverage, MethodSummary
 from scenarios.reports.content import NONE, Cell, Column, Heading, Mood, Paragraph, Part, Report, Table, cells, percent
 
 RANKS = (

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from scenarios.comparison.contract import Check
+from scenarios.benchmark.comparison.contract import Check
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Report, Table, cells
 from scenarios.reports.gains import sentence
 

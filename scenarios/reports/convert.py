@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from ident.logs.description import Channels
-from ident.logs.notes import signal_of
-from ident.recording_files import Log
+from ident.recordings.files import Log
+from ident.recordings.formats.description import Channels
+from ident.recordings.formats.notes import signal_of
 from scenarios.reports.content import NONE, Column, Paragraph, Part, Report, Table, cells
 
 COLUMNS = (

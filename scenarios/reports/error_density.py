@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import stats
 
-from ident.arrays import Array
-from scenarios.studies.joint_rows import JointRows
+from ident.support.arrays import Array
+from scenarios.experiments.studies.joint_rows import JointRows
 
 MOST = 500
 """Claimed deviations that a density is the mean of, at least if there are as many."""

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from ident.arrays import Array
-from scenarios.errors import NoFilm
+from ident.support.arrays import Array
+from scenarios.support.errors import NoFilm
 
 CAPTION = 0.035
 """Height of the caption's letters in shares of the picture's."""

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.estimate import FoundParameter, IdentifiedGain, JointResult
-from ident.parameters import UNITS
+from ident.estimation.estimate import FoundParameter, IdentifiedGain, JointResult
+from ident.model.parameters import UNITS
+from ident.support.arrays import Array
 from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
 

@@ -2,16 +2,16 @@
 
 from collections.abc import Sequence
 
-from ident.arm import Arm
-from ident.arrays import Array
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import SPOILS, Diagnosed, Severity
-from ident.estimate import IdentifiedGain, JointResult, RefusedGain
+from ident.estimation.estimate import IdentifiedGain, JointResult, RefusedGain
 from ident.identification import Identification, refused_for_faults
+from ident.model.arm import Arm
+from ident.support.arrays import Array
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
-from scenarios.store.documents import estimate_document
+from scenarios.results.documents import estimate_document
 
 
 def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Report:

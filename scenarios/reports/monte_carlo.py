@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
-from scenarios.files.schema import Scenario
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.studies.joint_rows import StudyRows
+from scenarios.experiments.studies.statistics import JointStatistics
 from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.error_density import panels, varies
 from scenarios.reports.plots import monte_carlo as plots
-from scenarios.studies.joint_rows import StudyRows
-from scenarios.studies.statistics import JointStatistics
 
 HISTOGRAM, QQ, AGAINST_TRUE = "errors", "z-scores", "error-against-gain"
 COLUMNS = (

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ident.arm import Arm
 from ident.diagnosis.samples.motion import JointMotion
+from ident.model.arm import Arm
 from scenarios.reports.content import Cell, Column, Table, cells, number, percent
 from scenarios.reports.plot import TONES, Axis, Plot, Series, intervals
 

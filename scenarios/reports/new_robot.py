@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from scenarios.design.new_robot import CLEAR, Found, NewRobot
+from scenarios.design.robot_folder import FILES, SCENARIO
 from scenarios.reports.content import NONE, Column, Line, Paragraph, Part, Report, Table, cells, percent
-from scenarios.store.new_robot import FILES, SCENARIO
 
 COLUMNS = (
     Column(title="Joint"),

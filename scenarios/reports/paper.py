@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import scenarios.paper.published as published
-from ident.parameters import INERTIAL, UNITS
-from scenarios.paper.experiment import IDENTIFIED
-from scenarios.paper.torques import CaseTorques
+import scenarios.benchmark.paper.published as published
+from ident.model.parameters import INERTIAL, UNITS
+from scenarios.benchmark.paper.experiment import IDENTIFIED
+from scenarios.benchmark.paper.stored import PaperCase, PaperClaim, StoredPaper
+from scenarios.benchmark.paper.torques import CaseTorques
 from scenarios.reports.content import NONE, Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.gains import reason_paragraph
-from scenarios.store.stored_paper import PaperCase, PaperClaim, StoredPaper
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
@@ -47,7 +47,7 @@ def paper_report(found: StoredPaper, torques: CaseTorques, seed: int, document: 
 
 
 def _figure_3(torques: CaseTorques) -> "Drawing":
-    from scenarios.reports.plots.paper import figure_3  # Matplotlib, half a second
+    from scenarios.reports.plots.paper import figure_3
 
     return figure_3(torques)
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from scenarios.files.gains import GainsFile
-from scenarios.patching.places import Change
+from scenarios.experiments.files.gains import GainsFile
+from scenarios.gains_in_use.model_update.places import Change
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import sentence
 

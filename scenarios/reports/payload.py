@@ -4,8 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from ident.arrays import Array
-from ident.payload_files import payload_to_table
+from ident.payload.files import payload_to_table
+from ident.support.arrays import Array
 from scenarios.design.payload_design import PayloadDesign
 from scenarios.design.payload_search import Candidate
 from scenarios.design.prediction import RESIDUAL, Deviations

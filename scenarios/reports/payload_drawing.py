@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from scenarios.design.weights import BRACKET, FACE, MM, SHAPES, Part, Weight, mass_properties
 
 if TYPE_CHECKING:

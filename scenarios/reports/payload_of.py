@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Sequence
 
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.weighing.body import FoundBody
-from ident.weighing.together import FoundPayload
-from ident.weighing.verification import DIFFERS, Weighed
+from ident.payload_identification.payload_body import FoundBody
+from ident.payload_identification.payload_estimate import FoundPayload
+from ident.payload_identification.verification import DIFFERS, Weighed
 from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
-from scenarios.store.weighing_documents import payload_document
+from scenarios.results.weighing_documents import payload_document
 
 COLUMNS = (
     Column(title="Payload", words=True),

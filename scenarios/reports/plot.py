@@ -7,7 +7,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # a command that draws nothing needs no NumPy
-    from ident.arrays import Array
+    from ident.support.arrays import Array
 
 Value = float | str | None
 """A number or the name of a category; None is a gap."""

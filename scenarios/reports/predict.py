@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from scenarios.prediction.budget import PredictedBudget
 from scenarios.prediction.predictor import Cost
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
-from scenarios.store.documents import diagnosed_document
+from scenarios.results.documents import diagnosed_document
 
 MEANING = (
     "Root mean square of the relative error that each source makes alone, at its declared size, to first order. All "

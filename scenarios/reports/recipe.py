@@ -6,15 +6,15 @@ from pathlib import Path
 
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.samples.clock import slowest_hz
-from ident.observation import REGRESSOR_RATE, ObserveOptions
-from ident.payload import Payload
-from scenarios.build import Bench
-from scenarios.files.mountings import BARE
+from ident.observation.observation import REGRESSOR_RATE, ObserveOptions
+from ident.payload.payload import Payload
+from scenarios.design.trajectory_source import scenario_source
+from scenarios.experiments.build import Bench
+from scenarios.experiments.files.mountings import BARE
 from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Report, Table, cells
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.trajectory import motion_table
-from scenarios.store.run_folder import identify_command, model_words, payload_file
-from scenarios.trajectory_source import scenario_source
+from scenarios.results.run_folder import identify_command, model_words, payload_file
 
 MOTIONS = (
     Column(title="Motion"),

@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 
-from ident.arrays import Array
-from ident.estimate import JointResult
-from scenarios.judge import GainVerdict
+from ident.estimation.estimate import JointResult
+from ident.support.arrays import Array
+from scenarios.experiments.judge import GainVerdict
+from scenarios.experiments.run import Run
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
-from scenarios.run import Run
-from scenarios.store.documents import run_document
+from scenarios.results.documents import run_document
 
 
 def run_report(run: Run) -> Report:

@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from scenarios.files.schema import Scenario
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.studies.budget import Interval, JointBudget
 from scenarios.reports.content import Cell, Column, Figure, Heading, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.plots.sensitivity import chart
-from scenarios.studies.budget import Interval, JointBudget
 
 SHOWN = 6
 """Sources a joint that a screen shows; files have all."""

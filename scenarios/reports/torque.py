@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from ident.joint_torque import JointTorque
-from ident.naming import one_line
-from scenarios.files.gains import GainsFile
+from ident.estimation.joint_torque import JointTorque
+from ident.support.naming import one_line
+from scenarios.experiments.files.gains import GainsFile
 from scenarios.reports.content import Paragraph, Report
 from scenarios.reports.gains import sentence
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.motion_formats.limits import MotionLimits
-from scenarios.motion_formats.sampled import SampledMotion
+from scenarios.design.motion_formats.limits import MotionLimits
+from scenarios.design.motion_formats.sampled import SampledMotion
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
 
 COLUMNS = (

@@ -4,16 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.cross_validation import STRETCHES, JointPrediction
 from ident.diagnosis.diagnosis import Diagnosed
+from ident.estimation.cross_validation import STRETCHES, JointPrediction
 from ident.identification import Identification
-from ident.naming import joints_in_words
-from ident.weighing.common import CommonError, common_error
-from ident.weighing.verification import AGREES, DIFFERS, Verification, Weighed
+from ident.payload_identification.common_scale import CommonError, common_error
+from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
+from ident.support.naming import joints_in_words
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
-from scenarios.store.weighing_documents import prediction_document, verification_document
+from scenarios.results.weighing_documents import prediction_document, verification_document
 
 MASSES = (
     Column(title="From", words=True),

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.drives import DriveTruth
 from sim.effects.effect import Build, Effect
 from sim.effects.joint_elasticity import JointElasticity, sag, transmissions

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.effects.effect import Build, Effect, Values
 
 

@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 
 import mujoco
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.drives import DriveTruth
 from sim.errors import EffectError
 from sim.ranges import refuse_outside

@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.drives import DriveTruth
 from sim.effects.effect import Build, ControlStep, Effect, Term, Values
 from sim.errors import EffectError

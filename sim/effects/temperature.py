@@ -16,7 +16,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 from scipy import signal
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.drives import DriveTruth
 from sim.effects.effect import Build, ControlStep, Effect, Term, Values
 from sim.effects.wrist_coupling import coupled_motors

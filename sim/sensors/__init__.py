@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.sensors import clock, current, current_sensor, delay, drive_clocks, encoder, samples
 from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, no_noise
 

@@ -9,7 +9,7 @@ import numpy as np
 from annotated_types import Interval, Unit
 from scipy import signal
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.errors import SensorError
 from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, Values
 

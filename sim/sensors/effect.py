@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.errors import SensorError
 from sim.ranges import refuse_outside
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Interval, Unit
 
-from ident.arrays import Array
+from ident.support.arrays import Array
 from sim.sensors.effect import Log, Noise, NoiseStreams, Reader, SensorEffect, Values
 
 CHUNK = 500

@@ -7,15 +7,15 @@ from known_logs import BRICK
 from real_friction import Truth, real_logs
 
 from ident.diagnosis.logs import Logs, observed_logs
-from ident.estimate import GainEstimate
-from ident.estimators import ESTIMATORS
-from ident.estimators.nls import AllJointsOptions, all_joints_gains
-from ident.observation import ObserveOptions, observe
-from ident.options import GainOptions
-from ident.payload import Payload
-from ident.problem import Motion, Problem
-from ident.recording import Recording
-from ident.structure import Structure
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.structure import Structure
+from ident.observation.observation import ObserveOptions, observe
+from ident.payload.payload import Payload
+from ident.recordings.recording import Recording
 
 PAYLOADS = (None, BRICK)
 LOOSE = GainOptions(max_rel_std=10.0)
@@ -23,7 +23,9 @@ PLAIN = AllJointsOptions(friction="viscous-coulomb")
 
 
 def problem_of(axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS) -> Problem:
-    motions = (Motion(observe(log, axes, ObserveOptions()), each) for log, each in zip(logs, payloads, strict=True))
+    motions = (
+        ObservedMotion(observe(log, axes, ObserveOptions()), each) for log, each in zip(logs, payloads, strict=True)
+    )
     return Problem(axes, tuple(motions), LOOSE)
 
 

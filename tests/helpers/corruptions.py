@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ident.recording import Recording
+from ident.recordings.recording import Recording
 
 Change = Callable[[np.ndarray], np.ndarray]
 

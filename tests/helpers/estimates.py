@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ident.estimate import GainEstimate, GainSolution, IdentifiedGain, RefusedGain
-from ident.options import GainOptions
-from ident.rows import Rows
+from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain, RefusedGain
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.rows import Rows
 
 
 def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate:

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.estimate import GainEstimate, IdentifiedGain
-from ident.estimators import ESTIMATORS
-from ident.observation import JointObservation, Observation
-from ident.options import GainOptions
-from ident.payload import Payload
-from ident.problem import Motion, Problem, pair
-from ident.regressor import regressor
-from ident.structure import Structure
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import ObservedMotion, Problem, pair
+from ident.model.regressor import regressor
+from ident.model.structure import Structure
+from ident.observation.observation import JointObservation, Observation
+from ident.payload.payload import Payload
 
 GAIN = np.array([0.9401, -0.9619, 1.1148, 0.9146, 25.0, -0.04])
 TRUSTING = GainOptions(noise_floor=1e-12)
@@ -116,7 +116,7 @@ def exact_problem(
     return Problem(
         structure,
         tuple(
-            Motion(
+            ObservedMotion(
                 exact_observation(
                     structure,
                     chi,

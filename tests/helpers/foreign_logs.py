@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.logs.description import Channels, LogDescription
-from ident.recording import Recording
+from ident.recordings.formats.description import Channels, LogDescription
+from ident.recordings.recording import Recording
 
 T = 3.7 + 0.004 * np.arange(90)
 Q = np.column_stack((np.sin(3.0 * T), -0.7 * np.cos(2.0 * T), 0.3 * np.sin(5.0 * T + 0.4)))

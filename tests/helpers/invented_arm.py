@@ -7,9 +7,9 @@ import numpy as np
 from plants import CYLINDER
 from robot_folders import robot_folder
 
-from ident.arm import load_arm
-from ident.payload import Payload
-from ident.structure import structure_of
+from ident.model.arm import load_arm
+from ident.model.structure import structure_of
+from ident.payload.payload import Payload
 from scenarios.design.excitation import Problem
 from scenarios.design.limits import robot_limits
 from scenarios.design.prediction import all_joints

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from ident.arm import Arm, arm_from_pinocchio
-from ident.payload import Payload
-from ident.recording import Recording
+from ident.model.arm import Arm, arm_from_pinocchio
+from ident.payload.payload import Payload
+from ident.recordings.recording import Recording
 
 UR_GAIN = np.array([13.2, -12.1, 9.7, 8.3, 6.9, 7.7])
 """Of the UR-like arm [N m / A]; axis 2 is wired backwards."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.recording import Recording
+from ident.recordings.recording import Recording
 
 Pair = tuple[Recording, Recording]
 

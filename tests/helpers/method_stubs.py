@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ident import identify_motions
 from ident.preparation import SIMULATED
-from scenarios.store.problem_folder import GivenProblem
+from scenarios.results.problem_folder import GivenProblem
 
 REFUSED = {"reason": "I dare not"}
 

@@ -9,16 +9,16 @@ from pathlib import Path
 from quick import quick_scenario
 from rich.console import Console
 
+from scenarios.benchmark.comparison.statistics import MethodJoint, MethodSummary
 from scenarios.cli import main
-from scenarios.comparison.statistics import MethodJoint, MethodSummary
-from scenarios.files.loading import load_scenario
-from scenarios.files.tables import CATALOG
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.tables import CATALOG
+from scenarios.experiments.studies.coverage import Coverage
+from scenarios.experiments.studies.monte_carlo import monte_carlo
+from scenarios.experiments.studies.sensitivity import sensitivity
+from scenarios.experiments.studies.study import Study, carry_out
+from scenarios.experiments.workers.kinds import Workers
 from scenarios.reports.comparison import Compared
-from scenarios.studies.coverage import Coverage
-from scenarios.studies.monte_carlo import monte_carlo
-from scenarios.studies.sensitivity import sensitivity
-from scenarios.studies.study import Study, carry_out
-from scenarios.workers.kinds import Workers
 
 NAME = "<script>window.pwned=1<&script>\"'`"
 """A name of a scenario that is no HTML."""

@@ -2,7 +2,7 @@
 
 from html.parser import HTMLParser
 
-from ident.estimate import IdentifiedGain
+from ident.estimation.estimate import IdentifiedGain
 
 
 class Elements(HTMLParser):

@@ -5,7 +5,7 @@ import pinocchio as pin
 from plants import nominal_plant
 
 import rx90_mjcf
-from ident.payload import standard_parameters
+from ident.payload.payload import standard_parameters
 
 INERTIAL_ORDER = [4, 5, 7, 6, 8, 9, 1, 2, 3, 0]
 """Positions of XX, XY, XZ, YY, YZ, ZZ, MX, MY, MZ, M in Pinocchio's M, MX, MY, MZ, XX, XY, YY, XZ, YZ, ZZ."""

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from quick import quick_scenario
 
-from scenarios.build import Bench, bench
-from scenarios.files.loading import load_scenario
+from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.files.loading import load_scenario
 
 TWO = """
 [plant.payloads]

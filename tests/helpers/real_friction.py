@@ -8,8 +8,8 @@ import pinocchio as pin
 from known_logs import Fourier, fourier, ur_like
 from scipy.interpolate import make_interp_spline
 
-from ident.payload import Payload
-from ident.recording import Recording
+from ident.payload.payload import Payload
+from ident.recordings.recording import Recording
 
 GAIN = np.array([13.2, -12.1, 9.7])
 MIDDLE = np.array([0.3, -1.0, 0.9])

@@ -130,7 +130,7 @@ class Outcome:
 DRIVER = """
 import contextlib, io, json, runpy, sys, traceback
 from scenarios.cli import main
-from scenarios.files.json_schema import write_schemas
+from scenarios.json_schemas.write import write_schemas
 write_schemas()
 outcomes = []
 for words in json.loads(sys.argv[1]):

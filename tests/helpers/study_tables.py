@@ -3,8 +3,8 @@
 import pandas as pd
 import pyarrow as pa
 
-from scenarios.studies.joint_rows import COLUMNS, StudyRows, study_rows
-from scenarios.trials import CONTRACT
+from scenarios.experiments.studies.joint_rows import COLUMNS, StudyRows, study_rows
+from scenarios.experiments.trials import CONTRACT
 
 
 def gathered(rows: pd.DataFrame) -> StudyRows:

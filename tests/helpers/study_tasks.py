@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from scenarios.errors import UnfitWorker
+from scenarios.support.errors import UnfitWorker
 
 
 def double(x: int) -> int:

@@ -7,7 +7,7 @@ from quick import quick_scenario
 
 import rx90_mjcf
 from scenarios.cli import main
-from scenarios.files.gains import read_gains
+from scenarios.experiments.files.gains import read_gains
 
 TWO_WEIGHTS = """
 [experiment.controller]

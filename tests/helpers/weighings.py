@@ -3,10 +3,10 @@
 import numpy as np
 from exact import GAIN, TRUSTING, exact_problem
 
-from ident.estimators.nls import AllJointsOptions
-from ident.known_gains import KnownGains
-from ident.payload import Payload
-from ident.problem import Problem
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.known_gains import KnownGains
+from ident.estimation.problem import Problem
+from ident.payload.payload import Payload
 
 UNKNOWN = Payload(mass=2.0, known="none")
 PLAIN = AllJointsOptions()

@@ -10,12 +10,12 @@ from weighings import weighed
 
 from ident.diagnosis.engine import Survey, survey
 from ident.diagnosis.logs import Logs
-from ident.estimate import GainEstimate
-from ident.observation import Observation
-from ident.payload import Payload
-from ident.problem import Problem
-from ident.recording import Recording
-from ident.structure import Structure, structure_of
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.problem import Problem
+from ident.model.structure import Structure, structure_of
+from ident.observation.observation import Observation
+from ident.payload.payload import Payload
+from ident.recordings.recording import Recording
 
 
 @pytest.fixture(scope="session")

@@ -9,17 +9,18 @@ from corruptions import CHANGES, corrupted
 from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
 from real_friction import Truth
 
-from ident.errors import Contradiction, NotIdentifiable, OptionError
-from ident.estimate import IdentifiedGain
-from ident.estimators import ESTIMATORS, ls_2011, plug_in
+from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.estimators import ESTIMATORS, ls_2011, plug_in
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.gain_signs import joint_signs
+from ident.estimation.problem import pair
 from ident.identification import identify, identify_motions
-from ident.observation import ObserveOptions, observe
-from ident.options import GainOptions
-from ident.payload import Payload
-from ident.preparation import KNOWN, SIMULATED, Recorded
-from ident.problem import pair
-from ident.recording import Recording
-from ident.signs import joint_signs
+from ident.observation.observation import ObserveOptions, observe
+from ident.payload.payload import Payload
+from ident.preparation import KNOWN, SIMULATED
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.errors import Contradiction, NotIdentifiable, OptionError
 
 CORRUPTED = ("joint 2 negated", "joint 3 at +pi/2", "joints 4 and 5 swapped")
 """One of each kind and place; `tests/ident/diagnosis` puts in the others."""
@@ -118,7 +119,7 @@ def test_swapped_files_are_named(axes):
 
 def test_a_motion_may_repeat_another_to_the_last_digit_only_where_it_is_simulated(axes):
     bare, loaded = logs_of(Truth())
-    motions = [Recorded(bare), Recorded(loaded, BRICK), Recorded(replace(bare, name="again"))]
+    motions = [Motion(bare), Motion(loaded, BRICK), Motion(replace(bare, name="again"))]
     with pytest.raises(NotIdentifiable, match="bare and again hold the same motion"):
         identify_motions(motions, axes, method="ls-2011", gains=LOOSE)
     estimate = identify_motions(motions, axes, method="ls-2011", gains=LOOSE, policy=SIMULATED).estimate

@@ -9,13 +9,14 @@ from known_logs import BRICK
 from real_friction import Truth
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import read_as
-from ident.diagnosis.reading import as_logged
-from ident.errors import Contradiction, NotIdentifiable, RecordingError
-from ident.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
-from ident.observation import ObserveOptions
-from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, Recorded, examined, joined, prepare, spoilt_samples
-from ident.recording import Recording
+from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
+from ident.observation.observation import ObserveOptions
+from ident.preparation import DOUBTED, KNOWN, SIMULATED, Prepared, examined, joined, prepare, spoilt_samples
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.errors import Contradiction, NotIdentifiable, RecordingError
 
 
 @pytest.fixture
@@ -24,7 +25,7 @@ def logs() -> list[Recording]:
 
 
 def prepared(axes, bare: Recording, loaded: Recording, policy=KNOWN) -> Prepared:
-    return prepare((Recorded(bare), Recorded(loaded, BRICK)), axes, gains=LOOSE, policy=policy)
+    return prepare((Motion(bare), Motion(loaded, BRICK)), axes, gains=LOOSE, policy=policy)
 
 
 def gains(found: Prepared) -> np.ndarray:
@@ -141,7 +142,7 @@ def test_a_log_of_another_clock_rests_on_the_same_samples_and_filters(axes, logs
 
 def test_one_log_for_two_motions_is_refused_where_it_is_a_robots(axes, logs):
     again = replace(logs[0], name="again")
-    motions = (Recorded(logs[0]), Recorded(again))
+    motions = (Motion(logs[0]), Motion(again))
     with pytest.raises(NotIdentifiable, match="bare and again hold the same motion"):
         prepare(motions, axes, policy=DOUBTED)
     assert len(prepare(motions, axes, policy=KNOWN).motions) == 2

@@ -6,21 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.arm import load_arm
-from ident.estimators.nls import AllJointsOptions
-from ident.gain_comparison import compared
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.gain_comparison import compared
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.joint_by_joint.pooled_system import stacked_system
+from ident.estimation.known_gains import KnownGains, estimated_gains
+from ident.estimation.problem import ObservedMotion, Problem
 from ident.identification import identify
-from ident.known_gains import KnownGains, estimated_gains
-from ident.least_squares import least_squares
-from ident.observation import ObserveOptions, observe
-from ident.options import GainOptions
-from ident.payload_files import read_payload
-from ident.problem import Motion, Problem
-from ident.recording_files import read_recording
-from ident.stacked import stacked_system
-from ident.structure import Structure, structure_of
-from ident.weighing.together import payload_of
-from ident.weighing.verification import DIFFERS, verified
+from ident.model.arm import load_arm
+from ident.model.structure import Structure, structure_of
+from ident.numerics.least_squares import least_squares
+from ident.observation.observation import ObserveOptions, observe
+from ident.payload.files import read_payload
+from ident.payload_identification.payload_estimate import payload_of
+from ident.payload_identification.verification import DIFFERS, verified
+from ident.recordings.files import read_recording
 
 pytestmark = pytest.mark.real
 
@@ -49,7 +49,7 @@ def test_tx40_fits_its_own_model_to_about_5_percent(real: Path):
     folder = real / "tx40"
     structure = structure_of(load_arm(folder / "tx40.urdf", couplings=((4, 5),)))
     observation = observe(read_recording(folder / "recording.parquet"), structure, ObserveOptions())
-    system = stacked_system([Motion(observation, None)])  # logged in N m: gains are 1
+    system = stacked_system([ObservedMotion(observation, None)])  # logged in N m: gains are 1
     assert system.W.shape[1] == 58 + 3
     fit = least_squares(system.W, system.V, rank_tol=1e-7)
     assert np.linalg.norm(fit.residual) / np.linalg.norm(system.V) < 0.06
@@ -91,7 +91,9 @@ def test_gains_of_one_pair_weigh_the_payload_of_the_other(real: Path, ur10e, fou
     bare, heavy = (
         observe(read_recording(folder / f"{name}.parquet"), ur10e, ObserveOptions()) for name in ("unloaded", "loaded")
     )
-    problem = Problem(ur10e, (Motion(bare, None), Motion(heavy, replace(payload, known="none"))), GainOptions())
+    problem = Problem(
+        ur10e, (ObservedMotion(bare, None), ObservedMotion(heavy, replace(payload, known="none"))), GainOptions()
+    )
     known = found[gains]
     verification = verified(payload_of(problem, known, AllJointsOptions()), payload, known)
     assert verification.passed

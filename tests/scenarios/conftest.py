@@ -9,11 +9,11 @@ from model_files import mjcf
 from protocols import bench_of
 from weighed_cell import make_cell
 
-import scenarios.workers.stages as stages
-from ident.recording import Recording
-from ident.recording_files import write_recording
+import scenarios.support.stages as stages
+from ident.recordings.files import write_recording
+from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.run import Run, run
+from scenarios.experiments.run import Run, run
 
 
 @pytest.fixture(scope="session", autouse=True)

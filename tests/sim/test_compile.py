@@ -9,7 +9,7 @@ from plants import CYLINDER, nominal_plant
 from robot_folders import arm_xml, robot_folder
 
 import rx90_mjcf
-from ident.payload import standard_parameters
+from ident.payload.payload import standard_parameters
 from sim.compile import lean_model, plant_model
 from sim.effects import ModelErrors
 from sim.errors import PlantError

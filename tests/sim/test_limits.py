@@ -17,8 +17,8 @@ from sim.effects import ModelErrors
 from sim.engine import Engine, Simulation
 from sim.errors import Diverged, PlantError, SimulationError, StepError, TooLong
 from sim.experiment import substeps
-from sim.quiet import quiet
 from sim.record import record, try_record
+from sim.silenced_mujoco import quiet
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ import mujoco, numpy as np
 from pathlib import Path
 from plants import nominal_plant
 from sim.compile import plant_model
-from sim.quiet import quiet
+from sim.silenced_mujoco import quiet
 
 model = plant_model(nominal_plant(), loaded=False, step=1e-3)
 

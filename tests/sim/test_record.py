@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from plants import CYLINDER, NOISY, experiment, nominal_plant, short_motion, streams
 
-from ident.recording import Recording
+from ident.recordings.recording import Recording
 from sim.controller import ControllerOptions
 from sim.effects import ModelErrors
 from sim.errors import EffectError, LimitReached, Saturated, SensorError, StepError

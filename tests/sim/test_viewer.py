@@ -2,8 +2,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from scenarios.build import bench
-from scenarios.files.loading import load_scenario
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
 from sim.errors import NoPicture
 from sim.viewer import overview, pictures, scene
 

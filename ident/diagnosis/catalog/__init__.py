@@ -16,8 +16,8 @@ from ident.diagnosis.catalog import (
     units,
     zeros,
 )
+from ident.diagnosis.fitted_currents import Reference
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reference import Reference
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,11 +6,11 @@ from itertools import product
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction, in_rows
+from ident.diagnosis.fitted_currents import Reference, across
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reading import as_logged
-from ident.diagnosis.reference import Reference, across
+from ident.support.arrays import Array
 
 SAME = 1e-6
 """Difference of unit vectors under which gravity points the same way."""

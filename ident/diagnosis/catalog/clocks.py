@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes
+from ident.diagnosis.fitted_currents import Reference
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reading import as_logged
-from ident.diagnosis.reference import Reference
+from ident.support.arrays import Array
 
 FACTORS = (0.5, 2.0)
 """That are tried: samples logged half or twice as often as the stamps say; others are found from the derivative."""

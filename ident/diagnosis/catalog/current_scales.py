@@ -5,11 +5,11 @@ from itertools import product
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction, in_logs
+from ident.diagnosis.fitted_currents import Reference
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reading import as_logged
-from ident.diagnosis.reference import Reference
+from ident.support.arrays import Array
 
 SCALES = np.concatenate([sign * np.geomspace(1e-4, 1e4, 97) for sign in (1.0, -1.0)])
 """Where scales are looked for; neighbours are a fifth apart."""

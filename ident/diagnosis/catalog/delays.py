@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes, two_digits
+from ident.diagnosis.fitted_currents import Reference
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reading import as_logged
-from ident.diagnosis.reference import Reference
+from ident.support.arrays import Array
 
 LARGEST = 0.03
 """Delay up to which the rate of the currents says its size [s]."""

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnosis.alternative import Alternative
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reading import as_logged
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:

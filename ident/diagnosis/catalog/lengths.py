@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction, in_rows
+from ident.diagnosis.fitted_currents import STEP, Reference
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reading import as_logged
-from ident.diagnosis.reference import STEP, Reference
+from ident.support.arrays import Array
 
 FACTORS = (0.8, 1.25)
 """That are tried; what lies between is found from the derivative."""

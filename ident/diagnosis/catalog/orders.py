@@ -5,11 +5,11 @@ from itertools import combinations
 
 import numpy as np
 
-from ident.arm import Arm
-from ident.arrays import Indices
 from ident.diagnosis.alternative import Alternative, in_logs, scopes
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reading import as_logged
+from ident.model.arm import Arm
+from ident.support.arrays import Indices
 
 
 def alternatives(logs: Logs) -> Iterator[Alternative]:

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.alternative import Direction, Term, two_digits
-from ident.estimate import GainEstimate
-from ident.gain_system import joint_rows
-from ident.payload import Payload
-from ident.problem import Problem
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.joint_by_joint.gain_system import joint_rows
+from ident.estimation.problem import Problem
+from ident.payload.payload import Payload
+from ident.support.arrays import Array
 
 KNOWN_CENTRE = ("all", "com")
 """Payloads of which a centre of mass is stated."""

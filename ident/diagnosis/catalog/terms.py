@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial import legendre
 
-from ident.arrays import Array, readonly
 from ident.diagnosis.alternative import Direction, Term
+from ident.diagnosis.fitted_currents import Reference
 from ident.diagnosis.free_model import COUPLED
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reference import Reference
-from ident.gain_system import JointRows
+from ident.estimation.joint_by_joint.gain_system import JointRows
+from ident.support.arrays import Array, readonly
 
 ELASTICITY = "joint elasticity"
 OFFSET, OFFSET_DRIFT = "offset", "offset drift"

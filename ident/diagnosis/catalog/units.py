@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, in_logs, scopes
+from ident.diagnosis.hypothesis import as_logged
+from ident.diagnosis.joint_limits import beyond_reach, within_reach
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reach import beyond_reach, within_reach
-from ident.diagnosis.reading import as_logged
+from ident.support.arrays import Array
 
 ANGLES = {"degrees": np.pi / 180.0, "revolutions": 2.0 * np.pi, "milliradians": 1e-3}
 """What makes radians of an angle in another unit."""

@@ -6,11 +6,11 @@ from itertools import product
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.alternative import Alternative, Direction, in_logs, in_rows, scopes
+from ident.diagnosis.fitted_currents import Reference
+from ident.diagnosis.hypothesis import as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.reading import as_logged
-from ident.diagnosis.reference import Reference
+from ident.support.arrays import Array
 
 TURNS = (0, 90, 180, 270)
 """Zeros that conventions differ by [degrees]; others are found from the nearest of these."""

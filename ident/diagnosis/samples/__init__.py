@@ -5,11 +5,11 @@ One file a check; `SAMPLE_CHECKS` lists them, `SPOILING` those that tell which s
 
 from collections.abc import Callable
 
-from ident.arrays import Mask
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.samples import clipping, clock, columns, frozen, lost_samples, motion, noise, values, wrapped
-from ident.observation import ObserveOptions
-from ident.recording import Recording
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording
+from ident.support.arrays import Mask
 
 SAMPLE_CHECKS: dict[str, Callable[[Recording, ObserveOptions], list[Diagnosis]]] = {
     "values": values.values,

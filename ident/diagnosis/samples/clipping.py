@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.arrays import Array, Mask
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.runs import long_runs
-from ident.observation import ObserveOptions
-from ident.recording import Recording
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Mask
 
 LEAST = 4
 """Samples in a row at the very largest value from which it is a limit, not a peak."""

@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.intervals import intervals_of
-from ident.observation import ObserveOptions
-from ident.recording import JITTER_TOL, LARGEST_GAP, Recording
-from ident.signals import KERNEL_CUTOFFS, SETTLING
+from ident.numerics.signals import KERNEL_CUTOFFS, SETTLING
+from ident.observation.observation import ObserveOptions
+from ident.recordings.intervals import intervals_of
+from ident.recordings.recording import JITTER_TOL, LARGEST_GAP, Recording
 
 ROOM = 4.0
 """Samples in a period of the highest cut-off below which filters have little room."""
@@ -17,7 +17,7 @@ JITTERED = 0.5
 
 
 ROWS_A_JOINT = 10
-"""Rows for each joint that an observation asks for (`ident.observation`)."""
+"""Rows for each joint that an observation asks for (`ident.observation.observation`)."""
 SPARE = 1.2
 """Factor on their duration: groups and decimation are whole numbers of samples."""
 

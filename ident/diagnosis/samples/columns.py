@@ -5,11 +5,11 @@ from itertools import combinations
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.observation import ObserveOptions
-from ident.recording import Recording, resampled
-from ident.signals import edge_samples, low_passed, smooth_motion
+from ident.numerics.signals import edge_samples, low_passed, smooth_motion
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording, resampled
+from ident.support.arrays import Array
 
 ALIKE = 0.01
 """Share of a column that another, with a factor and an offset, may leave for it to be that one.

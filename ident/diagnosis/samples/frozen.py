@@ -12,12 +12,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.arrays import Array, Mask
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.noise import quantum
 from ident.diagnosis.samples.runs import runs
-from ident.observation import ObserveOptions
-from ident.recording import Recording
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Mask
 
 LEAST = 10
 """Rows that a frozen column stays for at least; fewer are held samples and hardly move a gain."""

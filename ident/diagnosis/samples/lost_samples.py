@@ -17,12 +17,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from ident.arrays import Array, Indices, Mask
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.noise import noise_std, quantum
-from ident.intervals import intervals_of
-from ident.observation import ObserveOptions
-from ident.recording import LARGEST_GAP, Recording
+from ident.observation.observation import ObserveOptions
+from ident.recordings.intervals import intervals_of
+from ident.recordings.recording import LARGEST_GAP, Recording
+from ident.support.arrays import Array, Indices, Mask
 
 APART = 4
 """Steps to either side whose median speed a step is compared with."""

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arm import Arm
-from ident.arrays import Array
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.observation import ObserveOptions
-from ident.recording import Recording, resampled
-from ident.signals import edge_samples, smooth_motion
+from ident.model.arm import Arm
+from ident.numerics.signals import edge_samples, smooth_motion
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording, resampled
+from ident.support.arrays import Array
 
 SLOW_TIME = 0.4
 """Share of the time beside reversals that leaves too little of a motion."""

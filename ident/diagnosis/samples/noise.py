@@ -7,11 +7,11 @@ steps and spikes hardly change their median size.
 import numpy as np
 import scipy
 
-from ident.arrays import Array
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.observation import ObserveOptions
-from ident.recording import Recording, resampled
-from ident.signals import edge_samples, smooth_motion
+from ident.numerics.signals import edge_samples, smooth_motion
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording, resampled
+from ident.support.arrays import Array
 
 FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""

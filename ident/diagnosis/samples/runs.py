@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.arrays import Indices, Mask
+from ident.support.arrays import Indices, Mask
 
 
 def runs(at: Mask) -> tuple[Indices, Indices]:

@@ -11,8 +11,8 @@ from pathlib import PurePath
 
 import numpy as np
 
-from ident.arrays import Array
 from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.support.arrays import Array
 
 GAIN, VISCOUS = 0.001, 0.03
 """Largest relative changes by temperature [1/K]: NdFeB magnets, oil."""

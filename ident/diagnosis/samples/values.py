@@ -2,17 +2,27 @@
 
 import numpy as np
 
-from ident.arrays import Mask
-from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.wrapped import continuous
-from ident.observation import ObserveOptions
-from ident.recording import Recording
-from ident.recording_checks import jumps, log_faults, spikes
+from ident.observation.observation import ObserveOptions
+from ident.recordings.checks import jumps, log_faults, spikes
+from ident.recordings.recording import Recording
+from ident.support.arrays import Mask
 
 
 def values(recording: Recording, _: ObserveOptions) -> list[Diagnosis]:
     """Jumps and spikes, of angles that are unwrapped."""
-    found = list(log_faults(continuous(recording)))
+    found = [
+        Diagnosis(
+            name="values",
+            severity=Severity.WRONG,
+            sentence=each.sentence,
+            advice=each.advice,
+            joints=() if each.joint is None else (each.joint,),
+            logs=(recording.name,),
+        )
+        for each in log_faults(continuous(recording))
+    ]
     return found or [
         Diagnosis(name="values", sentence="positions have no jumps, currents no spikes", logs=(recording.name,))
     ]

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.arrays import Indices
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.observation import ObserveOptions
-from ident.recording import Recording
-from ident.recording_checks import FASTEST
+from ident.observation.observation import ObserveOptions
+from ident.recordings.checks import FASTEST
+from ident.recordings.recording import Recording
+from ident.support.arrays import Indices
 
 TURN = 2.0 * np.pi
 NEAR = 0.1

@@ -4,11 +4,11 @@ import json
 from importlib import import_module
 from pathlib import Path
 
-from ident.naming import one_line
-from scenarios.errors import ForeignResult
+from ident.support.naming import one_line
+from scenarios.benchmark.methods.answers import ANSWERS
 from scenarios.reports.content import Report
-from scenarios.store.answers import ANSWERS
-from scenarios.store.record import RECORD, RESULT
+from scenarios.results.record import RECORD, RESULT
+from scenarios.support.errors import ForeignResult
 
 PAGES = {
     "run": "identification",

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ident.naming import one_line
-from scenarios.errors import ForeignAnswers
+from ident.support.naming import one_line
+from scenarios.benchmark.methods.answers import ANSWERS, AnswerRow, read_answers
 from scenarios.reports.answers import answers_report
 from scenarios.reports.content import Column, Heading, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.plot import TONES, Axis, Plot, about, intervals
-from scenarios.store.answers import ANSWERS, AnswerRow, read_answers
+from scenarios.support.errors import ForeignAnswers
 
 UNKNOWN = (
     "Nobody here knows the truth of these problems, so nothing is said of who is right: methods that agree may be "

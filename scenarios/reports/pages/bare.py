@@ -9,25 +9,25 @@ from pathlib import Path
 from pydantic import JsonValue
 from threadpoolctl import threadpool_limits
 
-from ident.arm import Arm
 from ident.diagnosis.samples.motion import joint_motions
-from ident.errors import IdentificationError
-from ident.estimators.nls import AllJointsOptions
-from ident.options import options_from_table
-from ident.payload_files import read_payload
-from ident.preparation import Recorded
-from ident.structure import structure_of
-from scenarios.again import SAME
-from scenarios.bare import bare_answer
-from scenarios.errors import DamagedResult
-from scenarios.files.gains import read_gains
-from scenarios.patching.link_document import Links
-from scenarios.patching.values import Unknown
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.model.arm import Arm
+from ident.model.structure import structure_of
+from ident.payload.files import read_payload
+from ident.recordings.motion import Motion
+from ident.support.errors import IdentificationError
+from ident.support.options import options_from_table
+from scenarios.experiments.files.gains import read_gains
+from scenarios.gains_in_use.bare import bare_answer
+from scenarios.gains_in_use.model_update.link_document import Links
+from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.reports.bare import bare_report
 from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
 from scenarios.reports.motion import coverage_plot
 from scenarios.reports.pages import provenance
-from scenarios.store.record import RECORD, RESULT, RecordFile, identify_words, read_record, recorded_problem
+from scenarios.reports.pages.reanalysis import SAME
+from scenarios.results.record import RECORD, RESULT, RecordFile, identify_words, read_record, recorded_problem
+from scenarios.support.errors import DamagedResult
 
 
 def page(folder: Path) -> Report:
@@ -43,8 +43,7 @@ def page(folder: Path) -> Report:
         given = recorded_problem(folder, record)
         payload = None if record.payload is None else read_payload(folder / record.payload)
         motions = [
-            Recorded(replace(each.recording, name=name))
-            for each, name in zip(given.motions, record.sources, strict=True)
+            Motion(replace(each.recording, name=name)) for each, name in zip(given.motions, record.sources, strict=True)
         ]
         with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS
             answer = bare_answer(

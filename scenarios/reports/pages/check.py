@@ -9,23 +9,23 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from ident.arm import Arm
 from ident.check import Checked, LogRead, check
 from ident.diagnosis.diagnosis import Diagnosis, Severity, worst_first
 from ident.diagnosis.samples.temperature import NAME
-from ident.errors import IdentificationError
-from ident.payload import Payload
-from ident.payload_files import read_payload
-from ident.structure import structure_of
-from scenarios.errors import DamagedResult
+from ident.model.arm import Arm
+from ident.model.structure import structure_of
+from ident.payload.files import read_payload
+from ident.payload.payload import Payload
+from ident.support.errors import IdentificationError
 from scenarios.reports.check import findings, verdict
 from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
 from scenarios.reports.diagnoses import MOODS, every_line
 from scenarios.reports.motion import coverage_plot
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, values
-from scenarios.store.check_document import check_document
-from scenarios.store.record import RECORD, RESULT, RecordFile, check_words, read_record, recorded_problem
+from scenarios.results.check_document import check_document
+from scenarios.results.record import RECORD, RESULT, RecordFile, check_words, read_record, recorded_problem
+from scenarios.support.errors import DamagedResult
 
 PIXELS = 400
 """Intervals of time of which the lowest and the highest value are drawn."""

@@ -6,13 +6,13 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from ident.naming import one_line
-from scenarios.errors import ForeignResult
+from ident.support.naming import one_line
 from scenarios.reports.comparison import Compared, comparison_report
 from scenarios.reports.content import Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.monte_carlo import NORMAL, in_percent
 from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
+from scenarios.support.errors import ForeignResult
 
 DOCUMENT = "report.json"
 

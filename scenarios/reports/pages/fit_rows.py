@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arrays import Array, Indices
-from ident.estimate import GainEstimate, IdentifiedGain
-from ident.observation import Observation
-from ident.problem import Problem
-from ident.recording import Recording
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.problem import Problem
+from ident.observation.observation import Observation
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Indices
 
 GAP = 1.5
 """Rows further apart than this many periods are not joined."""

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from ident.estimate import IdentifiedGain, JointResult
-from scenarios.judge import GainVerdict
+from ident.estimation.estimate import IdentifiedGain, JointResult
+from scenarios.experiments.judge import GainVerdict
 from scenarios.reports.content import Paragraph
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, about, intervals, values
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.samples.motion import joint_motions
-from scenarios.again import Again, identified_again
 from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
 from scenarios.reports.diagnoses import MOODS
 from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, reason_paragraph
@@ -15,10 +14,11 @@ from scenarios.reports.pages import provenance
 from scenarios.reports.pages.diagnoses import diagnosis_parts
 from scenarios.reports.pages.fit_rows import begins, fit_rows
 from scenarios.reports.pages.gain_plots import error_plot, share_plot, value_plot, what_would_show
+from scenarios.reports.pages.reanalysis import Again, identified_again
 from scenarios.reports.pages.residual_plots import AGAINST, SPECTRUM, against, outliers, spectrum_plot
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.run import conclusion, judged_table
-from scenarios.store.record import RESULT, identify_words
+from scenarios.results.record import RESULT, identify_words
 
 
 def page(folder: Path) -> Report:

@@ -9,16 +9,16 @@ import numpy as np
 import pyarrow as pa
 from scipy import stats
 
+from scenarios.experiments.studies.coverage import Coverage, coverage
+from scenarios.experiments.studies.joint_rows import JointRows, rows_in
+from scenarios.experiments.studies.pass_rule import FALSE_ALARM
+from scenarios.experiments.studies.statistics import JointStatistics, joint_statistics
+from scenarios.experiments.studies.stored import StoredStudy, read_study
 from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table, cells
 from scenarios.reports.error_density import panels, promised, reach
 from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, values
-from scenarios.store.stored_study import StoredStudy, read_study
-from scenarios.studies.coverage import Coverage, coverage
-from scenarios.studies.joint_rows import JointRows, rows_in
-from scenarios.studies.pass_rule import FALSE_ALARM
-from scenarios.studies.statistics import JointStatistics, joint_statistics
 
 BINS, WORST = 40, 5
 NEEDED = ("seed", "joint", "rel_error", "z")

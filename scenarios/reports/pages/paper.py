@@ -4,17 +4,17 @@ from pathlib import Path
 
 import numpy as np
 
-import scenarios.paper.published as published
-from scenarios.paper.experiment import IDENTIFIED
-from scenarios.paper.torques import CaseTorques
+import scenarios.benchmark.paper.published as published
+from scenarios.benchmark.paper.experiment import IDENTIFIED
+from scenarios.benchmark.paper.folder import read_paper, read_torques
+from scenarios.benchmark.paper.stored import PaperCase, StoredPaper
+from scenarios.benchmark.paper.torques import CaseTorques
 from scenarios.reports.content import Figure, Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.paper import paper_report
 from scenarios.reports.plot import Axis, Plot, Reference, Tone, about, intervals
-from scenarios.store.paper_folder import read_paper, read_torques
-from scenarios.store.stored_paper import PaperCase, StoredPaper
 
 DRAWN = 2
 """The case that figure 3 shows."""

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.arm import Arm
-from ident.payload import Payload
+from ident.model.arm import Arm
+from ident.payload.payload import Payload
 from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Table, cells
-from scenarios.store.problem_folder import GivenProblem
-from scenarios.store.record import RecordFile
+from scenarios.results.problem_folder import GivenProblem
+from scenarios.results.record import RecordFile
 
 TWO = (Column(title="What", words=True), Column(title="Taken for granted", words=True))
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import signal, stats
 
-from ident.arrays import Array
 from ident.diagnosis.autocorrelation import lag_one
-from ident.rows import Rows
+from ident.estimation.rows import Rows
+from ident.support.arrays import Array
 from scenarios.reports.content import Column, Paragraph, Part, Table, cells
 from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values

@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from scenarios.errors import NoGains
+from scenarios.experiments.studies.budget import NEEDED, JointBudget, budgets
+from scenarios.experiments.studies.stored import read_study
 from scenarios.reports.content import Figure, Heading, Paragraph, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, Tone, values
 from scenarios.reports.sensitivity import BudgetResult, first_to_buy_down, sensitivity_report
-from scenarios.store.stored_study import read_study
-from scenarios.studies.budget import NEEDED, JointBudget, budgets
+from scenarios.support.errors import NoGains
 
 LARGEST = 10
 """Sources that a plot shows."""

@@ -7,12 +7,12 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from ident.naming import one_line
-from scenarios.errors import ScenarioError
-from scenarios.files.loading import load_scenario
+from ident.support.naming import one_line
+from scenarios.experiments.files.loading import load_scenario
 from scenarios.reports.content import Paragraph, Picture, Report
-from scenarios.store.record import RECORD
-from scenarios.store.scene import scene_digest
+from scenarios.results.record import RECORD
+from scenarios.results.scene import scene_digest
+from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
 
 WIDTH, HEIGHT = 480, 270

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from scenarios.studies.calibration import GRID, Calibration
+from scenarios.experiments.studies.calibration import GRID, Calibration
 
 
 def curves(found: Mapping[str, Calibration], title: str) -> Figure:

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import stats
 
-from ident.arrays import Array
+from ident.support.arrays import Array
+from scenarios.experiments.studies.joint_rows import JointRows
 from scenarios.reports.error_density import promised, reach
-from scenarios.studies.joint_rows import JointRows
 
 MOST_POINTS = 5000
 """Points of a scatter plot; more only cover each other."""

@@ -3,8 +3,8 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from scenarios.paper.experiment import IDENTIFIED
-from scenarios.paper.torques import CaseTorques
+from scenarios.benchmark.paper.experiment import IDENTIFIED
+from scenarios.benchmark.paper.torques import CaseTorques
 
 
 def figure_3(torques: CaseTorques) -> Figure:

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from scenarios.files.schema import Scenario
-from scenarios.studies.budget import JointBudget
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.studies.budget import JointBudget
 
 
 def chart(budgets: Sequence[JointBudget], scenario: Scenario) -> Figure:

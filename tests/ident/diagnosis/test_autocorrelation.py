@@ -9,9 +9,9 @@ from real_friction import Truth
 
 from ident.diagnosis.autocorrelation import MUCH, autocorrelation, lag_one
 from ident.diagnosis.diagnosis import Severity
-from ident.problem import Problem
-from ident.rows import Rows
-from ident.uncertainty.classical import classical
+from ident.estimation.problem import Problem
+from ident.estimation.rows import Rows
+from ident.estimation.uncertainty.classical import classical
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ from ident.diagnosis.catalog import (
     zeros,
 )
 from ident.diagnosis.engine import directions
-from ident.diagnosis.reference import across, reference
+from ident.diagnosis.fitted_currents import across, reference
 
 
 def by_words(found, words: str):

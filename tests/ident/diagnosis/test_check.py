@@ -8,10 +8,10 @@ from ident.check import check, worst_first
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.temperature import Warmth
-from ident.errors import RecordingError
-from ident.observation import ObserveOptions
-from ident.options import GainOptions
-from ident.recording import Recording
+from ident.estimation.gain_options import GainOptions
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording
+from ident.support.errors import RecordingError
 
 OPTIONS, LIMITS = ObserveOptions(), GainOptions()
 

@@ -8,8 +8,8 @@ import pytest
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.samples.clipping import clipped, clipping
 from ident.diagnosis.samples.columns import columns
-from ident.observation import ObserveOptions
-from ident.recording import Recording
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording
 
 OPTIONS = ObserveOptions()
 

@@ -16,11 +16,12 @@ from ident.check import check
 from ident.diagnosis.common_delay import common_delay
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.engine import faults, survey
-from ident.diagnosis.excluded import exclusions
+from ident.diagnosis.exclusions import exclusions
 from ident.identification import Identification, identify
-from ident.observation import ObserveOptions, observe
-from ident.preparation import DOUBTED, Recorded, prepare
-from ident.recording import Recording
+from ident.observation.observation import ObserveOptions, observe
+from ident.preparation import DOUBTED, prepare
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
 
 AUTO = replace(DOUBTED, undelay=True)
 
@@ -80,7 +81,7 @@ def test_a_delay_is_undone_beside_the_one_that_is_stated(axes, pair):
     # A reference that acts 6 ms after its stamp, logged 7.3 ms late beside: in all it acts 1.3 ms before.
     stated = ObserveOptions(current_delay=6e-3)
     prepared = prepare(
-        [Recorded(shifted(pair[0], 1.3e-3)), Recorded(shifted(pair[1], 1.3e-3), BRICK)],
+        [Motion(shifted(pair[0], 1.3e-3)), Motion(shifted(pair[1], 1.3e-3), BRICK)],
         axes, observing=stated, gains=LOOSE, policy=AUTO,
     )  # fmt: skip
     (said,) = [each for each in prepared.diagnoses if each.name == "delay"]
@@ -133,7 +134,7 @@ def test_samples_that_are_spoilt_are_left_out_where_a_delay_is_undone_too(axes, 
     late = [shifted(log, 7.3e-3) for log in pair]
     v = late[1].v.copy()
     v[700:1150, 1] = v[700, 1]
-    prepared = prepare([Recorded(late[0]), Recorded(changed(late[1], v=v), BRICK)], axes, gains=LOOSE, policy=AUTO)
+    prepared = prepare([Motion(late[0]), Motion(changed(late[1], v=v), BRICK)], axes, gains=LOOSE, policy=AUTO)
     assert prepared.observing.current_delay < 0.0
     part = prepared.parts[1]
     assert part.spoilt[700:1150, 1].all()

@@ -15,21 +15,16 @@ from real_friction import Truth
 from ident.diagnosis.added import Added
 from ident.diagnosis.candidates import Compared, likeliest
 from ident.diagnosis.catalog.current_scales import scaled
-from ident.diagnosis.diagnose import (
-    _effects,
-    _of_currents,
-    _of_ratios,
-    diagnose,
-)
+from ident.diagnosis.diagnose import _effects, _of_currents, _of_ratios, diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Severity, worst, worst_first
 from ident.diagnosis.effects import between, consequence, severity_of
 from ident.diagnosis.engine import Fault, compared
 from ident.diagnosis.estimate_lacks import beyond_prior
-from ident.errors import Contradiction
-from ident.estimate import IdentifiedGain, RefusedGain
-from ident.estimators import ESTIMATORS
+from ident.estimation.estimate import IdentifiedGain, RefusedGain
+from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.uncertainty.cautious import cautious
 from ident.identification import refusal_of, refused_for_faults, spoilt_joints, without_spoilt
-from ident.uncertainty.cautious import cautious
+from ident.support.errors import Contradiction
 
 
 def effect(joint: int, percent: float, deviations: float | None) -> Effect:

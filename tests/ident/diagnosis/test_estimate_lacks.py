@@ -16,9 +16,9 @@ from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.effects import consequence
 from ident.diagnosis.engine import survey
 from ident.diagnosis.estimate_lacks import _unexplained, imitated, lacks_of, shown_beside
-from ident.diagnosis.reference import reference
-from ident.diagnosis.stated import claimed, stated
-from ident.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.diagnosis.estimate_model import claimed, stated
+from ident.diagnosis.fitted_currents import reference
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 
 
 @pytest.fixture(scope="module")

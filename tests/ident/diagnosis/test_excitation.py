@@ -9,8 +9,8 @@ from real_friction import GAIN
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.excitation import excitation, predicted_rel_std
-from ident.options import GainOptions
-from ident.payload import Payload
+from ident.estimation.gain_options import GainOptions
+from ident.payload.payload import Payload
 
 GAINS = GainOptions()
 

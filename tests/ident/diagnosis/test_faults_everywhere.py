@@ -13,11 +13,12 @@ import ident.diagnosis.diagnose as diagnosing
 from ident.check import check
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from ident.errors import IdentificationError
 from ident.identification import identify
-from ident.observation import ObserveOptions
-from ident.preparation import Recorded, prepare
-from ident.recording import Recording
+from ident.observation.observation import ObserveOptions
+from ident.preparation import prepare
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.errors import IdentificationError
 
 Pair = tuple[Recording, Recording]
 
@@ -92,7 +93,7 @@ def test_a_fault_has_one_name_everywhere(axes, fault):
     put, name, words = FAULTS[fault]
     bare, heavy = put(*logs_of(Truth()))
     one = "in one log" in fault
-    prepared = prepare((Recorded(bare), Recorded(heavy, BRICK)), axes)
+    prepared = prepare((Motion(bare), Motion(heavy, BRICK)), axes)
     said = {"logs": named(diagnose(prepared.logs()), name)}
     seen = check((bare, heavy), axes, observing=ObserveOptions(), gains=LOOSE, loaded=(False, True), payload=BRICK)
     said["check"] = named(seen.found, name)
@@ -117,7 +118,7 @@ def test_a_fault_of_one_of_two_bare_logs_is_named_and_what_it_spoils_is_not_trus
     put, name, words = FAULTS[fault]
     first, second = put(*logs_of(Truth(), payloads=(None, None)))
     second = Recording(second.t, second.q, second.v, "second")
-    found = diagnose(prepare((Recorded(first), Recorded(second)), axes).logs())
+    found = diagnose(prepare((Motion(first), Motion(second)), axes).logs())
     each = named(found, name)
     assert words in each.sentence
     assert each.logs in (("second",), ("bare",))  # which of two is wrong of them nobody knows
@@ -137,4 +138,4 @@ def test_sound_logs_raise_nothing_anywhere(axes):
     default = identify(bare, heavy, axes, BRICK, gains=LOOSE).found  # the method that a check asks
     assert (seen.found.excluded, seen.found.untold) == (default.excluded, default.untold)
     assert "payload centre" in {each.family for each in seen.found.excluded}
-    assert diagnose(prepare((Recorded(bare), Recorded(heavy, BRICK)), axes).logs()).diagnoses == ()
+    assert diagnose(prepare((Motion(bare), Motion(heavy, BRICK)), axes).logs()).diagnoses == ()

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from ident.diagnosis.friction_sign import backward_joints, friction_z, opposed
-from ident.gain_system import JointRows
-from ident.options import GainOptions
-from ident.problem import Problem
-from ident.signs import FRICTION_Z
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.gain_signs import FRICTION_Z
+from ident.estimation.joint_by_joint.gain_system import JointRows
+from ident.estimation.problem import Problem
 
 NAMES = ("XX3", "Fc3", "off3", "Fv3")
 

@@ -5,7 +5,7 @@ import pytest
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.samples.frozen import frozen, spoilt
-from ident.recording import Recording
+from ident.recordings.recording import Recording
 
 
 def changed(log: Recording, kind: str, j: int, rows: slice, value=None) -> Recording:

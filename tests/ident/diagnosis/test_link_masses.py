@@ -10,8 +10,8 @@ from real_friction import three_axes
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.link_masses import FACTOR, SHOWN, LinkWeight, judged, link_mass_consistency, link_weights
-from ident.problem import pair
-from ident.structure import structure_of
+from ident.estimation.problem import pair
+from ident.model.structure import structure_of
 
 
 def links_of_three_axes() -> np.ndarray:

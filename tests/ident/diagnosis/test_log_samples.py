@@ -12,10 +12,10 @@ from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.clock import clock, least_seconds
 from ident.diagnosis.samples.lost_samples import lost_samples, odd_steps
 from ident.diagnosis.samples.motion import joint_motions, motion
-from ident.errors import RecordingError
-from ident.observation import ObserveOptions, observe
-from ident.recording import Recording
-from ident.recording_checks import log_faults
+from ident.observation.observation import ObserveOptions, observe
+from ident.recordings.checks import log_faults
+from ident.recordings.recording import Recording
+from ident.support.errors import RecordingError
 
 OPTIONS = ObserveOptions()
 

@@ -8,9 +8,9 @@ from known_logs import fourier
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.samples.noise import acceleration_noise, noise, noise_std, quantum
-from ident.observation import ObserveOptions
-from ident.recording import Recording
-from ident.signals import smooth_motion
+from ident.numerics.signals import smooth_motion
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording
 
 OPTIONS = ObserveOptions()
 

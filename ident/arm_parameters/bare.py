@@ -1,0 +1,182 @@
+"""What bare motions say: gains relative to each other, base parameters, friction and offsets in drive units.
+
+Nothing in them has newtons, so that one gain is free; links that joints share tie the others to it. With one gain of
+scale 1 the model of all joints at once gives log |g_j| - log |g_r| of every joint j beside a joint r, and all else in
+the unit of g_r. With gains that are known, all of it is in SI.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arm_parameters.parameter_values import Parameter, friction_values, inertial_values
+from ident.estimation.all_joints.columns import joint_columns, shared_parameters
+from ident.estimation.all_joints.friction import own_columns
+from ident.estimation.all_joints.reduction import reduced_joint
+from ident.estimation.all_joints.selection import Selected
+from ident.estimation.all_joints.solution import GivenGain, setting
+from ident.estimation.all_joints.start import friction_z
+from ident.estimation.estimators.nls import AllJointsOptions, chosen_model
+from ident.estimation.fixed_gains import held
+from ident.estimation.known_gains import KnownGains
+from ident.estimation.problem import Problem
+from ident.estimation.refusal import ratio_refusal
+from ident.estimation.uncertainty import UNCERTAINTIES
+from ident.support.arrays import Array, Mask
+from ident.support.errors import NotIdentifiable
+
+RUNAWAY = 1e6
+"""Ratio of two gains that no drives of one arm have: a wrong unit makes 1e3, a slide beside a hinge 1e2."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GainRatios:
+    """Gains beside that of one joint.
+
+    Attributes:
+        reference: The joint, from 0, beside which the others are surest.
+        value: g_j / g_reference, shape (n,).
+        rel_std: Relative standard deviations, zero for the reference, shape (n,).
+        given: Which of them are sure enough, shape (n,).
+        max_rel_std: Largest relative standard deviation of one that is.
+    """
+
+    reference: int
+    value: Array
+    rel_std: Array
+    given: Mask
+    max_rel_std: float
+
+    def reason(self, joint: int) -> str | None:
+        """Why a joint, from 0, has no ratio; None if it has one."""
+        return ratio_refusal(float(self.rel_std[joint]), self.max_rel_std, self.reference)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BareArm:
+    """An arm without payload.
+
+    Attributes:
+        ratios: Gains beside each other; None where gains are held.
+        inertial: Base parameters, over the reference gain or in SI.
+        inertial_covariance: Of their values, shape (k, k).
+        friction: Each joint's own friction and offset [drive units], n tuples.
+        selected: The model, and its fit.
+    """
+
+    ratios: GainRatios | None
+    inertial: tuple[Parameter, ...]
+    inertial_covariance: Array
+    friction: tuple[tuple[Parameter, ...], ...]
+    selected: Selected
+
+
+def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
+    """Gains relative to each other, and the arm in drive units.
+
+    Args:
+        problem: Motions with a bare flange.
+        options: Model of the arm.
+
+    Raises:
+        NotIdentifiable: If no two joints share anything that shows.
+    """
+    braked = _braked(problem, options)
+    selected = _fitted(problem, options, [braked])
+    best = _surest(_log_covariance(problem, selected), problem.options.max_rel_std)
+    if best != braked.joint:  # in units of the reference itself, deviations of all else need no ratio
+        selected = _fitted(problem, options, [GivenGain(best, float(np.sign(selected.final.fit.found.h[best])))])
+    h = selected.final.fit.found.h
+    rel_std = _beside(_log_covariance(problem, selected))[best]
+    most = problem.options.max_rel_std
+    given = rel_std <= most
+    if given.sum() < 2:
+        raise NotIdentifiable(
+            "bare motions give no ratio of gains: no two joints share links that these motions show; move more joints "
+            "at once, or mount a payload"
+        )
+    ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given, max_rel_std=most)
+    _check_size(ratios)
+    inertial, C = inertial_values(problem, selected, float(h[best]), unit=f"/ g{best + 1}", gains=None)  # h of size 1
+    return BareArm(
+        ratios=ratios,
+        inertial=inertial,
+        inertial_covariance=C,
+        friction=friction_values(problem, selected, None),
+        selected=selected,
+    )
+
+
+def arm_in_SI(problem: Problem, options: AllJointsOptions, gains: KnownGains) -> BareArm:
+    """Base parameters in SI and friction in drive units with known gains.
+
+    Args:
+        problem: Motions with a bare flange.
+        options: Model of the arm.
+        gains: Of its joints.
+
+    Raises:
+        GainsError: If the gains are not of this arm.
+    """
+    gains.check_arm(problem.structure.arm)
+    selected = _fitted(problem, options, held(gains))
+    inertial, C = inertial_values(problem, selected, 1.0, unit="", gains=gains)
+    return BareArm(
+        ratios=None,
+        inertial=inertial,
+        inertial_covariance=C,
+        friction=friction_values(problem, selected, gains),
+        selected=selected,
+    )
+
+
+def _check_size(ratios: GainRatios) -> None:
+    """Refuse ratios that no two drives have: a gain ran away while parameters of its own took over.
+
+    Raises:
+        NotIdentifiable: Naming joint and ratio.
+    """
+    for joint in np.flatnonzero(ratios.given):
+        if abs(np.log(np.abs(ratios.value[joint]))) > np.log(RUNAWAY):
+            raise NotIdentifiable(
+                f"the gain of joint {joint + 1} ran away from that of joint {ratios.reference + 1}, to "
+                f"{ratios.value[joint]:.2g} times its size: the model does not hold for joint {joint + 1}; look at its "
+                "coupling, its friction and its unit, or let data choose the friction"
+            )
+
+
+def _braked(problem: Problem, options: AllJointsOptions) -> GivenGain:
+    """A gain of scale 1 for the joint whose friction shows surest, with the sign by which friction brakes."""
+    z = list[float]()
+    for each in joint_columns(problem, shared_parameters(problem)):
+        own = own_columns(each, {}, per_motion=options.friction_per_motion)
+        z.append(friction_z(reduced_joint(each, own), own.names))
+    surest = int(np.argmax(np.abs(z)))
+    return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
+
+
+def _fitted(problem: Problem, options: AllJointsOptions, given: Sequence[GivenGain]) -> Selected:
+    per_motion, prior_std = options.friction_per_motion, options.prior_std
+    return chosen_model(setting(problem, per_motion=per_motion, prior_std=prior_std, given=given), options)
+
+
+def _log_covariance(problem: Problem, selected: Selected) -> Array:
+    """Covariance of log |g| beside the gain that was given, shape (n, n)."""
+    fit = selected.final.fit
+    own = UNCERTAINTIES[problem.options.uncertainty](fit.rows, fit.log_influence, problem.options.serial_s)
+    model = np.hstack((fit.log_belief, selected.model))
+    return own + model @ model.T
+
+
+def _surest(C: Array, most: float) -> int:
+    """The joint beside which most gains are sure."""
+    std = _beside(C)
+    sure = [int(np.count_nonzero(row)) for row in std <= most]
+    size = [float(np.sum(row)) for row in np.minimum(std, most)]
+    return min(range(len(C)), key=lambda r: (-sure[r], size[r]))
+
+
+def _beside(C: Array) -> Array:
+    """Deviation of log |g_j| - log |g_r|, shape (n, n), r first."""
+    return np.sqrt(np.maximum(np.diag(C)[None, :] + np.diag(C)[:, None] - 2.0 * C, 0.0))

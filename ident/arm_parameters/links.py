@@ -1,0 +1,169 @@
+"""Mass, centre and inertia of every link: the set nearest to the model's that bodies can have and that data allow.
+
+Data determine base parameters b = K chi alone, with a covariance C; the other combinations of the standard parameters
+chi take whatever the model says. With P_i0 the pseudo-inertia of link i as the model draws it, chi is the minimum of
+
+    (K chi - b)' C^-1 (K chi - b) + sum_i tr(P_i0^-1 (P_i - P_i0) P_i0^-1 (P_i - P_i0)) / 2,    P_i >= LEFT P_i0,
+
+the second term being the distance between bodies that no choice of frames or units changes (Lee, Wensing and Park
+2020, eq. 21), of unit deviation: it decides where data do not. Inertia of motors is any positive number, near to the
+model's if that states one: of what shows only in a sum with a link's inertia, the motor has what the link has not.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arm_parameters.parameter_values import Parameter
+from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible, pseudo_inertia
+from ident.model.base import BaseParameters
+from ident.model.parameters import INERTIAL, STANDARD
+from ident.support.arrays import Array, Indices, Mask
+from ident.support.errors import NoBody
+
+LEFT = 1e-3
+"""Share of a link as drawn that is left of it at least: a link without any inertia about an axis stops simulators."""
+LEAST = 1e-10
+"""Smallest eigenvalue of a correlation that counts, as a share of the largest."""
+UNIT = np.array([2.0, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0])
+"""Parameters whose pseudo-inertia has ones on its diagonal but for the mass: a body whose mass is any positive number.
+
+It lets a motor's inertia, which is positive, stand among the bodies.
+"""
+SHOWN = 1e-9
+"""Share of a parameter in a base parameter that is more than rounding."""
+MASS = INERTIAL.index("M")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DrawnLinks:
+    """Links as a model file draws them, parameters at the frames of an `Arm`.
+
+    Attributes:
+        own: Standard parameters of every link that a joint moves, shape (n, 10).
+        carried: Those of what is fixed to it and has another name in the file, shape (n, 10).
+        motor: Inertia of the motors, joint side [kg m^2 or kg], shape (n,).
+        offset: Origin of each frame in the frame that the file has for the link, of the same axes [m], shape (n, 3).
+    """
+
+    own: Array
+    carried: Array
+    motor: Array
+    offset: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FoundLinks:
+    """Links that bodies can have.
+
+    Attributes:
+        own: Standard parameters of every link without what is fixed to it, shape (n, 10).
+        motor: Inertia of the motors, shape (n,).
+        motor_found: Which of these the base parameters contain; the others are the model's, shape (n,).
+        moved: What the set makes of each base parameter less what was found, in deviations, shape (k,).
+        names: Of these base parameters.
+    """
+
+    own: Array
+    motor: Array
+    motor_found: Mask
+    moved: Array
+    names: tuple[str, ...]
+
+
+def nearest_links(base: BaseParameters, found: Sequence[Parameter], covariance: Array, drawn: DrawnLinks) -> FoundLinks:
+    """The links nearest to those drawn that bodies can have and that data allow.
+
+    Args:
+        base: Of the arm.
+        found: Base parameters that data show, in SI, friction and offsets left out.
+        covariance: Of their values, shape (k, k).
+        drawn: The model's links.
+
+    Raises:
+        NoBody: If a link as drawn is none.
+    """
+    n = len(drawn.own)
+    _check_bodies(drawn)
+    rows = [base.names.index(each.name) for each in found]
+    K, b, information = base.regrouping[rows], np.array([each.value for each in found]), _information(covariance)
+    link = len(STANDARD) * np.arange(n)[:, None] + np.arange(len(INERTIAL))  # columns (n, 10)
+    motors = _shown_motors(base, K)
+    free, own = np.concatenate((link.ravel(), motors)), slice(10 * n)
+    stated = np.array([drawn.motor[c // len(STANDARD)] if c < len(STANDARD) * n else 0.0 for c in motors])
+    start = np.concatenate((drawn.own.ravel(), _positive(base, motors, found, drawn, stated)))
+    centre = np.concatenate((drawn.own.ravel(), stated))
+    M = K[:, free].T @ information @ K[:, free] + _prior(drawn.own, stated)
+    known = K[:, link.ravel()] @ drawn.carried.ravel()
+    wanted = centre + _solved(M, K[:, free].T @ (information @ (b - known - K[:, free] @ centre)))
+    least = np.zeros(len(free))
+    least[own] = LEFT * drawn.own.ravel()  # what is more than that has to be a body
+    x = least + nearest_possible(_bodies(n, len(motors)), wanted - least, M, start - least)
+    motor, motor_found = drawn.motor.copy(), np.isin(len(STANDARD) * np.arange(n) + len(INERTIAL), motors)
+    motor[motor_found] = x[10 * n :][: int(motor_found.sum())]
+    return FoundLinks(
+        own=x[own].reshape(n, 10),
+        motor=motor,
+        motor_found=motor_found,
+        moved=(known + K[:, free] @ x - b) / np.sqrt(np.diag(covariance)),
+        names=tuple(each.name for each in found),
+    )
+
+
+def _check_bodies(drawn: DrawnLinks) -> None:
+    for j, chi in enumerate(drawn.own):
+        if chi[MASS] <= 0.0 or np.linalg.eigvalsh(pseudo_inertia(chi))[0] <= 0.0:
+            raise NoBody(
+                f"link {j + 1} of the model is no body (its mass is {chi[MASS]:.3g} kg, or its moments of inertia "
+                "cannot be those of any); nothing says what links without data are near to"
+            )
+
+
+def _shown_motors(base: BaseParameters, K: Array) -> Indices:
+    """Columns of the inertia of motors, coupled ones last, that base parameters of rows K show."""
+    motors = np.flatnonzero([name.startswith("Ia") for name in base.labels])
+    return motors[np.abs(K[:, motors]).max(axis=0, initial=0.0) > SHOWN]
+
+
+def _positive(
+    base: BaseParameters, motors: Indices, found: Sequence[Parameter], drawn: DrawnLinks, stated: Array
+) -> Array:
+    """Positive inertia of motors to begin with: what was found by itself, what the model states, or what is usual."""
+    value = {each.name: max(each.value, each.std) for each in found}
+    usual = float(np.mean(drawn.own[:, [0, 3, 5]]))
+    return np.array([value.get(base.labels[c], size or usual) for c, size in zip(motors, stated, strict=True)])
+
+
+def _bodies(n: int, motors: int) -> Bodies:
+    """Links all of whose parameters are unknown, and motors."""
+    return Bodies(
+        known=np.vstack((np.zeros((n, 10)), np.tile(UNIT, (motors, 1)))),
+        body=np.concatenate((np.repeat(np.arange(n), 10), n + np.arange(motors))),
+        place=np.concatenate((np.tile(np.arange(10), n), np.full(motors, MASS, dtype=np.intp))),
+    )
+
+
+def _information(covariance: Array) -> Array:
+    """Inverse of a covariance, by the eigenvalues of the correlation."""
+    scale = np.sqrt(np.diag(covariance))
+    size, axes = np.linalg.eigh(covariance / np.outer(scale, scale))
+    return (axes / np.maximum(size, LEAST * size[-1])) @ axes.T / np.outer(scale, scale)
+
+
+def _prior(own: Array, motor: Array) -> Array:
+    """Metric of links that no choice of frames and units changes; of motors that the model states none is near."""
+    k = own.size
+    G = np.zeros((k + len(motor), k + len(motor)))
+    basis = [pseudo_inertia(unit) for unit in np.eye(len(INERTIAL))]
+    for j, chi in enumerate(own):
+        relative = [np.linalg.solve(pseudo_inertia(chi), each) for each in basis]
+        block = slice(10 * j, 10 * j + 10)
+        G[block, block] = [[0.5 * float(np.sum(a * b.T)) for b in relative] for a in relative]
+    G[np.arange(k, len(G)), np.arange(k, len(G))] = np.divide(1.0, motor**2, out=np.zeros(len(motor)), where=motor > 0)
+    return G
+
+
+def _solved(M: Array, right: Array) -> Array:
+    scale = 1.0 / np.sqrt(np.diag(M))
+    return scale * np.linalg.solve(M * np.outer(scale, scale), scale * right)

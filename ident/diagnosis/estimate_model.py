@@ -1,0 +1,160 @@
+"""An estimate as the model that it is: what all joints together, and the payload as stated, leave of the currents.
+
+The rows, weights and explained columns of the estimate predict each block of time from the others. Directions that the
+free model of the logs cannot show, as the payload's centre, are compared here, and what each would do to the gains
+follows from the influence of each row:
+
+    error of g_j / g_j = -influence_j (C x) / (1 / g_j)        C x  currents that the direction adds
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ident.diagnosis.added import UNSEEN, Added, each_added
+from ident.diagnosis.alternative import Direction
+from ident.diagnosis.comparison import BLOCKS, Fits, FreeFit, HeldOut, Score, fits_of, held_out, numbered_blocks
+from ident.diagnosis.diagnosis import Effect
+from ident.diagnosis.free_model import row_counts
+from ident.estimation.estimate import GainEstimate, GainSolution, IdentifiedGain
+from ident.estimation.problem import Problem
+from ident.numerics.column_space import column_space
+from ident.support.arrays import Array
+
+FINEST = 1e-3
+"""Relative deviation that effects are held against at least: without noise anything would spoil every gain."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stated:
+    """An estimate, ready for held-out predictions.
+
+    Attributes:
+        problem: Motions and payloads.
+        estimate: What was found from them.
+        solution: Its solution, or that of the same model without yielding joints.
+        fits: The solution's rows as one part, in units of each joint's residual.
+    """
+
+    problem: Problem
+    estimate: GainEstimate
+    solution: GainSolution
+    fits: Fits
+
+    @property
+    def _held(self) -> HeldOut:
+        """All its rows."""
+        (held,) = self.fits.parts
+        assert held is not None, "an estimate has more rows than unknowns"
+        return held
+
+    @cached_property
+    def by_joint(self) -> Score:
+        """How well the currents of each joint are predicted, as of a fit of each joint alone."""
+        held = self._held
+        rows, n, blocks = self.solution.rows, self.problem.structure.arm.n, held.fit.blocks
+        left = held.predicted(held.fit.residual[:, None]).reshape(-1)[held.place] / rows.weight
+        squares, counts = np.zeros((n, blocks)), np.zeros((n, blocks))
+        np.add.at(squares, (rows.joint, held.fit.block), left**2)
+        np.add.at(counts, (rows.joint, held.fit.block), 1.0)
+        return Score(squares, counts)
+
+    def stacked(self, columns: Sequence[Array | None]) -> Array:
+        """Columns of each joint's rows as the estimate has them, (R, m)."""
+        rows = self.solution.rows
+        width = next(each.shape[1] for each in columns if each is not None)
+        return np.vstack(
+            [each if (each := columns[j]) is not None else np.zeros((_count(rows.of(j)), width)) for j in rows.unknowns]
+        )
+
+    def weighted(self, direction: Direction) -> Direction:
+        """A direction by the rows of the estimate's fit, which is one part."""
+        weight = self.solution.rows.weight[:, None]
+        return replace(direction, columns=(weight * self.stacked(direction.columns),))
+
+    def added(self, direction: Direction) -> Added | None:
+        """What a direction adds; None if the estimate knows all that it says."""
+        return self.each_added([direction])[0]
+
+    def each_added(self, directions: Sequence[Direction]) -> list[Added | None]:
+        """What each of many directions adds, alone."""
+        return each_added(self.fits, [self.weighted(each).columns for each in directions])
+
+    def beside(self, direction: Direction) -> "Stated":
+        """The same estimate beside a model that has the direction."""
+        held = self._held
+        (columns,) = self.weighted(direction).columns
+        assert columns is not None, "weighted"
+        columns = column_space(columns)
+        left = held.fit.without(columns)
+        values, turn = np.linalg.eigh(columns.T @ left)  # with what is believed, less than left' left
+        new = left @ turn[:, values > UNSEEN] / np.sqrt(values[values > UNSEEN])
+        fit = replace(
+            held.fit,
+            residual=held.fit.residual
+            - new @ (turn[:, values > UNSEEN].T @ (columns.T @ held.fit.residual) / np.sqrt(values[values > UNSEEN])),
+            Q=np.column_stack((held.fit.Q, new)),
+        )
+        return replace(self, fits=fits_of([held_out(fit)]))
+
+    def effects(self, currents: Array, beside: "Stated | None" = None) -> tuple[Effect, ...]:
+        """Error of each gain if some currents have no place in the model.
+
+        Beside another model than the estimate's, what the two gains differ by belongs to the error.
+
+        Args:
+            currents: What is added to the rows, shape (R,).
+            beside: The estimate beside them. Errors are held against what is claimed with what it leaves of the
+                currents: what a fault adds to the residual is part of the damage.
+        """
+        own, told = self.solution, self.estimate.solution
+        moved = -(own.influence @ currents) / own.inverse
+        moved += (1.0 + moved) * (own.inverse / told.inverse - 1.0)
+        place = {int(j): k for k, j in enumerate(own.joints)}
+        return tuple(
+            Effect(
+                joint=j,
+                percent=100.0 * float(moved[place[j]]),
+                deviations=float(moved[place[j]]) / claimed(gain, 1.0 if beside is None else beside.left_of(j)),
+            )
+            for j, gain in enumerate(self.estimate.joints)
+            if isinstance(gain, IdentifiedGain)
+        )
+
+    def left_of(self, joint: int) -> float:
+        """Share of the estimate's residual of a joint, from 0, that this model leaves."""
+        held = self._held
+        rows, own = self.estimate.solution.rows, self.solution.rows.of(joint)
+        left = held.fit.residual[own] / self.solution.rows.weight[own]
+        before = float(np.linalg.norm(rows.residual[rows.of(joint)]))
+        return min(1.0, float(np.linalg.norm(left)) / before) if before > 0.0 else 1.0
+
+
+def stated(problem: Problem, estimate: GainEstimate, solution: GainSolution | None = None) -> Stated:
+    """Prepare the held-out predictions of an estimate, or of another solution of the same joints beside it."""
+    solution = estimate.solution if solution is None else solution
+    rows = solution.rows
+    lengths = row_counts(problem)
+    block = numbered_blocks(rows.motion, rows.position, lengths)
+    fit = FreeFit(
+        V=rows.weight * rows.V, residual=rows.weight * rows.residual, Q=rows.explained, block=block,
+        blocks=BLOCKS * len(lengths),
+    )  # fmt: skip
+    return Stated(problem, estimate, solution, fits_of([held_out(fit)]))
+
+
+def claimed(gain: IdentifiedGain, left: float = 1.0) -> float:
+    """Relative standard deviation that is claimed of a gain, and no less than any payload is weighed.
+
+    Args:
+        gain: The gain.
+        left: Share of the residual that would be left.
+    """
+    total = float(np.linalg.norm((left * gain.std, gain.payload_std, gain.model_std)))
+    return max(total / abs(gain.value), FINEST)
+
+
+def _count(part: slice) -> int:
+    return part.stop - part.start

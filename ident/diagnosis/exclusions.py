@@ -1,0 +1,178 @@
+"""What logs exclude, and what they cannot tell: the comparison the other way round.
+
+A small fault is excluded beyond the size at which its prediction is surely worse; a gross one where it leaves so much
+more of the currents that nothing it could gain elsewhere makes up for it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ident.diagnosis.alternative import Direction
+from ident.diagnosis.candidates import SHOWN
+from ident.diagnosis.catalog import payload
+from ident.diagnosis.comparison import Fits, each_z, gains
+from ident.diagnosis.diagnosis import Exclusion
+from ident.diagnosis.engine import Survey
+from ident.diagnosis.estimate_model import Stated
+from ident.diagnosis.screening import Screened
+
+SIZES = np.geomspace(1e-2, 1.0, 41)
+"""Sizes that are tried, in units of the largest that the derivative says."""
+SURELY_WORSE = 30.0
+"""Log likelihood on few instants that a gross alternative must lose to be excluded: z = 4, twice over."""
+BOUNDED = (
+    ("zero", "zeros", "q", False),
+    ("delay", "delays of all currents", "", False),
+    ("delay", "delays of one current in one log", "v", True),
+    ("lengths", "errors of all lengths", "", False),
+    ("clock", "errors of the clock", "", False),
+    ("current scale", "errors of all currents' scale in one log", "", True),
+    ("current scale", "errors of one current's scale in one log", "v", True),
+)
+"""Families whose excluded sizes are told, how, the column that each joint has one of ("" where it is one of all), and
+whether they are those of one log."""
+FARTHEST = 0.1
+"""Largest error of a payload's centre that is tried [m]."""
+GROSS = {
+    "sign": "another sign of q{joints}",
+    "current sign": "another sign of v{joints} in one log",
+    "joint reversed": "q and v of joint {joints} negated in one log",
+    "order": "exchanged or reordered columns",
+    "base": "another orientation of the base",
+    "unit": "another unit of positions",
+    "gravity compensation": "gravity-compensated currents",
+}
+"""Families that are excluded as a whole or by joint, and how that is told."""
+SIZED = ("zero", "lengths", "clock", "current scale")
+"""Families whose sizes are bounded instead, or that no log without another shows."""
+QUARTER = 135.0
+"""Size of a zero that is nearer to half a turn than to a quarter [degrees]."""
+NAMED = 2
+"""Alternatives that a sentence names."""
+
+
+def bound(fits: Fits, direction: Direction) -> float | None:
+    """Size beyond which a direction of one parameter is excluded either way; None if it is not."""
+    score = fits.score
+    cross, square = np.zeros_like(score.squares), np.zeros_like(score.squares)
+    for j, part in enumerate(fits.parts):
+        columns = direction.columns[j]
+        if part is not None and columns is not None:
+            held = part.predicted(np.column_stack((part.fit.residual, part.fit.without(columns))))
+            cross[j] = np.sum(held[..., 0] * held[..., 1], axis=1)
+            square[j] = np.sum(held[..., 1] ** 2, axis=1)
+    sizes = direction.largest * SIZES
+    x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (sizes, 2, 1, 1)
+    u = gains(score, replace(score, squares=score.squares - 2.0 * x * cross + x**2 * square))  # (sizes, 2, blocks)
+    lost = np.flatnonzero((each_z(u) < -SHOWN).all(axis=-1))
+    return float(sizes[lost[0]]) if len(lost) else None
+
+
+def exclusions(seen: Survey) -> list[Exclusion]:
+    """What the logs exclude, a sentence a family."""
+    found = list[Exclusion]()
+    for family, words, column, one_log in BOUNDED:
+        sizes = _sizes(seen, family, of_joints=bool(column), one_log=one_log)
+        for unit in dict.fromkeys(unit for _, unit in sizes):
+            same = {joints: _rounded(size) for (joints, at), size in sizes.items() if at == unit}
+            limits = ", ".join(f"{size:g}{''.join(f' ({column}{j + 1})' for j in at)}" for at, size in same.items())
+            joints, limit = tuple(j for at in same for j in at), max(same.values())
+            sentence = f"{words} beyond {limits} {unit}"
+            found.append(Exclusion(family=family, sentence=sentence, joints=joints, limit=limit, unit=unit))
+    return [*found, *_gross(seen)]
+
+
+def _sizes(seen: Survey, family: str, *, of_joints: bool, one_log: bool) -> dict[tuple[tuple[int, ...], str], float]:
+    """Largest size of a family that is not excluded, by joints and unit; of one log, the worst of all logs."""
+    count = 1 if one_log else len(seen.logs.recordings)
+    own = [each for each in seen.directions if each.family == family and len(each.joints) == of_joints]
+    own = [each for each in own if len(each.logs) == count]
+    found = dict[tuple[tuple[int, ...], str], float]()
+    for each in own:
+        size = bound(seen.logs.model.fits, each)
+        unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)  # of a factor, its distance from 1
+        found[each.joints, unit] = max(found.get((each.joints, unit), 0.0), np.inf if size is None else scale * size)
+    return {key: size for key, size in found.items() if np.isfinite(size)}
+
+
+def centres_excluded(base: Stated) -> Iterator[Exclusion]:
+    """How far off the centres of payloads that are stated cannot be, along any axis."""
+    for each in payload.directions(base.problem, base.estimate):
+        if each.family == "payload centre" and each.prior_std is None:
+            (columns,) = base.weighted(each).columns
+            assert columns is not None, "weighted"
+            axes = (replace(each, columns=(axis[:, None],), largest=FARTHEST) for axis in columns.T)
+            sizes = [np.inf if (size := bound(base.fits, axis)) is None else size for axis in axes]
+            if sizes and max(sizes) < np.inf:
+                limit = _rounded(max(sizes) * each.scale)
+                millimetre = 1e-3 * base.stacked(each.columns).T
+                moved = max((abs(gain.percent) for axis in millimetre for gain in base.effects(axis)), default=0.0)
+                sentence = f"errors of the payload's centre beyond {limit:g} mm (1 mm moves a gain by {moved:.1g} %)"
+                yield Exclusion(family=each.family, sentence=sentence, limit=limit, unit=each.unit)
+
+
+def _gross(seen: Survey) -> Iterator[Exclusion]:
+    """Families all of whose alternatives are excluded; where these are of single joints, those of some joints."""
+    for family in dict.fromkeys(each.alternative.family for each in seen.gross if each.alternative.family not in SIZED):
+        words = GROSS.get(family, f"another {family}")
+        own = [each for each in seen.gross if each.alternative.family == family]
+        lost = [each for each in own if _loss(each) > SURELY_WORSE]
+        still = {each.alternative.joints for each in own if _loss(each) <= SURELY_WORSE}
+        joints = sorted({each.alternative.joints for each in own} - still)
+        if joints and all(len(each) == 1 for each in joints):
+            named = tuple(j for (j,) in joints)
+            yield Exclusion(family=family, sentence=words.format(joints=_numbers(named)), joints=named)
+        elif lost and "{joints}" not in words:
+            many = "" if len(lost) == len(own) else f" ({len(lost)} of {len(own)} cases)"
+            yield Exclusion(family=family, sentence=f"{words}{many}")
+
+
+def untold(seen: Survey, excluded: Sequence[Exclusion] = ()) -> Iterator[str]:
+    """What cannot be checked from these logs: by joint, then the rest.
+
+    Args:
+        seen: What all alternatives say of them.
+        excluded: What they exclude.
+    """
+    open_ones = [each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE]
+    n = seen.logs.structure.arm.n
+    every = tuple(range(len(seen.logs.recordings)))
+    for j in range(n):
+        own = [each for each in open_ones if each.joints == (j,) and each.logs == every]
+        kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
+        if kinds:
+            half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
+            what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
+            yield f"half a turn of q{j + 1}" if half else f"{what} of q{j + 1}"
+    for scales in (each for each in excluded if each.family == "current scale" and each.joints):
+        open_scales = [j for j in range(n) if j not in scales.joints]
+        if open_scales:
+            yield f"scale of v{_numbers(open_scales)} in one log"
+    rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family != "clock"]
+    if rest:
+        yield f"whether {_few([each.words for each in rest])}"
+
+
+def _loss(each: Screened) -> float:
+    """Log likelihood that an alternative loses."""
+    return -float(each.gain.sum())
+
+
+def _few(words: Sequence[str]) -> str:
+    more = f", or {len(words) - NAMED} more" if len(words) > NAMED else ""
+    return ", or ".join(words[:NAMED]) + more
+
+
+def _numbers(joints: Sequence[int]) -> str:
+    """Joints from 0 as `2 to 5` or `2, 4`."""
+    numbers = sorted(j + 1 for j in joints)
+    if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
+        return f"{numbers[0]} to {numbers[-1]}"
+    return ", ".join(str(each) for each in numbers)
+
+
+def _rounded(x: float) -> float:
+    """Up to two digits."""
+    return float(f"{x:.2g}")

@@ -1,0 +1,246 @@
+"""Currents of the fitted arm along each log, and what small faults would change of them, to first order.
+
+All joints are fitted at once with plain friction and stiff joints (`ident.estimation.all_joints`), payloads free and
+the gain of one joint set to 1: nothing has to be known beforehand, and currents do not depend on that scale. Each fault
+is then a column of currents a joint, evaluated beside the rows' own filter.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from ident.estimation.all_joints.displacement import States, displaced_torques
+from ident.estimation.all_joints.friction import own_columns
+from ident.estimation.all_joints.reduction import reduced_joint
+from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting
+from ident.estimation.all_joints.start import friction_z
+from ident.estimation.all_joints.stiffness import assumed_compliance
+from ident.estimation.all_joints.terms import torque_terms
+from ident.estimation.all_joints.torques import TORQUE_RATE
+from ident.estimation.problem import Problem
+from ident.model.arm import Arm
+from ident.model.inverse_dynamics import inverse_dynamics
+from ident.observation.full_rate import FullRate
+from ident.payload.payload import Payload
+from ident.support.arrays import Array, Indices
+from ident.support.errors import IdentificationError
+
+STEP = 1e-3
+"""Relative change that derivatives without a closed form are differences over."""
+PRIOR_STD = 1.0
+"""Of the logarithm of a gain, as `nls` has it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A fit of all joints to logs of whatever payloads.
+
+    Attributes:
+        problem: The logs; nothing of their payloads is known.
+        ready: What the fit started from.
+        fitted: The fit.
+    """
+
+    problem: Problem
+    ready: Setting
+    fitted: Fitted
+
+    @property
+    def arm(self) -> Arm:
+        """The arm."""
+        return self.problem.structure.arm
+
+    @property
+    def h(self) -> Array:
+        """1/g of each joint beside the one that was set, shape (n,)."""
+        return self.fitted.fit.found.h
+
+    @cached_property
+    def motions(self) -> tuple["ReferenceMotion", ...]:
+        """Each log."""
+        return tuple(ReferenceMotion(self, k) for k in range(len(self.problem.motions)))
+
+    @cached_property
+    def softened(self) -> tuple[Array, ...]:
+        """Change of each joint's currents per compliance of each joint, n arrays of shape (r_j, n)."""
+        found = torque_terms(
+            self.problem, self.ready.shared, self.fitted.own, self.fitted.fit, compliance=True, forms=()
+        )
+        return tuple(h * each for h, each in zip(self.h, found.softened, strict=True))
+
+    @cached_property
+    def compliance(self) -> Array:
+        """Compliance that each joint may well have [rad / (N m)] or [m / N], shape (n,), in the units of `softened`."""
+        return assumed_compliance(self.problem, self.ready.shared, self.fitted.fit.found.theta)
+
+    def explained(self, log: int) -> tuple[Array, ...]:
+        """What the fit explains of the currents of each joint's rows, zero outside a log, n arrays of shape (r_j,)."""
+        rows = self.fitted.fit.rows
+        found = np.where(rows.motion == log, rows.V - rows.residual, 0.0)
+        return tuple(found[rows.of(j)] for j in range(self.arm.n))
+
+    def parameters(self, log: int) -> Array:
+        """Standard parameters of links, rotors and payload that move in a log, shape (p,)."""
+        structure, shared = self.problem.structure, self.ready.shared
+        theta = self.fitted.fit.found.theta
+        chi = np.zeros(structure.base.regrouping.shape[1])
+        chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+        for mounted, values in zip(self.problem.payloads, shared.payload_values(theta), strict=True):
+            if self.problem.motions[log].payload is mounted:
+                chi[structure.payload_columns] += values
+        return chi
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceMotion:
+    """One log of a reference: states at a rate that torques need, and what makes rows of their columns."""
+
+    reference: Reference
+    log: int
+
+    @cached_property
+    def behind(self) -> FullRate:
+        """The motion at full rate."""
+        found = self.reference.problem.motions[self.log].observation.full_rate
+        assert found is not None, "asked of recordings only"
+        return found
+
+    @cached_property
+    def _at(self) -> Indices:
+        behind = self.behind
+        stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
+        return np.append(np.arange(0, len(behind.q) - 1, stride), len(behind.q) - 1)
+
+    @cached_property
+    def states(self) -> States:
+        """At `TORQUE_RATE`."""
+        at = self._at
+        return States(self.behind.q[at], self.behind.dq[at], self.behind.ddq[at])
+
+    @cached_property
+    def chi(self) -> Array:
+        """Standard parameters, shape (p,)."""
+        return self.reference.parameters(self.log)
+
+    @cached_property
+    def torque(self) -> Array:
+        """Of links, rotors and payload, at `TORQUE_RATE`, shape (S, n)."""
+        return self.of(self.reference.arm, self.chi, self.states)
+
+    @staticmethod
+    def of(arm: Arm, chi: Array, states: States) -> Array:
+        """Torques of an arm, shape (S, n)."""
+        return inverse_dynamics(arm, chi, states.q, states.dq, states.ddq)
+
+    def rows(self, torque: Array) -> tuple[Array, ...]:
+        """Currents of each joint's rows by torques at `TORQUE_RATE`.
+
+        Args:
+            torque: m torques of each joint, shape (S, n, m).
+
+        Returns:
+            n arrays of shape (r_j, m).
+        """
+        own = self.reference.problem.motions[self.log].observation.joints
+        moving, (at, weight) = self.behind.moving[self._at], self._filter
+        return tuple(
+            self.reference.h[j]
+            * np.einsum(
+                "rl,rlm->rm", weight[each.position], np.where(moving[:, j, None], torque[:, j], 0.0)[at[each.position]]
+            )
+            for j, each in enumerate(own)
+        )
+
+    @cached_property
+    def _filter(self) -> tuple[Indices, Array]:
+        """The decimation filter at these times: which of them each row feels, and how much, (rows, l) each."""
+        D = self.behind.decimator
+        begin = D.factor * np.arange(D.rows(len(self.behind.q)))  # sample at which a row's filter begins
+        first = np.searchsorted(self._at, begin)
+        count = int(np.max(np.searchsorted(self._at, begin + len(D.kernel)) - first, initial=1))
+        at = np.minimum(first[:, None] + np.arange(count), len(self._at) - 1)
+        lag = self._at[at] - begin[:, None]
+        weight = np.where(lag < len(D.kernel), D.kernel[np.minimum(lag, len(D.kernel) - 1)], 0.0)
+        return at, weight / weight.sum(axis=1, keepdims=True)
+
+    def displaced(self) -> Array:
+        """Derivative of the torques by each joint's zero [N m / rad], shape (S, n, n)."""
+        still = States(np.ones_like(self.states.q), np.zeros_like(self.states.q), np.zeros_like(self.states.q))
+        return displaced_torques(self.reference.arm, self.chi, self.states, still)
+
+    def changed(self, arm: Arm) -> Array:
+        """Derivative of the torques by a change of the arm that was made by `STEP`, shape (S, n)."""
+        return (self.of(arm, self.chi, self.states) - self.torque) / STEP
+
+    def tilted(self) -> Array:
+        """Derivative by a turn of the base about two axes across gravity [N m / rad], shape (S, n, 2)."""
+        arm, states = self.reference.arm, self.states
+        still = States(states.q, np.zeros_like(states.q), np.zeros_like(states.q))
+        return np.stack(
+            [self.of(replace(arm, gravity=np.cross(axis, arm.gravity)), self.chi, still) for axis in across(arm)],
+            axis=-1,
+        )
+
+    def hurried(self) -> Array:
+        """Derivative by a factor of the seconds, shape (S, n)."""
+        states = self.states
+        slower = States(states.q, states.dq * (1.0 - STEP), states.ddq * (1.0 - 2.0 * STEP))
+        return (self.of(self.reference.arm, self.chi, slower) - self.torque) / STEP
+
+    def rate(self) -> Array:
+        """Rate of change of the torques and of viscous friction [N m / s], shape (S, n)."""
+        t = self._at * self.behind.period
+        rate = scipy.interpolate.make_interp_spline(t, self.torque, k=3)(t, 1)
+        return rate + self._viscous() / self.reference.h * self.states.ddq
+
+    def _viscous(self) -> Array:
+        """Coefficient of viscous friction of each joint in this log [drive units s/rad], shape (n,)."""
+        found = np.zeros(self.reference.arm.n)
+        fitted = self.reference.fitted
+        for j, (own, phi) in enumerate(zip(fitted.own, fitted.fit.phi, strict=True)):
+            for name, which, value in zip(own.names, own.motion, phi, strict=True):
+                if name == "Fv" and which in (-1, self.log):
+                    found[j] = value
+        return found
+
+
+def across(arm: Arm) -> Array:
+    """Two unit vectors across gravity, shape (2, 3)."""
+    return scipy.linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
+
+
+def reference(problem: Problem) -> Reference | None:
+    """Fit all joints; None where no such fit is found, as of logs that are of another arm altogether."""
+    if any(motion.observation.full_rate is None for motion in problem.motions):
+        return None
+    unknown = _unknown(problem)
+    try:
+        ready = setting(unknown, per_motion=True, prior_std=PRIOR_STD, given=[GivenGain(0, 1.0)])
+        ready = replace(ready, given=(_braked(ready),))
+        fitted = fit_with(ready, [{} for _ in range(ready.n)], (), None)
+    except IdentificationError:
+        return None
+    return Reference(unknown, ready, fitted)
+
+
+def _braked(ready: Setting) -> GivenGain:
+    """A gain of size 1 for the joint whose friction shows surest, with the sign by which it brakes."""
+    z = list[float]()
+    for each in ready.columns:
+        own = own_columns(each, {}, per_motion=True)
+        z.append(friction_z(reduced_joint(each, own), own.names))
+    surest = int(np.argmax(np.abs(z)))
+    return GivenGain(surest, -1.0 if z[surest] < 0.0 else 1.0)
+
+
+def _unknown(problem: Problem) -> Problem:
+    """The same logs, nothing known of their payloads; the first mounting counts as bare."""
+    first = problem.motions[0].payload
+    others = {id(each): Payload(mass=1.0, known="none") for each in problem.payloads if each is not first}
+    motions = tuple(
+        replace(each, payload=None if each.payload is None else others.get(id(each.payload)))
+        for each in problem.motions
+    )
+    return replace(problem, motions=motions)

@@ -1,0 +1,101 @@
+"""What gains themselves give to doubt: another sign than friction, far from the others, badly explained currents."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ident.diagnosis.autocorrelation import autocorrelation
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.gain_signs import FRICTION_Z, joint_signs
+
+FAR = 100.0
+"""Factor from the median of the other gains from which a unit is suspected; joints of one arm differ by 30."""
+SURE_LOAD_Z = 10.0
+"""Standard deviations of 1/g from zero above which the sign of the load is trusted; every identified gain has them."""
+UNEXPLAINED = 0.15
+"""Share of a joint's current above which its residual is worth a word."""
+
+
+def symptoms(estimate: GainEstimate, causes: Diagnosed) -> Diagnosed:
+    """What gains and residuals give to doubt; beside faults of the logs, what they alone would refuse.
+
+    Args:
+        estimate: The gains.
+        causes: What is said of the logs.
+    """
+    autocorrelated = autocorrelation(estimate)
+    found = [*gain_diagnoses(estimate), *([] if autocorrelated is None else [autocorrelated])]
+    if causes.severity is Severity.WRONG:
+        found = [each for each in found if each.severity is Severity.WRONG]
+    return Diagnosed(diagnoses=tuple(found))
+
+
+def gain_diagnoses(estimate: GainEstimate) -> list[Diagnosis]:
+    """What the gains of an estimate give to doubt."""
+    found = {j: each.value for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
+    return [*_contradicted(estimate), *negative(found), *far_off(found), *_unexplained(estimate)]
+
+
+def negative(gains: dict[int, float]) -> Iterator[Diagnosis]:
+    """Gains below zero, by joint from 0."""
+    for j, gain in gains.items():
+        if gain < 0.0:
+            yield Diagnosis(
+                name="negative gain",
+                severity=Severity.WEAK,
+                sentence=f"joint {j + 1}: the gain is negative, v{j + 1} has the other sign than q{j + 1} in every log",
+                advice=f"fine for a motor mounted the other way; else negate v{j + 1} or q{j + 1}",
+                joints=(j,),
+                value=gain,
+                unit="N m/unit",
+            )
+
+
+def far_off(gains: dict[int, float]) -> Iterator[Diagnosis]:
+    """Gains far from the others, by joint from 0; of one gain there is nothing to say."""
+    for j, gain in gains.items():
+        others = [abs(each) for k, each in gains.items() if k != j]
+        ratio = abs(gain) / float(np.median(others)) if others else 1.0
+        if not 1.0 / FAR < ratio < FAR:
+            yield Diagnosis(
+                name="gain outlier",
+                severity=Severity.WEAK,
+                sentence=f"joint {j + 1}: the gain is {ratio:.2g} times the median of the others",
+                advice=f"check the unit of v{j + 1}",
+                joints=(j,),
+                value=ratio,
+                unit="times",
+            )
+
+
+def _contradicted(estimate: GainEstimate) -> Iterator[Diagnosis]:
+    """Joints whose gain has one sign by the payload and the other by friction."""
+    signs = joint_signs(estimate)
+    sure = (np.abs(signs.load_z) > SURE_LOAD_Z) & (np.abs(signs.friction_z) > FRICTION_Z)
+    for k in np.flatnonzero(sure & (signs.load_z * signs.friction_z < 0.0)):
+        j = int(estimate.solution.joints[k])
+        if isinstance(estimate.joints[j], IdentifiedGain):
+            yield Diagnosis(
+                name="sign of the gain",
+                severity=Severity.WRONG,
+                sentence=f"joint {j + 1}: the gain has one sign by the payload and the other by friction",
+                advice=f"check the signs of q{j + 1} and v{j + 1}, the model and the payload's centre of mass",
+                joints=(j,),
+            )
+
+
+def _unexplained(estimate: GainEstimate) -> Iterator[Diagnosis]:
+    """Joints whose currents the model explains badly."""
+    for j in range(len(estimate.joints)):
+        share = estimate.residual_share(j)
+        if share is not None and share > UNEXPLAINED:
+            yield Diagnosis(
+                name="residual",
+                severity=Severity.WEAK,
+                sentence=f"joint {j + 1}: the model leaves {100.0 * share:.0f} % of the current unexplained",
+                advice="check that the model is of this robot, with its couplings, friction and base",
+                joints=(j,),
+                value=100.0 * share,
+                unit="%",
+            )

@@ -1,0 +1,320 @@
+"""Which of many readings are worth a full comparison: all of them on few instants, through normal equations.
+
+Currents are filtered, the regressor is taken at single instants: it lacks what the filter does to products and to
+friction steps, so that a small fault may be imitated. What is found here is compared on the estimator's rows
+(`ident.diagnosis.comparison`) before anything is said of it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from ident.diagnosis.alternative import Alternative
+from ident.diagnosis.hypothesis import LogReading, Reading, as_logged
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.subsampled_states import Instants, instants
+from ident.model.arm import Arm
+from ident.model.base import independent_columns
+from ident.model.parameters import STANDARD
+from ident.model.regressor import regressor
+from ident.model.structure import Structure, structure_of
+from ident.support.arrays import Array, Indices
+
+INSTANTS = 90
+"""Instants of each log."""
+RIDGE = 1e-10
+"""As in the comparison, of instants that are fewer."""
+ASLANT = np.array([3.6, -4.8, 8.0])
+"""Gravity [m/s^2] along no axis: what no torque shows under it, none shows under any."""
+TOGETHER = 16
+"""Readings of a log whose regressors are found in one recursion; more leave the processor's cache."""
+NOTHING = 1e-3
+"""Share of a current below which nothing is left to explain: filters leave as much of exact data."""
+DRIFTING = np.array([STANDARD.index(name) for name in ("Fv", "Fc", "off")])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Screened:
+    """What an alternative leaves of each column of currents on the instants, beside the logs as they are.
+
+    Attributes:
+        alternative: Which.
+        gain: Log likelihood of white residuals that it gains, of each column of currents, shape (n,).
+    """
+
+    alternative: Alternative
+    gain: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Normal:
+    """Normal equations of one log under S readings of its positions.
+
+    Attributes:
+        gram: Of the columns that the log has, n arrays (S, p_k, p_k).
+        rhs: Columns times all currents, n arrays (S, p_k, n).
+        square: Sum of squares of each current on each joint's instants, joint first, shape (S, n, n).
+        rows: Instants of each joint, shape (S, n).
+    """
+
+    gram: list[Array]
+    rhs: list[Array]
+    square: Array
+    rows: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Columns:
+    """Where the columns of one log stand among those of all logs, for one joint.
+
+    Attributes:
+        chosen: Of the standard regressor, shape (p_k,).
+        place: Among the columns of all logs, shape (p_k,).
+        count: Columns of all logs.
+    """
+
+    chosen: Indices
+    place: Indices
+    count: int
+
+
+State = tuple[int, bytes, bytes]
+"""A log, and what tells readings of its positions and of the arm apart."""
+
+
+def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
+    """What alternatives gain on few instants, the best first."""
+    given = as_logged(logs.structure.arm, len(logs.recordings))
+    at = looked_at(logs)
+    left, freedom = unexplained(logs, [given, *(each.reading for each in alternatives)], at)
+    rms = [np.mean(each.v**2, axis=0) for each in at]
+    noise = NOTHING**2 * np.column_stack(rms)  # (n, logs)
+    known = np.isfinite(left[0]) & np.isfinite(left[1:])
+    ratio = np.maximum(left[0], noise) / np.maximum(np.where(known, left[1:], 1.0), noise)
+    gain = 0.5 * np.minimum(freedom[0], freedom[1:]) * np.log(np.where(known, ratio, 1.0))
+    found = [Screened(each, own.sum(axis=1)) for each, own in zip(alternatives, gain, strict=True)]
+    return sorted(found, key=lambda each: -float(each.gain.sum()))
+
+
+def looked_at(logs: Logs) -> list[Instants]:
+    """The instants of each log."""
+    return [instants(each, INSTANTS, logs.observing) for each in logs.recordings]
+
+
+def unexplained(logs: Logs, readings: Sequence[Reading], at: Sequence[Instants]) -> tuple[Array, Array]:
+    """What readings leave of the currents.
+
+    Args:
+        logs: The logs.
+        readings: Of them.
+        at: Their instants.
+
+    Returns:
+        Mean squares of each column of currents in each log, in its own unit, infinite where instants are too few, and
+        degrees of freedom, each of shape (readings, n, logs).
+    """
+    left, freedom = np.empty((2, len(readings), logs.structure.arm.n, len(at)))
+    upright = np.array([bool((each.gravity == logs.structure.arm.gravity).all()) for each in readings])
+    for which in (True, False):
+        own = np.flatnonzero(upright == which)
+        if len(own):
+            left[own], freedom[own] = _left(logs, at, [readings[int(k)] for k in own], upright=which)
+    return left, freedom
+
+
+def _left(logs: Logs, at: Sequence[Instants], readings: Sequence[Reading], *, upright: bool) -> tuple[Array, Array]:
+    """Mean square that readings leave of each column of each log in its own unit, and instants, (K, n, logs) each."""
+    n, count = logs.structure.arm.n, len(at)
+    columns = _placed(logs, upright=upright)
+    number, normals = _normals(logs.structure.arm, at, readings, columns)
+    order = np.array([[how.v_order for how in each.logs] for each in readings])  # (K, logs, n)
+    unit = np.array([[how.v_factor for how in each.logs] for each in readings])
+    left, many = np.full((len(readings), n, count), np.inf), np.zeros((len(readings), n, count))
+    every = np.arange(len(readings))
+    for j in range(n):
+        equations = np.column_stack((number, order[..., j], unit[..., j]))
+        _, once, again = np.unique(equations, axis=0, return_index=True, return_inverse=True)
+        own = [each[j] for each in columns]
+        lost, rows, free = _solved(normals, own, j, number[once], order[once, :, j], unit[once, :, j])
+        total = rows.sum(axis=1, keepdims=True)
+        enough = free >= 1.0
+        share = np.where(enough, total / np.maximum(free, 1.0) / np.maximum(rows, 1.0), np.inf)
+        freedom = np.where(enough, rows * free / np.maximum(total, 1.0), 0.0)
+        for k in range(count):
+            left[every, order[:, k, j], k] = (lost * share)[again, k] / unit[:, k, j] ** 2
+            many[every, order[:, k, j], k] = freedom[again, k]
+    return left, many
+
+
+def _solved(
+    normals: Sequence[_Normal], columns: Sequence[_Columns], j: int, number: Indices, current: Indices, unit: Array
+) -> tuple[Array, Array, Array]:
+    """Fit one joint's currents to the columns of all logs, by each of u combinations of readings.
+
+    Args:
+        normals: Of each log.
+        columns: Likewise.
+        j: The joint.
+        number: Reading of the positions of each log, shape (u, logs).
+        current: Column of the joint's currents in each log, shape (u, logs).
+        unit: What these are multiplied by, shape (u, logs).
+
+    Returns:
+        Squares left in each log and its instants, each of shape (u, logs), and degrees of freedom, shape (u, 1).
+    """
+    size = columns[0].count
+    gram, b, parts = np.zeros((len(number), size, size)), np.zeros((len(number), size)), list[tuple[Array, Array]]()
+    for k, (own, each) in enumerate(zip(normals, columns, strict=True)):
+        placed = np.zeros((len(own.rows), size, size))
+        placed[:, each.place[:, None], each.place] = own.gram[j]
+        rhs = np.zeros((len(number), size))
+        rhs[:, each.place] = own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None]
+        gram += placed[number[:, k]]
+        b += rhs
+        parts.append((placed, rhs))
+    scale = np.sqrt(np.einsum("kpp->kp", gram))
+    felt = scale > 0.0
+    scale[~felt] = 1.0
+    gram /= scale[:, :, None]
+    gram /= scale[:, None, :]
+    gram[:, np.arange(size), np.arange(size)] += np.where(felt, RIDGE, 1.0)
+    x = np.linalg.solve(gram, (b / scale)[..., None])[..., 0] / scale
+    square = np.column_stack([own.square[number[:, k], j, current[:, k]] for k, own in enumerate(normals)]) * unit**2
+    fitted = [
+        np.sum(x * ((placed[number[:, k]] @ x[..., None])[..., 0] - 2.0 * rhs), axis=1)
+        for k, (placed, rhs) in enumerate(parts)
+    ]
+    rows = np.column_stack([own.rows[number[:, k], j] for k, own in enumerate(normals)])
+    free = rows.sum(axis=1, keepdims=True) - felt.sum(axis=1, keepdims=True)
+    return np.maximum(square + np.column_stack(fitted), 0.0), rows, free
+
+
+def _state(k: int, reading: Reading) -> State:
+    how = reading.logs[k]
+    read = how.q_factor.tobytes() + how.zero.tobytes() + how.q_order.tobytes() + np.float64(how.clock).tobytes()
+    return k, read, reading.gravity.tobytes() + reading.stretch.tobytes()
+
+
+def _normals(
+    own_arm: Arm, at: Sequence[Instants], readings: Sequence[Reading], columns: Sequence[Sequence[_Columns]]
+) -> tuple[Indices, list[_Normal]]:
+    """Normal equations of every log under every reading of it, each once; those of one arm in one recursion.
+
+    Returns:
+        Which of its equations are those of each reading, shape (K, logs), and the equations of each log.
+    """
+    asked = [[_state(k, each) for k in range(len(at))] for each in readings]
+    wanted = {state: each for each, own in zip(readings, asked, strict=True) for state in own}
+    arms = dict[bytes, list[State]]()
+    for state in wanted:
+        arms.setdefault(state[2], []).append(state)
+    known = dict[bytes, tuple[Array, Array]]()
+    listed, parts = [list[State]() for _ in at], [list[_Normal]() for _ in at]
+    for own in arms.values():
+        for start in range(0, len(own), TOGETHER):
+            part = sorted(own[start : start + TOGETHER], key=lambda state: state[0])
+            states = [_read(at[state[0]], wanted[state].logs[state[0]]) for state in part]
+            arm = wanted[part[0]].of_arm(own_arm)
+            at_once = [np.concatenate(each) for each in zip(*states, strict=True)]
+            tilted = (arm.gravity != own_arm.gravity).any()
+            W = _by_gravity(arm, known, *at_once) if tilted else regressor(arm, *at_once)
+            first = 0
+            for k, log in enumerate(at):
+                mine = [state for state in part if state[0] == k]
+                moving = np.array([log.moving[:, wanted[state].logs[k].q_order] for state in mine], dtype=np.float64)
+                last = first + len(mine) * len(log.v)
+                if mine:
+                    parts[k].append(_normal(W[first:last].reshape(*moving.shape, -1), log.v, moving, columns[k]))
+                first = last
+                listed[k] += mine
+    number = {state: place for own in listed for place, state in enumerate(own)}
+    return np.array([[number[state] for state in each] for each in asked]), [_joined(each) for each in parts]
+
+
+def _by_gravity(arm: Arm, known: dict[bytes, tuple[Array, Array]], q: Array, dq: Array, ddq: Array) -> Array:
+    """The regressor of states, in which gravity is linear: of the same states under many gravities four are found."""
+    key = arm.translation.tobytes() + q.tobytes() + dq.tobytes()
+    if key not in known:
+        still = np.zeros_like(q)
+        weightless = regressor(replace(arm, gravity=np.zeros(3)), q, dq, ddq)
+        steady = regressor(replace(arm, gravity=np.zeros(3)), q, still, still)
+        along = np.stack([regressor(replace(arm, gravity=axis), q, still, still) - steady for axis in np.eye(3)])
+        known.clear()
+        known[key] = (weightless, along)
+    weightless, along = known[key]
+    return weightless + np.tensordot(arm.gravity, along, axes=1)
+
+
+def _read(at: Instants, how: LogReading) -> tuple[Array, Array, Array]:
+    """States of the arm at the instants of a log that is read so."""
+    q, dq, ddq = (how.q_factor * each[:, how.q_order] for each in (at.q, at.dq, at.ddq))
+    return q + how.zero, dq / how.clock, ddq / how.clock**2
+
+
+def _normal(W: Array, v: Array, moving: Array, columns: Sequence[_Columns]) -> _Normal:
+    """Equations of a log, (N, n) currents, under S readings: regressors (S, N, n, p), instants that move (S, N, n)."""
+    gram, rhs = list[Array](), list[Array]()
+    for j, each in enumerate(columns):
+        X = W[:, :, j, each.chosen] * moving[:, :, j, None]
+        gram.append(X.swapaxes(1, 2) @ X)
+        rhs.append(X.swapaxes(1, 2) @ v)  # of instants that do not move X is zero
+    return _Normal(gram, rhs, moving.swapaxes(1, 2) @ v**2, moving.sum(axis=1))
+
+
+def _joined(parts: Sequence[_Normal]) -> _Normal:
+    """Equations of one log under more readings."""
+    return _Normal(
+        gram=[np.concatenate(each) for each in zip(*(part.gram for part in parts), strict=True)],
+        rhs=[np.concatenate(each) for each in zip(*(part.rhs for part in parts), strict=True)],
+        square=np.concatenate([part.square for part in parts]),
+        rows=np.concatenate([part.rows for part in parts]),
+    )
+
+
+def _placed(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
+    """Columns of each log and joint: the arm's own are common, friction and payload are a later log's own."""
+    unknowns = _unknowns(logs.structure, upright=upright)
+    motions = logs.problem.motions
+    found = list[list[_Columns]]()
+    ends = [len(each) for each in unknowns.arm]
+    for k, motion in enumerate(motions):
+        own = list[_Columns]()
+        for j, arm in enumerate(unknowns.arm):
+            more = [np.zeros(0, dtype=np.intp)]
+            if k > 0:
+                more.append(len(STANDARD) * j + DRIFTING)
+                if motion.payload is not motions[0].payload:
+                    more.append(unknowns.payload[j])
+            again = np.concatenate(more)
+            place = np.concatenate((np.arange(len(arm)), ends[j] + np.arange(len(again))))
+            own.append(_Columns(np.concatenate((arm, again)), place, 0))
+            ends[j] += len(again)
+        found.append(own)
+    return [[replace(each, count=ends[j]) for j, each in enumerate(own)] for own in found]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Unknowns:
+    """Columns of the standard regressor that are solved for on each joint: of the arm, and of a payload."""
+
+    arm: tuple[Indices, ...]
+    payload: tuple[Indices, ...]
+
+
+@lru_cache(maxsize=8)
+def _unknowns(structure: Structure, *, upright: bool) -> _Unknowns:
+    """Base columns of each joint alone, and those of the payload that it can tell apart, under any gravity if not its.
+
+    What no torque shows under gravity along no axis, none shows under any.
+    """
+    if not upright and structure.arm.gravity.any():
+        structure = structure_of(replace(structure.arm, gravity=ASLANT))
+    ten = np.arange(len(structure.payload_columns))
+    return _Unknowns(
+        arm=tuple(structure.base.columns[chosen] for chosen in structure.joint_independent),
+        payload=tuple(
+            structure.payload_columns[independent_columns(probes, [ten])] for probes in structure.payload_probes
+        ),
+    )

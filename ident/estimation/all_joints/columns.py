@@ -1,0 +1,120 @@
+"""What the model of all joints consists of: currents, shared columns, known torque, own columns, joint by joint."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.estimation.problem import Problem
+from ident.model.base import independent_columns
+from ident.model.parameters import INERTIAL
+from ident.model.structure import Structure
+from ident.support.arrays import Array, Indices
+
+OWN = ("Fv", "Fc", "off")
+"""Parameters of a joint that no other joint feels; they are solved for in drive units."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class JointColumns:
+    """Rows of one joint, the motions one after the other.
+
+    Attributes:
+        joint: The joint, from 0.
+        V: Currents [drive units], shape (r,).
+        shared: A: columns of the parameters that joints share, shape (r, p).
+        known: k: torque of the known payload parameters [N m], shape (r,).
+        own: Columns of viscous friction, Coulomb friction and offset by name, those of `OWN` that no shared parameter
+            replaces, each of shape (r,).
+        payload: Ten columns of each mounting, zero in the rows of other motions, shape (mountings, r, 10).
+        motion: Motion of each row, shape (r,).
+        position: Number of each row in its motion, those left out counted, shape (r,).
+    """
+
+    joint: int
+    V: Array
+    shared: Array
+    known: Array
+    own: dict[str, Array]
+    payload: Array
+    motion: Indices
+    position: Indices
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SharedParameters:
+    """Which parameters joints share.
+
+    Attributes:
+        arm: Places of the arm's among its base parameters, shape (a,).
+        free: Unknown parameters of each mounting that are independent of each other, index arrays into `INERTIAL`.
+        known: Values of each mounting's known parameters, zero for the others, shape (mountings, 10).
+        spread: What stated deviations may add to each mounting's known parameters, one column each of unit deviation,
+            shape (mountings, 10, 10).
+    """
+
+    arm: Indices
+    free: tuple[Indices, ...]
+    known: Array
+    spread: Array
+
+    @property
+    def count(self) -> int:
+        """Number of shared parameters, p."""
+        return len(self.arm) + sum(len(each) for each in self.free)
+
+    def payload_values(self, theta: Array) -> Array:
+        """All parameters of each mounting, known and found, shape (mountings, 10)."""
+        chi, first = self.known.copy(), len(self.arm)
+        for each, free in zip(chi, self.free, strict=True):
+            each[free] = theta[first : first + len(free)]
+            first += len(free)
+        return chi
+
+
+def shared_parameters(problem: Problem) -> SharedParameters:
+    """The shared parameters of a problem."""
+    base, probes = problem.structure.base, np.vstack(list(problem.structure.payload_probes))
+    names = np.array([name.rstrip("0123456789") for name in base.names])
+    known = [payload.known_part() for payload in problem.payloads]
+    return SharedParameters(
+        arm=np.flatnonzero(~np.isin(names, OWN)),
+        free=tuple(np.sort(independent_columns(probes, [np.flatnonzero(~each.mask)])) for each in known),
+        known=np.array([np.where(each.mask, each.chi, 0.0) for each in known]).reshape(len(known), len(INERTIAL)),
+        spread=np.array([each.spread for each in known]).reshape(len(known), len(INERTIAL), len(INERTIAL)),
+    )
+
+
+def joint_columns(problem: Problem, shared: SharedParameters) -> tuple[JointColumns, ...]:
+    """Rows of every joint."""
+    return tuple(_of_joint(problem, shared, joint) for joint in range(problem.structure.arm.n))
+
+
+def _of_joint(problem: Problem, shared: SharedParameters, joint: int) -> JointColumns:
+    structure, payloads = problem.structure, problem.payloads
+    parts = [motion.observation.joints[joint] for motion in problem.motions]
+    lengths = [len(part.V) for part in parts]
+    W = np.zeros((sum(lengths), len(structure.base.columns)))
+    W[:, parts[0].columns] = np.vstack([part.W for part in parts])
+    payload = np.zeros((len(payloads), sum(lengths), len(INERTIAL)))
+    starts = np.cumsum([0, *lengths])
+    for k, (motion, part) in enumerate(zip(problem.motions, parts, strict=True)):
+        for which, mounted in enumerate(payloads):
+            if motion.payload is mounted:
+                payload[which, starts[k] : starts[k + 1]] = part.W_L
+    free = [columns[:, each] for columns, each in zip(payload, shared.free, strict=True)]
+    return JointColumns(
+        joint=joint,
+        V=np.concatenate([part.V for part in parts]),
+        shared=np.hstack([W[:, shared.arm], *free]),
+        known=np.einsum("krp,kp->r", payload, shared.known),
+        own=_own_columns(structure, joint, W),
+        payload=payload,
+        motion=np.repeat(np.arange(len(parts)), lengths),
+        position=np.concatenate([part.position for part in parts]),
+    )
+
+
+def _own_columns(structure: Structure, joint: int, W: Array) -> dict[str, Array]:
+    places = {name: f"{name}{joint + 1}" for name in OWN}
+    names = structure.base.names
+    return {name: W[:, names.index(place)] for name, place in places.items() if place in names}

@@ -1,0 +1,111 @@
+"""Which inertial parameters a body can have: those whose pseudo-inertia is positive semidefinite."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.model.parameters import INERTIAL
+from ident.support.arrays import Array, Indices
+
+SMALLEST_BARRIER, SMALLER = 1e-11, 0.1
+"""Last weight of the barrier, in units of the squared distance, and its ratio to the one before."""
+MOST_STEPS = 100
+ENOUGH = 1e-12
+"""Decrease promised by a Newton step under which the next weight is taken, in units of the weight."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Bodies:
+    """Parameters of one or more bodies, in part unknown.
+
+    Attributes:
+        known: Values of the known ones, zero for the unknown, shape (bodies, 10).
+        body: Body of each unknown, shape (k,).
+        place: Place of each unknown in `INERTIAL`, shape (k,).
+    """
+
+    known: Array
+    body: Indices
+    place: Indices
+
+    @property
+    def fixed(self) -> Array:
+        """Pseudo-inertias of what is known, shape (bodies, 4, 4)."""
+        return np.array([pseudo_inertia(chi) for chi in self.known])
+
+    @property
+    def slopes(self) -> Array:
+        """Change of the pseudo-inertias by each unknown, shape (k, bodies, 4, 4)."""
+        slopes = np.zeros((len(self.body), len(self.known), 4, 4))
+        for k, (body, place) in enumerate(zip(self.body, self.place, strict=True)):
+            slopes[k, body] = pseudo_inertia(np.eye(len(INERTIAL))[place])
+        return slopes
+
+    def least(self, x: Array) -> float:
+        """Smallest eigenvalue of a pseudo-inertia of any body, at unknowns of shape (k,)."""
+        return float(np.linalg.eigvalsh(self.fixed + np.tensordot(x, self.slopes, 1)).min())
+
+
+def pseudo_inertia(chi: Array) -> Array:
+    """Pseudo-inertia [[tr(J)/2 - J, m c], [m c, m]], shape (4, 4) (Wensing, Kim and Slotine 2018, eq. 7).
+
+    Args:
+        chi: Standard parameters in the order of `INERTIAL`, shape (10,).
+    """
+    J = np.zeros((3, 3))
+    J[np.triu_indices(3)] = chi[:6]
+    J = J + np.triu(J, 1).T
+    P = np.empty((4, 4))
+    P[:3, :3] = 0.5 * np.trace(J) * np.eye(3) - J
+    P[:3, 3] = P[3, :3] = chi[6:9]
+    P[3, 3] = chi[9]
+    return P
+
+
+def nearest_possible(bodies: Bodies, wanted: Array, information: Array, inside: Array) -> Array:
+    """The unknowns nearest to wanted ones that bodies can have: a convex problem, by a barrier of log det.
+
+    Args:
+        bodies: What is known and what is not.
+        wanted: Values of the unknowns, shape (k,).
+        information: Metric, positive definite, shape (k, k).
+        inside: Unknowns that bodies have whose pseudo-inertia is positive definite, shape (k,).
+
+    Returns:
+        Unknowns of positive definite pseudo-inertia, within `SMALLEST_BARRIER` times the number of their rows of the
+        least squared distance, shape (k,).
+    """
+    fixed, slopes = bodies.fixed, bodies.slopes
+
+    def cost(x: Array, weight: float) -> float:
+        sign, size = np.linalg.slogdet(fixed + np.tensordot(x, slopes, 1))
+        off = x - wanted
+        return 0.5 * float(off @ information @ off) / weight - float(size.sum()) if (sign > 0.0).all() else np.inf
+
+    def step_from(x: Array, weight: float) -> tuple[Array, float]:
+        solved = np.linalg.solve(fixed + np.tensordot(x, slopes, 1), slopes)  # (k, bodies, 4, 4)
+        gradient = information @ (x - wanted) / weight - np.einsum("kbii->k", solved)
+        curvature = information / weight + np.einsum("kbij,lbji->kl", solved, solved)
+        scale = 1.0 / np.sqrt(np.diag(curvature))
+        step = -scale * np.linalg.solve(curvature * np.outer(scale, scale), scale * gradient)
+        return step, float(-gradient @ step)
+
+    x, weight = inside, 1.0
+    while weight > SMALLEST_BARRIER:
+        for _ in range(MOST_STEPS):
+            step, promised = step_from(x, weight)
+            if promised < ENOUGH:
+                break
+            length, before = 1.0, cost(x, weight)
+            while not _inside(fixed, slopes, x + length * step) or (
+                cost(x + length * step, weight) > before - 0.1 * length * promised and length > 1e-9
+            ):
+                length *= 0.5
+            x = x + length * step
+        weight *= SMALLER
+    return x
+
+
+def _inside(fixed: Array, slopes: Array, x: Array) -> bool:
+    """Whether all pseudo-inertias are positive definite."""
+    return bool(np.linalg.eigvalsh(fixed + np.tensordot(x, slopes, 1)).min() > 0.0)

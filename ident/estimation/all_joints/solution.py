@@ -1,0 +1,225 @@
+"""From a problem to a solution: columns, reduction, start, search, and again with the torques that were found."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.estimation.all_joints.columns import JointColumns, SharedParameters, joint_columns, shared_parameters
+from ident.estimation.all_joints.fit import AllJointsFit, fitted
+from ident.estimation.all_joints.friction import OwnColumns, Term, own_columns
+from ident.estimation.all_joints.reduction import reduced_joint
+from ident.estimation.all_joints.search import Prior, search
+from ident.estimation.all_joints.start import start_of
+from ident.estimation.all_joints.terms import LOAD_FORMS
+from ident.estimation.estimate import GainSolution, LoadFriction
+from ident.estimation.problem import Problem
+from ident.support.arrays import Array
+from ident.support.errors import NotIdentifiable
+
+Terms = Sequence[Mapping[str, Term]]
+"""Further friction terms of each joint by name."""
+
+
+GIVEN_STD = 1e-9
+"""Deviation of the logarithm of a gain that is given: none to speak of."""
+
+
+@dataclass(frozen=True, slots=True)
+class GivenGain:
+    """A gain that is known beforehand and sets the scale of those that are not.
+
+    Attributes:
+        joint: Its joint, from 0.
+        value: Joint torque per unit of current reference [N m / drive unit].
+    """
+
+    joint: int
+    value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Setting:
+    """What every fit of a problem starts from.
+
+    Attributes:
+        problem: Motions and payloads.
+        shared: Which parameters joints share.
+        columns: Rows of every joint.
+        per_motion: Whether viscous and Coulomb friction differ between motions.
+        prior_std: Deviation of log|h| that is allowed around the start.
+        given: Gains that are known beforehand.
+    """
+
+    problem: Problem
+    shared: SharedParameters
+    columns: tuple[JointColumns, ...]
+    per_motion: bool
+    prior_std: float
+    given: tuple[GivenGain, ...] = ()
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.columns)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fitted:
+    """A fit, and what it was made with.
+
+    Attributes:
+        columns: Rows of every joint, compliance among what is shared where joints yield.
+        own: Own columns of every joint.
+        prior: On log|h|.
+        fit: What was found.
+    """
+
+    columns: tuple[JointColumns, ...]
+    own: tuple[OwnColumns, ...]
+    prior: Prior
+    fit: AllJointsFit
+
+
+def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequence[GivenGain] = ()) -> Setting:
+    """Prepare the fits of a problem.
+
+    Raises:
+        NotIdentifiable: If neither a known payload parameter nor a given gain sets the scale of the gains.
+    """
+    shared = shared_parameters(problem)
+    if not shared.known.any() and not given:
+        raise NotIdentifiable(
+            "no motion carries a payload of known mass: links that joints share give the ratios of the gains alone; "
+            "mount one, or give one gain (options gain_joint and gain_value)"
+        )
+    return Setting(
+        problem=problem,
+        shared=shared,
+        columns=joint_columns(problem, shared),
+        per_motion=per_motion,
+        prior_std=prior_std,
+        given=tuple(given),
+    )
+
+
+def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fitted | None) -> Fitted:
+    """Fit the model with further terms.
+
+    Args:
+        ready: The problem.
+        terms: Friction terms of each joint.
+        softened: Change of each joint's torque per unit of each joint's compliance, empty for stiff joints.
+        before: A fit to begin with; None to begin from nothing.
+
+    Raises:
+        TooFewRows: If a joint has fewer rows than unknowns.
+        NotConverged: If no end is found.
+    """
+    columns = ready.columns
+    if softened:
+        columns = tuple(
+            replace(each, shared=np.hstack((each.shared, soft))) for each, soft in zip(columns, softened, strict=True)
+        )
+    own = tuple(
+        own_columns(each, dict(more), per_motion=ready.per_motion) for each, more in zip(columns, terms, strict=True)
+    )
+    joints = [reduced_joint(each, F) for each, F in zip(columns, own, strict=True)]
+    given = {each.joint: 1.0 / each.value for each in ready.given}
+    h = start_of(ready.problem, joints, own, given) if before is None else before.fit.found.h
+    std = np.full(ready.n, ready.prior_std)
+    std[list(given)] = GIVEN_STD
+
+    def around(h: Array) -> Prior:
+        return Prior(mean=np.log(np.abs(h)), std=std)
+
+    first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
+    prior = around(first.h)
+    found = search(joints, first.h, prior)
+    fit = fitted(columns, own, joints, found, prior, ready.problem.row_period)
+    return Fitted(columns=columns, own=own, prior=prior, fit=fit)
+
+
+def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
+    """Fit the same model to other currents, from where it was.
+
+    Args:
+        before: The model, and where to begin.
+        currents: Of every joint's rows [drive units], n arrays of shape (r_j,).
+
+    Raises:
+        NotConverged: If no end is found.
+    """
+    columns = tuple(replace(each, V=V) for each, V in zip(before.columns, currents, strict=True))
+    joints = [reduced_joint(each, F) for each, F in zip(columns, before.own, strict=True)]
+    found = search(joints, before.fit.found.h, before.prior)
+    fit = fitted(columns, before.own, joints, found, before.prior, before.fit.rows.row_period)
+    return replace(before, columns=columns, fit=fit)
+
+
+def solution(ready: Setting, final: Fitted, model: Array, moved: Array, softened: Sequence[Array] = ()) -> GainSolution:
+    """What a fit says about the gains.
+
+    Args:
+        ready: The problem.
+        final: The fit.
+        model: Relative change of each gain per deviation of what the model takes for granted, shape (n, m); beliefs
+            of the fit itself are added.
+        moved: Change of each log|h| by what is known beyond the fit, shape (n,). Deviations stay those of the fit.
+        softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
+            (r_j,); empty if nobody asks.
+    """
+    fit = final.fit
+    n, h, rows = ready.n, fit.found.h * np.exp(moved), fit.rows
+    friction, influence = np.zeros((n, 2)), np.zeros((n, 2, len(rows.V)))
+    for j, (own, phi, phi_influence) in enumerate(zip(final.own, fit.phi, fit.phi_influence, strict=True)):
+        for k, name in enumerate(own.names):
+            if name in ("Fv", "Fc"):
+                column = own.F[:, k]
+                size = float(np.sqrt(np.mean(column[column != 0.0] ** 2))) / own.names.count(name)
+                for which in (0, 1) if name == "Fc" else (0,):
+                    friction[j, which] += size * phi[k]
+                    influence[j, which] += size * phi_influence[k]
+    payload = np.concatenate([each.payload for each in ready.columns], axis=1)  # (mountings, r, 10)
+    spread = [W_L @ F for W_L, F in zip(payload, ready.shared.spread, strict=True)]
+    stated = h[rows.joint][:, None] * np.hstack([np.zeros((len(rows.V), 0)), *spread])
+    loaded = np.concatenate([each.payload.any(axis=(0, 2)) for each in ready.columns])
+    known = np.concatenate([each.known for each in ready.columns])
+    return GainSolution(
+        rows=replace(rows, V=np.concatenate([each.V for each in ready.columns])),
+        joints=np.arange(n),
+        inverse=h,
+        influence=h[:, None] * fit.log_influence,
+        payload=fit.log_influence @ stated,
+        model=np.hstack((fit.log_belief, model)),
+        load_rms=np.array([_rms(known[loaded & (rows.joint == j)]) for j in range(n)]),
+        friction=friction,
+        friction_influence=influence,
+        unsolved={},
+        softened=np.concatenate([each * part for each, part in zip(h, softened, strict=True)]) if softened else None,
+        load_friction=_load_friction(final),
+    )
+
+
+def _load_friction(final: Fitted) -> LoadFriction | None:
+    """What the coefficients of load friction do to the gains: the regression of log g on each in the fit's covariance.
+
+    It is the same whatever is believed of the coefficient itself.
+    """
+    fit, n = final.fit, len(final.own)
+    if not any(name in LOAD_FORMS for own in final.own for name in own.names):
+        return None
+    std, slope = np.zeros(n), np.zeros(n)
+    for j, own in enumerate(final.own):
+        for k, name in enumerate(own.names):
+            if name in LOAD_FORMS:
+                coefficient = np.concatenate((fit.phi_influence[j][k] / fit.rows.weight, fit.phi_belief[j][k]))
+                log_h = np.concatenate((fit.log_influence[j] / fit.rows.weight, fit.log_belief[j]))
+                std[j] = np.linalg.norm(coefficient)
+                slope[j] = -float(log_h @ coefficient) / float(std[j] ** 2)  # log g = -log h
+    return LoadFriction(std=std, slope=slope)
+
+
+def _rms(x: Array) -> float:
+    """Root mean square, zero of nothing."""
+    return float(np.sqrt(np.mean(x**2))) if len(x) else 0.0

@@ -1,0 +1,86 @@
+"""Where the search begins: signs by load or friction, sizes joint by joint, the rest from what joints share."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy import linalg
+
+from ident.estimation.all_joints.friction import OwnColumns
+from ident.estimation.all_joints.reduction import DEPENDENT, ReducedJoint
+from ident.estimation.joint_by_joint.joint_fit import JointFit, joint_fit
+from ident.estimation.problem import Problem
+from ident.support.arrays import Array
+
+SURE_Z = 6.0
+"""Standard deviations at which a joint's own rows are believed about its gain."""
+NOTHING = 1e-10
+"""Share of the largest column below which one is rounding."""
+
+
+def start_of(
+    problem: Problem, joints: Sequence[ReducedJoint], own: Sequence[OwnColumns], given: Mapping[int, float]
+) -> Array:
+    """1/g that joints show alone (eq. 27), of the others what fits their links to these, shape (n,).
+
+    Args:
+        problem: Motions and payloads.
+        joints: Reduced rows of every joint, n.
+        own: Their own columns.
+        given: 1/g of joints, from 0, whose gains are known.
+    """
+    n = len(joints)
+    h, by_load = np.zeros(n), np.zeros(n, dtype=bool)
+    if problem.payloads:
+        known = [payload.known_part() for payload in problem.payloads]
+        for j, fit in enumerate(joint_fit(problem, joint, known) for joint in range(n)):
+            if isinstance(fit, JointFit) and abs(fit.inverse) > SURE_Z * float(fit.fit.std[-1]):
+                h[j], by_load[j] = fit.inverse, True
+    for j, inverse in given.items():
+        h[j], by_load[j] = inverse, True
+    sign: Array = np.sign(h)
+    for j in np.flatnonzero(~by_load).tolist():
+        sign[j] = -1.0 if friction_z(joints[j], own[j].names) < 0.0 else 1.0
+    if not by_load.any():  # the scale is free: one joint sets it
+        loudest = int(np.argmax([np.linalg.norm(each.V[each.inner]) for each in joints]))
+        h[loudest] = sign[loudest]
+    while not h.all():
+        h = _extended(joints, h, sign)
+    return h
+
+
+def friction_z(joint: ReducedJoint, names: Sequence[str]) -> float:
+    """Dry and viscous friction over its deviation, whichever is surer: its sign is that of the gain."""
+    W = np.column_stack((joint.F, joint.A, joint.k))
+    norms = np.linalg.norm(W, axis=0)
+    unit = W / np.where(norms > 0.0, norms, 1.0)
+    pseudo = linalg.pinv(unit, rtol=DEPENDENT, check_finite=False)
+    x, deviation = pseudo @ joint.V, np.linalg.norm(pseudo, axis=1)
+    z = [x[k] / deviation[k] for k, name in enumerate(names) if name in ("Fv", "Fc") and deviation[k] > 0.0]
+    return float(max(z, key=abs, default=0.0))
+
+
+def _extended(joints: Sequence[ReducedJoint], h: Array, sign: Array) -> Array:
+    """The gain of one more joint, from the parameters that it shares with those that have one.
+
+    The joint that these explain best comes first.
+    """
+    have: list[int] = np.flatnonzero(h).tolist()
+    B = np.vstack([h[j] * joints[j].A[joints[j].inner] for j in have])
+    y = np.concatenate([joints[j].V[joints[j].inner] - h[j] * joints[j].k[joints[j].inner] for j in have])
+    norms = np.linalg.norm(B, axis=0)
+    shown = norms > NOTHING * norms.max(initial=0.0)  # gravity about a vertical axis is rounding
+    unit = np.where(shown, B, 0.0) / np.where(shown, norms, 1.0)
+    theta = linalg.lstsq(unit, y, cond=1e-6, check_finite=False)[0] / np.where(shown, norms, 1.0)
+    best, share = (-1, 1.0), -1.0
+    for j in np.flatnonzero(h == 0.0).tolist():
+        each = joints[j]
+        torque, V = (each.A @ theta + each.k)[each.inner], each.V[each.inner]
+        scale = float(np.linalg.norm(torque))
+        along = float(torque @ V) / scale**2 if scale > 0.0 else 0.0
+        explained = abs(along) * scale / max(float(np.linalg.norm(V)), 1e-300)
+        size = abs(along) if along * sign[j] > 0.0 else float(np.linalg.norm(V)) / max(scale, 1e-300)
+        if explained > share:
+            best, share = (j, size), explained
+    extended = h.copy()
+    extended[best[0]] = sign[best[0]] * (best[1] or 1.0)
+    return extended

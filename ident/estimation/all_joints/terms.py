@@ -1,0 +1,165 @@
+"""Terms that follow from speed and from the torques of an earlier fit: friction laws, compliance."""
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.estimation.all_joints.columns import SharedParameters
+from ident.estimation.all_joints.fit import AllJointsFit
+from ident.estimation.all_joints.friction import OwnColumns, Term
+from ident.estimation.all_joints.shown_band import without_encoder_noise
+from ident.estimation.all_joints.torques import torques
+from ident.estimation.problem import Problem
+from ident.observation.full_rate import FullRate
+from ident.support.arrays import Array
+
+STRONGEST = 0.5
+"""Share of the motor torque that friction is let take while a fit is on its way."""
+LOAD_FORMS = {"load-motor": "the motor torque", "load": "the torque of links and payload"}
+"""What load friction may be in proportion to."""
+LOAD_MEAN, LOAD_STD = 0.05, 0.1
+"""What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
+
+Where friction dominates, a gain and its joint's load friction look the same, and a coefficient without bounds takes the
+gain, and the torques that its column follows from, anywhere.
+"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TermColumns:
+    """Columns of every joint by name.
+
+    Attributes:
+        own: Friction terms, n dicts of columns of shape (r_j,). Those of `LOAD_FORMS` have coefficients without unit,
+            positive where friction brakes.
+        softened: Change of torque per unit of each joint's compliance, as far as encoder noise lets it be seen, n
+            arrays of shape (r_j, n), empty if not asked.
+    """
+
+    own: tuple[dict[str, Array], ...]
+    softened: tuple[Array, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedTerm:
+    """A friction law in the speed: its function, and what it says."""
+
+    law: Callable[[Array], Array]
+    words: str
+
+
+SPEED_TERMS = {
+    "cbrt": SpeedTerm(np.cbrt, "viscous friction grows less than the speed"),
+    "by-direction": SpeedTerm(np.abs, "viscous friction differs between directions"),
+}
+"""Friction in the speed besides viscous and Coulomb, by name."""
+
+
+def speed_terms(problem: Problem, laws: Iterable[str] = tuple(SPEED_TERMS)) -> tuple[dict[str, Term], ...]:
+    """Friction terms of every joint that follow from the speed alone, by name; nothing is believed of them beforehand.
+
+    Args:
+        problem: Motions from recordings.
+        laws: Which of `SPEED_TERMS`.
+    """
+
+    def column(joint: int, law: Callable[[Array], Array]) -> Array:
+        parts = list[Array]()
+        for motion in problem.motions:
+            behind = motion.observation.full_rate
+            assert behind is not None, "asked of recordings only"
+            kept = motion.observation.joints[joint].position
+            parts.append(behind.decimated(law(behind.dq[:, joint]), joint)[kept])
+        return np.concatenate(parts)
+
+    return tuple(
+        {name: Term(column(joint, SPEED_TERMS[name].law)) for name in laws} for joint in range(problem.structure.arm.n)
+    )
+
+
+def torque_terms(
+    problem: Problem,
+    shared: SharedParameters,
+    own: Sequence[OwnColumns],
+    fit: AllJointsFit,
+    *,
+    compliance: bool,
+    forms: Collection[str] = tuple(LOAD_FORMS),
+) -> TermColumns:
+    """Friction in proportion to torque, and what compliance does to the torques.
+
+    Args:
+        problem: Motions from recordings.
+        shared: Which parameters joints share.
+        own: Own columns of the earlier fit.
+        fit: The earlier fit.
+        compliance: Whether to take the derivative by the compliance of each joint.
+        forms: Of `LOAD_FORMS`, those that are asked for.
+    """
+    n = problem.structure.arm.n
+    columns: list[dict[str, list[Array]]] = [{name: [] for name in forms} for _ in range(n)]
+    softened: list[list[Array]] = [[] for _ in range(n)]
+    for number, motion in enumerate(problem.motions):
+        behind = motion.observation.full_rate
+        assert behind is not None, "asked of recordings only"
+        found = torques(problem, motion, shared, fit.found.theta, compliance=compliance)
+        slow = without_encoder_noise(behind, found.softened, found.inertia) if compliance else found.softened
+        for j in range(n):
+            kept = motion.observation.joints[j].position
+            against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
+            needed = fit.found.h[j] * found.rigid[:, j]
+            for name in forms:
+                current = needed
+                if name == "load-motor":
+                    given = needed + _braking(behind, own[j], fit.phi[j], j, number)
+                    current = _with_load(needed, against, given, own[j], fit.phi[j])
+                columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
+            if compliance:
+                softened[j].append(_softened(behind, slow, j)[kept])
+    return TermColumns(
+        tuple({name: np.concatenate(parts) for name, parts in each.items()} for each in columns),
+        tuple(np.vstack(each) for each in softened) if compliance else (),
+    )
+
+
+def _with_load(needed: Array, against: Array, given: Array, own: OwnColumns, phi: Array) -> Array:
+    """Current that a motor gives, friction in proportion to torque included, shape (N,).
+
+    Args:
+        needed: Current that links and payload ask for, shape (N,).
+        against: Sign of the current against friction, shape (N,).
+        given: Current without that friction, shape (N,).
+        own: Own columns of the fit.
+        phi: Their values.
+    """
+    for name, value in zip(own.names, phi, strict=True):
+        if name == "load":
+            given = given + value * np.abs(needed) * against
+        elif name == "load-motor":  # V = x + c |V| against
+            given = given / (1.0 - np.clip(value, -STRONGEST, STRONGEST) * against * np.sign(given))
+    return given
+
+
+def _braking(behind: FullRate, own: OwnColumns, phi: Array, joint: int, motion: int) -> Array:
+    """Current against friction at full rate, shape (N,).
+
+    An offset counts as friction that differs between directions, which is mostly larger than that of an amplifier.
+    """
+    dq = behind.dq[:, joint]
+    signals = {
+        "Fv": dq,
+        "Fc": np.sign(dq),
+        "off": np.ones_like(dq),
+        **{name: term.law(dq) for name, term in SPEED_TERMS.items()},
+    }
+    total = np.zeros_like(dq)
+    for name, which, value in zip(own.names, own.motion, phi, strict=True):
+        if name in signals and which in (-1, motion):
+            total += value * signals[name]
+    return total
+
+
+def _softened(behind: FullRate, softened: Array, joint: int) -> Array:
+    """Decimated change of a joint's torque per compliance of each joint, shape (rows, n)."""
+    return np.column_stack([behind.decimated(column, joint) for column in softened[:, joint].T])

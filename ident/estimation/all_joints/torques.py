@@ -1,0 +1,102 @@
+"""Torques of the fitted arm at full rate, and the columns that follow from them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from ident.estimation.all_joints.columns import SharedParameters
+from ident.estimation.all_joints.displacement import States, displaced_torques
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.arm import Arm
+from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
+from ident.model.structure import Structure
+from ident.support.arrays import Array, Indices
+
+TORQUE_RATE = 8.0
+"""Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
+STATES = 16
+"""Positions along a motion that inertia is a mean over."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Torques:
+    """Torques of an arm along a motion.
+
+    Attributes:
+        rigid: Torque of everything but friction and offset at full rate [N m], shape (N, n).
+        softened: Its change on each joint per unit of each joint's compliance [N m / (rad / (N m))], shape (N, n, n),
+            joint before compliance.
+        inertia: Mean squares of the inertia matrix of what moves with the links, shape (n, n); empty without
+            `softened`.
+    """
+
+    rigid: Array
+    softened: Array
+    inertia: Array
+
+
+def torques(
+    problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array, *, compliance: bool
+) -> Torques:
+    """Torques of the fitted arm along a motion.
+
+    A compliant joint's link is behind its motor, where the encoder sits, by the torque that it transmits times the
+    compliance C; so are its velocity and acceleration. The rotor is not, where its inertia is told from its link's.
+
+    Args:
+        problem: Motions and payloads.
+        motion: One of them, from a recording.
+        shared: Which parameters joints share.
+        theta: Their values, shape (p,).
+        compliance: Whether `softened` is wanted; else it is empty.
+    """
+    behind, structure = motion.observation.full_rate, problem.structure
+    assert behind is not None, "an observation of a recording has its full rate"
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+    for mounted, values in zip(problem.payloads, shared.payload_values(theta), strict=True):
+        if motion.payload is mounted:
+            chi[structure.payload_columns] += values
+    stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
+    t = np.arange(len(behind.q)) * behind.period
+    at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
+    states = States(behind.q[at], behind.dq[at], behind.ddq[at])
+    torque = inverse_dynamics(structure.arm, chi, states.q, states.dq, states.ddq)
+    rigid = scipy.interpolate.CubicSpline(t[at], torque)(t)
+    if not compliance:
+        return Torques(rigid, np.zeros((0, structure.arm.n, structure.arm.n)), np.zeros((0, 0)))
+    rotors = np.zeros_like(chi)
+    rotors[_rotors(structure)] = chi[_rotors(structure)]
+    transmitted = scipy.interpolate.CubicSpline(
+        t[at], torque - drive_torques(structure.arm, rotors, states.dq, states.ddq)
+    )
+    behind_motor = States(*(-transmitted(t[at], order) for order in range(3)))
+    softened = displaced_torques(structure.arm, chi - rotors, states, behind_motor)
+    inertia = np.mean(inertia_matrices(structure.arm, chi - rotors, states.q) ** 2, axis=0)
+    return Torques(rigid, scipy.interpolate.CubicSpline(t[at], softened)(t), inertia)
+
+
+def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
+    """Inertia matrices at some positions along a motion.
+
+    Args:
+        arm: The arm, n joints.
+        chi: Standard parameters; names as in `parameters.labels`.
+        q: Positions of a motion, shape (N, n).
+
+    Returns:
+        [kg m^2, kg m or kg], shape (STATES, n, n).
+    """
+    q = q[np.linspace(0, len(q) - 1, STATES).astype(np.intp)]
+    ddq = np.tile(np.vstack((np.zeros(arm.n), np.eye(arm.n))), (STATES, 1))
+    states = np.repeat(q, arm.n + 1, axis=0)
+    torque = inverse_dynamics(arm, chi, states, np.zeros_like(states), ddq).reshape(STATES, arm.n + 1, arm.n)
+    return (torque[:, 1:] - torque[:, :1]).swapaxes(1, 2)
+
+
+def _rotors(structure: Structure) -> Indices:
+    """Standard parameters that are inertias of rotors, those left out that hold inertia of links as well."""
+    base = structure.base
+    alone = np.count_nonzero(base.regrouping, axis=1) == 1
+    return base.columns[alone & np.array([name.startswith("Ia") for name in base.names])]

@@ -1,0 +1,38 @@
+"""Drive gains joint by joint, each from its own rows (paper, eq. 27).
+
+Where the kinematics leave the column of 1/g empty, or the data leave its coefficient uncertain, the joint is refused,
+with the reason and the standard deviation one would have to expect.
+"""
+
+from dataclasses import dataclass
+
+from ident.estimation.conclusion import concluded
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.joint_by_joint.joint_fit import joint_by_joint, joint_fit
+from ident.estimation.problem import Problem
+
+NAME = "ls-2011"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointByJointOptions:
+    """The method of eq. 27 has no options of its own."""
+
+
+def joint_by_joint_gains(problem: Problem, options: JointByJointOptions) -> GainEstimate:
+    """Estimate every joint's drive gain independently of the others' (paper, eq. 27).
+
+    Args:
+        problem: Motions and payloads; all that is known of a payload is used.
+        options: None yet.
+
+    Returns:
+        A gain or a reason for each joint.
+
+    Raises:
+        NotIdentifiable: If no motion is bare, or none is loaded.
+    """
+    problem.check_difference()
+    known = [payload.known_part() for payload in problem.payloads]
+    fits = [joint_fit(problem, joint, known) for joint in range(problem.structure.arm.n)]
+    return concluded(NAME, problem, joint_by_joint(fits, known, problem.row_period))

@@ -1,0 +1,144 @@
+"""Drive gains of all joints at once: shared links, own friction in current units, logarithms of the gains.
+
+V_j = h_j (A_j theta + k_j) + F_j phi_j with h = 1/g, rows weighted by each joint's own residual. Links that several
+joints feel tie the gains of these joints together, so that a joint that the known payload hardly loads is found
+through its neighbours.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ident.estimation.all_joints.body import BODIES
+from ident.estimation.all_joints.fixed_terms import fit_as_named
+from ident.estimation.all_joints.loss import LOSSES, Tame, drawn_in, settled
+from ident.estimation.all_joints.selection import Selected, selected
+from ident.estimation.all_joints.solution import GivenGain, Setting, setting, solution
+from ident.estimation.conclusion import concluded
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.problem import Problem
+from ident.support.errors import OptionError
+from ident.support.options import NAMES, check_range, unknown_name
+
+NAME = "nls"
+AUTO = "auto"
+FRICTIONS: dict[str, tuple[str, ...]] = {
+    AUTO: (),
+    "viscous-coulomb": (),
+    "cbrt": ("cbrt",),
+    "load": ("load",),
+    "load-motor": ("load-motor",),
+    "load+cbrt": ("load", "cbrt"),
+    "load-motor+cbrt": ("load-motor", "cbrt"),
+    "by-direction": ("by-direction",),
+    "load+by-direction": ("load", "by-direction"),
+    "load-motor+by-direction": ("load-motor", "by-direction"),
+}
+"""Further friction terms of every joint by name.
+
+`auto`: what data choose, joint by joint; `cbrt`: the cube root of the velocity; `by-direction`: its absolute value, so
+that viscous friction differs between directions; `load`: |torque of links and payload| sign(dq); `load-motor`: |motor
+torque| sign(dq). Of what is named no coefficient has a belief; `auto` holds one about load friction.
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AllJointsOptions:
+    """Options of `nls`.
+
+    Attributes:
+        friction: Friction of every joint besides viscous and Coulomb.
+        friction_per_motion: Whether viscous and Coulomb friction differ between motions.
+        compliance: Whether joints yield, one compliance each; if not, with `friction = "auto"`, data decide.
+        payload_body: Whether unknown parameters of a payload may be anything, or only those that a body can have.
+        loss: What residuals count: their squares, or by Student's distribution, which bears gross outliers.
+        prior_std: Deviation of log|1/g| that is allowed around the start: keeps a joint finite that nothing loads.
+        gain_joint: Joint, from 1, whose gain is known: with it no payload is needed.
+        gain_value: That gain [N m / drive unit].
+    """
+
+    friction: str = field(default=AUTO, metadata={NAMES: FRICTIONS})
+    friction_per_motion: bool = True
+    compliance: bool = False
+    payload_body: str = field(default="free", metadata={NAMES: BODIES})
+    loss: str = field(default="squares", metadata={NAMES: LOSSES})
+    prior_std: float = 1.0
+    gain_joint: int | None = None
+    gain_value: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            OptionError: If one makes no sense.
+        """
+        for name, known in (("friction", FRICTIONS), ("payload_body", BODIES), ("loss", LOSSES)):
+            if getattr(self, name) not in known:
+                raise unknown_name(name, getattr(self, name), known)
+        check_range("prior_std", self.prior_std, above=0.0, upto=100.0)
+        if (self.gain_joint is None) != (self.gain_value is None):
+            raise OptionError("gain_joint and gain_value belong together: the number of a joint and its gain")
+        if self.gain_value is not None:
+            check_range("gain_value", abs(self.gain_value), above=0.0, upto=1e9, unit="N m / drive unit")
+
+
+def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimate:
+    """Estimate the gains of all joints together.
+
+    Args:
+        problem: Motions, bare and with any number of mountings, whose payloads are known in full or in part.
+        options: Friction and what else the model holds.
+
+    Returns:
+        A gain or a reason for each joint.
+
+    Raises:
+        NotIdentifiable: If nothing sets the scale of the gains.
+        TooFewRows: If a joint has fewer rows than unknowns.
+        NotConverged: If no end is found.
+    """
+    ready = setting(
+        problem,
+        per_motion=options.friction_per_motion,
+        prior_std=options.prior_std,
+        given=_given(options, problem.structure.arm.n),
+    )
+    chosen = chosen_model(ready, options)
+    moved = BODIES[options.payload_body](ready, chosen.final)
+    found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
+    if chosen.stiff is not None:
+        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
+    estimate = concluded(NAME, problem, found)
+    return replace(estimate, remarks=chosen.remarks + moved.remarks)
+
+
+def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
+    """The model of a problem that the options name, or that they let data choose, fitted."""
+    tame = LOSSES[options.loss]
+    return _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
+
+
+def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
+    recorded = all(motion.observation.full_rate is not None for motion in ready.problem.motions)
+    if options.friction == AUTO and recorded:
+        return selected(ready, yielding=options.compliance)
+    final = fit_as_named(ready, FRICTIONS[options.friction], compliance=options.compliance)
+    return Selected(final=final, remarks=())
+
+
+def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:
+    """The model that is chosen by the currents that its loss lets least squares see, and fitted with that loss."""
+    plain = settled(fit_as_named(ready, (), compliance=False), ready.columns, tame)
+    chosen = _chosen(replace(ready, columns=plain.columns), options)
+    final = settled(chosen.final, ready.columns, tame)
+    share = 100.0 * drawn_in(final, ready.columns)
+    remark = f"by the loss of {options.loss} {share:.2g} % of the rows count less than half"
+    return replace(chosen, final=final, remarks=(*chosen.remarks, remark))
+
+
+def _given(options: AllJointsOptions, n: int) -> tuple[GivenGain, ...]:
+    if options.gain_joint is None or options.gain_value is None:
+        return ()
+    if not 1 <= options.gain_joint <= n:
+        raise OptionError(f"gain_joint = {options.gain_joint}: the arm has joints 1 to {n}")
+    return (GivenGain(options.gain_joint - 1, options.gain_value),)

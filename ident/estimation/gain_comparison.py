@@ -1,0 +1,222 @@
+"""Two sets of gains of one kind of robot: what moved beyond its interval, joint by joint and together.
+
+x = log |g_B / g_A| with covariance C, that of both sets together. A scale common to all joints, as another payload
+scale or supply voltage makes it, is told apart: s = (1^T C^-1 x) / (1^T C^-1 1), the generalised mean. A joint that
+moved alone would draw it along: where no scale is common to all, s is that of the most joints that have one.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import scipy
+from scipy import linalg
+
+from ident.estimation.known_gains import KnownGains, same_joint
+from ident.support.arrays import Array, Indices, Mask
+from ident.support.errors import GainsError
+
+LEVEL = 0.05
+"""How often one of the joints may be told to have moved where none has."""
+APART = 1e-3
+"""How rarely chance alone makes changes as different as those of joints that have no scale in common."""
+MOST_APART = 3
+"""Joints at most, and fewer than half, that a common scale may leave out."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moved:
+    """A relative change with its deviation.
+
+    Attributes:
+        log: log |g_B / g_A|.
+        std: Its standard deviation.
+        limit: Deviations beyond which it moved.
+        turned: Whether the gain's sign differs as well.
+    """
+
+    log: float
+    std: float
+    limit: float
+    turned: bool = False
+
+    @property
+    def rel(self) -> float:
+        """Relative change of the size, g_B / g_A - 1."""
+        return float(np.expm1(self.log))
+
+    @property
+    def rel_std(self) -> float:
+        """Standard deviation of `rel`, to first order: as `rel`, a share of the size of g_A."""
+        return float(np.exp(self.log)) * self.std
+
+    @property
+    def moved(self) -> bool:
+        """Whether it moved beyond its interval, or turned."""
+        return self.turned or abs(self.log) > self.limit * self.std
+
+    @property
+    def beyond_two(self) -> bool:
+        """Whether it is more than two standard deviations of the change from none."""
+        return abs(self.rel) > 2.0 * self.rel_std
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Together:
+    """A test of all joints at once.
+
+    Attributes:
+        chi2: Sum of squared deviations, correlations counted.
+        freedom: Its degrees of freedom.
+        p: How often chance alone makes it as large.
+    """
+
+    chi2: float
+    freedom: int
+    p: float
+
+    @property
+    def moved(self) -> bool:
+        """Whether it is no accident."""
+        return self.p < LEVEL
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GainComparison:
+    """What moved from one set of gains to another.
+
+    Attributes:
+        joints: The k joints that have a gain in both, from 0, shape (k,).
+        each: Change of each of them.
+        together: Whether any moved.
+        scale: Change common to all, or to the most that have one in common.
+        sharing: Joints, from 0, that have this scale, all or more than half; empty if not so many have one.
+        apart: Change of each beside the common one.
+        pattern: Whether they moved apart from the common one; None for a single joint.
+        missing: Joints, from 0, that have a gain in one set only, with the name of the set, `A` or `B`, that has it.
+    """
+
+    joints: Indices
+    each: tuple[Moved, ...]
+    together: Together
+    scale: Moved
+    sharing: Indices
+    apart: tuple[Moved, ...]
+    pattern: Together | None
+    missing: tuple[tuple[int, str], ...]
+
+    @property
+    def moved(self) -> bool:
+        """Whether anything moved: together, or a joint on its own."""
+        return self.together.moved or any(one.moved for one in self.each)
+
+
+def compared(A: KnownGains, B: KnownGains) -> GainComparison:
+    """Compare two sets of gains, taken as found independently of each other.
+
+    Args:
+        A: The first set.
+        B: The second, of a robot with the same joints.
+
+    Raises:
+        GainsError: If the joints differ, no joint has a gain in both, or a change has no deviation at all.
+    """
+    if len(A.names) != len(B.names) or not all(map(same_joint, range(1, len(A.names) + 1), A.names, B.names)):
+        raise GainsError(
+            f"gains are of other joints: {', '.join(A.names)} against {', '.join(B.names)}; compare robots of one kind"
+        )
+    joints, a, b = np.intersect1d(A.joints, B.joints, return_indices=True)
+    if not len(joints):
+        raise GainsError("no joint has a gain in both sets; nothing can be compared")
+    C = A.log_covariance[np.ix_(a, a)] + B.log_covariance[np.ix_(b, b)]
+    std = np.sqrt(np.diag(C))
+    if not std.all():
+        joint = int(joints[np.argmin(std)]) + 1
+        raise GainsError(f"joint {joint}: neither gain has a deviation; state one of them, or nothing can be told")
+    x, turned = np.log(np.abs(B.value[b] / A.value[a])), A.value[a] * B.value[b] < 0.0
+    y = _whitening(C, std) @ x
+    everyone = common_scale(x, C)
+    sharing = sharing_joints(x, C)
+    common = everyone if len(sharing) in (0, len(x)) else common_scale(x[sharing], C[np.ix_(sharing, sharing)])
+    w = np.zeros(len(x))
+    w[sharing if len(sharing) else slice(None)] = common.weights
+    apart = np.eye(len(x)) - np.outer(np.ones(len(x)), w)  # x - s
+    left = np.sqrt(np.maximum(np.diag(apart @ C @ apart.T), 0.0))
+    limit = float(scipy.stats.norm.isf(0.5 * LEVEL / len(x)))
+    return GainComparison(
+        joints=joints.astype(np.intp),
+        each=_changes(x, std, limit, turned),
+        together=_test(float(y @ y), len(x)),
+        scale=Moved(log=common.value, std=common.std, limit=float(scipy.stats.norm.isf(0.5 * LEVEL))),
+        sharing=joints[sharing].astype(np.intp),
+        apart=_changes(apart @ x, left, limit, turned),
+        pattern=everyone.rest if len(x) > 1 else None,
+        missing=tuple(
+            (j, "A" if j in A.joints else "B") for j in np.setxor1d(A.joints, B.joints).astype(np.intp).tolist()
+        ),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CommonScale:
+    """A change common to some joints: s = w^T x.
+
+    Attributes:
+        value: s.
+        std: Its standard deviation.
+        weights: w, shape (k,).
+        rest: A test of what is left of x.
+    """
+
+    value: float
+    std: float
+    weights: Array
+    rest: Together
+
+
+def common_scale(x: Array, C: Array) -> CommonScale:
+    """The change that k joints have in common, of x (k,) with covariance C (k, k)."""
+    white = _whitening(C, np.sqrt(np.diag(C)))
+    ones, y = white @ np.ones(len(x)), white @ x
+    weight = float(ones @ ones)
+    value = float(ones @ y) / weight
+    rest = _test(float(y @ y) - value**2 * weight, max(len(x) - 1, 1))
+    return CommonScale(value=value, std=weight**-0.5, weights=ones @ white / weight, rest=rest)
+
+
+def sharing_joints(x: Array, C: Array) -> Indices:
+    """The most joints whose changes x (k,) of covariance C (k, k) one scale explains, more than half; empty if none.
+
+    Of as many, those that it explains best.
+    """
+    for many in range(min((len(x) - 1) // 2, MOST_APART) + 1):
+        kept = [np.setdiff1d(np.arange(len(x)), out) for out in combinations(range(len(x)), many)]
+        tests = [common_scale(x[each], C[np.ix_(each, each)]).rest for each in kept]
+        best = int(np.argmin([test.chi2 for test in tests]))
+        if tests[best].p >= APART:
+            return kept[best].astype(np.intp)
+    return np.zeros(0, dtype=np.intp)
+
+
+def _changes(x: Array, std: Array, limit: float, turned: Mask) -> tuple[Moved, ...]:
+    return tuple(
+        Moved(log=float(log), std=float(deviation), limit=limit, turned=bool(sign))
+        for log, deviation, sign in zip(x, std, turned, strict=True)
+    )
+
+
+def _whitening(C: Array, std: Array) -> Array:
+    """L^-1 with C = L L^T: makes of changes numbers of unit deviation, unrelated to each other.
+
+    Raises:
+        GainsError: If a combination of the gains has no deviation.
+    """
+    try:
+        L = linalg.cholesky(C / np.outer(std, std), lower=True)
+    except linalg.LinAlgError:
+        raise GainsError("a combination of the gains has no deviation; their covariance is singular") from None
+    return linalg.solve_triangular(L, np.diag(1.0 / std), lower=True)
+
+
+def _test(chi2: float, freedom: int) -> Together:
+    return Together(chi2=max(chi2, 0.0), freedom=freedom, p=float(scipy.stats.chi2.sf(max(chi2, 0.0), freedom)))

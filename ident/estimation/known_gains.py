@@ -1,0 +1,113 @@
+"""Drive gains as others use them: values with their covariance, and the joints that have none."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.model.arm import Arm
+from ident.support.arrays import Array, Indices, readonly
+from ident.support.errors import GainsError
+
+ROUNDING = 1e-6
+"""Asymmetry and negative eigenvalue of a covariance, with unit diagonal, that rounding explains."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class KnownGains:
+    """Drive gains of an arm, of all its joints or of some. Checked when built.
+
+    Attributes:
+        names: Names of all n joints.
+        joints: The k joints that have a gain, from 0, in rising order, shape (k,).
+        value: Their gains [N m / drive unit, N / drive unit where a joint slides], shape (k,).
+        covariance: Of these, all shares together, shape (k, k).
+
+    Raises:
+        GainsError: If shapes disagree, a gain is zero or not finite, or no gains can have that covariance.
+    """
+
+    names: tuple[str, ...]
+    joints: Indices
+    value: Array
+    covariance: Array
+
+    def __post_init__(self) -> None:
+        """Check and freeze the arrays."""
+        object.__setattr__(self, "value", readonly(self.value))
+        object.__setattr__(self, "covariance", readonly(self.covariance))
+        self._check()
+
+    def _check(self) -> None:
+        k, n = len(self.joints), len(self.names)
+        if self.value.shape != (k,) or self.covariance.shape != (k, k):
+            raise GainsError(
+                f"gains: {k} joints, values {self.value.shape}, covariance {self.covariance.shape} do not fit; "
+                "expected (k,) and (k, k)"
+            )
+        if k and (int(self.joints[0]) < 0 or int(self.joints[-1]) >= n or (np.diff(self.joints) <= 0).any()):
+            raise GainsError(f"gains: joints {(self.joints + 1).tolist()}; expected rising numbers from 1 to {n}")
+        for joint, value in zip(self.joints.tolist(), self.value.tolist(), strict=True):
+            if not np.isfinite(value) or value == 0.0:
+                raise GainsError(f"gains: joint {joint + 1}: a gain of {value:g}; refuse the joint instead")
+        variance = np.diag(self.covariance)
+        if not np.isfinite(self.covariance).all() or (variance < 0.0).any():
+            raise GainsError("gains: the covariance has a negative variance or is not finite")
+        std = np.sqrt(variance)
+        unit = self.covariance / np.where(std > 0.0, std, 1.0) / np.where(std > 0.0, std, 1.0)[:, None]
+        if np.abs(unit - unit.T).max(initial=0.0) > ROUNDING:
+            raise GainsError("gains: the covariance is not symmetric")
+        if k and float(np.linalg.eigvalsh(unit)[0]) < -k * ROUNDING:
+            raise GainsError("gains: no numbers have this covariance: it has a negative eigenvalue")
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations [N m / drive unit], shape (k,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def log_covariance(self) -> Array:
+        """Covariance of the logarithms, to first order, shape (k, k)."""
+        return self.covariance / np.outer(self.value, self.value)
+
+    def check_arm(self, arm: Arm) -> None:
+        """Check that gains are of an arm with these joints.
+
+        Raises:
+            GainsError: If their number or a name differs, or no joint has a gain.
+        """
+        if len(self.names) != arm.n:
+            raise GainsError(f"gains of {len(self.names)} joints, but robot {arm.name} has {arm.n}")
+        for number, (mine, its) in enumerate(zip(self.names, arm.joint_names, strict=True), 1):
+            if not same_joint(number, mine, its):
+                raise GainsError(f"gains: joint {number} is {mine}, but that of robot {arm.name} is {its}")
+        if not len(self.joints):
+            raise GainsError("gains: no joint has a gain; every one is refused")
+
+
+def same_joint(number: int, one: str, other: str) -> bool:
+    """Whether two names may be of one joint; one whose name is its number, from 1, has none."""
+    return one == other or str(number) in (one, other)
+
+
+def estimated_gains(estimate: GainEstimate) -> KnownGains:
+    """The gains of an estimate with the covariance of all shares, refused ones left out.
+
+    What is stated of payloads and what the model takes for granted moves joints together: these shares are in the
+    covariance beside that of the residuals.
+    """
+    solution = estimate.solution
+    given: dict[int, IdentifiedGain] = {
+        j: joint for j, joint in enumerate(estimate.joints) if isinstance(joint, IdentifiedGain)
+    }
+    at = np.array([np.flatnonzero(solution.joints == j)[0] for j in given], dtype=np.intp)
+    value = np.array([gain.value for gain in given.values()])
+    relative = np.outer(value, value) * estimate.covariance[np.ix_(at, at)]  # dg / g = -g d(1/g)
+    for share in (solution.payload[at], solution.model[at]):
+        relative = relative + share @ share.T
+    return KnownGains(
+        names=tuple(joint.joint for joint in estimate.joints),
+        joints=np.array(list(given), dtype=np.intp),
+        value=value,
+        covariance=relative * np.outer(value, value),
+    )

@@ -1,0 +1,69 @@
+"""What an estimator is given: the arm's structure, the motions with what was mounted, and the options."""
+
+from dataclasses import dataclass
+
+from ident.estimation.gain_options import GainOptions
+from ident.model.structure import Structure
+from ident.observation.observation import Observation
+from ident.payload.payload import Payload
+from ident.support.errors import NotIdentifiable
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ObservedMotion:
+    """One motion: its linear system, and what was mounted.
+
+    Attributes:
+        observation: Its linear system.
+        payload: What is believed of the mounted payload, None for a bare flange. Motions of one mounting share one
+            object: two payloads of the same description are two mountings, each with unknown parameters of its own.
+    """
+
+    observation: Observation
+    payload: Payload | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Motions of one arm, bare and loaded, from which gains are to be found.
+
+    Attributes:
+        structure: Identifiable structure of the arm.
+        motions: One or more, bare and loaded in any order.
+        options: When a gain counts as identifiable, and how its uncertainty is found.
+    """
+
+    structure: Structure
+    motions: tuple[ObservedMotion, ...]
+    options: GainOptions
+
+    def check_difference(self) -> None:
+        """Check that a payload makes a difference.
+
+        Raises:
+            NotIdentifiable: If no motion is bare, or none is loaded.
+        """
+        if all(motion.payload is None for motion in self.motions):
+            raise NotIdentifiable("no motion carries a payload; without one the scale of the gains is free")
+        if all(motion.payload is not None for motion in self.motions):
+            raise NotIdentifiable("no motion is bare; record one without payload")
+
+    @property
+    def payloads(self) -> tuple[Payload, ...]:
+        """The payload of each mounting, in the order of their first motions."""
+        mounted = {id(motion.payload): motion.payload for motion in self.motions if motion.payload is not None}
+        return tuple(mounted.values())
+
+    @property
+    def row_period(self) -> float:
+        """Time from one row to the next [s]."""
+        return self.motions[0].observation.joints[0].row_period
+
+    def joint_name(self, joint: int) -> str:
+        """Name of a joint, from 0."""
+        return self.structure.arm.joint_names[joint]
+
+
+def pair(unloaded: Observation, loaded: Observation, payload: Payload, options: GainOptions) -> Problem:
+    """The problem of one motion with a bare flange and one with the payload."""
+    return Problem(loaded.structure, (ObservedMotion(unloaded, None), ObservedMotion(loaded, payload)), options)

@@ -1,0 +1,65 @@
+"""The rows an estimate was found from: currents, residuals, and where each row belongs."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ident.support.arrays import Array, Indices
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Rows:
+    """Rows of one or more joints, those of a joint together, of a joint those of a motion together.
+
+    Attributes:
+        V: Currents [drive units], shape (r,).
+        residual: What the fitted model leaves of them [drive units], shape (r,).
+        joint: Joint of each row, from 0, shape (r,).
+        motion: Motion of each row, its place in `Problem.motions`, shape (r,).
+        position: Number of each row in its motion, those left out counted, shape (r,).
+        row_period: Time from one row to the next [s].
+        unknowns: Unknowns solved for on the rows of each joint that has rows, by joint; a share of those that several
+            joints' rows show together.
+        weight: Of each row in the fit, shape (r,).
+        explained: Orthonormal columns that span what the unknowns explain of the weighted currents, shape (r, u); of a
+            fit with prior knowledge, their part on the rows.
+    """
+
+    V: Array
+    residual: Array
+    joint: Indices
+    motion: Indices
+    position: Indices
+    row_period: float
+    unknowns: dict[int, float]
+    weight: Array
+    explained: Array
+
+    def of(self, joint: int) -> slice:
+        """The rows of a joint."""
+        start, stop = np.searchsorted(self.joint, [joint, joint + 1])
+        return slice(int(start), int(stop))
+
+    def sigma(self, joint: int) -> float:
+        """Standard deviation of a joint's residual (eq. 19) [drive units]."""
+        own = self.residual[self.of(joint)]
+        return float(np.linalg.norm(own) / np.sqrt(len(own) - self.unknowns[joint]))
+
+    def rms_current(self, joint: int) -> float:
+        """Root mean square of a joint's currents [drive units]."""
+        return float(np.sqrt(np.mean(self.V[self.of(joint)] ** 2)))
+
+    def residual_share(self, joint: int) -> float:
+        """Norm of a joint's residual over the norm of its currents."""
+        rows = self.of(joint)
+        return float(np.linalg.norm(self.residual[rows]) / np.linalg.norm(self.V[rows]))
+
+    def runs(self) -> Iterator[slice]:
+        """Slices of rows of one joint and one motion."""
+        key = np.flatnonzero(np.diff(self.joint) | np.diff(self.motion)) + 1
+        edges = [0, *key.tolist(), len(self.V)]
+        for start, stop in pairwise(edges):
+            if start < stop:
+                yield slice(start, stop)

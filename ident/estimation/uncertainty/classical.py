@@ -1,0 +1,24 @@
+"""Covariance for white residuals of one deviation a joint (paper, eq. 20)."""
+
+import numpy as np
+
+from ident.estimation.rows import Rows
+from ident.support.arrays import Array
+
+
+def classical(rows: Rows, influence: Array, serial_s: float) -> Array:
+    """Covariance for residuals that are unrelated to each other.
+
+    Args:
+        rows: Rows with their residuals.
+        influence: Derivative of each quantity by each row's current, shape (k, r).
+        serial_s: Without meaning here.
+
+    Returns:
+        Covariance, shape (k, k).
+    """
+    sigma = np.empty(len(rows.V))
+    for joint in rows.unknowns:
+        sigma[rows.of(joint)] = rows.sigma(joint)
+    spread = influence * sigma
+    return spread @ spread.T  # eq. 20: influence @ influence.T is (W^T W)^-1

@@ -1,0 +1,35 @@
+"""Covariance for residuals correlated in time (Newey and West 1987)."""
+
+import numpy as np
+
+from ident.estimation.rows import Rows
+from ident.support.arrays import Array
+
+
+def serial(rows: Rows, influence: Array, serial_s: float) -> Array:
+    """Covariance for residuals of a joint that are unrelated only after some time.
+
+    Weights fall linearly to zero over the L row periods of `serial_s` (Bartlett). The sum over lags then is that of the
+    squares of sums over L consecutive rows (`docs/derivations.md`), so the covariance is never indefinite.
+
+    Args:
+        rows: Rows with their residuals; those that were left out count as zero.
+        influence: Derivative of each quantity by each row's current, shape (k, r).
+        serial_s: Time after which residuals are unrelated [s].
+
+    Returns:
+        Covariance, shape (k, k).
+    """
+    lags = max(1, round(serial_s / rows.row_period))
+    covariance = np.zeros((len(influence), len(influence)))
+    for run in rows.runs():
+        at, share = rows.position[run], influence[:, run] * rows.residual[run]
+        felt = np.flatnonzero(share.any(axis=1))
+        last = int(at[-1]) + 1
+        total = np.zeros((len(felt), last + 1))
+        total[:, 1 + at] = share[felt]
+        total = np.cumsum(total, axis=1)
+        first = np.arange(1 - lags, last)  # of each window of L positions that holds one of the rows
+        sums = total[:, np.minimum(first + lags, last)] - total[:, np.maximum(first, 0)]
+        covariance[np.ix_(felt, felt)] += sums @ sums.T / lags
+    return covariance

@@ -1,0 +1,183 @@
+"""The kinematics of a fixed-base serial arm, read from MJCF or URDF through Pinocchio.
+
+Identification needs no nominal inertia, only where the joint axes are, so that is all an `Arm` keeps.
+"""
+
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ident.model.files import minimal_model
+from ident.model.files.chain import NAME_IT
+from ident.support.arrays import Array, readonly
+from ident.support.captured_stderr import captured_stderr
+from ident.support.errors import RobotModelError
+from ident.support.naming import one_line
+
+if TYPE_CHECKING:
+    import pinocchio as pin  # pyright: ignore[reportMissingImports]  (its wheel installs beside site-packages)
+
+MOST_JOINTS = 24
+"""Joints of an arm; the work grows with their fourth power and takes seconds here."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arm:
+    """A fixed-base serial arm with n one-axis joints.
+
+    Frame j is fixed to link j and has its origin on joint j; the frames are those of the model file.
+
+    Attributes:
+        name: Model name.
+        joint_names: n names, base to flange.
+        rotation: Orientation of frame j in frame j - 1 at zero position, shape (n, 3, 3).
+        translation: Origin of frame j in frame j - 1 at zero position [m], shape (n, 3).
+        axis: Unit joint axis in frame j, shape (n, 3).
+        revolute: True for a revolute joint, False for a prismatic one, shape (n,).
+        gravity: Gravity in the base frame [m/s^2], shape (3,).
+        lower: Lower position limits [rad or m], -inf where the model states none, shape (n,).
+        upper: Upper position limits, likewise, shape (n,).
+        couplings: Pairs of joints (from 0) whose second motor turns with the sum of both speeds, as axes 5 and 6 of
+            Staubli's wrists do.
+    """
+
+    name: str
+    joint_names: tuple[str, ...]
+    rotation: Array
+    translation: Array
+    axis: Array
+    revolute: Array
+    gravity: Array
+    lower: Array
+    upper: Array
+    couplings: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.joint_names)
+
+
+def load_arm(path: str | Path, couplings: tuple[tuple[int, int], ...] = (), *, flange: str | None = None) -> Arm:
+    """Read an arm from an MJCF (`.xml`, `.mjcf`) or URDF (`.urdf`) file.
+
+    Args:
+        path: The model file. Meshes are not read.
+        couplings: Pairs of coupled joints, from 0; no model file tells them.
+        flange: Last body of the arm; joints that do not lead to it are held where they are drawn. None where all
+            joints are the arm's.
+
+    Returns:
+        The arm's kinematics.
+
+    Raises:
+        RobotModelError: If the file is missing, unreadable, or not a fixed-base serial arm of revolute
+            and prismatic joints, or a coupling names a joint that is not there.
+    """
+    model = load_pinocchio(path, flange=flange)
+    try:
+        arm = arm_from_pinocchio(model)
+    except RobotModelError as error:
+        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
+    if len(set(couplings)) < len(couplings):
+        raise RobotModelError(f"robot {arm.name}: a coupling is given twice")
+    for first, second in couplings:
+        if not 0 <= first < second < arm.n:
+            raise RobotModelError(
+                f"robot {arm.name}: cannot couple joints {first + 1} and {second + 1}; expected two of its {arm.n} "
+                "joints, the one nearer to the base first"
+            )
+    return replace(arm, couplings=couplings)
+
+
+def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model":
+    """Read the Pinocchio model of an MJCF or URDF file: its kinematics and gravity, not its masses.
+
+    Raises:
+        RobotModelError: If the file is missing, of an unknown kind or unreadable, or a number of it cannot be meant.
+    """
+    minimal = minimal_model(Path(path), flange)
+    with captured_stderr() as printed:  # urdfdom prints its reasons and raises none
+        try:
+            model = READERS[minimal.kind](minimal.text)
+        except (ValueError, RuntimeError, IndexError) as error:
+            reason = error
+        else:
+            model.gravity.linear = np.array(minimal.gravity)
+            return model
+    said = (printed or str(reason).strip().splitlines() or ["unknown reason"])[-1]
+    raise RobotModelError(f"robot model {one_line(path)}: Pinocchio cannot read it: {one_line(said)}") from reason
+
+
+def _mjcf_from_text(text: str) -> "pin.Model":
+    import pinocchio as pin  # a fifth of a second that a command's help does without  # pyright: ignore[reportMissingImports]
+
+    with tempfile.TemporaryDirectory() as folder:  # it reads files only
+        path = Path(folder) / "arm.xml"
+        path.write_text(text, encoding="utf-8")
+        return pin.buildModelFromMJCF(str(path))
+
+
+def _urdf_from_text(text: str) -> "pin.Model":
+    import pinocchio as pin  # pyright: ignore[reportMissingImports]
+
+    return pin.buildModelFromXML(text)
+
+
+READERS: dict[str, Callable[[str], "pin.Model"]] = {"mjcf": _mjcf_from_text, "urdf": _urdf_from_text}
+"""Pinocchio's readers by format."""
+
+
+def arm_from_pinocchio(model: "pin.Model") -> Arm:
+    """Take the kinematics of a Pinocchio model.
+
+    Raises:
+        RobotModelError: If the model is not a fixed-base serial arm of revolute and prismatic joints.
+    """
+    n = model.njoints - 1
+    if n < 1:
+        raise RobotModelError(f"robot {model.name}: it has no moving joint")
+    if n > MOST_JOINTS:
+        raise RobotModelError(f"robot {model.name}: {n} joints; arms of up to {MOST_JOINTS} are identified")
+    axis, revolute = np.zeros((n, 3)), np.zeros(n, dtype=bool)
+    lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
+    for j in range(n):
+        joint, name = model.joints[j + 1], model.names[j + 1]
+        if model.parents[j + 1] != j:
+            raise RobotModelError(
+                f"robot {model.name}: joint {name} branches off; only serial arms are supported; {NAME_IT}"
+            )
+        axis[j], revolute[j] = _axis(joint, name)
+        if joint.nq == 1:  # an unbounded revolute joint is stored as cosine and sine, without limits
+            lower[j], upper[j] = model.lowerPositionLimit[joint.idx_q], model.upperPositionLimit[joint.idx_q]
+    stated = (lower < upper) & (np.abs(lower) < 1e3) & (np.abs(upper) < 1e3)
+    return Arm(
+        name=model.name,
+        joint_names=tuple(model.names[1:]),
+        rotation=readonly([model.jointPlacements[j + 1].rotation for j in range(n)]),
+        translation=readonly([model.jointPlacements[j + 1].translation for j in range(n)]),
+        axis=readonly(axis),
+        revolute=readonly(revolute),
+        gravity=readonly(model.gravity.linear),
+        lower=readonly(np.where(stated, lower, -np.inf)),
+        upper=readonly(np.where(stated, upper, np.inf)),
+    )
+
+
+def _axis(joint: "pin.JointModel", name: str) -> tuple[Array, bool]:
+    """Unit axis in the joint's frame and whether the joint is revolute."""
+    kind = joint.shortname()
+    if joint.nv == 1 and kind.startswith(("JointModelR", "JointModelP")):
+        data = joint.createData()
+        joint.calc(data, np.array([1.0, 0.0]) if joint.nq == 2 else np.zeros(1))
+        motion = np.asarray(data.S).ravel()  # (6,): linear, angular
+        linear, angular = motion[:3], motion[3:]
+        if not linear.any():
+            return angular, True
+        if not angular.any():
+            return linear, False
+    raise RobotModelError(f"joint {name}: type {kind} is not supported; use revolute or prismatic joints")

@@ -1,0 +1,102 @@
+"""Base parameters: which columns of the standard regressor are independent, and what each of them regroups.
+
+The columns are judged on random states, never on measured data: what depends is a property of the kinematics,
+and filtered data would let rounding pass for rank. Pivoted QR factorises one tier of columns after another
+(Gautier 1991, with the preference of Khalil's regrouping rules), so that the parameters kept are those of the
+literature: YY, MZ and M of a revolute link are regrouped into their neighbours, Ia into ZZ where it can be.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from ident.model.arm import Arm
+from ident.model.parameters import COUPLING, labels
+from ident.model.regressor import regressor
+from ident.support.arrays import Array, Indices, readonly
+
+TIERS = (("XX", "XY", "XZ", "YZ", "ZZ", "MX", "MY"), ("Ia",), ("YY", "MZ", "M"), ("Fv", "Fc", "off", *COUPLING))
+RANK_TOL = 1e-8
+"""Share of a unit column that must be new: exact dependence leaves 1e-15, the weakest base column 1e-3."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BaseParameters:
+    """An independent choice of b columns among p, and the regrouping that makes it complete.
+
+    Attributes:
+        columns: Indices of the chosen columns, shape (b,).
+        regrouping: Matrix K with `chi_base = K @ chi_st` and `W_st @ chi_st == W_st[:, columns] @ chi_base`,
+            shape (b, p).
+        labels: Names of all p standard parameters.
+    """
+
+    columns: Indices
+    regrouping: Array
+    labels: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the chosen columns, b strings."""
+        return tuple(self.labels[c] for c in self.columns)
+
+    def groups(self, tol: float = 1e-9) -> dict[str, dict[str, float]]:
+        """Each base parameter as a combination of standard parameters, `{"MX2": {"MX2": 1, "M3": 0.45}}`."""
+        return {
+            base: {name: float(k) for name, k in zip(self.labels, row, strict=True) if abs(k) > tol}
+            for base, row in zip(self.names, self.regrouping, strict=True)
+        }
+
+
+def base_parameters(arm: Arm, rng: np.random.Generator) -> BaseParameters:
+    """Base parameters of the whole arm, friction and offsets included (paper, eq. 11).
+
+    Args:
+        arm: The arm, n joints.
+        rng: Draws the random states; the result does not depend on it, but for rounding.
+
+    Returns:
+        The base columns among the 14 n of `regressor`.
+    """
+    W = random_regressor(arm, rng)
+    names = labels(arm.n, arm.couplings)
+    stacked = W.reshape(-1, W.shape[2])
+    tiers = [np.flatnonzero([name.rstrip("0123456789") in tier for name in names]) for tier in TIERS]
+    columns = np.sort(independent_columns(stacked, tiers))
+    K = linalg.lstsq(stacked[:, columns], stacked)[0]
+    K[np.abs(K) < 1e-10] = 0.0
+    return BaseParameters(columns, readonly(K), names)
+
+
+def random_regressor(arm: Arm, rng: np.random.Generator) -> Array:
+    """Regressor on random states, enough of them for any rank, shape (20 n, n, 14 n)."""
+    q, dq, ddq = rng.uniform(-np.pi, np.pi, (3, 20 * arm.n, arm.n))
+    return regressor(arm, q, dq, ddq)
+
+
+def independent_columns(W: Array, tiers: Sequence[Indices], rank_tol: float = RANK_TOL) -> Indices:
+    """A largest independent set of columns, those of earlier tiers first.
+
+    Args:
+        W: Any matrix, shape (r, p).
+        tiers: Column indices, most wanted tier first.
+        rank_tol: Norm below which the part of a unit column that the chosen ones leave counts as none.
+
+    Returns:
+        Indices of the chosen columns, tier by tier, shape (b,).
+    """
+    norms = np.linalg.norm(W, axis=0)
+    felt = norms > rank_tol * norms.max(initial=0.0)  # a column of rounding errors is no column
+    unit = np.where(felt, W / np.where(felt, norms, 1.0), 0.0)
+    chosen = np.zeros(0, dtype=np.intp)
+    Q = np.zeros((len(W), 0))
+    for tier in filter(len, tiers):
+        new = unit[:, tier] - Q @ (Q.T @ unit[:, tier])
+        R, pivots = linalg.qr(new, mode="r", pivoting=True, check_finite=False)
+        rank = int(np.sum(np.abs(np.diag(R)) > rank_tol))
+        chosen = np.concatenate((chosen, np.asarray(tier)[pivots[:rank]]))
+        if tier is not tiers[-1]:
+            Q = linalg.qr(unit[:, chosen], mode="economic", check_finite=False)[0]
+    return chosen

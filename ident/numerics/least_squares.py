@@ -1,0 +1,138 @@
+"""Linear least squares with scaled columns by orthogonal factorisation (paper, eq. 17 to 22)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from ident.support.arrays import Array, Indices
+from ident.support.errors import NotExcited, TooFewRows
+
+DEPENDENT = 1e-9
+"""Relative singular value of unit columns under which one group of rows does not see a combination of them."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LeastSquares:
+    """Solution of `Y = W @ x + rho`.
+
+    Attributes:
+        x: Solution, shape (b,).
+        cofactor: (W^T W)^-1, shape (b, b).
+        sigma: Standard deviation of the residual (eq. 19).
+        residual: rho = Y - W @ x, shape (r,).
+        condition: Condition number of W with unit columns.
+        basis: Orthonormal basis of the columns of W, shape (r, b).
+    """
+
+    x: Array
+    cofactor: Array
+    sigma: float
+    residual: Array
+    condition: float
+    basis: Array
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of x for white residuals (eq. 20), shape (b, b)."""
+        return self.sigma**2 * self.cofactor
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations of x, shape (b,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def least_squares(W: Array, Y: Array, *, rank_tol: float) -> LeastSquares:
+    """Solve `Y = W @ x` in the least squares sense (paper, eq. 17, 19 and 20).
+
+    Columns are scaled to unit norm before the factorisation, so the rank and the condition number do not
+    depend on units.
+
+    Args:
+        W: Observation matrix, shape (r, b), r > b.
+        Y: Measurements, shape (r,).
+        rank_tol: Smallest singular value of the scaled W, relative to the largest, that counts as observed.
+
+    Returns:
+        The solution with its covariance.
+
+    Raises:
+        TooFewRows: If rows are fewer than unknowns plus one.
+        NotExcited: If a column is zero, or W is rank deficient.
+    """
+    r, b = W.shape
+    if r <= b:
+        raise TooFewRows(f"{r} rows cannot give {b} unknowns; record a longer motion")
+    scale = np.linalg.norm(W, axis=0)
+    if not scale.all():
+        raise NotExcited(f"column {int(np.argmin(scale))} of the observation matrix is zero")
+    Q, R = linalg.qr(W / scale, mode="economic")
+    singular = np.linalg.svd(R, compute_uv=False)
+    if singular[-1] < rank_tol * singular[0]:
+        raise NotExcited(
+            f"the motion does not excite every parameter: relative singular value {singular[-1] / singular[0]:.1e} "
+            f"is below {rank_tol:.0e}"
+        )
+    inverse = linalg.solve_triangular(R, np.eye(b)) / scale[:, None]  # (b, b), inverse @ inverse.T = cofactor
+    x = inverse @ (Q.T @ Y)
+    residual = Y - W @ x
+    sigma = float(np.linalg.norm(residual) / np.sqrt(r - b))  # eq. 19
+    return LeastSquares(
+        x, inverse @ inverse.T, sigma, residual, float(singular[0] / singular[-1]), np.asarray(Q, np.float64)
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Factors:
+    """`W[:, columns] = Q @ R`, the columns independent of each other and all others combinations of them.
+
+    Attributes:
+        columns: Indices of the columns, shape (k,).
+        Q: Orthonormal, shape (r, k).
+        R: Upper triangular, shape (k, k).
+    """
+
+    columns: Indices
+    Q: Array
+    R: Array
+
+
+def factors(W: Array, *, rank_tol: float) -> Factors:
+    """Factorise a matrix whose columns may depend on each other or be zero (pivoted QR of unit columns).
+
+    Args:
+        W: Matrix, shape (r, b).
+        rank_tol: Size of a unit column's new part, relative to the largest, that counts.
+    """
+    norms = np.linalg.norm(W, axis=0)
+    seen = np.flatnonzero(norms > 0.0)
+    Q, R, pivots = linalg.qr(W[:, seen] / norms[seen], mode="economic", pivoting=True, check_finite=False)
+    size = np.abs(np.diag(R))
+    rank = int(np.sum(size > rank_tol * size[0])) if len(size) else 0
+    columns = seen[pivots[:rank]]
+    return Factors(
+        columns, np.asarray(Q[:, :rank], np.float64), np.asarray(R[:rank, :rank] * norms[columns], np.float64)
+    )
+
+
+def row_weights(W: Array, Y: Array, groups: Indices) -> Array:
+    """One over the standard deviation of the residual that each group of rows has alone (paper, eq. 22).
+
+    Args:
+        W: Observation matrix, shape (r, b).
+        Y: Measurements, shape (r,).
+        groups: Group number of each row, one group a joint, shape (r,).
+
+    Returns:
+        Weights of the rows, shape (r,).
+    """
+    weight = np.empty(len(Y))
+    for group in np.unique(groups):
+        rows = groups == group
+        norms = np.linalg.norm(W[rows], axis=0)
+        own = W[rows][:, norms > 0.0] / norms[norms > 0.0]
+        x, _, rank, _ = linalg.lstsq(own, Y[rows], cond=DEPENDENT)  # a joint alone does not see every column
+        residual = Y[rows] - own @ x
+        weight[rows] = np.sqrt(rows.sum() - rank) / np.linalg.norm(residual)
+    return weight

@@ -1,0 +1,192 @@
+"""Zero-phase filtering: positions to velocities and accelerations, and parallel decimation (paper, II.C).
+
+Both filters are linear and symmetric in time. Decimation is a banded matrix D applied alike to the currents
+and to every column of the regressor, so whatever it does to a signal it does to both sides of the equation.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import scipy
+
+from ident.support.arrays import Array, readonly
+
+FILTER_ORDER = 4
+KERNEL_CUTOFFS = 3.3
+"""Length of the decimation kernel in periods of its cut-off: a Hamming window's transition is then as wide as that."""
+SETTLING = 2.0
+"""Edge of a filtered recording that still feels the missing past or future, in periods of the cut-off."""
+NOISE_STRETCH = 256
+"""Samples in each of the stretches whose spectra are averaged for the density of noise."""
+NOISE_BAND = (0.25, 0.45)
+"""Frequencies between which nothing but noise is expected, in sampling rates."""
+
+
+def smooth_motion(q: Array, period: float, cutoff_hz: float) -> tuple[Array, Array, Array]:
+    """Low-pass positions without phase and differentiate them (paper, II.C).
+
+    A Butterworth filter of order four runs forward and backward, then five-point central differences take
+    the derivatives, exact for polynomials of degree four (velocity) and five (acceleration).
+
+    Args:
+        q: Positions [rad], shape (N, n), on a uniform clock.
+        period: Sampling interval [s].
+        cutoff_hz: Cut-off frequency [Hz], below the Nyquist frequency.
+
+    Returns:
+        q, dq, ddq [rad, rad/s, rad/s^2], shape (N, n). The outer `edge_samples` are to be discarded.
+    """
+    smooth = low_passed(q, period, cutoff_hz).T  # (n, N), for the cache
+    dq, ddq = np.zeros_like(smooth), np.zeros_like(smooth)
+    m2, m1, c, p1, p2 = (smooth[:, k : smooth.shape[1] - 4 + k] for k in range(5))
+    dq[:, 2:-2] = (8.0 * (p1 - m1) - (p2 - m2)) / (12.0 * period)
+    ddq[:, 2:-2] = (16.0 * (p1 + m1) - (p2 + m2) - 30.0 * c) / (12.0 * period**2)
+    return smooth.T, dq.T, ddq.T
+
+
+def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
+    """Low-pass signals without phase: a Butterworth filter of order four, forward and backward.
+
+    Args:
+        x: Signals, shape (N, k), on a uniform clock.
+        period: Sampling interval [s].
+        cutoff_hz: Quarter-power frequency [Hz], below the Nyquist frequency.
+
+    Returns:
+        Shape (N, k). The outer `edge_samples` feel what is missing beyond.
+    """
+    sos = np.array(_butterworth(cutoff_hz, 1.0 / period))  # SciPy asks for one that it may write to
+    padding = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
+    return scipy.signal.sosfiltfilt(sos, np.ascontiguousarray(x.T), padlen=padding).T
+
+
+@lru_cache(maxsize=32)
+def _butterworth(cutoff_hz: float, sampling_hz: float) -> Array:
+    """Second-order sections of the low-pass."""
+    return readonly(scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=sampling_hz, output="sos"))
+
+
+def edge_samples(period: float, cutoff_hz: float) -> int:
+    """Samples at either end that `smooth_motion` cannot be trusted on."""
+    return 2 + int(np.ceil(SETTLING / (cutoff_hz * period)))
+
+
+def noise_density(x: Array, period: float) -> Array:
+    """Density of white noise in signals of slow motion, from the upper half of their spectrum.
+
+    Args:
+        x: Signals, shape (N, n), on a uniform clock.
+        period: Sampling interval [s].
+
+    Returns:
+        One-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period, where all there is are N(0, sigma^2).
+    """
+    bent = np.diff(x, 2, axis=0)  # slow motion is so much smaller then that it does not leak
+    size = min(len(bent), NOISE_STRETCH)
+    window, f = scipy.signal.get_window("hann", size), np.fft.rfftfreq(size)
+    upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
+    parts = np.lib.stride_tricks.sliding_window_view(bent, size, axis=0)[:: size - size // 2]  # (parts, n, size)
+    spectrum = np.fft.rfft((parts - parts.mean(axis=2, keepdims=True)) * window)[..., upper]
+    power = 2.0 * np.mean(np.abs(spectrum) ** 2, axis=0) / np.sum(window**2)  # as scipy.signal.welch, without its loop
+    return np.median(power / (2.0 * np.sin(np.pi * f[upper])) ** 4, axis=1) * period
+
+
+def delayed(x: Array, periods: float) -> Array:
+    """A signal some sampling periods later, by straight lines between samples; its first value stands in before it.
+
+    Args:
+        x: Signal, shape (N, n).
+        periods: Delay in sampling periods; a negative one makes it earlier, and the last value stands in after it.
+    """
+    if periods == 0.0:
+        return x
+    if periods < 0.0:
+        return delayed(x[::-1], -periods)[::-1]
+    whole = int(periods)
+    share = periods - whole
+    later = np.concatenate((np.repeat(x[:1], whole + 1, axis=0), x))[: len(x) + 1]
+    return (1.0 - share) * later[1:] + share * later[:-1]
+
+
+def central_rate(x: Array, period: float, over: float) -> Array:
+    """Rate of change between a time before and the same time after each sample; zero where a recording has not both.
+
+    Args:
+        x: Signal, shape (N, n).
+        period: Sampling interval [s].
+        over: That time [s], rounded to whole samples, at least one.
+    """
+    half = max(1, round(over / period))
+    rate = np.zeros_like(x)
+    rate[half:-half] = (x[2 * half :] - x[: -2 * half]) / (2.0 * half * period)
+    return rate
+
+
+def group_means(x: Array, group: int) -> Array:
+    """Means of consecutive groups of samples, a last incomplete group left out, shape (N // group, ...)."""
+    whole = len(x) // group * group
+    total = x[:whole:group].copy()
+    for k in range(1, group):  # np.mean is slow over so short an axis
+        total += x[k:whole:group]
+    return total / group
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decimator:
+    """Zero-phase low-pass and one sample kept in `factor`: the rows of a banded Toeplitz matrix (paper, eq. 15).
+
+    Attributes:
+        kernel: Symmetric impulse response that sums to one, shape (2 h + 1,).
+        factor: n_d of the paper.
+    """
+
+    kernel: Array
+    factor: int
+
+    def rows(self, samples: int) -> int:
+        """Number of rows that `samples` samples give; the filter never reaches beyond the data."""
+        return max(0, (samples - len(self.kernel)) // self.factor + 1)
+
+    @property
+    def overlap(self) -> int:
+        """Earlier rows that still feel the first sample of a row."""
+        return (len(self.kernel) - 1) // self.factor
+
+    def applied(self, x: Array) -> Array:
+        """The rows of a signal of shape (samples,), shape (rows,).
+
+        A row is a sum over pieces of `factor` samples; each piece is weighted for all rows that feel it at once.
+        """
+        rows, pieces = self.rows(len(x)), -(-len(self.kernel) // self.factor)
+        weights = np.zeros(pieces * self.factor)
+        weights[: len(self.kernel)] = self.kernel
+        padded = np.zeros((rows + pieces - 1) * self.factor)
+        used = min(len(x), len(padded))
+        padded[:used] = x[:used]
+        parts = padded.reshape(-1, self.factor) @ weights.reshape(pieces, self.factor).T
+        return np.sum([parts[k : k + rows, k] for k in range(pieces)], axis=0)
+
+    def band(self, samples: int) -> Array:
+        """Weights of consecutive samples in all rows that feel one of them, if a row begins with the first sample.
+
+        Returns:
+            Shape (overlap + rows that begin with one of the samples, samples).
+        """
+        begins = self.factor * np.arange(-self.overlap, -(-samples // self.factor))
+        lag = np.arange(samples) - begins[:, None]
+        inside = (lag >= 0) & (lag < len(self.kernel))
+        return np.where(inside, self.kernel[np.where(inside, lag, 0)], 0.0)
+
+
+def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
+    """Decimator with a Hamming-windowed sinc of the given cut-off.
+
+    Args:
+        period: Sampling interval [s].
+        cutoff_hz: Half-amplitude frequency [Hz]; the transition is as wide.
+        factor: Samples per row.
+    """
+    half = int(np.ceil(0.5 * KERNEL_CUTOFFS / (cutoff_hz * period)))
+    kernel = scipy.signal.firwin(2 * half + 1, cutoff_hz, fs=1.0 / period)
+    return Decimator(kernel / kernel.sum(), factor)

@@ -1,0 +1,292 @@
+"""The linear system of one motion, joint by joint: filtered, cleared of velocity reversals and decimated.
+
+Near a reversal sign(dq) is wrong: the filtered velocity crosses zero a little early or late, and real friction
+sticks. Those samples of a joint are left out before decimation, by the same mask on its current and on every
+column, so that every row is still a linear combination of exact equations (paper, eq. 15; `docs/derivations.md`).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy
+
+from ident.model.parameters import STANDARD
+from ident.model.regressor import BLOCK, regressor_blocks
+from ident.model.structure import Structure
+from ident.numerics.signals import (
+    KERNEL_CUTOFFS,
+    SETTLING,
+    Decimator,
+    central_rate,
+    decimator,
+    delayed,
+    edge_samples,
+    group_means,
+    noise_density,
+    smooth_motion,
+)
+from ident.observation.full_rate import FullRate
+from ident.recordings.intervals import intervals_of
+from ident.recordings.recording import JITTER_TOL, Recording, resampled
+from ident.support.arrays import Array, Indices, Mask, readonly
+from ident.support.errors import OptionError, RecordingError
+from ident.support.options import MEASURED, check_range
+
+PIECE = 128
+"""Samples that D is applied to at once: D is banded, and long pieces multiply mostly zeros."""
+FASTEST_PERIOD = 1e-5
+"""Sampling interval below which a clock is not believed [s]."""
+RATE_OVER = 0.01
+"""Half of the time that a current's rate of change is taken over [s]."""
+LONGEST_DELAY = 1.0
+"""Longest time between the stamp of a current and its action [s]; a real one is a few periods of the controller."""
+REGRESSOR_RATE = 32.0
+"""Rate at which the regressor is evaluated at least, in cut-offs of the positions.
+
+Faster recordings are averaged in groups first. The regressor of a mean is not the mean of regressors: content at the
+cut-off is off by (pi / 32)^2 / 6 = 2e-3 of itself, content at a tenth of it by 2e-5.
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObserveOptions:
+    """How a recording becomes a linear system. The defaults suit motions with harmonics below 1 Hz.
+
+    Attributes:
+        cutoff_hz: Low-pass of the positions before differentiation [Hz].
+        decimation_cutoff_hz: Low-pass of currents and regressor columns [Hz].
+        rows_per_second: Rows kept a second [1/s].
+        reversal_speed: Speed below which a joint's samples are left out, as a share of its rms speed.
+        current_delay: Time from the stamp of a current to the middle of its action [s]: half a period for a reference
+            that is held, negative for currents that are logged late, 0 for a measured current or where half a period
+            does not matter.
+        min_weight: Rows that lose more than the rest of their filter's weight to reversals are left out.
+    """
+
+    cutoff_hz: float = 15.0
+    decimation_cutoff_hz: float = 10.0
+    rows_per_second: float = 20.0
+    reversal_speed: float = 0.1
+    current_delay: float = field(default=0.0, metadata={MEASURED: "a delay common to all logs and joints"})
+    min_weight: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Check the values.
+
+        Raises:
+            OptionError: If one makes no sense.
+        """
+        for name in ("cutoff_hz", "decimation_cutoff_hz", "rows_per_second"):
+            check_range(name, getattr(self, name), least=1e-3, upto=1e5, unit="Hz")
+        check_range("reversal_speed", self.reversal_speed, least=0.0, upto=10.0)
+        check_range("current_delay", self.current_delay, least=-LONGEST_DELAY, upto=LONGEST_DELAY, unit="s")
+        check_range("min_weight", self.min_weight, least=-1.0, upto=1.0)
+        if self.rows_per_second > 3.0 * self.decimation_cutoff_hz:
+            raise OptionError(
+                f"rows_per_second = {self.rows_per_second:g}: rows closer than a third of the period of "
+                f"decimation_cutoff_hz = {self.decimation_cutoff_hz:g} repeat each other; ask for fewer"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointObservation:
+    """Rows of one joint and one motion: `V g = W @ chi + W_L @ chi_L` up to errors.
+
+    Attributes:
+        V: Currents [drive units], shape (r,).
+        V_rate: Their rate of change, filtered as they are [drive units/s], shape (r,).
+        W: Base columns of the arm that act on the joint, shape (r, b).
+        columns: Their indices in the structure's base columns, shape (b,).
+        W_L: The payload's ten columns (zero torque if nothing is mounted), shape (r, 10).
+        weight: What a constant becomes in each row: less than 1 where reversals are left out, shape (r,).
+        t: Time at the middle of each row's filter [s], shape (r,).
+        position: Number of each row, those left out counted, shape (r,).
+        row_period: Time from one row to the next [s].
+    """
+
+    V: Array
+    V_rate: Array
+    W: Array
+    columns: Indices
+    W_L: Array
+    weight: Array
+    t: Array
+    position: Indices
+    row_period: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """The linear system of one motion.
+
+    Attributes:
+        structure: Identifiable structure of the arm.
+        joints: One `JointObservation` per joint.
+        notes: What was done to the recording that its owner should know.
+        full_rate: The motion behind the rows, None for rows that come from no recording.
+    """
+
+    structure: Structure
+    joints: tuple[JointObservation, ...]
+    notes: tuple[str, ...]
+    full_rate: FullRate | None = None
+
+
+def observe(
+    recording: Recording, structure: Structure, options: ObserveOptions, spoilt: Mask | None = None
+) -> Observation:
+    """Turn a recording into the linear system of its motion (paper, eq. 14 and 15).
+
+    Args:
+        recording: One motion, n joints; a jittered clock is resampled and noted.
+        structure: Of the same arm.
+        options: Filters and thresholds.
+        spoilt: Samples that each joint's rows shall not rest on, shape (N, n); none if None.
+
+    Returns:
+        One linear system a joint.
+
+    Raises:
+        RecordingError: If the number of joints differs from the arm's, or the recording is too short or too
+            slowly sampled for the filters.
+    """
+    n = structure.arm.n
+    if recording.n != n:
+        raise RecordingError(f"{recording.name}: {recording.n} joints, but robot {structure.arm.name} has {n}")
+    notes = []
+    if recording.jitter > JITTER_TOL:
+        notes.append(f"{recording.name}: {_uneven(recording)}; resampled at {1.0 / recording.period:.4g} Hz")
+        recording = resampled(recording)
+    _check_rates(recording, options)
+    edge = edge_samples(recording.period, options.cutoff_hz)
+    inner = slice(edge, max(edge, len(recording.t) - edge))
+    if (
+        2.0 * SETTLING / options.cutoff_hz + KERNEL_CUTOFFS / options.decimation_cutoff_hz
+        > recording.t[-1] - recording.t[0]
+    ):
+        raise RecordingError(
+            f"{recording.name}: {recording.t[-1] - recording.t[0]:.3g} s are too short for cut-offs of "
+            f"{options.cutoff_hz:g} and {options.decimation_cutoff_hz:g} Hz"
+        )
+    group = max(1, int(1.0 / (recording.period * REGRESSOR_RATE * options.cutoff_hz)))
+    period = group * recording.period
+    D = decimator(period, options.decimation_cutoff_hz, max(1, round(1.0 / (period * options.rows_per_second))))
+    v = delayed(recording.v, options.current_delay / recording.period)
+    v = np.hstack((v, central_rate(v, recording.period, RATE_OVER)))
+    t, v = (group_means(x[inner], group) for x in (recording.t, v))
+    rows = D.rows(len(t))
+    if rows < 10 * n:
+        raise RecordingError(
+            f"{recording.name}: {recording.t[-1] - recording.t[0]:.3g} s give {rows} rows; at least {10 * n} are needed"
+        )
+    smooth = smooth_motion(recording.q, recording.period, options.cutoff_hz)
+    q, dq, ddq = (group_means(x[inner], group) for x in smooth)
+    middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
+    moving = _moving(structure, dq, options.reversal_speed)
+    if spoilt is not None and spoilt.any():
+        moving &= group_means(_widened(spoilt, edge)[inner].astype(np.float64), group) == 0.0
+    V, W = reduced(structure, (q, dq, ddq), v, moving, D)
+    joints = (_kept(structure, j, V, W[j], middle, period * D.factor, options) for j in range(n))
+    behind = FullRate(
+        q=q,
+        dq=dq,
+        ddq=ddq,
+        moving=moving,
+        period=period,
+        cutoff_hz=options.cutoff_hz,
+        decimator=D,
+        edge=edge,
+        group=group,
+        noise=noise_density(recording.q, recording.period),
+    )
+    return Observation(structure, tuple(joints), tuple(notes), behind)
+
+
+def _widened(spoilt: Mask, edge: int) -> Mask:
+    """Samples that feel spoilt ones through the filter of the positions, shape (N, n)."""
+    return scipy.ndimage.binary_dilation(spoilt, np.ones((2 * edge + 1, 1), dtype=np.bool_))
+
+
+def _uneven(recording: Recording) -> str:
+    """How uneven a clock is, gaps apart, as a check of the log says it."""
+    found = intervals_of(recording.t)
+    varied = f"sampling intervals vary by {100.0 * found.jitter:.3g} %"
+    return varied if not found.lost else f"{varied}, {found.lost} samples missing beside"
+
+
+def reduced(
+    structure: Structure, motion: tuple[Array, Array, Array], v: Array, moving: Mask, D: Decimator
+) -> tuple[Array, list[Array]]:
+    """Decimate the samples to be kept, block by block, so that the full-rate regressor is never stored.
+
+    Args:
+        structure: Of the arm, n joints.
+        motion: q, dq, ddq, each of shape (N, n).
+        v: Signals of the joints, m of each, those of all joints side by side, shape (N, m n).
+        moving: Samples of each joint to be kept, shape (N, n).
+        D: Filter.
+
+    Returns:
+        The signals, shape (rows, m n), and the regressor of each joint from its own link's columns on:
+        those of the links before it are zero.
+    """
+    n, p, rows = structure.arm.n, len(STANDARD), D.rows(len(v))
+    piece = D.factor * max(1, PIECE // D.factor)
+    band = D.band(piece)
+    weight = moving.astype(np.float64)
+    weighted = np.tile(weight, v.shape[1] // n) * v
+    felt = D.overlap + -(-len(v) // piece) * piece // D.factor  # rows, with those that reach beyond the data
+    V = np.zeros((felt, v.shape[1]))
+    W = [np.zeros((felt, structure.base.regrouping.shape[1] - p * j)) for j in range(n)]
+    size = piece * max(1, BLOCK // piece)
+    for block, columns in regressor_blocks(structure.arm, *motion, weight=weight, size=size):
+        for start in range(block.start, block.stop, piece):
+            inside = slice(start - block.start, min(start + piece, block.stop) - block.start)
+            weights = band[:, : inside.stop - inside.start]
+            touched = slice(start // D.factor, start // D.factor + len(band))
+            V[touched] += weights @ weighted[start : start + piece]
+            for j in range(n):
+                W[j][touched] += weights @ columns[j, p * j :, inside].T
+    whole = slice(D.overlap, D.overlap + rows)
+    return V[whole], [Wj[whole] for Wj in W]
+
+
+def _moving(structure: Structure, dq: Array, share: float) -> Mask:
+    """Samples at which each joint, and each sum of coupled joints that acts on it, is away from reversal, (N, n)."""
+    moving = np.abs(dq) > share * np.sqrt(np.mean(dq**2, axis=0))
+    for first, second in structure.arm.couplings:
+        total = dq[:, first] + dq[:, second]
+        moving[:, [first, second]] &= (np.abs(total) > share * np.sqrt(np.mean(total**2)))[:, None]
+    return moving
+
+
+def _kept(
+    structure: Structure, j: int, V: Array, W: Array, t: Array, row_period: float, options: ObserveOptions
+) -> JointObservation:
+    """The rows of joint j that lost little to reversals; V and W as `reduced` returns them."""
+    own, columns = len(STANDARD) * j, structure.joint_columns[j]
+    weight = W[:, STANDARD.index("off")]  # the column of ones has become the weight left
+    keep = weight >= options.min_weight
+    return JointObservation(
+        V=readonly(V[keep, j]),
+        V_rate=readonly(V[keep, structure.arm.n + j]),
+        W=readonly(W[np.ix_(keep, structure.base.columns[columns] - own)]),
+        columns=columns,
+        W_L=readonly(W[np.ix_(keep, structure.payload_columns - own)]),
+        weight=readonly(weight[keep]),
+        t=readonly(t[keep]),
+        position=np.flatnonzero(keep),
+        row_period=row_period,
+    )
+
+
+def _check_rates(recording: Recording, options: ObserveOptions) -> None:
+    if recording.period < FASTEST_PERIOD:
+        raise RecordingError(f"{recording.name}: sampled every {recording.period:.3g} s; is t in seconds?")
+    nyquist = 0.5 / recording.period
+    highest = max(options.cutoff_hz, options.decimation_cutoff_hz)
+    if highest >= nyquist:
+        raise RecordingError(
+            f"{recording.name}: sampled at {2.0 * nyquist:.4g} Hz, too slow for a cut-off of {highest:g} Hz; "
+            f"choose one below {nyquist:.4g} Hz"
+        )

@@ -1,0 +1,236 @@
+"""What a log file shows that no robot does: a clock in other units, positions that jump, currents that are no currents.
+
+A spike of a few samples is small in no least-squares sense: it decides the gain, or hides it under a residual that
+says nothing of where it is. Each check compares with the other samples of the same channel, so that it needs no unit,
+and asks for what no motion does, so that it does not alarm on one:
+
+    step of q    faster than `FASTEST`, and `UNUSUAL` times what 99 % of the channel's steps stay below
+    v            `UNUSUAL` times as far from the median as 99 % of the samples, for at most `BURST` samples
+
+    many spikes  `UNUSUAL` times as far from the median of `NEAR` samples to either side as half the samples are, and
+                 by half of the channel's own range, or what a joint would do at `FASTEST`
+
+Of Gaussian noise alone, a sample would have to lie 50 standard deviations out by the second, 13 by the third. The third
+is for spikes in more than `MANY` of the samples, which are usual by the others' measure; smaller ones are not found.
+Channels that are logged in coarse steps flicker by one of them, which is no spike.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+from ident.recordings.formats.units import ISO, TIME
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Mask
+from ident.support.errors import RecordingError
+
+SLOWEST, FASTEST_CLOCK = 0.2, 1e-5
+"""Sampling intervals [s] beyond which time is in other units: at 5 Hz no motion of a robot can be differentiated."""
+FASTEST = 50.0
+"""Speed that no joint of a robot has [rad/s or m/s]; wrists of small arms reach 20."""
+UNUSUAL = 20.0
+"""Ratio to the 99 % quantile of the channel."""
+BURST = 10
+"""Samples that a spike lasts at most; what lasts longer is taken for a motion."""
+NEAR = 3
+"""Samples to either side whose median stands for what a sample should be; a spike may last as many."""
+LEVELS = 3
+"""Values that a coarse channel has at least: of two, one may be a fault."""
+WHOLE = 0.01
+"""What a difference of two values of a coarse channel may be off a multiple of its step, in steps."""
+MANY = 0.001
+"""Share of the samples from which spikes of that size are too many; fewer decide no gain."""
+CHANCE = 1e-9
+"""Probability with which spikes all follow a step of the encoder though they have another cause."""
+SHARE = 0.99
+MIDDLE = (0.05, 0.95)
+"""Quantiles that a channel's own range lies between; spikes in fewer samples than that do not widen it."""
+TURNS = ((2.0 * np.pi, "2 pi", "np.unwrap(q, axis=0)"), (360.0, "360", "np.unwrap(q, period=360, axis=0)"))
+
+
+class LogFault(NamedTuple):
+    """Something that no robot does.
+
+    Attributes:
+        joint: The joint, from 0; None where it is the clock.
+        sentence: What was found, and where.
+        advice: What it may be, or what to do.
+    """
+
+    joint: int | None
+    sentence: str
+    advice: str
+
+
+def check_log(recording: Recording, *, t_unit: str | None = None) -> None:
+    """Refuse a recording whose clock, positions or currents no robot can have.
+
+    Args:
+        recording: As read.
+        t_unit: What its time is said to have been in; None if nothing is said.
+
+    Raises:
+        RecordingError: Naming the channel and the rows, and what it looks like.
+    """
+    for fault in log_faults(recording, t_unit=t_unit):
+        raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
+
+
+def check_clock(recording: Recording, *, t_unit: str | None = None) -> None:
+    """Refuse a recording whose time is in other units; arguments as `check_log`.
+
+    Raises:
+        RecordingError: Naming the unit that it looks like.
+    """
+    for fault in _clock_faults(recording, t_unit):
+        raise RecordingError(f"{recording.name}: {fault.sentence}; {fault.advice}")
+
+
+def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[LogFault]:
+    """Everything of a recording that no robot can have, channel by channel, the clock first."""
+    yield from _clock_faults(recording, t_unit)
+    for j in range(recording.n):
+        yield from _step_faults(recording, j)
+    for j in range(recording.n):
+        yield from _current_faults(recording, j)
+    fastest = FASTEST * float(np.median(np.diff(recording.t)))
+    for j in range(recording.n):
+        yield from _spike_faults(recording, "q", j, fastest)
+        yield from _spike_faults(recording, "v", j, float("inf"))
+
+
+def spikes(recording: Recording) -> tuple[Mask, Mask]:
+    """Samples of positions and of currents that are spikes, both of shape (N, n)."""
+    fastest = FASTEST * float(np.median(np.diff(recording.t)))
+    q, v = np.zeros(recording.q.shape, dtype=np.bool_), np.zeros(recording.v.shape, dtype=np.bool_)
+    for j in range(recording.n):
+        q[:, j] = _many_spikes(recording.q[:, j], fastest)[0]
+        v[:, j] = _few_spikes(recording.v[:, j]) | _many_spikes(recording.v[:, j], float("inf"))[0]
+    return q, v
+
+
+def jumps(recording: Recording, j: int) -> Mask:
+    """Rows after which a joint moves faster than any does, shape (N - 1,)."""
+    interval, size = np.diff(recording.t), np.abs(np.diff(recording.q[:, j]))
+    jumped = size > FASTEST * interval
+    if not jumped.any():
+        return jumped
+    fastest = FASTEST * np.maximum(interval, np.median(interval))
+    return (size > fastest) & (size > UNUSUAL * float(np.quantile(size, SHARE)))
+
+
+def _clock_faults(recording: Recording, t_unit: str | None) -> Iterator[LogFault]:
+    interval = float(np.median(np.diff(recording.t)))
+    if FASTEST_CLOCK <= interval < SLOWEST:
+        return
+    if t_unit is not None:
+        logged = interval / TIME[t_unit]
+        fitting = " or ".join(
+            unit for unit, scale in TIME.items() if unit != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST
+        )
+        sentence = (
+            f"t is said to be in {t_unit}, and advances by {logged:.3g} {t_unit} a row, which no log of a robot does"
+        )
+        yield LogFault(None, sentence, f"is it in {fitting}?" if fitting else "is it time?")
+        return
+    units = ((1e5, "nanoseconds"), (100.0, "microseconds"), (SLOWEST, "milliseconds"), (0.0, "hours"))
+    unit = next(name for least, name in units if interval >= least)
+    counted = ", or the number of the row" if (np.diff(recording.t) == 1.0).all() else ""
+    yield LogFault(
+        None,
+        f"t advances by {interval:.3g} a row",
+        f"is it in {unit}{counted}? t is in seconds, rows faster than {1.0 / SLOWEST:g} Hz",
+    )
+
+
+def _step_faults(recording: Recording, j: int) -> Iterator[LogFault]:
+    jumped = jumps(recording, j)
+    if not jumped.any():
+        return
+    step = np.diff(recording.q[:, j])
+    row, usual = int(jumped.argmax()), float(np.quantile(np.abs(step), SHARE))
+    what = f"q{j + 1} jumps by {step[row]:.4g} from row {row + 1} to the next"
+    for turn, name, repair in TURNS:
+        if abs(abs(step[row]) - turn) <= min(UNUSUAL * usual, 0.1 * turn):
+            sentence = f"{what}, a turn of {name}: the angles are wrapped"
+            yield LogFault(j, sentence, f"unwrap them with {repair}")
+            return
+    more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
+    sentence = f"{what}, faster than {FASTEST:g} rad/s or m/s{more}"
+    yield LogFault(j, sentence, "no joint moves like that, remove or repair those samples")
+
+
+def _few_spikes(v: Array) -> Mask:
+    """Samples of a current that are far out for a short time, none where they are steps of a coarse one."""
+    away = np.abs(v - np.median(v))
+    found = _short(away > UNUSUAL * float(np.quantile(away, SHARE)))
+    return found & (not found.any() or not _flickers(v, away[found]))
+
+
+def _current_faults(recording: Recording, j: int) -> Iterator[LogFault]:
+    v = recording.v[:, j]
+    rows = np.flatnonzero(_few_spikes(v))
+    if not len(rows):
+        return
+    middle = float(np.median(v))
+    usual = float(np.quantile(np.abs(v - middle), SHARE))
+    listed = ", ".join(str(k + 1) for k in rows[:6]) + (", .." if len(rows) > 6 else "")
+    sentence = (
+        f"v{j + 1} = {v[rows[0]]:.4g} at row {rows[0] + 1}, while 99 % of it are within {usual:.3g} of {middle:.3g}; "
+        f"{len(rows)} such samples (rows {listed})"
+    )
+    yield LogFault(j, sentence, "remove or repair them")
+
+
+def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
+    """Samples that are spikes, none where they are few, and what each should be by its neighbours."""
+    near: Array = scipy.ndimage.median_filter(x, size=2 * NEAR + 1, mode="nearest")
+    away = np.abs(x - near)
+    odd = away > UNUSUAL * np.median(away)
+    if int(odd.sum()) <= MANY * len(x):
+        return np.zeros_like(odd), near
+    low, high = np.quantile(x, MIDDLE)
+    found = odd & (away > min(far, 0.5 * float(high - low)))
+    return found & (int(found.sum()) > MANY * len(x) and not _flickers(x, away[found])), near
+
+
+def _spike_faults(recording: Recording, kind: str, j: int, far: float) -> Iterator[LogFault]:
+    x = recording.q[:, j] if kind == "q" else recording.v[:, j]
+    found, near = _many_spikes(x, far)
+    if not found.any() or (kind == "v" and _answers(found, recording.q[:, j])):
+        return
+    row, many = int(found.argmax()), int(found.sum())
+    sentence = (
+        f"{kind}{j + 1} has {many} spikes ({100.0 * many / len(x):.2g} % of its samples), the first at row {row + 1}, "
+        f"t = {recording.t[row]:.6g} s: {x[row]:.4g} where its neighbours have {near[row]:.4g}"
+    )
+    yield LogFault(j, sentence, "remove or repair those samples")
+
+
+def _answers(spikes: Mask, q: Array) -> bool:
+    """Whether all spikes of a current follow a step of its encoder, which chance does not do: a controller's answer."""
+    follow = np.zeros(len(q), dtype=np.bool_)
+    stepped = np.flatnonzero(np.diff(q) != 0.0) + 1
+    for later in range(NEAR + 1):
+        follow[np.minimum(stepped + later, len(q) - 1)] = True
+    return bool(follow[spikes].all()) and int(spikes.sum()) * float(np.log(follow.mean())) < float(np.log(CHANCE))
+
+
+def _flickers(x: Array, away: Array) -> bool:
+    """Whether samples are away by one step of a channel that has few values, multiples of this step."""
+    steps = np.diff(np.unique(x))
+    if len(steps) + 1 < LEVELS:
+        return False
+    step = float(steps.min())
+    return bool((away < 1.5 * step).all() and np.abs(steps / step - np.rint(steps / step)).max() < WHOLE)
+
+
+def _short(far: Mask) -> Mask:
+    """Of the samples that are far out, those in runs of at most `BURST`."""
+    edges: Array = np.diff(np.concatenate(([0.0], far.astype(np.float64), [0.0])))
+    short = np.zeros_like(far)
+    for start, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        short[start:end] = end - start <= BURST
+    return short

@@ -1,0 +1,21 @@
+"""Formats of log files that recordings are read from, one file each; `LOGS` names them."""
+
+from pathlib import Path
+
+from ident.recordings.formats.arrays import ARRAYS
+from ident.recordings.formats.columns import LogFormat
+from ident.recordings.formats.csv import CSV
+from ident.recordings.formats.parquet import PARQUET
+from ident.recordings.formats.ros import ROS
+
+LOGS: dict[str, LogFormat] = {"parquet": PARQUET, "numpy": ARRAYS, "ros": ROS, "csv": CSV}
+"""Log formats by name; the ending of a file's name decides, and what no format claims is read as CSV."""
+
+
+def format_of(path: Path) -> LogFormat:
+    """The format of a file by its name, of a folder by what lies in it."""
+    name = path.name.lower()
+    for log in LOGS.values():
+        if name.endswith(log.endings) or (log.marks and (path / log.marks).is_file()):
+            return log
+    return CSV

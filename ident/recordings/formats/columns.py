@@ -1,0 +1,115 @@
+"""Columns of a log: what is asked of a file, and which of our own names, `t`, `q1` .., `v1` .., are misspelled."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias
+
+from ident.recordings.formats.text_layout import TextLayout
+from ident.support.arrays import Array
+from ident.support.errors import RecordingError
+from ident.support.naming import one_line, shown
+
+MOST_COLUMNS = 10_000
+"""Columns of a file, used or not."""
+MOST_VALUES = 50_000_000
+"""Numbers that are read of a file; a million samples of 24 joints."""
+Columns: TypeAlias = Mapping[str, Array]
+"""Values by column name, all (N,)."""
+OURS = re.compile(r"t|[qv][1-9][0-9]{0,3}")
+
+
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """Columns of a file that are to be read.
+
+    Attributes:
+        names: Their names.
+        dated: Those of them that hold dates, to be read as seconds since 1970.
+    """
+
+    names: tuple[str, ...]
+    dated: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What is asked of a file.
+
+    Attributes:
+        chosen: Of the names of all its columns, those to read; raises `RecordingError` if one is not there.
+        known: How many of some names are meant by the request, to find out how a text file is laid out.
+        text: How a text file is laid out, as far as it is said.
+        topic: Of a bag, where it has several.
+        joints: Names of the joints in their order, where they are known.
+    """
+
+    chosen: Callable[[Path, Sequence[str]], Chosen]
+    known: Callable[[Sequence[str]], int]
+    text: TextLayout = field(default_factory=TextLayout)
+    topic: str | None = None
+    joints: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LogFormat:
+    """A kind of file that recordings are read from.
+
+    Attributes:
+        endings: How the names of such files end, lower case.
+        read: Reads the columns that a request chooses, under their names in the file; raises `RecordingError`.
+        marks: Name of a file that a folder of this kind holds, empty if none is.
+    """
+
+    endings: tuple[str, ...]
+    read: Callable[[Path, Request], Columns]
+    marks: str = ""
+
+
+def used_columns(path: Path, header: Sequence[str]) -> list[str]:
+    """Those of a file's columns that make a recording, in their order.
+
+    Raises:
+        RecordingError: If a name is there twice, counts joints from 0, or differs in its case; or there are none.
+    """
+    used = [name for name in header if OURS.fullmatch(name)]
+    if len(set(used)) < len(used):
+        doubled = next(name for name in used if used.count(name) > 1)
+        raise RecordingError(f"{one_line(path)}: column {doubled} appears twice")
+    for name in header:
+        if name in ("q0", "v0"):
+            raise RecordingError(
+                f"{one_line(path)}: column {name}: joints are numbered from 1; rename them q1, q2, .., v1, v2, .."
+            )
+        if name not in used and OURS.fullmatch(name.lower()) and name.lower() not in used:
+            raise RecordingError(
+                f"{one_line(path)}: column {shown(name)}: names are lower case; rename it {name.lower()}"
+            )
+    if not used:
+        raise RecordingError(
+            f"{one_line(path)}: the file names no column t, q1.. or v1..; found {listed(header)}; say which columns "
+            "they are (--columns, --log-description)"
+        )
+    return used
+
+
+def check_width(path: Path, header: Sequence[str]) -> None:
+    """Refuse more columns than any log has.
+
+    Raises:
+        RecordingError: If there are more than `MOST_COLUMNS`.
+    """
+    if len(header) > MOST_COLUMNS:
+        raise RecordingError(f"{one_line(path)}: {len(header)} columns; files of up to {MOST_COLUMNS} are read")
+
+
+def listed(names: Sequence[str], most: int = 8) -> str:
+    """Names for a message, cut where they are many or long."""
+    text = ", ".join(one_line(name) for name in names[:most])
+    return f"{text[:200]}, .." if len(names) > most or len(text) > 200 else text
+
+
+def entry(name: str, number: int) -> str:
+    """Name of an entry, from 0, of a column that holds a row of numbers; `q` and `v` are our own, counted from 1."""
+    return f"{name}{number + 1}" if name in ("q", "v") else f"{name}[{number}]"

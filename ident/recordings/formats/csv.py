@@ -1,0 +1,297 @@
+"""Logs in text files: a header line with the column names, one row a sample.
+
+Columns are separated by commas, semicolons, tabs, bars or spaces, whichever shows the most of the wanted names in the
+header, or numbers where there is none; the decimal sign may be a comma where that does not separate columns.
+"""
+
+import csv
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ident.recordings.formats.columns import Columns, LogFormat, Request
+from ident.recordings.formats.parquet import floats, seconds
+from ident.recordings.formats.text import read_text, without_comments
+from ident.support.arrays import Array
+from ident.support.errors import RecordingError
+from ident.support.naming import one_line, shown
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+SEPARATORS = (",", ";", "\t", "|", " ")
+_NUMBER = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|nan|inf(?:inity)?)", re.IGNORECASE)
+_QUOTED = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
+_LINE = re.compile(rb"[^\r\n]*")
+_SIGN = re.compile(rb"(?<![eE0-9.])\+(?=[0-9.])")
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """How a text file is laid out.
+
+    Attributes:
+        header: Column names.
+        separator: Between columns.
+        decimal: Decimal sign.
+        line: Lines before the first row.
+        start: Where the rows begin in the text [bytes].
+    """
+
+    header: list[str]
+    separator: str
+    decimal: str
+    line: int
+    start: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """Columns to be read.
+
+    Attributes:
+        names: Their names.
+        places: Where they are, from 0.
+        dated: Whether they hold dates.
+    """
+
+    names: list[str]
+    places: list[int]
+    dated: list[bool]
+
+
+def read_csv(path: Path, request: Request) -> Columns:
+    """Read the columns of a log.
+
+    Raises:
+        RecordingError: If the file is no text, has no header with the wanted columns, or a cell is no number; names
+            line and column.
+    """
+    text = read_text(path, request.text.encoding)
+    layout = _layout(path, text, request)
+    chosen = request.chosen(path, layout.header)
+    names = list(chosen.names)
+    wanted = _Wanted(names, [layout.header.index(name) for name in names], [name in chosen.dated for name in names])
+    rows = without_comments(text[layout.start :])
+    values = _parsed(rows, layout, wanted)
+    if values is None and layout.separator == " " and not any(wanted.dated):
+        values = _spaced(rows, layout, wanted)
+    if values is None:
+        lines = [_tidy(line, layout) for line in rows.splitlines()]
+        if fault := _fault(path, lines, layout, wanted):
+            raise fault
+        values = _parsed(b"\n".join(lines), layout, wanted)
+    if values is None:
+        raise RecordingError(f"{one_line(path)}: not readable as CSV")
+    if not len(values[0]):
+        raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
+    return dict(zip(names, values, strict=True))
+
+
+def _layout(path: Path, text: bytes, request: Request) -> _Layout:
+    """Find header, separator and decimal sign, as far as they are not said."""
+    said = request.text
+    found = _header(path, text, request)
+    start, line = found.end, found.line
+    if said.rows is not None:
+        start, line = _start_of_line(path, text, said.rows), said.rows - 1
+    rest = text[start : start + 10_000].split(b"\n")
+    first = next((row for row in rest if row.split(b"#", 1)[0].strip()), b"")
+    if not first and not without_comments(text[start:]).strip():
+        raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
+    cells = _split(_decoded(first.split(b"#", 1)[0].strip()), found.separator)
+    quoted = len(cells) == len(found.header) and any(_QUOTED.fullmatch(cell) for cell in cells)
+    decimal = "," if quoted or (found.separator != "," and b"," in first.split(b"#", 1)[0]) else "."
+    return _Layout(found.header, found.separator, said.decimal or decimal, line, start)
+
+
+@dataclass(frozen=True, slots=True)
+class _Header:
+    """The line of the names: what they are, what separates them, its number, and where the next one begins."""
+
+    header: list[str]
+    separator: str
+    line: int
+    end: int
+
+
+def _header(path: Path, text: bytes, request: Request) -> _Header:
+    """The header, or the numbers of the columns where it is said that there is none."""
+    said = request.text
+    position = 0 if not said.header else _start_of_line(path, text, said.header)
+    number, commented, words = (said.header or 1) - 1, "", ""
+    while position < len(text):
+        found = _LINE.match(text, position)
+        assert found is not None, "an empty line matches too"
+        number += 1
+        start, position = position, _next_line(text, found.end())
+        line = _decoded(found[0])
+        words = line.strip().lstrip("#").strip() if said.header else line.split("#", 1)[0].strip()
+        if words:
+            break
+        if said.header:
+            raise RecordingError(f"{one_line(path)}: line {number}, said to be the header, is empty")
+        commented = line.strip().lstrip("#").strip() or commented
+    else:
+        raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
+    separator = said.separator or max(SEPARATORS, key=lambda s: _numbers_in(words, s))
+    counted = [str(k + 1) for k in range(len(_split(words, separator)))]
+    by_number = said.header is None and _split(words, separator) != counted and request.known(counted) > 1
+    if said.header == 0 or (by_number and _numbers_in(words, separator) == len(counted)):
+        return _Header(counted, separator, number - 1, start)
+    if said.header is None and not _known(words, request):
+        if _known(commented, request) > 1 and not re.search("[a-df-mo-zA-DF-MO-Z]", words):
+            words, number, position = commented, number - 1, start  # as numpy.savetxt writes it: names are a comment
+        elif all(_NUMBER.fullmatch(w) for w in re.split(r"[\s;,|]+", words) if w):
+            raise RecordingError(
+                f"{one_line(path)}: line {number} has numbers where column names are expected; begin with t,q1,..,"
+                'v1,.., or say header = "none" in a log description'
+            )
+    separator = said.separator or max(SEPARATORS, key=lambda s: request.known(_split(words, s)))
+    return _Header(_split(words, separator), separator, number, position)
+
+
+def _start_of_line(path: Path, text: bytes, number: int) -> int:
+    """Where a line begins [bytes]."""
+    position = 0
+    for _ in range(number - 1):
+        found = _LINE.match(text, position)
+        assert found is not None, "an empty line matches too"
+        position = _next_line(text, found.end())
+        if position >= len(text):
+            raise RecordingError(f"{one_line(path)}: has no line {number}")
+    return position
+
+
+def _next_line(text: bytes, end: int) -> int:
+    return end + (2 if text[end : end + 2] == b"\r\n" else 1)
+
+
+def _known(line: str, request: Request) -> int:
+    """How many of the wanted names a line holds, whatever separates them."""
+    return max(request.known(_split(line, separator)) for separator in SEPARATORS)
+
+
+def _numbers_in(line: str, separator: str) -> int:
+    cells = _split(line, separator)
+    return sum(bool(_NUMBER.fullmatch(cell.replace(",", ".", 1) if separator != "," else cell)) for cell in cells)
+
+
+def _parsed(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
+    """The wanted columns, None if a row or cell does not fit."""
+    import pyarrow as pa
+    from pyarrow import csv
+
+    names = [str(k) for k in range(len(layout.header))]
+    places = [names[k] for k in wanted.places]
+    kinds = [pa.string() if dated else pa.float64() for dated in wanted.dated]
+    try:
+        table = csv.read_csv(
+            pa.py_buffer(rows),
+            read_options=csv.ReadOptions(column_names=names, use_threads=False, block_size=1 << 22),
+            parse_options=csv.ParseOptions(delimiter=layout.separator),
+            convert_options=csv.ConvertOptions(
+                column_types=dict(zip(places, kinds, strict=True)),
+                include_columns=places,
+                null_values=[],
+                decimal_point=layout.decimal,
+                check_utf8=False,
+            ),
+        )
+        return [
+            _dates(table[place]) if dated else floats(table[place])
+            for place, dated in zip(places, wanted.dated, strict=True)
+        ]
+    except pa.ArrowInvalid:
+        return None
+
+
+def _dates(cells: "pa.ChunkedArray") -> Array:
+    """Dates as seconds since 1970; without an offset they count as UTC.
+
+    Raises:
+        pyarrow.ArrowInvalid: If one cannot be read.
+    """
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    cells = pc.replace_substring(pc.utf8_trim(cells, " \"'"), ",", ".")
+    try:
+        return seconds(cells.cast(pa.timestamp("ns")))
+    except pa.ArrowInvalid:
+        return seconds(cells.cast(pa.timestamp("ns", "UTC")))
+
+
+def _spaced(rows: bytes, layout: _Layout, wanted: _Wanted) -> list[Array] | None:
+    """Likewise for columns separated by one or more spaces, if all of them hold numbers."""
+    numbers = io.BytesIO(rows.replace(b",", b".") if layout.decimal == "," else rows)
+    try:
+        values = np.loadtxt(numbers, ndmin=2)
+    except ValueError:
+        return None
+    return [values[:, k] for k in wanted.places] if values.shape[1] == len(layout.header) else None
+
+
+def _tidy(line: bytes, layout: _Layout) -> bytes:
+    """A row as the fast parser wants it: one separator, none at the end beyond the header's, no plus signs."""
+    separator = layout.separator.encode()
+    line = _SIGN.sub(b"", line.strip(b" \t\f\v" if layout.separator != "\t" else b" "))
+    if separator == b" ":
+        line = b" ".join(line.split())
+    if line.endswith(separator) and line.count(separator) == len(layout.header):
+        line = line[:-1]
+    return line if line.strip() else b""
+
+
+def _fault(path: Path, lines: list[bytes], layout: _Layout, wanted: _Wanted) -> RecordingError | None:
+    """Find the first row or cell that does not fit."""
+    for number, line in enumerate(lines, layout.line + 1):
+        if not line:
+            continue
+        cells = _split(_decoded(line), layout.separator)
+        for k, dated in zip(wanted.places, wanted.dated, strict=True):
+            cell = cells[k] if k < len(cells) else ""
+            if dated and not _date(cell):
+                return RecordingError(
+                    f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is no date as ISO "
+                    "8601 writes it, year first, such as 2031-07-19T09:41:07.125"
+                )
+            if not dated and not _NUMBER.fullmatch(cell.replace(",", ".", 1) if layout.decimal == "," else cell):
+                return RecordingError(
+                    f"{one_line(path)}: line {number}, column {layout.header[k]}: {shown(cell)} is not a number"
+                )
+        if len(cells) != len(layout.header):
+            hint = "; separate columns with ; where the decimal sign is a comma" if layout.separator == "," else ""
+            count = f"{len(cells)} cells, but the header names {len(layout.header)}"
+            return RecordingError(f"{one_line(path)}: line {number} has {count}{hint}")
+    return None
+
+
+def _date(cell: str) -> bool:
+    import pyarrow as pa
+
+    try:
+        return not np.isnan(_dates(pa.chunked_array([[cell]], pa.string())))[0]
+    except pa.ArrowInvalid:
+        return False
+
+
+def _split(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return [cell.strip("\"'") for cell in line.split()]
+    cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True), []) if '"' in line else None
+    return [cell.strip().strip("\"'").strip() for cell in cells or line.split(separator)]
+
+
+def _decoded(line: bytes) -> str:
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
+
+
+CSV = LogFormat((".csv", ".tsv", ".txt", ".gz"), read_csv)

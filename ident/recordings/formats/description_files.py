@@ -1,0 +1,179 @@
+"""Descriptions of logs from TOML files."""
+
+import codecs
+from collections.abc import Mapping
+from pathlib import Path
+
+from ident.recordings.formats.column_words import spread
+from ident.recordings.formats.description import Channels, LogDescription
+from ident.recordings.formats.layouts import LAYOUTS
+from ident.recordings.formats.meaning import MEANINGS
+from ident.recordings.formats.text_layout import TextLayout
+from ident.support.errors import LogDescriptionError
+from ident.support.naming import nearest, one_line, shown
+from ident.support.toml_files import read_toml
+
+KEYS = ("signal", "layout", "joints", "topic", "only", "t", "q", "v", "file")
+CHANNELS = {
+    "t": ("column", "unit"),
+    "q": ("columns", "unit", "counts_per_turn", "sign", "zero"),
+    "v": ("columns", "unit", "sign", "constant"),
+}
+FILE = ("separator", "decimal", "header", "rows", "encoding")
+UNKNOWN = "unknown"
+LARGEST = 1e12
+"""Size of a number that is meant."""
+LAST_LINE = 100_000
+"""Lines before the first row."""
+
+
+class _Table:
+    """A table of the file, with the place for messages."""
+
+    def __init__(self, place: str, table: object, known: tuple[str, ...]) -> None:
+        if not isinstance(table, dict):
+            raise LogDescriptionError(f"{place} = {shown(table)}; expected a table with {', '.join(known)}")
+        for key in table:
+            if key not in known:
+                raise LogDescriptionError(
+                    f"{place}: unknown key {shown(key)}{nearest(str(key), known)}; there are {', '.join(known)}"
+                )
+        self.place, self.table = place, table
+
+    def wrong(self, key: str, expected: str) -> LogDescriptionError:
+        """What to raise of a value."""
+        return LogDescriptionError(f"{self.place}: {key} = {shown(self.table[key])}; expected {expected}")
+
+    def word(self, key: str) -> str | None:
+        """A text, None if it is not there."""
+        value = self.table.get(key)
+        if value is not None and not (isinstance(value, str) and value.strip()):
+            raise self.wrong(key, "a text")
+        return value
+
+    def one_of(self, key: str, known: Mapping[str, object]) -> str | None:
+        """One of some words, None if it is not there."""
+        value = self.word(key)
+        if value is not None and value not in known:
+            raise self.wrong(key, f"one of {', '.join(known)}{nearest(value, known)}")
+        return value
+
+    def words(self, key: str) -> tuple[str, ...]:
+        """One text or several, empty if it is not there."""
+        value = self.table.get(key, [])
+        texts = [value] if isinstance(value, str) else value
+        if not isinstance(texts, list) or not all(isinstance(each, str) and each.strip() for each in texts):
+            raise self.wrong(key, "a text, or an array of texts, one a joint")
+        if key in self.table and not texts:
+            raise self.wrong(key, "at least one")
+        return tuple(texts)
+
+    def numbers(self, key: str) -> tuple[float, ...]:
+        """One number or several, empty if it is not there."""
+        value = self.table.get(key, [])
+        found = value if isinstance(value, list) else [value]
+        for each in found:
+            if isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) <= LARGEST:
+                raise self.wrong(key, "a number, or an array of numbers, one a joint")
+        if key in self.table and not found:
+            raise self.wrong(key, "at least one")
+        return tuple(float(each) for each in found)
+
+    def line(self, key: str) -> int | None:
+        """Number of a line, None if it is not there."""
+        value = self.table.get(key)
+        if value is None:
+            return None
+        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= LAST_LINE:
+            raise self.wrong(key, f"the number of a line, 1 to {LAST_LINE}")
+        return value
+
+
+def read_description(path: str | Path) -> LogDescription:
+    """Read what is said of a log.
+
+    Raises:
+        LogDescriptionError: If the file cannot be read, or says what cannot be.
+    """
+    path = Path(path)
+    place = one_line(path)
+    top = _Table(place, read_toml(path, error=LogDescriptionError), KEYS)
+    t, q, v = (_channels(f"{place}: [{kind}]", top.table.get(kind, {}), kind) for kind in CHANNELS)
+    return LogDescription(
+        signal=top.one_of("signal", MEANINGS),
+        layout=top.one_of("layout", LAYOUTS),
+        joints=top.words("joints") or None,
+        topic=top.word("topic"),
+        only=_only(top),
+        t=t,
+        q=q,
+        v=v,
+        text=_text(_Table(f"{place}: [file]", top.table.get("file", {}), FILE)),
+    )
+
+
+def _channels(place: str, table: object, kind: str) -> Channels:
+    said = _Table(place, table, CHANNELS[kind])
+    columns = said.words("column" if kind == "t" else "columns")
+    found = Channels(
+        columns=tuple(name for word in columns for name in spread(word, place)),
+        unit=said.words("unit"),
+        counts_per_turn=said.numbers("counts_per_turn"),
+        sign=said.numbers("sign"),
+        zero=said.numbers("zero"),
+        constant=_constant(said),
+    )
+    if any(abs(sign) != 1.0 for sign in found.sign):
+        raise said.wrong("sign", "1 or -1")
+    for key in ("counts_per_turn", "constant"):
+        if any(number == 0.0 for number in getattr(found, key) or ()):
+            raise said.wrong(key, "numbers that are not 0")
+    return found
+
+
+def _constant(said: _Table) -> tuple[float, ...] | None:
+    """Constants, none of them if they are said to be unknown, None if nothing is said."""
+    if said.table.get("constant") == UNKNOWN:
+        return ()
+    return said.numbers("constant") or None
+
+
+def _only(top: _Table) -> tuple[tuple[str, float], ...]:
+    table = top.table.get("only", {})
+    if not isinstance(table, dict) or not all(
+        isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
+        for value in table.values()
+    ):
+        raise top.wrong("only", "columns with the number that rows must have there, { episode_index = 3 }")
+    return tuple((str(name), float(value)) for name, value in table.items())
+
+
+def _text(said: _Table) -> TextLayout:
+    header = 0 if said.table.get("header") == "none" else said.line("header")
+    rows, separator, decimal = said.line("rows"), said.table.get("separator"), said.table.get("decimal")
+    if separator is not None and (not isinstance(separator, str) or len(separator) != 1 or separator in "\"'\r\n#\0"):
+        raise said.wrong("separator", "one character")
+    if decimal is not None and decimal not in (".", ","):
+        raise said.wrong("decimal", "'.' or ','")
+    if decimal is not None and decimal == separator:
+        raise said.wrong("decimal", "another sign than the separator")
+    if header and rows and rows <= header:
+        raise said.wrong("rows", f"a line after that of the header, {header}")
+    encoding = said.word("encoding")
+    if encoding is not None and not _is_encoding(encoding):
+        raise said.wrong("encoding", "one that Python knows: utf-8, utf-16-le, latin-1, cp1252, ..")
+    return TextLayout(separator=separator, decimal=decimal, header=header, rows=rows, encoding=encoding)
+
+
+def _is_encoding(name: str) -> bool:
+    try:
+        codecs.lookup(name)
+    except (LookupError, ValueError):
+        return False
+    try:
+        b"a".decode(name)
+    except LookupError:  # one of bytes to bytes
+        return False
+    except UnicodeError:
+        return True
+    return True

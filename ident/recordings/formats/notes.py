@@ -1,0 +1,41 @@
+"""What one should know of how a log was read."""
+
+from ident.recordings.formats import ur_rtde
+from ident.recordings.formats.meaning import MEANINGS, TORQUE_FROM_CURRENT
+from ident.recordings.formats.resolution import Resolved
+
+TAKEN = {
+    ur_rtde.NAME: f"v is actual_current_0 .. [A], as measured; --layout {ur_rtde.TARGET} takes target_current",
+    ur_rtde.TARGET: "v is target_current_0 .. [A], as the controller asked for",
+}
+"""Where a layout had a choice."""
+
+
+def notes_of(read: Resolved) -> tuple[str, ...]:
+    """Notes on a log, one line each.
+
+    Args:
+        read: What was taken for what.
+    """
+    said = read.description
+    taken = TAKEN.get(read.layout or "", "") if ur_rtde.taken(said.v.columns) else ""
+    return tuple(note for note in (taken, _meaning_note(read)) if note)
+
+
+def signal_of(read: Resolved) -> str:
+    """What v of the recording is, with its unit."""
+    said = read.description
+    if said.signal is None:
+        return "as logged [drive units]"
+    if said.signal == TORQUE_FROM_CURRENT and said.v.constant:
+        return "current, from torque by the constants stated [A]"
+    return f"{MEANINGS[said.signal].words} [{MEANINGS[said.signal].unit}]"
+
+
+def _meaning_note(read: Resolved) -> str:
+    said = read.description
+    if said.signal is None:
+        return ""
+    if said.signal == TORQUE_FROM_CURRENT and said.v.constant:
+        return "v is current again: the torque over the constants stated"
+    return MEANINGS[said.signal].note

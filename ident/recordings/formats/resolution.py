@@ -1,0 +1,193 @@
+"""Which columns of a file are time, positions and currents, and in what units: what is said, the rest by its layout."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ident.recordings.formats import joint_states, own
+from ident.recordings.formats.columns import Chosen, check_width, entry, listed
+from ident.recordings.formats.description import Channels, LogDescription, over
+from ident.recordings.formats.layouts import LAYOUTS
+from ident.recordings.formats.meaning import MEANINGS, TORQUE_FROM_CURRENT, kinds
+from ident.recordings.formats.units import ISO, POSITION, TICKS, TIME
+from ident.support.errors import RecordingError
+from ident.support.naming import nearest, one_line, shown
+
+MOST_JOINTS = 64
+"""Joints of a recording."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """What a file's columns are.
+
+    Attributes:
+        description: Columns as the file names them, one a joint; units; what v is, None for our own drive units.
+        layout: Name of the layout that was recognised, None if all was said.
+    """
+
+    description: LogDescription
+    layout: str | None
+
+    @property
+    def chosen(self) -> Chosen:
+        """The columns to be read, each once; time as dates where its unit says so."""
+        said = self.description
+        names = (*said.t.columns, *said.q.columns, *said.v.columns, *(name for name, _ in said.only))
+        return Chosen(tuple(dict.fromkeys(names)), frozenset(said.t.columns if said.t.unit == (ISO,) else ()))
+
+
+def resolved(path: Path, names: Sequence[str], said: LogDescription) -> Resolved:
+    """Settle what a file's columns are.
+
+    Args:
+        path: The file, for messages.
+        names: Of all its columns.
+        said: What a user says of it.
+
+    Raises:
+        RecordingError: If the layout is unknown, a column is missing or ambiguous, or something has to be said.
+    """
+    check_width(path, names)
+    layout, known = _layout(path, names, said)
+    t, q, v = (over(getattr(said, kind), getattr(known, kind)) for kind in "tqv")
+    found = replace(
+        said,
+        signal=said.signal or (None if said.v.columns else known.signal),
+        t=replace(t, columns=_columns(path, names, t.columns, said.joints)),
+        q=replace(q, columns=_columns(path, names, q.columns, said.joints)),
+        v=replace(v, columns=_columns(path, names, v.columns, said.joints)),
+    )
+    if layout == joint_states.NAME and found.signal is not None and not found.v.unit and not said.v.columns:
+        found = replace(found, v=replace(found.v, unit=(MEANINGS[found.signal].unit,)))  # by ROS's REP 103
+    for name, _ in said.only:
+        _column(path, names, name)
+    _check_complete(path, found, own=layout == own.NAME and not said.v.columns)
+    return Resolved(found, layout)
+
+
+def _layout(path: Path, names: Sequence[str], said: LogDescription) -> tuple[str | None, LogDescription]:
+    """The layout that fits, and what it knows; nothing where all columns are said."""
+    if said.layout is not None:
+        known = LAYOUTS[said.layout](path, names, said)
+        if known is None:
+            raise RecordingError(f"{one_line(path)}: not of the layout {said.layout}; found {listed(names)}")
+        return said.layout, known
+    if said.t.columns and said.q.columns and said.v.columns:
+        return None, LogDescription()
+    for name, layout in LAYOUTS.items():
+        known = layout(path, names, said)
+        if known is not None:
+            return name, known
+    if said.t.columns or said.q.columns or said.v.columns:
+        return None, LogDescription()
+    return own.NAME, own.own_columns(path, names, set("tqv"))  # says what is missing
+
+
+def _columns(path: Path, names: Sequence[str], wanted: Sequence[str], joints: Sequence[str] | None) -> tuple[str, ...]:
+    """Names in the file for those wanted: joints' names filled in, columns of rows of numbers entry by entry."""
+    found: list[str] = []
+    for name in wanted:
+        if "{joint}" in name:
+            if joints is None:
+                raise RecordingError(
+                    f"{one_line(path)}: column {shown(name)}: the joints' names are not known; say them (--joints, or "
+                    "--model)"
+                )
+            found += [_column(path, names, name.replace("{joint}", joint)) for joint in joints]
+        elif name not in names and entry(name, 0) in names:
+            found += _entries(name, names)
+        else:
+            found.append(_column(path, names, name))
+    return tuple(found)
+
+
+def _entries(name: str, names: Sequence[str]) -> list[str]:
+    there, number, found = set(names), 0, list[str]()
+    while entry(name, number) in there:
+        found.append(entry(name, number))
+        number += 1
+    return found
+
+
+def _column(path: Path, names: Sequence[str], name: str) -> str:
+    many = names.count(name)
+    if many == 1:
+        return name
+    if many > 1:
+        raise RecordingError(f"{one_line(path)}: column {shown(name)} appears twice")
+    ours = "; it has our own t, q1, v1, ..: convert only the logs that have others (rx90 convert LOG --columns ..)"
+    advice = ours if {"t", "q1", "v1"} <= set(names) else ""
+    raise RecordingError(
+        f"{one_line(path)}: no column {shown(name)}{nearest(name, names)}; found {listed(names)}{advice}"
+    )
+
+
+def _check_complete(path: Path, found: LogDescription, *, own: bool) -> None:
+    place = one_line(path)
+    missing = list(_missing(found, own=own))
+    if missing:
+        raise RecordingError(f"{place}: {'; '.join(missing)}")
+    if found.signal is not None and MEANINGS[found.signal].refused:
+        raise RecordingError(f"{place}: v is {found.signal}: {MEANINGS[found.signal].refused}")
+    _check_units(place, found)
+    _check_joints(place, found)
+
+
+def _missing(found: LogDescription, *, own: bool) -> Iterator[str]:
+    """All that has still to be said, so that one more attempt is enough."""
+    unsaid = found.signal is None and (bool(found.v.unit) or not own)
+    for kind, what in (("t", "time"), ("q", "positions"), ("v", "currents")):
+        channels: Channels = getattr(found, kind)
+        if not channels.columns:
+            yield (
+                f"which column{'' if kind == 't' else 's'} {what} {'is' if kind == 't' else 'are'} is not "
+                f"said: {kind}=NAME.. of --columns, or [{kind}] of a log description"
+            )
+        if channels.columns and not channels.unit and not (kind == "v" and found.signal is None and not unsaid):
+            yield (
+                f"the unit of {what} is not said: {kind}=NAME..[unit] of --columns, or unit of [{kind}] in a "
+                "log description"
+            )
+    if unsaid and found.v.columns:
+        yield (f"what {listed(found.v.columns, 3)} is has to be said, with --signal or in a log description: {kinds()}")
+
+
+def _check_units(place: str, found: LogDescription) -> None:
+    for kind, known in (("t", TIME), ("q", POSITION), ("v", MEANINGS[found.signal].units if found.signal else {})):
+        for unit in getattr(found, kind).unit:
+            if unit not in known:
+                what = f"{kind}, {found.signal}," if kind == "v" else kind
+                raise RecordingError(f"{place}: unit {shown(unit)} of {what} is unknown; there are {', '.join(known)}")
+    if TICKS in found.q.unit and not found.q.counts_per_turn:
+        raise RecordingError(
+            f"{place}: positions are in ticks; say counts_per_turn of [q], of the joint, in a log description"
+        )
+    if found.signal == TORQUE_FROM_CURRENT and found.v.constant is None:
+        raise RecordingError(
+            f"{place}: v is a torque from current; say the constants it was computed with, N m/A (--constant, or "
+            'constant of [v] in a log description), or that they are "unknown"'
+        )
+    if found.v.constant is not None and found.signal != TORQUE_FROM_CURRENT:
+        raise RecordingError(f"{place}: constants are said of v, but v is no {TORQUE_FROM_CURRENT}")
+
+
+def _check_joints(place: str, found: LogDescription) -> None:
+    q, v = found.q.columns, found.v.columns
+    if len(found.t.columns) != 1:
+        raise RecordingError(f"{place}: time is one column, not {len(found.t.columns)}")
+    if len(q) != len(v):
+        raise RecordingError(
+            f"{place}: {len(q)} columns of positions ({listed(q, 3)}), {len(v)} of currents ({listed(v, 3)}); a joint "
+            "has one of each"
+        )
+    if len(q) > MOST_JOINTS:
+        raise RecordingError(f"{place}: {len(q)} joints; recordings of up to {MOST_JOINTS} are read")
+    doubled = next((name for name in (*q, *v) if (*found.t.columns, *q, *v).count(name) > 1), None)
+    if doubled is not None:
+        raise RecordingError(f"{place}: column {shown(doubled)} is said to be two things")
+    for kind, channels in (("q", found.q), ("v", found.v)):
+        for key in ("unit", "counts_per_turn", "sign", "zero", "constant"):
+            many = len(getattr(channels, key) or ())
+            if many not in (0, 1, len(q)):
+                raise RecordingError(f"{place}: {key} of {kind} has {many} entries for {len(q)} joints")

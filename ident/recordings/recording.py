@@ -1,0 +1,142 @@
+"""A recording: what a robot's controller logs of one motion, and nothing else."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from ident.support.arrays import Array, Indices, readonly
+from ident.support.errors import RecordingError
+
+LARGEST_GAP = 10.0
+"""Sampling interval, in medians, above which samples count as missing instead of late."""
+LARGEST_POSITION, LARGEST_CURRENT = 1e6, 1e12
+"""Sizes that no position [rad or m] and no current in whatever drive unit has; squares of them stay finite."""
+JITTER_TOL = 1e-3
+"""Deviation of a sampling interval from their mean, as a share of it, above which a clock counts as jittered."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """One motion as the robot's controller logs it. Checked when built; the arrays are read-only.
+
+    Attributes:
+        t: Sample times [s], shape (N,), strictly increasing.
+        q: Joint positions [rad or m], shape (N, n).
+        v: Current references [drive units], shape (N, n).
+        name: Where it came from, for messages.
+
+    Raises:
+        RecordingError: If shapes disagree, a value is not finite, time does not increase, or it is too short.
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    name: str = "recording"
+
+    def __post_init__(self) -> None:
+        """Check and freeze the arrays."""
+        for field in ("t", "q", "v"):
+            object.__setattr__(self, field, readonly(getattr(self, field)))
+        _check(self)
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return self.q.shape[1]
+
+    @property
+    def period(self) -> float:
+        """Mean sampling interval [s]."""
+        return float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
+
+    @property
+    def jitter(self) -> float:
+        """Largest deviation of a sampling interval from their mean, as a share of it."""
+        return float(np.abs(np.diff(self.t) / self.period - 1.0).max())
+
+
+NO_JOINT = "; leave out what is no joint of the arm, such as a gripper, by naming the others: q=NAME[{0..5}]"
+"""How columns of rows of numbers are read in part."""
+
+
+def resampled(recording: Recording) -> Recording:
+    """The recording on a uniform clock of the same mean rate: q by cubic spline, v by straight lines.
+
+    A recording whose clock is uniform within `JITTER_TOL` comes back unchanged.
+
+    Raises:
+        RecordingError: If samples are missing: nothing may be invented for a hole.
+    """
+    if recording.jitter <= JITTER_TOL:
+        return recording
+    intervals = np.diff(recording.t)
+    worst = int(intervals.argmax())
+    if intervals[worst] > LARGEST_GAP * np.median(intervals) or len(intervals) < 4:
+        raise RecordingError(
+            f"{recording.name}: samples are missing: {intervals[worst]:.3g} s pass from row {worst + 1} to the next, "
+            f"{np.median(intervals):.3g} s as a rule; use one side of the hole"
+        )
+    t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
+    q = scipy.interpolate.make_interp_spline(recording.t, recording.q, k=3)(t)
+    v = scipy.interpolate.make_interp_spline(recording.t, recording.v, k=1)(t)
+    return Recording(t, q, v, recording.name)
+
+
+def _check(recording: Recording) -> None:
+    t, q, v, name = recording.t, recording.q, recording.v, recording.name
+    if t.ndim != 1 or q.ndim != 2 or v.shape != q.shape or len(t) != len(q):
+        raise RecordingError(
+            f"{name}: t {t.shape}, q {q.shape} and v {v.shape} do not fit; expected (N,), (N, n), (N, n)"
+        )
+    if q.shape[1] == 0:
+        raise RecordingError(f"{name}: it has no joint")
+    for label, values in (("t", t[:, None]), ("q", q), ("v", v)):
+        finite = np.isfinite(values)
+        if not finite.all():
+            bad = np.argwhere(~finite)
+            column = label if label == "t" else f"{label}{bad[0, 1] + 1}"
+            raise RecordingError(
+                f"{name}: {column} is not a finite number at row {bad[0, 0] + 1} ({len(bad)} such values); "
+                "remove or repair those rows"
+            )
+    for label, values, largest in (("q", q, LARGEST_POSITION), ("v", v, LARGEST_CURRENT)):
+        large = np.abs(values) > largest
+        if large.any():
+            row, joint = np.argwhere(large)[0]
+            raise RecordingError(
+                f"{name}: {label}{joint + 1} = {values[row, joint]:.4g} at row {row + 1} ({int(large.sum())} such "
+                f"values); beyond {largest:g} nothing is a {'position' if label == 'q' else 'current'}, check its unit"
+            )
+    if len(t) < 2:
+        raise RecordingError(f"{name}: {len(t)} samples are too few")
+    back = np.flatnonzero(np.diff(t) <= 0.0)
+    if len(back):
+        k = int(back[0])
+        raise RecordingError(
+            f"{name}: time does not increase at row {k + 2}: t = {t[k + 1]:.9g} s after {t[k]:.9g} s"
+            f"{_why_not_rising(recording, back)}"
+        )
+    for label, values in (("q", q), ("v", v)):
+        flat = np.flatnonzero((values == values[0]).all(axis=0))
+        if len(flat):
+            raise RecordingError(
+                f"{name}: {label}{flat[0] + 1} never changes; the joint did not move or the channel was not logged"
+                f"{NO_JOINT if flat[0] + 1 == recording.n > 1 else ''}"
+            )
+
+
+def _why_not_rising(recording: Recording, back: Indices) -> str:
+    """What rows whose time is not after that of the row before look like."""
+    t, q, v = recording.t, recording.q, recording.v
+    if (t[back + 1] < t[back]).all():
+        return (
+            "; if the file holds several recordings, take one of them, such as only = { episode_index = 0 } in a log "
+            "description"
+        )
+    if (t[back + 1] < t[back]).any():
+        return ""
+    if (q[back + 1] == q[back]).all() and (v[back + 1] == v[back]).all():
+        return f"; {len(back)} rows are those before them once more: drop the duplicates"
+    return f"; {len(back)} rows repeat the time of the row before, write t with more digits" if len(back) > 1 else ""

@@ -1,0 +1,166 @@
+"""Options of an identification: frozen dataclasses that check themselves, made from a table or from words."""
+
+import types
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from typing import TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from ident.support.errors import OptionError
+from ident.support.naming import nearest
+
+Options = TypeVar("Options")
+NAMES = "names"
+"""Key of a field's metadata: the names that it may have; a command line lists them."""
+MEASURED = "measured"
+"""Key of a field's metadata: what `auto` in its place measures in the logs; the number may be negative."""
+
+
+def unknown_name(option: str, value: str, known: Iterable[str]) -> OptionError:
+    """What is wrong with an option whose value is none of its names."""
+    return OptionError(f"{option} = {value!r}: expected one of {', '.join(known)}{nearest(value, known)}")
+
+
+def check_range(
+    name: str,
+    value: float,
+    *,
+    least: float | None = None,
+    above: float | None = None,
+    below: float | None = None,
+    upto: float | None = None,
+    unit: str = "",
+) -> None:
+    """Refuse a number outside its range, or none.
+
+    Args:
+        name: Of the option.
+        value: To check.
+        least: Smallest value that is allowed.
+        above: Value that it must exceed.
+        below: Value that it must stay under.
+        upto: Largest value that is allowed.
+        unit: Of the numbers, for the message.
+
+    Raises:
+        OptionError: Naming option, value and range.
+    """
+    bounds = {"at least": least, "above": above, "below": below, "at most": upto}
+    fits = (
+        np.isfinite(value)
+        and (least is None or value >= least)
+        and (above is None or value > above)
+        and (below is None or value < below)
+        and (upto is None or value <= upto)
+    )
+    if not fits:
+        wanted = " and ".join(f"{word} {bound:g}" for word, bound in bounds.items() if bound is not None)
+        raise OptionError(f"{name} = {value:g}: expected a number {wanted}{' ' if unit else ''}{unit}")
+
+
+def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Options:
+    """Make an options object from keys and values, as a TOML table holds them.
+
+    Args:
+        kind: A frozen dataclass with a default for every field.
+        table: Values by field name; what is left out keeps its default.
+
+    Raises:
+        OptionError: At an unknown key or a value of another type or outside its range.
+    """
+    hints = option_types(kind)
+    for name, value in table.items():
+        if name not in hints:
+            raise OptionError(f"unknown option {name!r}{nearest(name, hints)}; known: {', '.join(hints) or 'none'}")
+        if not _fits(value, hints[name]):
+            raise OptionError(f"{name} = {value!r}: expected {_described(hints[name])}")
+    return kind(**{name: _converted(value, hints[name]) for name, value in table.items()})
+
+
+def options_from_words(kind: type[Options], words: Sequence[str]) -> Options:
+    """Make an options object from words `KEY=VALUE`, as a command line gives them.
+
+    Raises:
+        OptionError: At a word of another form, a key given twice, and as `options_from_table`.
+    """
+    return options_from_table(kind, table_from_words(kind, words))
+
+
+def table_from_words(kind: type, words: Sequence[str]) -> dict[str, object]:
+    """Keys and values of words `KEY=VALUE`, for `options_from_table`, which checks them.
+
+    Args:
+        kind: The options' class; values are read as its fields have them.
+        words: As a command line gives them.
+
+    Raises:
+        OptionError: At a word of another form or a key given twice.
+    """
+    hints, table = option_types(kind), dict[str, object]()
+    for word in words:
+        name, equals, text = word.partition("=")
+        name = name.strip().replace("-", "_")
+        if not equals or not name:
+            raise OptionError(f"option {word!r}: expected KEY=VALUE")
+        if name in table:
+            raise OptionError(f"option {name} is given twice")
+        table[name] = _read(text.strip(), hints.get(name, str))
+    return table
+
+
+def option_types(kind: type) -> dict[str, object]:
+    """Types of an options class by field name."""
+    if not is_dataclass(kind):
+        raise TypeError(f"{kind.__name__} is no dataclass")
+    hints = get_type_hints(kind)
+    return {field.name: hints[field.name] for field in fields(kind)}
+
+
+def _choices(hint: object) -> tuple[object, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+
+
+def _fits(value: object, hint: object) -> bool:
+    """Whether a value is of the type; whole numbers are numbers, truth values are not."""
+    for kind in _choices(hint):
+        if kind is None or kind is type(None):
+            if value is None:
+                return True
+        elif kind is float:
+            if isinstance(value, float | int) and not isinstance(value, bool):
+                return True
+        elif kind is int:
+            if isinstance(value, int) and not isinstance(value, bool):
+                return True
+        elif isinstance(kind, type) and isinstance(value, kind):
+            return True
+    return False
+
+
+def _converted(value: object, hint: object) -> object:
+    if isinstance(value, int) and not isinstance(value, bool) and float in _choices(hint) and int not in _choices(hint):
+        try:
+            return float(value)
+        except OverflowError:
+            return float("inf")
+    return value
+
+
+def _read(text: str, hint: object) -> object:
+    """The value a word stands for; the text itself where it is none of the type's."""
+    kinds = _choices(hint)
+    if bool in kinds and text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (int, float):
+        if kind in kinds:
+            try:
+                return kind(text)
+            except ValueError:
+                continue
+    return text
+
+
+def _described(hint: object) -> str:
+    names = {float: "a number", int: "a whole number", bool: "true or false", str: "a name"}
+    return " or ".join(names[kind] for kind in _choices(hint) if isinstance(kind, type) and kind in names)

@@ -1,0 +1,4 @@
+"""Methods held against each other, and the published experiment repeated.
+
+It may know `experiments` and `results`.
+"""

@@ -1,0 +1,125 @@
+"""The Cramer-Rao bound of a scenario: how small the deviation of a gain can be under the injected current noise.
+
+The motions are simulated without any noise. With the injected gains V_j = h_j (A_j theta + k_j) + F_j phi_j is linear
+in what is left, so torques and the derivatives by each log|g_j|, theta and phi are known. What no other unknown can
+imitate of the derivatives by the logarithms is M, weighted by the noise of its rows; (M^T M)^-1 bounds the covariance
+of any estimate without bias that knows this model and all rows, velocity reversals included.
+
+Noise of a row: injected noise is white, and coloured below a cut-off; both count with their mean level in the band of
+the rows, in proportion to the rms current of each joint and motion. What the bound leaves out: encoder noise, the
+payload's own uncertainty, and every model error.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import linalg, signal
+
+from ident.estimation.all_joints.columns import JointColumns, joint_columns, shared_parameters
+from ident.estimation.all_joints.friction import own_columns
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.observation.observation import observe
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
+from scenarios.experiments.build import Bench
+from scenarios.experiments.files.mountings import grouped
+from scenarios.experiments.run import as_identified, motion_streams
+from sim.record import record
+from sim.sensors import SensorOptions
+
+RANK_TOL = 1e-9
+"""Relative singular value of the scaled columns of other unknowns under which a direction is none."""
+FREQUENCIES = 1 << 14
+"""At which a spectrum is taken, up to half the sampling rate."""
+
+
+def gain_bound(prepared: Bench) -> Array | None:
+    """Smallest relative standard deviation of each gain.
+
+    Args:
+        prepared: A scenario; what it draws is taken as stated, not drawn.
+
+    Returns:
+        Shape (n,), infinite for a joint that the data do not show at all; None if no current noise is injected.
+
+    Raises:
+        SimulationError: If a motion cannot be carried out.
+    """
+    sensors = prepared.experiments[0].sensors
+    if not sensors.current_white and not sensors.current_coloured:
+        return None
+    silent = [replace(experiment, sensors=SensorOptions()) for experiment in prepared.experiments]
+    recordings = record(silent, motion_streams(0, {}, len(silent)), threads=2)
+    problem = _problem(prepared, recordings)
+    level = np.array(
+        [_row_noise(recordings[k], sensors, prepared, problem.row_period) for k in grouped(prepared.protocol)]
+    )  # (motions, n)
+    shared = shared_parameters(problem)
+    joints = joint_columns(problem, shared)
+    sigma = [level[each.motion, j] for j, each in enumerate(joints)]
+    return bound_of(joints, 1.0 / prepared.true_gain, sigma)
+
+
+def bound_of(joints: tuple[JointColumns, ...], h: Array, sigma: list[Array]) -> Array:
+    """The bound of a system of all joints.
+
+    Args:
+        joints: Rows without noise.
+        h: True 1/g, shape (n,).
+        sigma: Standard deviation of the noise of each row [drive units], n arrays of shape (r_j,).
+
+    Returns:
+        Relative standard deviation of each gain, shape (n,), infinite where the rows do not show it.
+    """
+    own = [own_columns(each, {}, per_motion=False).F for each in joints]
+    A = np.vstack([h[j] * each.shared / sigma[j][:, None] for j, each in enumerate(joints)])
+    F = linalg.block_diag(*(columns / s[:, None] for columns, s in zip(own, sigma, strict=True)))
+    N = np.hstack((A, F))  # of every other unknown
+    known = np.concatenate([h[j] * each.known / s for (j, each), s in zip(enumerate(joints), sigma, strict=True)])
+    V = np.concatenate([each.V / s for each, s in zip(joints, sigma, strict=True)])
+    x = np.linalg.lstsq(N, V - known)[0]
+    driven = A @ x[: A.shape[1]] + known  # derivative of -V by log|g|: what torque of links and payload takes of it
+    number = np.repeat(np.arange(len(joints)), [len(each.V) for each in joints])
+    L = np.where(number[:, None] == np.arange(len(joints)), driven[:, None], 0.0)  # (r, n)
+    U = _basis(N)
+    M = L - U @ (U.T @ L)
+    _, s, Vt = np.linalg.svd(M, full_matrices=False)
+    with np.errstate(divide="ignore"):
+        return np.linalg.norm(Vt.T / s, axis=1)
+
+
+def _basis(N: Array) -> Array:
+    """Orthonormal columns that span those of N, whatever their units."""
+    size = np.linalg.norm(N, axis=0)
+    U, s, _ = np.linalg.svd(N[:, size > 0.0] / size[size > 0.0], full_matrices=False)
+    return U[:, s > RANK_TOL * s[0]]
+
+
+def _problem(prepared: Bench, recordings: list[Recording]) -> Problem:
+    """All rows of the motions, velocity reversals included."""
+    chosen = prepared.scenario.table.identification
+    every = replace(chosen.observe, reversal_speed=0.0)
+    motions = as_identified(prepared, recordings)
+    observed = tuple(
+        ObservedMotion(observe(each.recording, prepared.structure, every), each.payload) for each in motions
+    )
+    return Problem(prepared.structure, observed, chosen.gains)
+
+
+def _row_noise(recording: Recording, sensors: SensorOptions, prepared: Bench, row_period: float) -> Array:
+    """Standard deviation of the noise of one motion's rows [drive units], shape (n,).
+
+    Noise of a one-sided spectral density S, sampled without aliasing every T, has the variance S / (2 T).
+    """
+    rate = 1.0 / recording.period
+    band = prepared.scenario.table.identification.observe.decimation_cutoff_hz
+    coloured = sensors.current_coloured**2 * in_band(sensors.coloured_cutoff_hz, band, rate)
+    share = (sensors.current_white**2 + coloured) / (rate * row_period)
+    return np.sqrt(share * np.mean(recording.v**2, axis=0))
+
+
+def in_band(cutoff_hz: float, band_hz: float, rate_hz: float) -> float:
+    """Mean density of coloured noise in a band from zero, over that of white noise of the same variance."""
+    f, H = signal.sosfreqz(signal.butter(2, cutoff_hz, fs=rate_hz, output="sos"), worN=FREQUENCIES, fs=rate_hz)
+    power = np.abs(H) ** 2
+    return float(np.mean(power[f <= band_hz]) / np.mean(power))

@@ -1,0 +1,172 @@
+"""What any method should keep, asked of one through problem folders: plain sentences on what it does not.
+
+Exact data give exact gains. Units are nobody's choice: mass and current scale as they must, a sign turns with the
+current, one joint's unit is no other joint's business. The same question has the same answer. What is not there is
+refused. Errors agree with the deviations that are stated.
+"""
+
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ident.estimation.gain_options import GainOptions
+from ident.model.arm import load_arm
+from ident.model.structure import Structure, structure_of
+from ident.payload.payload import Payload
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
+from scenarios.benchmark.comparison.exact import OBSERVING, TRUSTING, Exact, exact_motions
+from scenarios.benchmark.methods.call import call
+from scenarios.benchmark.methods.method import Method
+from scenarios.benchmark.methods.process import Limits
+from scenarios.experiments.judge import Claim
+from scenarios.experiments.robots import robot
+from scenarios.results.problem_folder import write_problem
+from scenarios.support.errors import MethodError
+
+EXACT = 1e-8
+"""Relative error of exact data; filters and differences leave 1e-9."""
+SAME = 1e-6
+"""Relative difference of what must be equal; a search ends where its last step does."""
+SURE = 5.0
+"""Stated deviations within which a noisy gain must be: of an honest method outside in one gain of two million."""
+NOISE, LOUD = 0.002, 0.02
+"""White noise of the currents, as a share of their rms: where all gains show, and where none may."""
+FACTOR = 1.7
+UNIT = 250.0
+MOVED = 2
+"""Joint, from 0, whose unit is changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One promise, and whether it was kept.
+
+    Attributes:
+        promise: What any method should keep.
+        broken: What happened instead, None if it was kept.
+    """
+
+    promise: str
+    broken: str | None
+
+
+Claims = tuple[Claim, ...]
+Judge = Callable[[Claims], str | None]
+
+
+def checks(method: Method, limits: Limits) -> Iterator[Check]:
+    """Ask a method for everything that any method should keep, one promise after the other."""
+    structure = structure_of(load_arm(robot().model))
+    exact, noisy = exact_motions(structure, 1, noise=0.0), exact_motions(structure, 2, noise=NOISE)
+    absent = exact_motions(structure, 3, noise=LOUD, mounted=False)
+
+    def asked(promise: str, motions: Sequence[Motion], judge: Judge, gains: GainOptions = TRUSTING) -> Check:
+        answer = _asked(method, motions, structure, gains, limits)
+        return Check(
+            promise, f"{type(answer).__name__}: {answer}" if isinstance(answer, MethodError) else judge(answer)
+        )
+
+    yield asked(f"exact data give exact gains, to {EXACT:g}", exact.motions, lambda found: _inexact(found, exact.gain))
+    before = _asked(method, noisy.motions, structure, TRUSTING, limits)
+    if isinstance(before, MethodError):
+        yield Check("noisy data are answered", _said(before))
+        return
+    yield Check("errors of noisy data agree with the stated deviations", _overconfident(before, noisy.gain))
+    ones = np.ones(structure.arm.n)
+    unit = np.where(np.arange(structure.arm.n) == MOVED, UNIT, 1.0)
+    yield asked("the same data give the same digits", noisy.motions, lambda found: _differs(found, before, ones, 0.0))
+    for promise, motions, factor in (
+        (f"mass and inertia times {FACTOR} are gains times {FACTOR}", _heavier(noisy, FACTOR), FACTOR * ones),
+        (f"currents times {FACTOR} are gains over {FACTOR}", _scaled(noisy, FACTOR * ones), ones / FACTOR),
+        ("currents of the other sign are gains of the other sign", _scaled(noisy, -ones), -ones),
+        (f"another unit of joint {MOVED + 1} is its own business", _scaled(noisy, unit), 1.0 / unit),
+    ):
+        yield asked(promise, motions, lambda found, factor=factor: _differs(found, before, factor, SAME))
+    promise = "a payload that is said to be there, and is not, gives no gain"
+    yield asked(promise, absent.motions, _claims_something, GainOptions())
+
+
+def _said(error: MethodError) -> str:
+    return f"{type(error).__name__}: {error}"
+
+
+def _asked(
+    method: Method, motions: Sequence[Motion], structure: Structure, gains: GainOptions, limits: Limits
+) -> Claims | MethodError:
+    with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
+        write_problem(Path(place), robot(), (), motions, observing=OBSERVING, gains=gains)
+        return call(method, Path(place), structure.arm.n, limits).outcome
+
+
+def _heavier(exact: Exact, factor: float) -> list[Motion]:
+    """The same recordings, the payload believed heavier."""
+
+    def heavier(payload: Payload) -> Payload:
+        assert payload.inertia is not None, "it is stated in full"
+        ixx, iyy, izz, ixy, ixz, iyz = (factor * value for value in payload.inertia)
+        return replace(
+            payload,
+            mass=factor * payload.mass,
+            mass_std=factor * payload.mass_std,
+            inertia=(ixx, iyy, izz, ixy, ixz, iyz),
+        )
+
+    return [each if each.payload is None else replace(each, payload=heavier(each.payload)) for each in exact.motions]
+
+
+def _scaled(exact: Exact, factor: Array) -> list[Motion]:
+    """The same motions, every joint's current in another unit."""
+    return [
+        replace(each, recording=Recording(each.recording.t, each.recording.q, each.recording.v * factor))
+        for each in exact.motions
+    ]
+
+
+def _inexact(found: Claims, gain: Array) -> str | None:
+    refused = _joints([claim.value is None for claim in found])
+    if refused:
+        return f"{refused} refused, although the payload loads every joint"
+    error = np.array([abs((claim.value or 0.0) / true - 1.0) for claim, true in zip(found, gain, strict=True)])
+    worst = int(error.argmax())
+    return f"joint {worst + 1} is off by {error[worst]:.2g} of its gain" if error[worst] > EXACT else None
+
+
+def _overconfident(found: Claims, gain: Array) -> str | None:
+    off = [
+        claim.value is not None and claim.std is not None and not abs(claim.value - true) <= SURE * claim.std
+        for claim, true in zip(found, gain, strict=True)
+    ]
+    return f"{_joints(off)} off by more than {SURE:g} stated deviations" if any(off) else None
+
+
+def _differs(found: Claims, before: Claims, factor: Array, tolerance: float) -> str | None:
+    """How claims differ from earlier ones times a factor."""
+    for joint, (now, then, times) in enumerate(zip(found, before, factor, strict=True), 1):
+        if (now.value is None) != (then.value is None):
+            return f"joint {joint} is {'refused' if now.value is None else 'claimed'}, and was not before"
+        for what, new, old in (("gain", now.value, then.value), ("deviation", now.std, then.std)):
+            wanted = None if old is None else old * float(times if what == "gain" else abs(times))
+            if new is None or wanted is None:
+                if new is not wanted:
+                    return f"the {what} of joint {joint} is stated in one answer alone"
+            elif abs(new - wanted) > tolerance * abs(wanted):
+                return f"the {what} of joint {joint} is {new:.9g}, and {wanted:.9g} is wanted"
+    return None
+
+
+def _claims_something(found: Claims) -> str | None:
+    claimed = _joints([claim.value is not None for claim in found])
+    return f"{claimed} claimed" if claimed else None
+
+
+def _joints(which: Sequence[bool]) -> str:
+    """Their numbers with a verb, empty for none."""
+    numbers = [str(j) for j, yes in enumerate(which, 1) if yes]
+    if not numbers:
+        return ""
+    return f"joint {numbers[0]} is" if len(numbers) == 1 else f"joints {', '.join(numbers)} are"

@@ -1,0 +1,89 @@
+"""A problem with closed-form motions and torques by inverse dynamics: gains are known, nothing but arithmetic between.
+
+Differentiation and filters leave 1e-9 of a gain at the options that come with it: slow harmonics, a cut-off far above
+them, every sample its own.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.estimation.gain_options import GainOptions
+from ident.model.arm import Arm
+from ident.model.inverse_dynamics import inverse_dynamics
+from ident.model.structure import Structure
+from ident.observation.observation import ObserveOptions
+from ident.payload.payload import Payload
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
+
+RATE = 1000.0
+"""Samples a second."""
+PERIOD = 20.0
+"""Of the slowest harmonic, and length of each motion [s]."""
+HARMONICS = 8
+SIZE = 0.6
+"""Of the first harmonic, at most [rad or m]; the k-th is smaller by 1/k."""
+OBSERVING = ObserveOptions(cutoff_hz=35.0, reversal_speed=0.1)
+TRUSTING = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
+"""Refuses nothing that shows at all."""
+GAINS = (0.94, -1.3, 25.0, 0.31, 7.1, -0.045)
+"""Of the joints [N m / drive unit], again from the first after the last."""
+PAYLOAD = Payload(
+    mass=4.3, com=(0.07, -0.05, 0.11), inertia=(0.021, 0.017, 0.012, 0.002, -0.001, 0.003), mass_std=0.005
+)
+"""Lopsided: it loads every joint."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Exact:
+    """Motions with known gains.
+
+    Attributes:
+        motions: A bare one, and one of which it is said that it carries the payload.
+        gain: The gains [N m / drive unit], shape (n,).
+    """
+
+    motions: tuple[Motion, ...]
+    gain: Array
+
+
+def exact_motions(structure: Structure, seed: int, *, noise: float, mounted: bool = True) -> Exact:
+    """Record a bare and a loaded motion of an arm with random links and friction.
+
+    Args:
+        structure: Of the arm.
+        seed: Of everything random.
+        noise: White noise of the currents, as a share of each joint's rms current.
+        mounted: Whether the payload is really there in the second motion.
+    """
+    arm, rng = structure.arm, np.random.default_rng(seed)
+    chi = rng.uniform(0.5, 2.0, structure.base.regrouping.shape[1])
+    gain = np.resize(np.array(GAINS), arm.n)
+    motions: list[Motion] = []
+    for carried, payload in ((False, None), (mounted, PAYLOAD)):
+        load = chi.copy()
+        if carried:
+            load[structure.payload_columns] += PAYLOAD.known_part().chi
+        t, q, tau = _moved(arm, load, rng)
+        v = tau / gain
+        v += noise * np.sqrt(np.mean(v**2, axis=0)) * rng.standard_normal(v.shape)
+        motions.append(Motion(Recording(t, q, v, "loaded" if payload else "bare"), payload))
+    return Exact(motions=tuple(motions), gain=gain)
+
+
+def _moved(arm: Arm, chi: Array, rng: np.random.Generator) -> tuple[Array, Array, Array]:
+    """Times (N,), positions (N, n) and torques (N, n) of a random motion.
+
+    Sines alone are odd about both ends, as a filter continues them: it has nothing to settle from.
+    """
+    t = np.arange(int(PERIOD * RATE)) / RATE
+    k = np.arange(1, HARMONICS + 1)
+    w = 2.0 * np.pi * k / PERIOD
+    size = rng.uniform(0.5, 1.0, (arm.n, HARMONICS)) * rng.choice([-1.0, 1.0], (arm.n, HARMONICS)) * SIZE / k
+    angle = t[:, None, None] * w
+    q = rng.uniform(-1.0, 1.0, arm.n) + (size * np.sin(angle)).sum(axis=2)
+    dq = (size * w * np.cos(angle)).sum(axis=2)
+    ddq = -(size * w**2 * np.sin(angle)).sum(axis=2)
+    return t, q, inverse_dynamics(arm, chi, q, dq, ddq)

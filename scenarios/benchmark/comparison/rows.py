@@ -1,0 +1,93 @@
+"""Trials of a comparison: simulated once, given to every method as a folder, a row a method and joint."""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+
+import pyarrow as pa
+
+from ident.recordings.recording import Recording
+from scenarios.benchmark.methods.call import Call, call
+from scenarios.benchmark.methods.method import Method
+from scenarios.benchmark.methods.process import Limits
+from scenarios.experiments.build import Bench
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.judge import Claim, judge_claims
+from scenarios.experiments.run import Simulated, as_identified, simulate_batch
+from scenarios.experiments.trials import Failure, ReadyTrial, Rows, Work, failed_rows, failure_of, setting_columns
+from scenarios.results.problem_folder import write_problem
+
+METHOD = "method"
+COLUMNS = (("expected", pa.bool_()), ("seconds", pa.float64()))
+"""Besides those of every study and `METHOD`: whether the data should give the gain, how long the method took [s]."""
+
+
+def comparing(methods: tuple[Method, ...], limits: Limits) -> Work:
+    """What is done with the trials of a comparison.
+
+    Args:
+        methods: Each is called once a trial.
+        limits: What a call may take.
+    """
+    return Work(finished=partial(_finished, methods, limits), failed=partial(_failed, methods))
+
+
+def judged_rows(prepared: Bench, method: Method, called: Call) -> Rows:
+    """What came of a call, a row a joint; a call without an answer is rows with its failure, refused nowhere."""
+    tolerance, scenario = prepared.scenario.table.tolerance, prepared.scenario
+    failure = None if isinstance(called.outcome, tuple) else called.outcome
+    claims = called.outcome if isinstance(called.outcome, tuple) else (Claim(None, None, None),) * len(tolerance.gain)
+    verdict = judge_claims(claims, prepared.true_gain, tolerance, expectation=scenario.expectation)
+    lost = {} if failure is None else {"failure": type(failure).__name__, "reason": str(failure), "passed": False}
+    return [
+        {METHOD: method.text, "expected": expected, "seconds": called.seconds, **asdict(gain), **lost}
+        for gain, expected in zip(verdict.gains, tolerance.identifiable, strict=True)
+    ]
+
+
+def write_trial(prepared: Bench, recordings: Sequence[Recording], folder: Path) -> None:
+    """Write the problem that a trial poses, of which truth, scenario and seed are no part."""
+    chosen = prepared.scenario.table
+    write_problem(
+        folder,
+        prepared.experiments[0].plant.robot,
+        chosen.belief.couplings,
+        as_identified(prepared, recordings),
+        observing=chosen.identification.observe,
+        gains=chosen.identification.gains,
+    )
+
+
+def _finished(
+    methods: tuple[Method, ...], limits: Limits, trials: Sequence[ReadyTrial], threads: int
+) -> Iterator[tuple[int, Rows | Failure]]:
+    benches = [each.bench for each in trials]
+    for i, outcome in simulate_batch(benches, [each.streams for each in trials], threads=threads):
+        if isinstance(outcome, Simulated):
+            yield i, _answered(trials[i], outcome, methods, limits)
+        else:
+            yield i, failure_of(trials[i], outcome)
+
+
+def _answered(ready: ReadyTrial, simulated: Simulated, methods: tuple[Method, ...], limits: Limits) -> Rows:
+    """Rows of all methods; each is given a folder that no other has had."""
+    joints, rows = ready.bench.structure.arm.n, list[dict[str, object]]()
+    common = {"trial": ready.trial.number, "seed": ready.trial.seed, **setting_columns(ready.settings)}
+    for method in methods:
+        with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
+            write_trial(ready.bench, simulated.recordings, Path(place))
+            called = call(method, Path(place), joints, limits)
+        rows += [{**common, **row} for row in judged_rows(ready.bench, method, called)]
+    return rows
+
+
+def _failed(methods: tuple[Method, ...], scenario: Scenario, failure: Failure) -> Rows:
+    """Rows of a trial that came to no method: nobody is to blame."""
+    expected = scenario.table.tolerance.identifiable
+    return [
+        {**row, METHOD: method.text, "expected": wanted}
+        for method in methods
+        for row, wanted in zip(failed_rows(scenario, failure), expected, strict=True)
+    ]

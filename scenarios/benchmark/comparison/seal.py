@@ -1,0 +1,238 @@
+"""Sealed problems: published without their truth but with its digest, scored when the truth is revealed.
+
+A folder of sealed problems has `problems/` and `seal.json` with the digests, both to be published, and `truth/`, to be
+kept until the answers are in. A truth has a salt: without it, guesses could be tried against the digest.
+"""
+
+import hashlib
+import json
+import secrets
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from ident.support.arrays import Array
+from ident.support.naming import one_line
+from scenarios.benchmark.comparison.bound import gain_bound
+from scenarios.benchmark.comparison.rows import write_trial
+from scenarios.benchmark.comparison.statistics import NEEDED
+from scenarios.benchmark.methods.answers import AnswerRow, problem_digest
+from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.judge import Claim
+from scenarios.experiments.run import Simulated, drawn, motion_streams, simulate_batch
+from scenarios.support.errors import WrongSeal
+from scenarios.support.seeds import SEEDS
+from scenarios.support.stages import SILENT, Stages, counted
+
+PROBLEMS, TRUTH, SEAL = "problems", "truth", "seal.json"
+SALT_BYTES = 32
+
+
+class TruthFile(BaseModel):
+    """The truth of one problem, and the salt that hides it from guesses.
+
+    `bound` is the smallest relative deviation of each gain in its scenario, as `gain_bound` finds it: null of a joint
+    that the data do not show, and as a whole if no noise is injected; it may be missing.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    salt: str
+    scenario: str
+    seed: int
+    gain: tuple[float, ...]
+    identifiable: tuple[bool, ...]
+    bound: tuple[float | None, ...] | None = None
+
+
+class Sealed(BaseModel):
+    """Digests of one problem and of its truth."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    problem: str
+    truth: str
+
+
+class SealFile(BaseModel):
+    """What is published of all truths: SHA-256 of each file, by the name of the problem."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    format: Literal[1] = 1
+    problems: dict[str, Sealed]
+
+
+@dataclass(frozen=True, slots=True)
+class Revealed:
+    """Truths whose digests are those that were published.
+
+    Attributes:
+        truths: By the name of the problem.
+        digests: Of the problems, by name.
+    """
+
+    truths: Mapping[str, TruthFile]
+    digests: Mapping[str, str]
+
+    def bound(self, scenario: str) -> Array | None:
+        """Smallest relative deviation of each gain, shape (n,); None if the scenario's truths state none, or several.
+
+        Infinite for a joint that the data do not show.
+        """
+        stated = {truth.bound for truth in self.truths.values() if truth.scenario == scenario}
+        (one, *others) = stated
+        if others or one is None:
+            return None
+        return np.array([np.inf if value is None else value for value in one])
+
+
+def unknown_seed(count: int) -> int:
+    """A first seed for so many trials that nobody knows."""
+    return secrets.randbelow(SEEDS - count)
+
+
+def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, stages: Stages = SILENT) -> int:
+    """Write problems, seal and truths.
+
+    Args:
+        scenarios: Their trials become problems, in an order that nobody knows.
+        count: Trials of each.
+        seed: Of the first trial of each.
+        folder: New or empty.
+        stages: Told how many problems are sealed.
+
+    Returns:
+        How many problems there are.
+
+    Raises:
+        SimulationError: If a trial cannot be carried out.
+        OSError: If something cannot be written.
+    """
+    bounds = [_bound(scenario) for scenario in scenarios]
+    trials = [
+        (scenario, bound, seed + k) for scenario, bound in zip(scenarios, bounds, strict=True) for k in range(count)
+    ]
+    order = secrets.SystemRandom().sample(range(len(trials)), len(trials))
+    (folder / TRUTH).mkdir(parents=True)
+    sealed: dict[str, Sealed] = {}
+    stages.begin("simulating", len(order))
+    for number, place in enumerate(counted(order, stages), 1):
+        name = f"problem-{number:04d}"
+        scenario, bound, own = trials[place]
+        prepared = drawn(bench(scenario), own)
+        simulated = _simulated(prepared, own)
+        write_trial(prepared, simulated.recordings, folder / PROBLEMS / name)
+        truth = TruthFile(
+            salt=secrets.token_hex(SALT_BYTES),
+            scenario=scenario.name,
+            seed=own,
+            gain=tuple(prepared.true_gain.tolist()),
+            identifiable=prepared.scenario.table.tolerance.identifiable,
+            bound=bound,
+        )
+        content = (json.dumps(truth.model_dump(mode="json"), indent=2) + "\n").encode()
+        (folder / TRUTH / f"{name}.json").write_bytes(content)
+        digest = problem_digest(folder / PROBLEMS / name)
+        sealed[name] = Sealed(problem=digest, truth=hashlib.sha256(content).hexdigest())
+    text = json.dumps(SealFile(problems=sealed).model_dump(mode="json"), indent=2)
+    (folder / SEAL).write_text(text + "\n", encoding="utf-8")
+    return len(sealed)
+
+
+def revealed(seal_file: Path, truths: Path) -> Revealed:
+    """Read the truths and hold them against the seal that was published.
+
+    Args:
+        seal_file: As published.
+        truths: Folder of the truths.
+
+    Raises:
+        WrongSeal: If a truth is missing, or is not the one that was sealed.
+    """
+    try:
+        stated = SealFile.model_validate_json(seal_file.read_text(encoding="utf-8"), strict=True)
+    except OSError as error:
+        raise WrongSeal(f"{one_line(seal_file)}: {error.strerror}") from error
+    except (UnicodeDecodeError, ValidationError) as error:
+        raise WrongSeal(f"{one_line(seal_file)}: no seal of problems") from error
+    found: dict[str, TruthFile] = {}
+    for name, each in stated.problems.items():
+        path = truths / f"{name}.json"
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise WrongSeal(
+                f"{one_line(path)}: {error.strerror}; every truth that was sealed is to be revealed"
+            ) from error
+        if hashlib.sha256(content).hexdigest() != each.truth:
+            raise WrongSeal(f"{one_line(path)}: is not the truth that was sealed: its SHA-256 is another")
+        try:
+            found[name] = TruthFile.model_validate_json(content, strict=True)
+        except ValidationError as error:
+            raise WrongSeal(f"{one_line(path)}: no truth of a problem") from error
+    return Revealed(found, {name: each.problem for name, each in stated.problems.items()})
+
+
+def scored(answers: Sequence[AnswerRow], known: Revealed) -> dict[str, pd.DataFrame]:
+    """Rows of a comparison, by scenario; a problem that a method has not answered is a refusal of all its joints.
+
+    Raises:
+        WrongSeal: If an answer is to no sealed problem, or to another content of it, or has other joints.
+    """
+    by_call = {(answer.method, answer.problem): answer for answer in answers}
+    for answer in answers:
+        if known.digests.get(answer.problem) != answer.digest:
+            raise WrongSeal(f"{answer.method}: {answer.problem}: this is not the problem that was sealed")
+    rows: dict[str, list[dict[str, object]]] = {}
+    for method in dict.fromkeys(answer.method for answer in answers):
+        for trial, (name, truth) in enumerate(known.truths.items()):
+            answer = by_call.get((method, name))
+            rows.setdefault(truth.scenario, []).extend(_rows(method, trial, truth, answer))
+    return {scenario: _table(each) for scenario, each in rows.items()}
+
+
+def _rows(method: str, trial: int, truth: TruthFile, answer: AnswerRow | None) -> list[dict[str, object]]:
+    claims = answer.claims if answer is not None else ()
+    claims = claims or (Claim(None, None, None),) * len(truth.gain)
+    if len(claims) != len(truth.gain):
+        raise WrongSeal(f"{method}: {len(claims)} gains; the sealed problem has {len(truth.gain)} joints")
+    common = {
+        "method": method,
+        "trial": trial,
+        "seconds": 0.0 if answer is None else answer.seconds,
+        "failure": None if answer is None else answer.failure,
+    }
+    return [
+        {
+            **common,
+            "joint": joint,
+            "true": true,
+            "estimate": claim.value,
+            "std": claim.std,
+            "rel_error": None if claim.value is None else (claim.value - true) / true,
+            "expected": expected,
+        }
+        for joint, (claim, true, expected) in enumerate(zip(claims, truth.gain, truth.identifiable, strict=True), 1)
+    ]
+
+
+def _table(rows: list[dict[str, object]]) -> pd.DataFrame:
+    numbers = dict.fromkeys(("true", "estimate", "std", "rel_error", "seconds"), np.float64)
+    return pd.DataFrame(rows, columns=list(NEEDED)).astype(numbers)
+
+
+def _bound(scenario: Scenario) -> tuple[float | None, ...] | None:
+    found = gain_bound(bench(scenario))
+    return None if found is None else tuple(value if np.isfinite(value) else None for value in found.tolist())
+
+
+def _simulated(prepared: Bench, seed: int) -> Simulated:
+    streams = motion_streams(seed, {}, len(prepared.experiments))
+    ((_, outcome),) = simulate_batch([prepared], [streams], threads=2)
+    if isinstance(outcome, Simulated):
+        return outcome
+    raise outcome

@@ -1,0 +1,226 @@
+"""What each method made of the trials of one scenario: errors and intervals joint by joint, and what it solved."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ident.support.arrays import Array, Indices, Mask
+from scenarios.benchmark.comparison.rows import METHOD
+from scenarios.experiments.studies.coverage import Coverage, coverage
+
+NEEDED = (METHOD, "trial", "joint", "true", "estimate", "std", "rel_error", "expected", "seconds", "failure")
+"""Columns of a comparison that its statistics need."""
+SOLVED = (0.01, 0.03, 0.10)
+"""Relative errors within which a gain counts as solved."""
+RANKED_BY = 0.03
+"""The one of them that methods are ranked by."""
+FAR, SURE = 0.10, 3.0
+"""A claim is wrong that is off by more than this share of the gain, and by more than so many of its own deviations.
+
+One of a gain that the data should not give is wrong unless it errs, and may err, by less than both.
+"""
+CRASHES = ("MethodCrashed", "MethodOutOfMemory", "MethodNotStarted")
+TIME_OUTS = ("MethodTimedOut",)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MethodJoint:
+    """One method on one joint, over all trials; None where no trial says anything.
+
+    Attributes:
+        joint: Joint number, from 1.
+        expected: Trials whose data should give the gain.
+        gains: Trials in which it gave one.
+        bias: Mean of the relative error.
+        spread: Standard deviation of the relative error.
+        rms: Root mean square of the relative error.
+        p95: 95th percentile of the magnitude of the relative error.
+        cover_1, cover_2: How often 1 and 2 stated deviations held the truth (normal: 0.683 and 0.954).
+        claimed: Root mean square of the stated relative deviation.
+        bound: Smallest relative deviation that the injected noise allows.
+        claimed_over_bound: Ratio of `claimed` to that bound.
+        spread_over_bound: Ratio of `spread` to that bound.
+    """
+
+    joint: int
+    expected: int
+    gains: int
+    bias: float | None
+    spread: float | None
+    rms: float | None
+    p95: float | None
+    cover_1: Coverage | None
+    cover_2: Coverage | None
+    claimed: float | None
+    bound: float | None
+    claimed_over_bound: float | None
+    spread_over_bound: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MethodSummary:
+    """One method on one scenario.
+
+    Attributes:
+        method: Its text.
+        trials: Trials that it was given.
+        wanted: Gains that their data should give.
+        score: Gains solved within `RANKED_BY`, 3 %, less wrong claims, as a share of those wanted. Who refuses
+            everything has 0.
+        solved: Share of the gains wanted that are within each of `SOLVED`, 1, 3 and 10 %.
+        refused_rightly: Gains not claimed that the data cannot give.
+        refused_wrongly: Gains not claimed that the data should give, in answers that were read.
+        wrong_claims: Gains claimed that are off by more than `FAR`, 10 %, and by more than `SURE`, 3, of their own
+            deviations; gains that the data should not give unless they err, and may err, by less than both.
+        wrong_signs: Gains claimed with the wrong sign.
+        crashes, time_outs, misfits: Calls that ended so, or with an answer that cannot be read.
+        failures: All of these by kind.
+        seconds: Median wall time of a call [s]; None without a call.
+        joints: One a joint.
+    """
+
+    method: str
+    trials: int
+    wanted: int
+    score: float
+    solved: tuple[float, ...]
+    refused_rightly: int
+    refused_wrongly: int
+    wrong_claims: int
+    wrong_signs: int
+    crashes: int
+    time_outs: int
+    misfits: int
+    failures: Mapping[str, int]
+    seconds: float | None
+    joints: tuple[MethodJoint, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Told:
+    """Rows of one method as columns of one length; NaN where there is no number.
+
+    Attributes:
+        trial, joint: Numbers.
+        true, estimate, std: Gains and stated deviation [N m / drive unit].
+        error: Relative error of the gain.
+        expected: Whether the data should give it.
+        answered: Whether there was an answer that could be read.
+        seconds: Wall time of the call [s].
+        failure: Kind of what went wrong, empty if nothing did.
+    """
+
+    trial: Indices
+    joint: Indices
+    true: Array
+    estimate: Array
+    std: Array
+    error: Array
+    expected: Mask
+    answered: Mask
+    seconds: Array
+    failure: tuple[str, ...]
+
+    @property
+    def claimed(self) -> Mask:
+        """Rows with a gain."""
+        return np.isfinite(self.estimate)
+
+    @property
+    def wrong(self) -> Mask:
+        """Rows that claim a gain that had better not been claimed; without a deviation nothing excuses an error.
+
+        Of a gain that the scenario does not expect, a claim may still be good: sure of itself, and right.
+        """
+        off = np.abs(self.estimate - self.true)
+        near, honest = np.abs(self.error) <= FAR, off <= SURE * self.std
+        good = near & honest & (self.std <= FAR * np.abs(self.estimate))
+        return self.claimed & np.where(self.expected, ~near & ~honest, ~good)
+
+
+def told(rows: pd.DataFrame) -> Told:
+    """The rows of trials that the method was asked in; others failed before that."""
+    posed = rows.dropna(subset=["seconds"])
+    numbers = {name: posed[name].to_numpy(dtype=np.float64) for name in ("true", "estimate", "std", "seconds")}
+    failure = posed["failure"].fillna("").astype(str).tolist()
+    return Told(
+        trial=posed["trial"].to_numpy(dtype=np.intp),
+        joint=posed["joint"].to_numpy(dtype=np.intp),
+        error=posed["rel_error"].to_numpy(dtype=np.float64),
+        expected=posed["expected"].to_numpy(dtype=bool),
+        answered=np.array([not kind for kind in failure], dtype=bool),
+        failure=tuple(failure),
+        **numbers,
+    )
+
+
+def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -> tuple[MethodSummary, ...]:
+    """Sum up a comparison on one scenario.
+
+    Args:
+        rows: A row a trial, method and joint, with `NEEDED`.
+        methods: Their texts.
+        bound: Smallest relative deviation of each joint, shape (n,); None if there is none.
+
+    Returns:
+        One a method, the best first; equal ones in the order given.
+    """
+    found = [_summary(method, told(rows.query("method == @method")), bound) for method in methods]
+    return tuple(sorted(found, key=lambda summary: -summary.score))
+
+
+def _summary(method: str, of: Told, bound: Array | None) -> MethodSummary:
+    wanted, wrong = int(of.expected.sum()), int(of.wrong.sum())
+    solved = {share: int((of.expected & (np.abs(of.error) <= share)).sum()) for share in SOLVED}
+    _, first = np.unique(of.trial, return_index=True)
+    failures = dict(Counter(of.failure[k] for k in first if of.failure[k]))
+    crashes, time_outs = (sum(failures.get(kind, 0) for kind in kinds) for kinds in (CRASHES, TIME_OUTS))
+    return MethodSummary(
+        method=method,
+        trials=len(first),
+        wanted=wanted,
+        score=(solved[RANKED_BY] - wrong) / max(wanted, 1),
+        solved=tuple(count / max(wanted, 1) for count in solved.values()),
+        refused_rightly=int((of.answered & ~of.expected & ~of.claimed).sum()),
+        refused_wrongly=int((of.answered & of.expected & ~of.claimed).sum()),
+        wrong_claims=wrong,
+        wrong_signs=int((of.estimate * of.true < 0.0).sum()),
+        crashes=crashes,
+        time_outs=time_outs,
+        misfits=sum(failures.values()) - crashes - time_outs,
+        failures=failures,
+        seconds=float(np.median(of.seconds[first])) if len(first) else None,
+        joints=tuple(_joint(joint, of, bound) for joint in np.unique(of.joint).tolist()),
+    )
+
+
+def _joint(joint: int, of: Told, bound: Array | None) -> MethodJoint:
+    own = of.joint == joint
+    error = of.error[own & of.claimed]
+    stated = own & of.claimed & np.isfinite(of.std)
+    off, std = np.abs(of.estimate - of.true)[stated], of.std[stated]
+    claimed = _rms(std / of.true[stated])
+    spread = float(np.std(error, ddof=1)) if len(error) > 1 else None
+    least = None if bound is None or not np.isfinite(bound[joint - 1]) else float(bound[joint - 1])
+    return MethodJoint(
+        joint=joint,
+        expected=int(of.expected[own].sum()),
+        gains=len(error),
+        bias=float(np.mean(error)) if len(error) else None,
+        spread=spread,
+        rms=_rms(error),
+        p95=float(np.percentile(np.abs(error), 95.0)) if len(error) else None,
+        cover_1=coverage(off <= std),
+        cover_2=coverage(off <= 2.0 * std),
+        claimed=claimed,
+        bound=least,
+        claimed_over_bound=None if claimed is None or least is None else claimed / least,
+        spread_over_bound=None if spread is None or least is None else spread / least,
+    )
+
+
+def _rms(values: Array) -> float | None:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else None

@@ -1,0 +1,93 @@
+"""The answer of a method, read strictly: the JSON object of `rx90 identify --json`, of which the gains count."""
+
+import json
+import math
+from typing import NoReturn
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ident.support.naming import one_line, shown
+from scenarios.experiments.judge import Claim
+from scenarios.support.errors import ImpossibleGain, NoAnswer, NotFinite, WrongForm, WrongJoints
+
+
+class AnswerGain(BaseModel):
+    """One joint's gain: `estimate`, and `std` if the method states one; of a joint that is refused, neither.
+
+    Attributes:
+        joint: Its number, from 1.
+        identifiable: Whether there is a gain.
+        reason: Why not.
+    """
+
+    model_config = ConfigDict(extra="allow")
+    joint: int = Field(ge=1)
+    estimate: float | None = Field(description="[N m / drive unit], null if refused")
+    std: float | None = Field(description="[N m / drive unit], null if refused or none is stated")
+    identifiable: bool
+    reason: str | None = None
+
+
+class AnswerFile(BaseModel):
+    """What a method prints: one gain a joint, in their order; other keys are free.
+
+    Attributes:
+        gains: One a joint, in their order.
+    """
+
+    model_config = ConfigDict(extra="allow")
+    gains: list[AnswerGain]
+
+
+def read_answer(text: str, joints: int) -> tuple[Claim, ...]:
+    """Read an answer.
+
+    Args:
+        text: What the method printed.
+        joints: Of the arm.
+
+    Raises:
+        NoAnswer: If it is no JSON object.
+        NotFinite: If a number is not finite.
+        WrongForm: If a key is missing or a value of another type.
+        WrongJoints: If the joints are not those of the arm, in their order.
+        ImpossibleGain: If what is said of a joint cannot be.
+    """
+    if not text.strip():
+        raise NoAnswer("it printed nothing")
+    try:
+        found = json.loads(text, parse_constant=_not_finite)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise NoAnswer(f"it printed no JSON: {shown(text.strip())}") from error
+    if not isinstance(found, dict):
+        raise NoAnswer(f"it printed {shown(text.strip())}; expected one JSON object")
+    try:
+        answer = AnswerFile.model_validate(found, strict=True)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise WrongForm(f"{where}: {one_line(first['msg'][0].lower() + first['msg'][1:])}") from error
+    numbers = [gain.joint for gain in answer.gains]
+    if numbers != list(range(1, joints + 1)):
+        raise WrongJoints(f"gains of joints {shown(numbers)}; expected 1 to {joints}, in this order")
+    return tuple(map(_claim, answer.gains))
+
+
+def _claim(gain: AnswerGain) -> Claim:
+    for name in ("estimate", "std"):
+        value = getattr(gain, name)
+        if value is not None and not math.isfinite(value):
+            raise NotFinite(f"joint {gain.joint}: {name} is {value}")
+    if not gain.identifiable:
+        if gain.estimate is not None or gain.std is not None:
+            raise ImpossibleGain(f"joint {gain.joint} is refused, and has a number; give null")
+        return Claim(None, None, gain.reason)
+    if not gain.estimate:
+        raise ImpossibleGain(f"joint {gain.joint}: a gain of {gain.estimate}; refuse the joint instead")
+    if gain.std is not None and gain.std < 0.0:
+        raise ImpossibleGain(f"joint {gain.joint}: a standard deviation of {gain.std:g}")
+    return Claim(gain.estimate, gain.std, None)
+
+
+def _not_finite(name: str) -> NoReturn:
+    raise NotFinite(f"a number is {name}")

@@ -1,0 +1,92 @@
+"""Methods in Python: `package.module:function`, which takes a `GivenProblem` and returns the gains.
+
+It returns a sequence with one mapping a joint, as the gains of `rx90 identify --json`: `estimate` and `std`, or neither
+and a `reason`. `joint` and `identifiable` may be left out, they follow.
+"""
+
+import importlib
+import os
+import re
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from importlib.metadata import packages_distributions, version
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType
+from typing import cast
+
+from ident.support.naming import shown
+from scenarios.benchmark.methods.method import INSIDE, Method, digests
+from scenarios.results.problem_folder import GivenProblem
+from scenarios.support.errors import UnknownMethod
+from scenarios.support.versions import PACKAGES
+
+FORM = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):([A-Za-z_]\w*)")
+Gains = Sequence[Mapping[str, object]]
+
+
+def method(text: str) -> Method | None:
+    """The method of a text, None if the text names no function.
+
+    Raises:
+        UnknownMethod: If the module cannot be imported or lacks the function.
+    """
+    if ":" not in text:
+        return None
+    module = _loaded(text).__module__
+    spec = find_spec(module)
+    origin = spec.origin if spec is not None else None
+    return Method(text, (*INSIDE, text), (*digests([Path(origin)] if origin else []), *packages(sys.modules[module])))
+
+
+def answered(text: str, problem: GivenProblem) -> dict[str, object]:
+    """Call the function; the answer as a JSON object, whose form nobody has looked at."""
+    gains = _loaded(text)(problem)
+    rows = [
+        {
+            "joint": joint,
+            "std": None,
+            "estimate": None,
+            "reason": None,
+            **gain,
+            "identifiable": gain.get("identifiable", gain.get("estimate") is not None),
+        }
+        for joint, gain in enumerate(gains, 1)
+    ]
+    return {"gains": rows}
+
+
+def packages(module: ModuleType) -> tuple[tuple[str, str], ...]:
+    """Name and version of each package that a module has names of, without those that every study records."""
+    held = vars(module).values()
+    origins = {
+        value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None) for value in held
+    }
+    known = _distributions()
+    tops = {origin.partition(".")[0] for origin in origins if isinstance(origin, str)}
+    named = {name for top in tops for name in known.get(top, ())} - set(PACKAGES)
+    return tuple((name, version(name)) for name in sorted(named))
+
+
+@cache
+def _distributions() -> Mapping[str, Sequence[str]]:
+    """Distributions that a package may be of; the list of every file that is installed is read for it."""
+    return packages_distributions()
+
+
+def _loaded(text: str) -> Callable[[GivenProblem], Gains]:
+    """Import the function; the working folder is looked at last, as its modules must not stand before ours."""
+    found = FORM.fullmatch(text)
+    if found is None:
+        raise UnknownMethod(f"method {shown(text)}: expected package.module:function, or exec:COMMAND")
+    module, name = found.groups()
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+    try:
+        function = getattr(importlib.import_module(module), name, None)
+    except ImportError as error:
+        raise UnknownMethod(f"method {shown(text)}: {error}") from error
+    if not callable(function):
+        raise UnknownMethod(f"method {shown(text)}: module {module} has no function {name}")
+    return cast(Callable[[GivenProblem], Gains], function)

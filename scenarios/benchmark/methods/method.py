@@ -1,0 +1,31 @@
+"""A method: how it is called, and which files decide what it answers."""
+
+import hashlib
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+INSIDE = (sys.executable, "-P", "-m", "scenarios.benchmark.methods.inside")
+"""The program that calls a method written in Python; the method's text and a folder follow."""
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """A method of a comparison.
+
+    Attributes:
+        text: As it was named.
+        words: The command that answers; the problem's folder is added as its last word.
+        digests: Digest of each file of the method's own that is known, and version of each package that it imports
+            beside those of every study, by name: another digest or version, another method.
+    """
+
+    text: str
+    words: tuple[str, ...]
+    digests: tuple[tuple[str, str], ...] = ()
+
+
+def digests(paths: Iterable[Path]) -> tuple[tuple[str, str], ...]:
+    """Name and digest of each file, 16 hexadecimal digits."""
+    return tuple((path.name, hashlib.sha256(path.read_bytes()).hexdigest()[:16]) for path in paths)

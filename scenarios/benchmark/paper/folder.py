@@ -1,0 +1,197 @@
+"""The repeated experiment as files and as one JSON object."""
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
+
+import scenarios.benchmark.paper.published as published
+from ident.estimation.estimate import IdentifiedGain, JointResult
+from ident.payload_identification.payload_parameters import PayloadEstimate
+from ident.support.arrays import Array
+from ident.support.naming import one_line
+from scenarios.benchmark.paper.experiment import PaperRun
+from scenarios.benchmark.paper.stored import StoredPaper, stored_paper
+from scenarios.benchmark.paper.torques import CaseTorques, case_torques
+from scenarios.results.documents import to_json
+from scenarios.results.record import digests_of
+from scenarios.support.errors import DamagedResult, ForeignResult
+from scenarios.support.versions import versions
+
+PARAMETERS, ROWS, PAPER = "parameters.parquet", "rows.parquet", "paper.json"
+FILES = (PARAMETERS, ROWS, PAPER)
+
+
+class SavedPaper(BaseModel):
+    """`paper.json`: the result of `rx90 paper`, what it takes to do it again, and the digests of the other files."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    format: Literal[1] = 1
+    seed: int
+    command: str
+    versions: dict[str, str]
+    files: dict[str, str] = {}
+    result: dict[str, JsonValue]
+
+
+def read_paper(folder: Path) -> tuple[SavedPaper, StoredPaper]:
+    """Read the result of `rx90 paper --out`, as it is written and as the values that its tables are made of.
+
+    Raises:
+        ForeignResult: If it is none, or one of another version.
+    """
+    path = folder / PAPER
+    try:
+        saved = SavedPaper.model_validate_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, ValidationError) as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+    try:
+        return saved, stored_paper(saved.result)
+    except ValidationError as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        again = f"write it again: {one_line(saved.command)} --force"
+        raise ForeignResult(f"{one_line(path)}: its result lacks what a page needs: {first}; {again}") from error
+
+
+def read_torques(folder: Path, saved: SavedPaper, case: int) -> CaseTorques:
+    """The rows that a case was identified from.
+
+    Args:
+        folder: That of `rx90 paper --out`.
+        saved: Its result.
+        case: Number of the case, from 1.
+
+    Raises:
+        DamagedResult: If their file is missing, or another one than was written with the result.
+    """
+    path = folder / ROWS
+    try:
+        same = digests_of(folder, [ROWS])[ROWS] == saved.files.get(ROWS)
+        rows = pd.read_parquet(path) if same else None
+    except (OSError, ValueError) as error:
+        raise DamagedResult(f"{one_line(path)}: cannot be read: {error}") from error
+    if rows is None:
+        raise DamagedResult(f"{one_line(path)}: is not the file that {PAPER} names; write it again")
+    own = rows[rows["case"] == _case(case)]
+    return CaseTorques(
+        joint=own["joint"].to_numpy(np.intp) - 1,
+        loaded=own["loaded"].to_numpy(np.bool_),
+        t=own["t"].to_numpy(np.float64),
+        measured=own["measured"].to_numpy(np.float64),
+        reconstructed=own["reconstructed"].to_numpy(np.float64),
+    )
+
+
+def write_raw_numbers(run: PaperRun, folder: Path, *, command: str) -> None:
+    """Write `FILES`.
+
+    Args:
+        run: The experiment.
+        folder: Where.
+        command: That repeated it.
+
+    Raises:
+        OSError: If they cannot be written.
+    """
+    parameters = [
+        {"case": name, **asdict(p), "total_std": p.total_std, "essential": p.essential}
+        for name, case in _cases(run)
+        for p in case.parameters
+    ]
+    pd.DataFrame(parameters).to_parquet(folder / PARAMETERS, index=False)
+    pd.concat([_rows(name, case) for name, case in _cases(run)]).to_parquet(folder / ROWS, index=False)
+    saved = {
+        "format": 1,
+        "seed": run.seed,
+        "command": command,
+        "versions": versions(),
+        "files": digests_of(folder, [PARAMETERS, ROWS]),
+        "result": paper_document(run),
+    }
+    (folder / PAPER).write_text(to_json(saved) + "\n", encoding="utf-8")
+
+
+def _cases(run: PaperRun) -> Iterator[tuple[str, PayloadEstimate]]:
+    yield from ((_case(k), case) for k, case in enumerate(run.cases, 1))
+    yield "second payload", run.second
+
+
+def _case(number: int) -> str:
+    """What the rows of a case are called."""
+    return f"case {number}"
+
+
+def paper_document(run: PaperRun) -> dict[str, object]:
+    """The result of `rx90 paper` as one JSON object."""
+    cases = [
+        {
+            "case": k,
+            **_estimate(case, run.payloads[0]),
+            "published": {**asdict(printed), "gains": list(published.GAINS) if k == 2 else None},
+        }
+        for k, (case, printed) in enumerate(zip(run.cases, published.CASES, strict=True), 1)
+    ]
+    second = {
+        **_estimate(run.second, run.payloads[1]),
+        "published": {"M": published.SECOND_MASS, "M_2sigma": published.SECOND_MASS_2SIGMA},
+    }
+    pairs = zip(run.gains.joints, run.true_gain.tolist(), strict=True)
+    gains = [_gain(joint, found, true) for joint, (found, true) in enumerate(pairs, 1)]
+    checks = [asdict(check) for check in run.checks]
+    return {"gains": gains, "cases": cases, "second_payload": second, "checks": checks, "passed": run.passed}
+
+
+def _gain(joint: int, found: JointResult, true: float) -> dict[str, object]:
+    known = isinstance(found, IdentifiedGain)
+    return {
+        "joint": joint,
+        "true": true,
+        "estimate": found.value if known else None,
+        "std": found.std if known else None,
+        "identifiable": known,
+        "reason": None if known else found.reason,
+    }
+
+
+def _estimate(case: PayloadEstimate, true: Array) -> dict[str, object]:
+    payload = [
+        {
+            "parameter": p.name,
+            "true": float(value),
+            "estimate": p.value,
+            "std": p.total_std,
+            "tolerance": None,
+            "passed": None,
+            "known": p.known,
+            "essential": p.essential,
+        }
+        for p, value in zip(case.parameters, true, strict=True)
+    ]
+    fit = {
+        "method": case.method,
+        "rows": len(case.system.V),
+        "unknowns": case.unknowns,
+        "error_norm": case.error_norm,
+        "rel_error_norm": case.rel_error_norm,
+        "sigma": case.sigma,
+    }
+    return {"gains": case.gain.tolist(), "payload": payload, "fit": fit}
+
+
+def _rows(name: str, case: PayloadEstimate) -> pd.DataFrame:
+    rows = case_torques(case)
+    return pd.DataFrame(
+        {
+            "case": name,
+            "joint": rows.joint + 1,
+            "loaded": rows.loaded,
+            "t": rows.t,
+            "measured": rows.measured,
+            "reconstructed": rows.reconstructed,
+        }
+    )

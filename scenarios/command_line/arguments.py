@@ -1,0 +1,141 @@
+"""Types of command line arguments; each complains in words of what it expected."""
+
+import argparse
+import math
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from scenarios.support.seeds import SEEDS
+
+LONGEST = 40
+"""Characters of an argument that a complaint repeats."""
+AUTO = "auto"
+"""In place of a number that is measured."""
+
+
+def is_text(word: str) -> bool:
+    """Whether a word of the command line is UTF-8; records, formats of logs and MuJoCo know no other names of files."""
+    return not any("\ud800" <= c <= "\udfff" for c in word)
+
+
+def escaped(word: str) -> str:
+    """A word of the command line; bytes of it that are no UTF-8 are escaped as Python does."""
+    return os.fsencode(word).decode("utf-8", "backslashreplace")
+
+
+def quoted(text: str) -> str:
+    """An argument as it was given, or how it begins."""
+    return repr(text) if len(text) <= LONGEST else f"{text[:LONGEST]!r}..."
+
+
+def whole(text: str) -> int:
+    """A whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is no whole number") from None
+
+
+def number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is no number") from None
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"expected a finite number, got {quoted(text)}")
+    return value
+
+
+def seed(text: str) -> int:
+    """A seed of NumPy's generators."""
+    value = whole(text)
+    if not 0 <= value < SEEDS:
+        raise argparse.ArgumentTypeError("expected a whole number from 0 to 2^31 - 1")
+    return value
+
+
+def folder(text: str) -> Path:
+    """A folder, which may not be there yet."""
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a folder")
+    return Path(text)
+
+
+def file(text: str) -> Path:
+    """A file."""
+    if not text:
+        raise argparse.ArgumentTypeError("expected the name of a file")
+    return Path(text)
+
+
+def not_negative(text: str) -> float:
+    """A finite number, 0 or more."""
+    value = number(text)
+    if value < 0.0:
+        raise argparse.ArgumentTypeError("expected a number that is not negative")
+    return value
+
+
+def number_or_auto(text: str) -> float | str:
+    """A finite number, or the word for one that is measured."""
+    try:
+        return text if text == AUTO else number(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, and not {AUTO}") from None
+
+
+def count(text: str) -> int:
+    """A whole number, 1 or more."""
+    value = whole(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError("expected 1 or more")
+    return value
+
+
+def count_from(least: int, most: int, why: str) -> Callable[[str], int]:
+    """A type: a whole number between bounds, both included.
+
+    Args:
+        least: The smallest.
+        most: The largest.
+        why: What the bounds come from.
+    """
+
+    def bounded(text: str) -> int:
+        value = whole(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"expected a whole number from {least} to {most}: {why}")
+        return value
+
+    return bounded
+
+
+def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str], float]:
+    """A type: a number between bounds, both included.
+
+    Args:
+        least: The smallest.
+        most: The largest.
+        unit: Of both.
+        why: What the bounds come from.
+    """
+
+    def bounded(text: str) -> float:
+        value = number(text)
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"expected {least:g} to {most:g} {unit}: {why}")
+        return value
+
+    return bounded
+
+
+def add_force_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare that files of others may be written over."""
+    parser.add_argument("--force", action="store_true", help="write over files that this command did not write")
+
+
+def add_quiet_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare that nothing is said while work is under way; notes and complaints are."""
+    parser.add_argument("--quiet", action="store_true", help="no progress on standard error")

@@ -1,0 +1,60 @@
+"""Arguments that name gains files, to be written or read."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.arguments import add_force_argument
+from scenarios.command_line.writing import right_to_write
+from scenarios.results.write_access import Claim
+
+if TYPE_CHECKING:
+    from scenarios.experiments.files.gains import GainsFile
+
+ENDINGS = (".json", ".toml")
+
+
+def gains_path(text: str) -> Path:
+    """A file of gains, whose ending says what it is written as."""
+    path = arguments.file(text)
+    if path.suffix.lower() not in ENDINGS:
+        raise argparse.ArgumentTypeError(
+            f"{arguments.quoted(text)}: expected a file that ends with {' or '.join(ENDINGS)}"
+        )
+    return path
+
+
+def add_gains_out(parser: argparse.ArgumentParser) -> None:
+    """Declare where the gains are written to, and that files of others may be written over."""
+    parser.add_argument(
+        "--gains-out",
+        type=gains_path,
+        metavar="FILE",
+        help="write the gains with covariance and origin, .toml or .json",
+    )
+    add_force_argument(parser)
+
+
+def claimed(options: argparse.Namespace, command: str) -> Claim | None:
+    """The right to write the file that is asked for, None if none is.
+
+    Raises:
+        NotOurs: If a file is there that the command did not write.
+        OSError: If it cannot be written.
+    """
+    path: Path | None = options.gains_out
+    return None if path is None else right_to_write(options, path.parent, [path.name], command=command)
+
+
+def write(file: "GainsFile", held: Claim) -> None:
+    """Write a gains file.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    from scenarios.results.gains_file import gains_text
+
+    path = held.folder / held.names[0]
+    with held.writing():
+        path.write_text(gains_text(file, path.suffix), encoding="utf-8")

@@ -1,0 +1,70 @@
+"""What commands that weigh with known gains take and read alike."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scenarios.command_line import gains_file_arguments
+from scenarios.command_line.arguments import AUTO
+from scenarios.command_line.log_arguments import log_description, read_unrepaired
+from scenarios.command_line.options import add_current_delay, policy_of
+from scenarios.command_line.robot_arguments import named_structure
+
+if TYPE_CHECKING:
+    from ident.diagnosis.diagnosis import Diagnosed
+    from ident.payload_identification.payload_estimate import FoundPayload
+    from scenarios.experiments.files.gains import GainsFile
+
+
+def add_gains_argument(parser: argparse.ArgumentParser, *, needed: bool, said: str) -> None:
+    """Declare the file of gains."""
+    parser.add_argument("--gains", type=gains_file_arguments.gains_path, required=needed, metavar="G", help=said)
+
+
+def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare options in place of those that the gains file has."""
+    for name, what in (("--option", "of nls"), ("--observe", "of how a recording is observed")):
+        parser.add_argument(
+            name,
+            action="append",
+            default=[],
+            metavar="KEY=VALUE",
+            help=f"an option {what}, in place of the one that the gains were found with; repeatable",
+        )
+    add_current_delay(parser)
+
+
+def observe_words(options: argparse.Namespace) -> list[str]:
+    """Options of how a recording is observed, as words `KEY=VALUE`; a delay that is measured is no part of them."""
+    delay = options.current_delay
+    return [*options.observe, *([] if delay is None else [f"current_delay={0.0 if delay == AUTO else delay}"])]
+
+
+def weigh(
+    options: argparse.Namespace, file: "GainsFile", unloaded: Sequence[Path], loaded: Sequence[Path]
+) -> "tuple[FoundPayload, Diagnosed]":
+    """Read recordings and find their payload with the gains of a file, and what is said of the recordings.
+
+    Raises:
+        SeenBefore: If the gains were found from a loaded recording, or with a payload in a bare one.
+        IdentificationError: If the payload cannot be found.
+    """
+    from threadpoolctl import threadpool_limits
+
+    from ident.payload_identification.payload_estimate import payload_of
+    from scenarios.gains_in_use.known_gains_problem import (
+        check_unseen,
+        model_options,
+        observe_options,
+        weighing_problem,
+    )
+
+    with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
+        arm = named_structure(options)
+        said = log_description(options, arm.arm.joint_names)
+        bare, heavy = (read_unrepaired(each, said) for each in (unloaded, loaded))
+        check_unseen(file, bare, heavy)
+        observing = observe_options(file, observe_words(options))
+        problem, diagnosed = weighing_problem(arm, bare, heavy, file, observing, policy=policy_of(options))
+        return payload_of(problem, file.known, model_options(file, options.option)), diagnosed

@@ -1,0 +1,118 @@
+"""Arguments that say what a foreign log is: a description in a file, or in few words."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import scenarios.command_line.arguments as arguments
+from ident.recordings.formats.column_words import described
+from ident.recordings.formats.description import LogDescription
+from ident.recordings.formats.description_files import UNKNOWN, read_description
+from ident.recordings.formats.layouts import LAYOUTS
+from ident.recordings.formats.meaning import MEANINGS
+from scenarios.command_line.parser import complain
+from scenarios.support.errors import SaidTwice, WrongJointNames
+
+if TYPE_CHECKING:
+    from ident.recordings.files import Log
+    from ident.recordings.recording import Recording
+
+
+def add_log_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    group = parser.add_argument_group(
+        "foreign logs",
+        "For logs whose columns are not t, q1.., v1.. in seconds, radians and drive units. What v is cannot be told "
+        "from numbers and has to be said: "
+        + "; ".join(f"{name}: {kind.words}" for name, kind in MEANINGS.items())
+        + ".",
+    )
+    add = group.add_argument
+    add("--log-description", type=arguments.file, metavar="FILE", help="what the log is, TOML")
+    add(
+        "--columns",
+        nargs="+",
+        metavar="WORD",
+        help="what its columns are: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]",
+    )
+    add("--signal", metavar="KIND", choices=MEANINGS, help="what v is")
+    add("--constant", type=_constants, metavar="K,K,..", help=f"N m/A behind a torque-from-current, or {UNKNOWN}")
+    add("--layout", metavar="L", choices=LAYOUTS, help=f"layout, if not recognised: {', '.join(LAYOUTS)}")
+    add("--topic", metavar="T", help="topic of a bag")
+    add("--joints", type=_names, metavar="J,J,..", help="names that the log has for the joints, base to flange")
+
+
+def log_description(options: argparse.Namespace, joint_names: Sequence[str] | None) -> LogDescription:
+    """What is said of logs.
+
+    Args:
+        options: Of the command line.
+        joint_names: Of the arm, taken where no others are said; None if no arm is known.
+
+    Raises:
+        SaidTwice: If file and options both say something.
+        WrongJointNames: If the names said are the arm's in another order, or of another number.
+        IdentificationError: If what is said cannot be meant.
+    """
+    nothing = LogDescription()
+    said = nothing if options.log_description is None else read_description(options.log_description)
+    words = described(options.columns or ())
+    if options.constant is not None:
+        words = replace(words, v=replace(words.v, constant=options.constant))
+    given = {"signal": options.signal, "layout": options.layout, "topic": options.topic, "joints": options.joints}
+    given |= {kind: getattr(words, kind) for kind in "tqv"}
+    changes = {name: value for name, value in given.items() if value != getattr(nothing, name)}
+    for name in changes:
+        if getattr(said, name) != getattr(nothing, name):
+            raise SaidTwice(f"{options.log_description} says {name}, and so does the command line; say it once")
+    said = replace(said, **changes)
+    if joint_names is None:
+        return said
+    _check_names(said.joints, joint_names)
+    return replace(said, joints=said.joints or tuple(joint_names))
+
+
+def read_unrepaired(paths: Sequence[Path], said: LogDescription) -> "list[Recording]":
+    """Recordings of which something is said, to be repaired and checked; how a foreign log was read is told at once."""
+    import ident.recordings.files as files
+
+    return told([files.read_unrepaired(path, said) for path in paths])
+
+
+def told(logs: "Sequence[Log]") -> "list[Recording]":
+    """The recordings of logs; how they were read is told."""
+    for log in logs:
+        for note in log.notes:
+            complain(f"{log.recording.name}: {note}")
+    return [log.recording for log in logs]
+
+
+def _check_names(said: Sequence[str] | None, joint_names: Sequence[str]) -> None:
+    if said is None or tuple(said) == tuple(joint_names):
+        return
+    if sorted(said) == sorted(joint_names):
+        raise WrongJointNames(
+            f"joints are said to be {', '.join(said)}; from base to flange the model has {', '.join(joint_names)}"
+        )
+    if len(said) != len(joint_names):
+        raise WrongJointNames(
+            f"{len(said)} joints are said, the model has {len(joint_names)}: {', '.join(joint_names)}"
+        )
+
+
+def _names(text: str) -> tuple[str, ...]:
+    names = tuple(name.strip() for name in text.split(","))
+    if not all(names) or len(set(names)) < len(names):
+        raise argparse.ArgumentTypeError("expected names, each once, separated by commas")
+    return names
+
+
+def _constants(text: str) -> tuple[float, ...]:
+    if text == UNKNOWN:
+        return ()
+    constants = tuple(arguments.number(word) for word in text.split(","))
+    if not all(constants):
+        raise argparse.ArgumentTypeError("expected numbers that are not 0")
+    return constants

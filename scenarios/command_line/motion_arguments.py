@@ -1,0 +1,125 @@
+"""Arguments that name recordings, bare and loaded, each payload behind the recordings that carry it."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import scenarios.command_line.arguments as arguments
+from ident.support.naming import one_line
+from scenarios.support.errors import WrongFiles
+
+UNLOADED, LOADED, PAYLOAD = "--unloaded", "--loaded", "--payload"
+HELP = {
+    UNLOADED: ("A", "+", "recordings with a bare flange"),
+    LOADED: ("B", "+", "recordings with one payload"),
+    PAYLOAD: ("P", 1, "description of the payload of the --loaded before it, TOML"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class MountedFiles:
+    """Files of motions that carry the same.
+
+    Attributes:
+        recordings: In the order given.
+        payload: What they carry, None for a bare flange.
+    """
+
+    recordings: tuple[Path, ...]
+    payload: Path | None
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """One option of the command line and the files behind it."""
+
+    option: str
+    files: tuple[Path, ...]
+
+    def __str__(self) -> str:
+        """As it was given."""
+        return " ".join([self.option, *map(one_line, self.files)])
+
+
+class _InOrder(argparse.Action):
+    """Keeps these options in the order of the command line."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Path] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Keep one more."""
+        given = Given(self.option_strings[0], tuple(map(Path, values or ())))
+        setattr(namespace, self.dest, (*getattr(namespace, self.dest), given))
+
+
+def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    group = parser.add_argument_group(
+        "recordings",
+        "Each --loaded with the --payload behind it is one mounting; all three may be repeated. Motions are taken "
+        "in order of time if all files have absolute time (seconds since 1970), otherwise in the order given here.",
+    )
+    for option, (metavar, many, said) in HELP.items():
+        group.add_argument(
+            option,
+            type=arguments.file,
+            nargs=many,
+            action=_InOrder,
+            dest="given",
+            default=(),
+            metavar=metavar,
+            help=said,
+        )
+
+
+def mounted_files(given: Sequence[Given]) -> tuple[MountedFiles, ...]:
+    """Recordings with what they carry, in the order of the command line.
+
+    Where there is one payload and one loaded group, they belong together in either order.
+
+    Args:
+        given: Options in the order of the command line.
+
+    Raises:
+        WrongFiles: If there is no recording, or payloads and loaded recordings do not go together.
+    """
+    if not any(each.option != PAYLOAD for each in given):
+        raise WrongFiles(f"no recording is given; expected {UNLOADED} A and {LOADED} B {PAYLOAD} P")
+    found: list[MountedFiles] = []
+    waiting: Given | None = None
+    for each in _payload_last(given):
+        if each.option == PAYLOAD:
+            if waiting is None:
+                raise WrongFiles(
+                    f"{each}: no {LOADED} without a payload comes before it; give one payload to each {LOADED}"
+                )
+            found.append(MountedFiles(waiting.files, each.files[0]))
+            waiting = None
+            continue
+        _check_described(waiting)
+        if each.option == LOADED:
+            waiting = each
+        else:
+            found.append(MountedFiles(each.files, None))
+    _check_described(waiting)
+    return tuple(found)
+
+
+def _payload_last(given: Sequence[Given]) -> Sequence[Given]:
+    """The options, an only payload moved behind an only loaded group."""
+    payloads, loaded = ([each for each in given if each.option == option] for option in (PAYLOAD, LOADED))
+    if len(payloads) != 1 or len(loaded) != 1:
+        return given
+    others = [each for each in given if each.option != PAYLOAD]
+    place = others.index(loaded[0]) + 1
+    return [*others[:place], *payloads, *others[place:]]
+
+
+def _check_described(waiting: Given | None) -> None:
+    if waiting is not None:
+        raise WrongFiles(f"{waiting}: no payload is given behind it; describe what was mounted, {PAYLOAD} P.toml")

@@ -1,0 +1,82 @@
+"""Command line options from an options dataclass: names, defaults and help come from the class itself."""
+
+import argparse
+from collections.abc import Callable, Mapping
+from dataclasses import Field, fields, replace
+from typing import TYPE_CHECKING, TypeVar
+
+import scenarios.command_line.arguments as arguments
+from ident.observation.observation import ObserveOptions
+from ident.support.options import MEASURED, NAMES
+from scenarios.experiments.files.attribute_docs import attribute_docs
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+    from ident.preparation import Policy
+
+    Options = TypeVar("Options", bound=DataclassInstance)
+
+
+def add_options(parser: argparse.ArgumentParser, kind: "type[Options]") -> None:
+    """Add an option `--some-name` for every field `some_name` of an options dataclass.
+
+    Args:
+        parser: To add to.
+        kind: The class; every field has a default.
+    """
+    docs = attribute_docs(kind)
+    group = parser.add_argument_group()
+    for field in fields(kind):
+        group.add_argument(
+            flag(field.name),
+            type=type_of(field),
+            default=field.default,
+            choices=field.metadata.get(NAMES),
+            metavar="NAME" if NAMES in field.metadata else "X",
+            help=f"{_said(field, docs)} (default %(default)s)",
+        )
+
+
+def add_current_delay(parser: argparse.ArgumentParser) -> None:
+    """Declare the delay of the currents alone, where the other filters are those of a file."""
+    (field,) = (each for each in fields(ObserveOptions) if MEASURED in each.metadata)
+    said = _said(field, attribute_docs(ObserveOptions))
+    parser.add_argument(
+        flag(field.name), type=type_of(field), metavar="X", help=f"{said} (default: that of the gains file)"
+    )
+
+
+def _said(field: "Field[object]", docs: Mapping[str, str]) -> str:
+    """What a field is, and what it may be."""
+    said = docs.get(field.name, "").replace("%", "%%")
+    if NAMES in field.metadata:
+        return f"{said}: {', '.join(field.metadata[NAMES])}"
+    if MEASURED in field.metadata:
+        return f"{said}; {arguments.AUTO}: {field.metadata[MEASURED]} is measured and undone"
+    return said
+
+
+def chosen(kind: "type[Options]", options: argparse.Namespace) -> "Options":
+    """The options dataclass as given on the command line; what is to be measured begins with its default."""
+    given = {field.name: getattr(options, field.name) for field in fields(kind)}
+    return kind(**{name: value for name, value in given.items() if value != arguments.AUTO})
+
+
+def policy_of(options: argparse.Namespace) -> "Policy":
+    """How far the logs are trusted: whether a delay of their currents is to be measured."""
+    from ident.preparation import DOUBTED
+
+    return replace(DOUBTED, undelay=options.current_delay == arguments.AUTO)
+
+
+def flag(name: str) -> str:
+    """The option of a field."""
+    return f"--{name.replace('_', '-')}"
+
+
+def type_of(field: "Field[object]") -> Callable[[str], str | float]:
+    """What turns the option's text into the field's value."""
+    if MEASURED in field.metadata:
+        return arguments.number_or_auto
+    return str if isinstance(field.default, str) else arguments.not_negative

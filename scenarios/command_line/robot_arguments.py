@@ -1,0 +1,43 @@
+"""Arguments that name the model of a robot, and the arm that is read from it."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+import scenarios.command_line.arguments as arguments
+
+if TYPE_CHECKING:
+    from ident.model.structure import Structure
+
+
+def add_model_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the robot's model."""
+    parser.add_argument("--model", type=arguments.file, required=True, metavar="ROBOT", help="MJCF or URDF file")
+    add_reading_arguments(parser)
+
+
+def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what a model file does not tell of its arm."""
+    add = parser.add_argument
+    add("--flange", metavar="BODY", help="last body of the arm, where the file has more; joints beyond are held")
+    add(
+        "--coupling",
+        type=arguments.count,
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("I", "J"),
+        help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
+    )
+
+
+def named_structure(options: argparse.Namespace) -> "Structure":
+    """The structure of the arm that the command line names.
+
+    Raises:
+        RobotModelError: If the file holds none.
+    """
+    from ident.model.structure import structure_of
+    from scenarios.experiments.robot_models import read_arm
+
+    couplings = tuple((i - 1, j - 1) for i, j in options.coupling)
+    return structure_of(read_arm(options.model, couplings, flange=options.flange))

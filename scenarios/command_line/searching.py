@@ -1,0 +1,121 @@
+"""A search for a motion on the command line: its options, where it runs, its progress, what Ctrl-C leaves of it."""
+
+import argparse
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import scenarios.command_line.arguments as arguments
+from scenarios.command_line.progress import console
+from scenarios.experiments.workers.processes import PROCESSES
+from scenarios.support.errors import MotionTooFine
+
+if TYPE_CHECKING:
+    from scenarios.design.excitation import Design
+    from scenarios.design.search import Found, Judge, Series
+    from scenarios.design.searched_motion import Unfinished
+
+FASTEST = 5.0
+"""Fastest harmonic [Hz] that the search samples twice a period."""
+HARMONICS = arguments.count_from(2, 100, "2 to be at rest at both ends, at most what a search can handle")
+DURATION = arguments.number_from(5.0, 600.0, "s", "shorter motions hold too few rows, longer ones are not simulated")
+EVALUATIONS = arguments.count_from(1, 10**7, "that takes half a day")
+FEW = 1000
+"""Motions that are tried sooner than processes are started."""
+
+
+def add_search_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare what every search for a motion takes."""
+    add = parser.add_argument
+    add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
+    add("--harmonics", type=HARMONICS, default=20, help="harmonics of the series (default 20)")
+    add("--duration", type=DURATION, default=20.0, help="period [s] (default 20)")
+    add("--evaluations", type=EVALUATIONS, default=40000, help="motions to try (default 40000)")
+    add("--jobs", type=PROCESSES.checked, metavar=PROCESSES.metavar, help=PROCESSES.help)
+
+
+def check_harmonics(options: argparse.Namespace) -> None:
+    """Check that the search sees what it may use.
+
+    Raises:
+        MotionTooFine: If the fastest harmonic is too fast.
+    """
+    if options.harmonics > FASTEST * options.duration:
+        raise MotionTooFine(
+            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the fastest has "
+            f"{options.harmonics / options.duration:.3g} Hz; a search sees up to {FASTEST:g} Hz"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Outcome:
+    """What a search came to.
+
+    Attributes:
+        first: What it began with, None if it was stopped before.
+        found: The best motion, the same or better.
+        kept: Better and better motions, that one last; empty if there is none.
+        interrupt: What stopped it, None if it came to its end.
+    """
+
+    first: "Found | None"
+    found: "Found | None"
+    kept: "tuple[Found, ...]"
+    interrupt: KeyboardInterrupt | None
+
+
+def searched(design: "Design", series: "Series", options: argparse.Namespace, before: "Unfinished | None") -> Outcome:
+    """Search as the options say, with progress on stderr.
+
+    Args:
+        design: The problem.
+        series: The motions that are searched.
+        options: Parsed.
+        before: What a stopped search has left, to go on from.
+    """
+    import numpy as np
+
+    from scenarios.design.fitting import with_better
+    from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search
+    from scenarios.design.start import starts
+    from scenarios.support.search_progress import search_progress
+
+    first, found, kept = None, None, ()
+    try:
+        with _judge(design, series, options) as judge:
+            if before is None:
+                at = starts(design, design.problem.plant.robot.home, np.random.default_rng(options.seed))
+                first, step = random_point(series, at, options.seed, judge), STEP
+            else:
+                first, step = known_point(series, before.motion, before.tried, judge), SMALL_STEP
+            left = max(options.evaluations - first.tried, 1)
+            done = 0 if before is None else before.tried
+            with search_progress("motions", options.evaluations, console(options), done) as say:
+                for found in search(first, step, options.seed + first.tried, left, judge):
+                    kept = with_better(kept, found)
+                    say(found.tried, lambda best=found: _worst(design, series, best))
+    except KeyboardInterrupt as interrupt:
+        return Outcome(first=first, found=found, kept=kept, interrupt=interrupt)
+    return Outcome(first=first, found=found, kept=kept, interrupt=None)
+
+
+def _worst(design: "Design", series: "Series", found: "Found") -> str:
+    deviations = design.deviations(design.rows(series.motion(found.x))).total
+    return f"{100.0 * max(deviations[design.problem.joints]):.3g} % on the worst joint"
+
+
+@contextmanager
+def _judge(design: "Design", series: "Series", options: argparse.Namespace) -> "Generator[Judge]":
+    """Motions judged in this process if they are few, or by others."""
+    from scenarios.design.search import judge_here, judge_in
+
+    if options.jobs == "1" or options.evaluations < FEW:
+        yield judge_here(design, series)
+        return
+    with PROCESSES.open(options.jobs) as workers:
+        pool = workers.open()
+        try:
+            yield judge_in(pool, workers.count(), design.problem, series)
+        finally:
+            workers.close(pool)

@@ -1,0 +1,86 @@
+"""`rx90 identify` of bare recordings alone."""
+
+import argparse
+from collections.abc import Sequence
+
+from ident.model.structure import Structure
+from ident.recordings.motion import Motion
+from scenarios.command_line.saving import save_identified
+from scenarios.reports.content import Report
+from scenarios.results.write_access import Claim
+from scenarios.support.errors import WrongFiles
+
+
+def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
+    """Whether ratios of gains are what the recordings give: none carries a payload, and no option gives a gain.
+
+    Args:
+        options: Of the command line.
+        loaded: Whether a recording carries a payload.
+
+    Raises:
+        WrongFiles: If something is asked for that goes with the other kind of recordings alone.
+    """
+    bare = not loaded and not any("gain" in word.partition("=")[0] for word in options.option)
+    if not bare and options.gains is not None:
+        raise WrongFiles("--gains goes with bare recordings alone; with a payload the gains are found, not given")
+    if not bare and options.if_loaded is not None:
+        raise WrongFiles("--if-loaded goes with bare recordings alone; here the gains themselves are found")
+    if bare and options.gains_out is not None:
+        raise WrongFiles("--gains-out: bare recordings give ratios of gains alone; add --loaded B --payload P.toml")
+    if options.if_loaded is not None and options.gains is None:
+        raise WrongFiles(
+            "--if-loaded: how a payload shows beside the noise takes the size of the gains; add --gains G, "
+            "a data sheet's will do"
+        )
+    return bare
+
+
+def found(options: argparse.Namespace, structure: Structure, motions: Sequence[Motion], saving: Claim | None) -> Report:
+    """Ratios, base parameters and friction, saved if that is asked for.
+
+    Raises:
+        IdentificationError: If the recordings cannot be those of this arm, or show no ratio.
+        OptionError: If the method is not `nls`.
+    """
+    from ident.estimation.estimators.nls import NAME, AllJointsOptions
+    from ident.estimation.gain_options import GainOptions
+    from ident.observation.observation import ObserveOptions
+    from ident.payload.files import read_payload
+    from ident.support.options import options_from_words
+    from scenarios.command_line.options import chosen, policy_of
+    from scenarios.experiments.files.gains import read_gains
+    from scenarios.gains_in_use.bare import bare_answer
+    from scenarios.gains_in_use.model_update.known_links import known_links
+    from scenarios.reports.bare import bare_report
+
+    if options.method != NAME:
+        raise WrongFiles(f"--method {options.method} needs a payload; of bare recordings alone {NAME} gives the ratios")
+    payload = None if options.if_loaded is None else read_payload(options.if_loaded)
+    observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
+    own = options_from_words(AllJointsOptions, options.option)
+    answer = bare_answer(
+        motions,
+        structure,
+        observing=observing,
+        gains=limits,
+        options=own,
+        known=None if options.gains is None else read_gains(options.gains).known,
+        payload=payload,
+        policy=policy_of(options),
+    )
+    report = bare_report(answer, known_links(answer.in_si, structure, options.model, options.flange), structure.arm)
+    save_identified(
+        options,
+        saving,
+        report,
+        kind="bare",
+        title=f"Bare motions of {structure.arm.name}",
+        motions=motions,
+        observing=answer.observing,
+        gains=limits,
+        own=own,
+        payload=payload,
+        believed=options.gains,
+    )
+    return report

@@ -1,0 +1,119 @@
+"""A designed payload as files: payload file, and a scenario that mounts it."""
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ident.payload.files import payload_from_table, payload_to_table, write_payload
+from ident.payload.payload import Payload
+from ident.support.naming import one_line
+from scenarios.design.payload_design import PayloadDesign
+from scenarios.design.tolerances import MASS_STD
+from scenarios.design.weights import SHAPES
+from scenarios.experiments.files.motions import write_motion
+from scenarios.experiments.files.mountings import LOADED
+from scenarios.experiments.files.schema_line import schema_line
+from scenarios.experiments.files.tables import builtin_names
+from scenarios.experiments.files.toml_values import toml_value
+from sim.trajectory import FourierTrajectory
+
+PAYLOAD, SCENARIO, MOTION = "payload.toml", "scenario.toml", "motion.toml"
+SIGMAS = 3.0
+"""Predicted deviations that a tolerance of the written scenario leaves at least."""
+DIGITS, NOTHING = 6, 1e-9
+"""Significant digits of what is written, and share of the largest of its kind that is rounding of a zero."""
+
+
+def write_payload_folder(design: PayloadDesign, scenario: str, motion: FourierTrajectory | None, folder: Path) -> None:
+    """Write the payload file and the scenario that mounts the payload, with its motion if it has one of its own.
+
+    Args:
+        design: The design.
+        scenario: Name or path of the scenario that was designed for.
+        motion: That was searched for the payload.
+        folder: Where.
+
+    Raises:
+        OSError: If something cannot be written.
+    """
+    write_payload_file(design, folder / PAYLOAD)
+    write_scenario_file(design, scenario, folder / SCENARIO)
+    if motion is not None:
+        write_motion(motion, folder / MOTION, [f"Searched for {PAYLOAD}"])
+
+
+def write_payload_file(design: PayloadDesign, path: Path) -> None:
+    """Write the payload file, to be corrected when the weight has been made and weighed."""
+    weight, last = design.best.weight, one_line(design.problem.structure.arm.joint_names[-1])
+    size = ", ".join(
+        f"{each.name} {value:g}" for each, value in zip(SHAPES[weight.shape].dimensions, weight.dimensions, strict=True)
+    )
+    comment = (
+        f"{schema_line('payload')}\n# {weight.shape}: {size} mm, {90 * weight.quarter} degrees about the flange's z; "
+        f"{weight.density:g} kg/m^3.\n"
+        f"# com: m from {last}, the last joint, in the axes of the link "
+        "that it moves, and not those of\n# the flange, which the drawing has. inertia: kg m^2 about com, in the same "
+        "axes.\n"
+        f"# As drawn. Weigh it and write the mass here; mass_std is a scale's of {2e3 * MASS_STD:g} g at two sigma."
+    )
+    write_payload(as_written(design.best.payload), path, comment=comment)
+
+
+def as_written(payload: Payload) -> Payload:
+    """A payload with the digits that mean something; what is nothing beside the largest of its kind is zero."""
+    return payload_from_table({key: _short(value) for key, value in payload_to_table(payload).items()})
+
+
+def _short(value: object) -> object:
+    """A value of a payload's table, numbers of one key being of one kind."""
+    if isinstance(value, Mapping):
+        return dict(zip(value, _digits(list(value.values())), strict=True))
+    if isinstance(value, list):
+        return _digits(value)
+    return _digits([value])[0] if isinstance(value, float) else value
+
+
+def _digits(values: Sequence[float]) -> list[float]:
+    nothing = NOTHING * max(map(abs, values))
+    return [float(f"{each:.{DIGITS}g}") if abs(each) > nothing else 0.0 for each in values]
+
+
+def write_scenario_file(design: PayloadDesign, scenario: str, path: Path) -> None:
+    """Write a scenario that mounts the payload and wants every gain that it shows.
+
+    Args:
+        design: The design.
+        scenario: Name or path of the scenario that was designed for.
+        path: Where.
+    """
+    table = design.scenario.table
+    shown = design.shows(design.after.deviations)
+    gain = [
+        max(given, math.ceil(100.0 * SIGMAS * std) / 100.0)
+        for given, std in zip(table.tolerance.gain, design.after.deviations.noise, strict=True)
+    ]
+    base = scenario if scenario in builtin_names() else os.path.relpath(Path(scenario).resolve(), path.parent.resolve())
+    written = payload_to_table(as_written(design.best.payload))
+    lines = [
+        schema_line("scenario"),
+        f"extends = {toml_value(base)}",
+        f'description = "with the {design.best.weight.shape} that was designed for it"',
+        "",
+        *([] if design.again is None else ["[experiment]", f"motion = {toml_value(MOTION)}", ""]),
+        *_payload_lines("plant", design, written),
+        "",
+        *_payload_lines("belief", design, written),
+        "",
+        "[tolerance]",
+        f"gain = {gain!r}",
+        f"identifiable = [{', '.join(str(bool(each)).lower() for each in shown)}]",
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _payload_lines(side: str, design: PayloadDesign, table: dict[str, object]) -> list[str]:
+    """The payload as a table of the plant or of the belief."""
+    place = "payload" if design.mounting == LOADED else f"payloads.{design.mounting}"
+    keys = ("mass", "com", "inertia") if side == "plant" else tuple(table)
+    return [f"[{side}.{place}]", *(f"{key} = {toml_value(table[key])}" for key in keys)]

@@ -1,0 +1,148 @@
+"""A robot of the user's as a folder: `robot.toml`, `scenario.toml`, a motion; every number with where it comes from."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from ident.support.naming import shown
+from ident.support.toml_files import read_toml
+from scenarios.design.new_robot import Found, NewRobot
+from scenarios.design.rules_of_thumb import Stated
+from scenarios.experiments.files.motions import write_motion
+from scenarios.experiments.files.schema_line import schema_line
+from scenarios.experiments.files.toml_values import toml_value
+from scenarios.support.errors import NotOurs, UnreadableFile
+from sim.robot import Robot
+from sim.robot_files import read_robot
+
+ROBOT, SCENARIO, MOTION = "robot.toml", "scenario.toml", "motion.toml"
+FILES = (ROBOT, SCENARIO, MOTION)
+MADE = "Found by rx90 new-robot, within the limits of robot.toml; rx90 excite finds a better one"
+UNITS = {
+    "gain": ("N m / drive unit", "N / drive unit"),
+    "rotor_inertia": ("kg m^2", "kg"),
+    "viscous_friction": ("N m s/rad", "N s/m"),
+    "coulomb_friction": ("N m", "N"),
+    "coulomb_asymmetry": ("N m", "N"),
+    "amplifier_offset": ("drive units", "drive units"),
+    "current_limit": ("drive units", "drive units"),
+    "max_velocity": ("rad/s", "m/s"),
+    "max_acceleration": ("rad/s^2", "m/s^2"),
+}
+"""Units of the tables of `[drives]`, of a joint that turns and of one that slides."""
+SWING = (20.0, 30.0)
+"""Rotors on elastic transmissions swing between these frequencies [Hz]; measured joints at 20 to 31."""
+
+
+def robot_text(new: NewRobot) -> str:
+    """The robot file."""
+    names = ", ".join(f"{k} {name}" for k, name in enumerate(new.arm.joint_names, 1))
+    lines = [
+        schema_line("robot"),
+        f"# Joints: {names}",
+        "# Written as a start: replace what is assumed by what you know. origin is published, measured or assumed, one",
+        "# word or one a joint. Units of a joint that slides stand in brackets.",
+        f"name = {toml_value(new.name)}",
+        f"model = {toml_value(new.model)}  # masses, centres and inertias of links are taken from there, as they are",
+    ]
+    if new.flange is not None:
+        lines.append(
+            f"flange = {toml_value(new.flange)}  # last body of the arm; joints that do not lead to it are held"
+        )
+    lines += ["", "[home]  # rad (m)", *_stated(new.home)]
+    for name, stated in new.drives.items():
+        turns, slides = UNITS[name]
+        unit = turns if new.arm.revolute.all() or turns == slides else f"{turns} ({slides})"
+        lines += ["", f"[drives.{name}]  # {unit}", *_stated(stated)]
+    return "\n".join(lines) + "\n"
+
+
+def scenario_text(new: NewRobot, found: Found) -> str:
+    """The scenario file."""
+    body = new.load.body
+    ixx, iyy, izz, *_ = body.inertia
+    moments = f"{{ ixx = {ixx!r}, iyy = {iyy!r}, izz = {izz!r} }}"
+    payload = f"{{ mass = {body.mass!r}, com = {list(body.com)!r}, inertia = {moments} }}"
+    soft = [1.0 / (float(ia) * (2.0 * np.pi * SWING[1]) ** 2) for ia in new.drives["rotor_inertia"].value]
+    soft = [float(f"{c:.3g}") for c in soft]
+    more = [float(f"{c * ((SWING[1] / SWING[0]) ** 2 - 1.0):.3g}") for c in soft]
+    shown = ", ".join(f"{100.0 * std:.2g}" for std in found.predicted)
+    truth = ", ".join("true" if each else "false" for each in found.identifiable)
+    return f"""{schema_line("scenario")}
+extends = "any-arm"          # controller, sensors and error sources that all arms share
+description = {toml_value(f"{new.name} as its model file describes it, with drives and friction by rules of thumb")}
+robot = "{ROBOT}"         # beside this file
+
+[plant]                      # what is true; drives that are not stated are those of {ROBOT}
+payload = {payload}
+# {new.load.source}
+# kg, m in the frame of the last link, kg m^2 about the centre of mass
+
+[experiment]
+motion = "{MOTION}"       # found within the limits of {ROBOT}; rx90 excite finds a better one
+
+[belief]                     # what controller and identification believe
+controller_gain = {new.drives["gain"].value.tolist()!r}  # those of {ROBOT}
+payload = {payload}  # as it is
+
+[tolerance]
+gain = {list(found.tolerance)!r}  # relative; four predicted deviations, 2 % at least
+identifiable = [{truth}]  # predicted deviations [%]: {shown}; wanted up to 8
+
+[sources."joint elasticity"]  # assumed: rotors on their transmissions swing at {SWING[0]:g} to {SWING[1]:g} Hz
+target = "plant.errors.joint_compliance"
+distribution = "uniform"
+parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), of a joint that slides m/N
+shared = true
+"""
+
+
+def as_read(new: NewRobot) -> Robot:
+    """The robot as everyone will read it from its file; nothing is left where it will be."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / ROBOT
+        path.write_text(robot_text(replace(new, model=str(new.path.resolve()))), encoding="utf-8")
+        return read_robot(path)
+
+
+def write_new_robot(new: NewRobot, found: Found, folder: Path) -> None:
+    """Write all files, or none: each is complete before the first takes its place.
+
+    Raises:
+        OSError: If something cannot be written.
+    """
+    with TemporaryDirectory(dir=folder, prefix=".new-robot-") as staging:
+        there = Path(staging)
+        (there / ROBOT).write_text(robot_text(new), encoding="utf-8")
+        (there / SCENARIO).write_text(scenario_text(new, found), encoding="utf-8")
+        write_motion(found.motion, there / MOTION, [MADE])
+        for name in FILES:
+            os.replace(there / name, folder / name)
+
+
+def check_no_other_robot(folder: Path, model: Path) -> None:
+    """Check that a folder holds no robot of another model file.
+
+    Raises:
+        NotOurs: If it does.
+    """
+    path = folder / ROBOT
+    try:
+        table = read_toml(path, error=UnreadableFile)
+    except UnreadableFile:  # nothing there, or nothing that anyone could lose
+        return
+    name, there = table.get("name"), table.get("model")
+    if isinstance(there, str) and (folder / there).resolve() != model.resolve():
+        raise NotOurs(
+            f"{path}: is of another robot, {shown(name)} from {shown(there)}; name another place, or add --force"
+        )
+
+
+def _stated(stated: Stated) -> list[str]:
+    words = set(stated.origin)
+    origin = toml_value(stated.origin[0]) if len(words) == 1 else toml_value(stated.origin)
+    value = [float(f"{x:.6g}") for x in stated.value]
+    return [f"value = {value!r}", f"origin = {origin}", f"source = {toml_value(stated.source)}"]

@@ -1,0 +1,148 @@
+"""From a scenario's tables to the values that `sim` and `ident` work with: truth on one side, belief on the other."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from ident.model.structure import Structure
+from ident.payload.payload import Payload
+from ident.support.arrays import Array
+from scenarios.experiments.files.mountings import BARE, by_mounting, motion_names, mountings
+from scenarios.experiments.files.resolved import Resolved, believed_payloads, resolved
+from scenarios.experiments.files.schema import BodyTable, Scenario
+from scenarios.experiments.named_files import motion_of, robot_of
+from scenarios.experiments.robots import structure as believed_structure
+from scenarios.support.errors import WrongLength
+from sim.controller import ControllerBelief
+from sim.drives import DriveTruth
+from sim.experiment import Experiment
+from sim.plant import PayloadBody, Plant
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bench:
+    """Everything a scenario needs to run, for any seed.
+
+    Attributes:
+        scenario: Where it came from, every number stated.
+        experiments: The motions, in order of time.
+        structure: Identifiable structure of the arm, from its kinematics.
+        payloads: The payloads as believed, by mounting.
+    """
+
+    scenario: Resolved
+    experiments: tuple[Experiment, ...]
+    structure: Structure
+    payloads: Mapping[str, Payload]
+
+    @property
+    def true_gain(self) -> Array:
+        """The injected drive gains [N m / drive unit], shape (n,)."""
+        return self.experiments[0].plant.drives.gain
+
+    @property
+    def protocol(self) -> tuple[str, ...]:
+        """What each motion carries, `bare` or the name of a mounting."""
+        return self.scenario.table.experiment.protocol
+
+    @property
+    def mounted(self) -> tuple[Payload | None, ...]:
+        """The payload of each motion as believed, None for a bare flange; motions of one mounting share one object."""
+        return tuple(self.payloads.get(name) for name in self.protocol)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cell:
+    """A scenario's robot, whatever it is moved by.
+
+    Attributes:
+        scenario: Where it came from, every number stated.
+        plants: The truth, by mounting.
+        structure: Identifiable structure of the arm, from its kinematics.
+    """
+
+    scenario: Resolved
+    plants: Mapping[str, Plant]
+    structure: Structure
+
+    @property
+    def plant(self) -> Plant:
+        """That of the first mounting."""
+        return next(iter(self.plants.values()))
+
+
+def cell(scenario: Scenario) -> Cell:
+    """Prepare a scenario's robot.
+
+    Raises:
+        WrongLength: If arrays do not fit the arm.
+        ScenarioError: One of its kinds, if the scenario names a robot or payload that does not exist or is impossible.
+        SimulationError: One of its kinds, if robot or plant are impossible.
+        RobotModelError: If the robot's model file is no arm.
+    """
+    ready = resolved(scenario)
+    table = ready.table
+    arm = robot_of(ready)
+    if len(table.tolerance.gain) != arm.n:
+        raise WrongLength(
+            f"{scenario.name}: tolerance.gain has {len(table.tolerance.gain)} values, but robot {arm.name} has {arm.n} "
+            "joints; state arrays of plant, belief and tolerance for this robot, one value a joint"
+        )
+    structure = believed_structure(arm, tuple((first - 1, second - 1) for first, second in table.belief.couplings))
+    return Cell(ready, true_plants(ready), structure)
+
+
+def bench(scenario: Scenario) -> Bench:
+    """Prepare a scenario.
+
+    Raises:
+        WrongLength: If arrays or the motion do not fit the arm.
+        ScenarioError: One of its kinds, if it names a payload or motion that does not exist or is impossible.
+    """
+    ready = cell(scenario)
+    table, plant = ready.scenario.table, ready.plant
+    protocol, n = table.experiment.protocol, plant.robot.n
+    motion = motion_of(scenario)
+    if motion.n != n:
+        raise WrongLength(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
+    belief = ControllerBelief(
+        mjcf=plant.robot.model,
+        gain=table.belief.controller_gain,
+        rotor_inertia=tuple(plant.robot.drives.rotor_inertia.tolist()),
+        flange=plant.robot.flange,
+    )
+    experiments = tuple(
+        Experiment(
+            name=name,
+            plant=ready.plants.get(carried, plant),
+            loaded=carried != BARE,
+            trajectory=motion,
+            belief=belief,
+            controller=table.experiment.controller,
+            sensors=table.experiment.sensors,
+            step=table.experiment.step,
+            earlier=earlier,
+            warm_up=table.experiment.warm_up,
+            pause=table.experiment.pause,
+        )
+        for earlier, (name, carried) in enumerate(zip(motion_names(protocol), protocol, strict=True))
+    )
+    believed = believed_payloads(ready.scenario)
+    return Bench(ready.scenario, experiments, ready.structure, {name: believed[name] for name in mountings(protocol)})
+
+
+def true_plants(scenario: Resolved) -> dict[str, Plant]:
+    """The truth of a scenario, by mounting: one robot, with the payload that it carries then."""
+    stated, arm = scenario.table.plant, robot_of(scenario)
+    drives = DriveTruth(**{field.name: np.array(getattr(stated, field.name)) for field in fields(DriveTruth)})
+    return {
+        name: Plant(robot=arm, drives=drives, payload=_true_payload(body), errors=stated.errors)
+        for name, body in by_mounting(stated.payload, stated.payloads).items()
+    }
+
+
+def _true_payload(body: str | BodyTable) -> PayloadBody:
+    assert not isinstance(body, str), "a resolved scenario states its numbers"
+    J = body.inertia
+    return PayloadBody(mass=body.mass, com=body.com, inertia=(J.ixx, J.iyy, J.izz, J.ixy, J.ixz, J.iyz))

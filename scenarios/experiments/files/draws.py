@@ -1,0 +1,205 @@
+"""Random settings: what a scenario declares random, drawn for one seed.
+
+Every number comes from a uniform one through the distribution's quantile function, so that random and
+quasi-random designs share one path. A draw has a stream of its own: declaring another does not move it.
+"""
+
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import stats
+
+from ident.support.arrays import Array
+from ident.support.errors import IdentificationError
+from ident.support.naming import nearest
+from scenarios.experiments.files.resolved import resolved
+from scenarios.experiments.files.schema import DrawTable, Scenario, ScenarioTable
+from scenarios.experiments.files.settings import Value, value_at, with_settings
+from scenarios.support.errors import ScenarioError, WrongDraw
+from sim.errors import SimulationError
+
+CHECKED_AT = (1e-3, 0.5, 1.0 - 1e-3)
+"""Quantiles that a distribution must give before it is used."""
+
+
+def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
+    """Draw everything that a scenario declares random.
+
+    Args:
+        scenario: With its `random` tables.
+        seed: Seed of the run; the draw named k uses the stream of (seed, checksum of k).
+
+    Returns:
+        New values by place; empty if nothing is random.
+
+    Raises:
+        WrongDraw: If a draw names no number of the scenario, or no distribution.
+    """
+    draws = scenario.table.random
+    if not draws:
+        return {}
+    table, settings = resolved(scenario).table, dict[str, Value]()
+    for name, draw in draws.items():
+        key = np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(name.encode()),))
+        try:
+            uniform = np.random.default_rng(key).random(numbers_needed(draw, table))
+            settings |= settings_from(draw, uniform, table)
+        except ScenarioError as error:
+            raise WrongDraw(f"{scenario.name}: random.{name}: {error}") from error
+    return settings
+
+
+def places_of(draws: Mapping[str, DrawTable]) -> list[str]:
+    """Places that draws change, in alphabetical order."""
+    return sorted({place for draw in draws.values() for place in draw.targets})
+
+
+def check_draws(scenario: Scenario, usable: Callable[[Scenario], object]) -> None:
+    """Refuse draws that cannot be made, before a study is begun.
+
+    Args:
+        scenario: With its draws and sources.
+        usable: Raises if a scenario cannot be run; tried on every choice.
+
+    Raises:
+        WrongDraw: Naming the first one and what is wrong with it.
+    """
+    groups: tuple[tuple[str, Mapping[str, DrawTable]], ...] = (
+        ("random", scenario.table.random),
+        ("sources", {k: s for k, s in scenario.table.sources.items() if s.stream is None}),
+    )
+    if not any(draws for _, draws in groups):
+        return
+    ready = resolved(scenario)
+    for group, draws in groups:
+        for name, draw in draws.items():
+            try:
+                for u in CHECKED_AT:
+                    settings_from(draw, np.full(numbers_needed(draw, ready.table), u), ready.table)
+                for value in draw.choice or ():
+                    usable(with_settings(ready, dict.fromkeys(draw.targets, value)))
+            except (ScenarioError, SimulationError, IdentificationError) as error:
+                raise WrongDraw(f"{scenario.name}: {group}.{name}: {error}") from error
+
+
+def numbers_needed(draw: DrawTable, table: ScenarioTable) -> int:
+    """How many uniform numbers a draw takes."""
+    if draw.shared or draw.choice is not None:
+        return 1
+    values = [value_at(table, place) for place in draw.targets]
+    return sum(len(value) if isinstance(value, list) else 1 for value in values)
+
+
+def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict[str, Value]:
+    """Values of a draw's targets.
+
+    Args:
+        draw: What is drawn.
+        uniform: Numbers in (0, 1), shape (numbers_needed,).
+        table: The resolved scenario's, for the values that `add` and `multiply` start from.
+
+    Raises:
+        UnknownPlace: If a target does not exist.
+        WrongDraw: If distribution or parameters do not exist or do not fit.
+    """
+    if draw.choice is not None:
+        if not draw.choice:
+            raise WrongDraw("choice is empty")
+        chosen = draw.choice[min(int(uniform[0] * len(draw.choice)), len(draw.choice) - 1)]
+        return dict.fromkeys(draw.targets, chosen)
+    settings, used = dict[str, Value](), 0
+    total = sum(len(np.atleast_1d(np.asarray(value_at(table, place)))) for place in draw.targets)
+    for place in draw.targets:
+        value = value_at(table, place)
+        if isinstance(value, str):
+            raise WrongDraw(f"{place} is the name {value!r}; draw it with choice = [...]")
+        base = np.atleast_1d(np.asarray(value, dtype=np.float64))
+        own = slice(used, used + len(base))
+        part = np.repeat(uniform, len(base)) if draw.shared else uniform[own]
+        used += len(base)
+        numbers = _quantiles(draw, part, _parameters(draw, own, total))
+        changed = {"replace": numbers, "add": base + numbers, "multiply": base * numbers}[draw.apply]
+        settings[place] = changed.tolist() if isinstance(value, list) else float(changed[0])
+    return settings
+
+
+def _parameters(draw: DrawTable, own: slice, total: int) -> dict[str, float | tuple[float, ...]]:
+    """The parameters for some of a draw's numbers: of an array that has one for each of all targets, theirs."""
+    return {
+        name: value[own] if isinstance(value, tuple) and len(value) == total else value
+        for name, value in draw.parameters.items()
+    }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spread:
+    """Mean and standard deviation of the numbers of a distribution; not finite where there is none."""
+
+    mean: Array
+    std: Array
+
+
+def spread_of(draw: DrawTable, own: slice, total: int) -> Spread:
+    """Mean and standard deviation of the numbers that a draw's distribution gives one of its targets.
+
+    Args:
+        draw: What is drawn.
+        own: Which of the draw's numbers are the target's.
+        total: How many numbers all its targets have.
+
+    Raises:
+        WrongDraw: If distribution or parameters do not exist or do not fit.
+    """
+    count, parameters = own.stop - own.start, _parameters(draw, own, total)
+    _quantiles(draw, np.full(count, 0.5), parameters)  # refuses what cannot be drawn
+    with np.errstate(all="ignore"):
+        frozen = _distribution(draw.distribution or "")(**parameters)
+        mean, std = frozen.mean(), frozen.std()
+    return Spread(*(np.broadcast_to(np.asarray(x, np.float64), (count,)) for x in (mean, std)))
+
+
+def _quantiles(draw: DrawTable, uniform: Array, parameters: Mapping[str, float | tuple[float, ...]]) -> Array:
+    """The numbers of a distribution of scipy.stats at uniform ones."""
+    name = draw.distribution or ""
+    distribution = _distribution(name)
+    shapes = [s.strip() for s in (distribution.shapes or "").split(",") if s.strip()]
+    takes = [*shapes, "loc", *(["scale"] if isinstance(distribution, stats.rv_continuous) else [])]
+    for parameter in draw.parameters:
+        if parameter not in takes:
+            raise WrongDraw(
+                f"{name} takes no parameter {parameter!r}{nearest(parameter, takes)}; it takes {', '.join(takes)}"
+            )
+    missing = [shape for shape in shapes if shape not in draw.parameters]
+    if missing:
+        raise WrongDraw(f"{name} needs the parameter {', '.join(missing)}")
+    stated = ", ".join(f"{k} = {v}" for k, v in draw.parameters.items()) or "no parameters"
+    try:
+        with np.errstate(all="ignore"):
+            numbers = np.asarray(distribution.ppf(uniform, **parameters), dtype=np.float64)
+    except ValueError as error:
+        raise WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}") from error
+    if not np.isfinite(numbers).all():
+        raise WrongDraw(f"{name} with {stated} gives no finite numbers; is its scale above 0?")
+    if numbers.shape != uniform.shape:
+        raise WrongDraw(f"{name} with {stated}: expected numbers, or arrays of {len(uniform)}")
+    return numbers
+
+
+@lru_cache(maxsize=64)
+def _distribution(name: str) -> "stats.rv_continuous | stats.rv_discrete":
+    """A distribution of scipy.stats that has a quantile function of its own; others search, for minutes or for ever.
+
+    Raises:
+        WrongDraw: If there is none, or it has none.
+    """
+    families = stats.rv_continuous, stats.rv_discrete
+    known = [k for k, v in vars(stats).items() if isinstance(v, families)]
+    if name not in known:
+        raise WrongDraw(f"no distribution {name!r} in scipy.stats{nearest(name, known)}")
+    distribution = getattr(stats, name)
+    if any(type(distribution)._ppf is family._ppf for family in families):
+        raise WrongDraw(f"{name} has no quantile function of its own; choose a distribution that has, as norm or gamma")
+    return distribution

@@ -1,0 +1,238 @@
+"""The gains file: drive gains with covariance and origin, TOML or JSON by the file's ending, read strictly.
+
+What is needed is `gains`, one entry a joint in their order, so that a file can be written by hand from data sheets;
+all else is where gains came from. Without `covariance` deviations are independent of each other.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+
+from ident.diagnosis.gain_symptoms import negative
+from ident.estimation.known_gains import KnownGains
+from ident.support.errors import GainsError
+from ident.support.file_access import read_bytes
+from ident.support.naming import nearest, one_line, shown
+from ident.support.toml_files import LARGEST, read_toml
+from scenarios.support.errors import WrongGains
+
+TURNING, SLIDING = "N m / drive unit", "N / drive unit"
+Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+Deviation = Annotated[float, Field(ge=0.0)]
+SAME = 1e-6
+"""Relative difference of a deviation from its variance that digits left out explain."""
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class GainEntry(_Table):
+    """One joint: `estimate` and `std`, or `identifiable = false` and the reason.
+
+    Attributes:
+        joint: Its number, from 1.
+        unit: Of the gain; the second where the joint slides.
+        identifiable: Whether there is a gain.
+    """
+
+    joint: int = Field(ge=1)
+    name: str | None = Field(None, description="of the joint in the robot's model")
+    unit: Literal["N m / drive unit", "N / drive unit"] = TURNING
+    identifiable: bool = True
+    estimate: float | None = Field(
+        None, description="joint torque or force per drive unit, in `unit`; left out if refused"
+    )
+    std: Deviation | None = Field(
+        None, description="standard deviation, all shares together, in `unit`; 0 for a gain taken as exact"
+    )
+    residual_std: Deviation | None = Field(None, description="share of the residuals, in `unit`")
+    payload_std: Deviation | None = Field(None, description="share of what is stated of the payloads, in `unit`")
+    model_std: Deviation | None = Field(None, description="share of what the model takes for granted, in `unit`")
+    reason: str | None = Field(None, description="why a joint is refused")
+
+
+class ModelEntry(_Table):
+    """The robot's model file.
+
+    Attributes:
+        name: Of the file.
+        sha256: Digest of its bytes.
+    """
+
+    name: str
+    sha256: Digest
+
+
+class RecordingEntry(_Table):
+    """A recording that gains were found from.
+
+    Attributes:
+        name: Of the file.
+    """
+
+    name: str
+    sha256: Digest = Field(description="of its samples t, q, v as little-endian doubles, whatever the file")
+    payload: int | None = Field(None, ge=1, description="which of payloads it carries; left out for a bare flange")
+
+
+class OptionsEntry(_Table):
+    """Options of the identification.
+
+    Attributes:
+        method: The method's own.
+        observe: How recordings became a linear system.
+        gains: How estimates were judged.
+    """
+
+    method: dict[str, JsonValue] = {}
+    observe: dict[str, JsonValue] = {}
+    gains: dict[str, JsonValue] = {}
+
+
+class GainsFile(_Table):
+    """Drive gains of one robot.
+
+    Attributes:
+        format: Of this file.
+        robot: Its name.
+        options: Options of the identification.
+        model: Robot's model.
+        recordings: What gains were found from.
+        payloads: As payload files have them.
+        versions: Of packages.
+    """
+
+    format: Literal[1] = 1
+    created: str | None = Field(None, description="when, ISO 8601")
+    robot: str | None = None
+    method: str | None = Field(None, description="estimator, or where the gains are from")
+    gains: tuple[GainEntry, ...] = Field(min_length=1, description="one a joint, in their order")
+    covariance: tuple[tuple[float, ...], ...] | None = Field(
+        None,
+        description="of identifiable joints' estimates, in their order, all shares together; in products of `unit`",
+    )
+    options: OptionsEntry = OptionsEntry()
+    model: ModelEntry | None = None
+    recordings: tuple[RecordingEntry, ...] = ()
+    payloads: tuple[dict[str, JsonValue], ...] = ()
+    versions: dict[str, str] = {}
+
+    @property
+    def known(self) -> KnownGains:
+        """The gains for use.
+
+        Raises:
+            GainsError: If they cannot be.
+        """
+        given = [entry for entry in self.gains if entry.identifiable]
+        std = np.array([entry.std or 0.0 for entry in given])
+        return KnownGains(
+            names=tuple(entry.name or str(entry.joint) for entry in self.gains),
+            joints=np.array([entry.joint - 1 for entry in given], dtype=np.intp),
+            value=np.array([entry.estimate or 0.0 for entry in given]),
+            covariance=np.diag(std**2) if self.covariance is None else np.array(self.covariance),
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What looks odd of the gains and is no mistake by itself: negative ones."""
+        gains = {entry.joint - 1: entry.estimate for entry in self.gains if entry.estimate is not None}
+        return tuple(f"{each.sentence}; {each.advice}" for each in negative(gains))
+
+
+def read_gains(path: Path) -> GainsFile:
+    """Read a gains file.
+
+    Raises:
+        WrongGains: If it is missing, is no TOML or JSON, has an unknown key or what no gains can be; one line.
+    """
+    where = one_line(path)
+    table = _read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=WrongGains)
+    try:
+        file = GainsFile.model_validate_json(json.dumps(table, default=str), strict=True)
+    except ValidationError as error:
+        raise WrongGains(f"{where}: {_complaint(error)}") from error
+    _check(file, where)
+    return file
+
+
+def check_units(A: GainsFile, B: GainsFile) -> None:
+    """Check that each joint's gains have one unit in both.
+
+    Raises:
+        WrongGains: If a joint turns in one and slides in the other.
+    """
+    for one, other in zip(A.gains, B.gains, strict=False):
+        if one.unit != other.unit:
+            raise WrongGains(
+                f"gains files: joint {one.joint}: its gain is in {one.unit} in A and in {other.unit} in B; "
+                "expected two files of one arm"
+            )
+
+
+def _read_json(path: Path) -> object:
+    content = read_bytes(path, most_bytes=LARGEST, error=WrongGains)
+    try:
+        return json.loads(content.decode("utf-8-sig"))
+    except UnicodeDecodeError as fault:
+        raise WrongGains(f"{one_line(path)}: not JSON: byte {fault.start} is not UTF-8") from fault
+    except json.JSONDecodeError as fault:
+        place = f"line {fault.lineno}, column {fault.colno}"
+        raise WrongGains(f"{one_line(path)}: not JSON: {one_line(fault.msg)} at {place}") from fault
+    except (RecursionError, ValueError) as fault:
+        raise WrongGains(f"{one_line(path)}: not JSON that can be meant: {one_line(fault)}") from fault
+
+
+def _complaint(error: ValidationError) -> str:
+    """What pydantic found first, in one line; keys that begin with a digit are places in a list, counted from 1."""
+    first = error.errors()[0]
+    place = ".".join(str(part + 1) if isinstance(part, int) else part for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        key, *above = (str(part) for part in reversed(first["loc"]) if not isinstance(part, int))
+        known = TABLES[above[0] if above else ""].model_fields
+        return f"unknown key {place}{nearest(key, known)}; known: {', '.join(known)}"
+    what = first["msg"][0].lower() + first["msg"][1:]
+    got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
+    return f"{place + ': ' if place else ''}{one_line(what)}{got}"
+
+
+TABLES: Mapping[str, type[BaseModel]] = {
+    "": GainsFile, "gains": GainEntry, "options": OptionsEntry, "model": ModelEntry, "recordings": RecordingEntry,
+}  # fmt: skip
+
+
+def _check(file: GainsFile, where: str) -> None:
+    """Joints are numbered 1 to n, each has a gain or is refused, and the covariance is that of the deviations."""
+    numbers = [entry.joint for entry in file.gains]
+    if numbers != list(range(1, len(numbers) + 1)):
+        raise WrongGains(f"{where}: gains of joints {shown(numbers)}; expected 1 to n, in this order")
+    for entry in file.gains:
+        place = f"{where}: gains.{entry.joint}"
+        if entry.identifiable and (entry.estimate is None or entry.std is None):
+            missing = "estimate" if entry.estimate is None else "std"
+            raise WrongGains(f"{place}: {missing} is missing; give it, or identifiable = false and a reason")
+        if not entry.identifiable and (entry.estimate is not None or entry.std is not None):
+            raise WrongGains(f"{place}: refused, and has a number; leave out estimate and std, or identifiable = false")
+    k = sum(entry.identifiable for entry in file.gains)
+    if file.covariance is not None and [len(row) for row in file.covariance] != [k] * k:
+        sizes = shown([len(row) for row in file.covariance])
+        raise WrongGains(
+            f"{where}: covariance: rows of {sizes} numbers; expected {k} of {k}, one an identifiable joint"
+        )
+    try:
+        known = file.known
+    except GainsError as error:
+        raise WrongGains(f"{where}: {error}") from error
+    stated = np.array([entry.std or 0.0 for entry in file.gains if entry.identifiable])
+    off = np.flatnonzero(np.abs(known.std - stated) > SAME * stated)
+    if len(off):
+        at = off[0]
+        raise WrongGains(
+            f"{where}: gains.{int(known.joints[at]) + 1}.std = {stated[at]:g}, but the covariance has "
+            f"{known.std[at]:g} squared"
+        )

@@ -1,0 +1,191 @@
+"""A scenario read from its tables: unknown keys, wrong values and contradictions are one line each."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import get_args
+
+from pydantic import BaseModel, ValidationError
+
+from ident.estimation.estimators import ESTIMATORS
+from ident.support.errors import OptionError
+from ident.support.naming import nearest, shown
+from scenarios.experiments.files.mountings import LOADED, by_mounting, check_protocol
+from scenarios.experiments.files.places import BUILT_IN
+from scenarios.experiments.files.schema import (
+    DRAWABLE,
+    TABLES_OF_TABLES,
+    DrawTable,
+    Scenario,
+    ScenarioTable,
+    SourceTable,
+)
+from scenarios.experiments.files.tables import scenario_table, stating_file
+from scenarios.support.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, WrongValue
+
+UNNAMED = "scenario"
+"""What files are called that are named by their folder."""
+
+
+def load_scenario(name: str) -> Scenario:
+    """Read and validate a built-in scenario or a user's file.
+
+    Raises:
+        ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
+    """
+    table, path = scenario_table(name)
+    loaded = scenario_from_table(table, _name_of(path), path.parent, str(path))
+    wanted = stating_file(name, ("tolerance", "identifiable"))
+    asking = {key: str(stating_file(name, tuple(key.split("."))) or path) for key in BUILT_IN}
+    return replace(loaded, expectation="" if wanted is None else wanted.name, asking=asking)
+
+
+def _name_of(path: Path) -> str:
+    """Of a scenario: its file's, or the folder's where every folder has a file of that name."""
+    return path.parent.name or path.stem if path.stem == UNNAMED else path.stem
+
+
+def scenario_from_table(table: Mapping[str, object], name: str, folder: Path, where: str) -> Scenario:
+    """Validate a scenario's tables.
+
+    Args:
+        table: The tables, nothing left to extend.
+        name: Of the scenario.
+        folder: Where its motions are looked up.
+        where: Where the tables came from, for messages.
+
+    Raises:
+        ScenarioError: At an unknown key or a wrong value; the message names both.
+    """
+    _refuse_unknown(table, ScenarioTable, where, "")
+    try:
+        # Strict, so that "1" or true is no number; through JSON, where an array is a tuple.
+        parsed = ScenarioTable.model_validate_json(json.dumps(table, default=str), strict=True)
+    except ValidationError as error:
+        raise refusal(error, where, "") from error
+    check_lengths(parsed, where)
+    _check_payloads(parsed, where)
+    _check_draws(parsed, where)
+    return Scenario(name, folder, parsed)
+
+
+def refusal(error: ValidationError, where: str, place: str) -> WrongValue:
+    """What pydantic found, in one line.
+
+    Args:
+        error: Of a table.
+        where: The scenario.
+        place: Of the table in it, empty for the whole scenario.
+    """
+    first = max(error.errors(), key=lambda fault: len(fault["loc"]))  # of a union, the branch that went deepest
+    below = [str(part) for part in first["loc"] if not str(part).endswith(("Table", "]", "float", "str", "bool"))]
+    what = first["msg"][0].lower() + first["msg"][1:]
+    got = "" if first["type"] == "missing" else f", got {shown(first['input'])}"
+    return WrongValue(f"{where}: {'.'.join([place, *below] if place else below)}: {what}{got}")
+
+
+def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
+    """Walk tables and schema together; pydantic would not say which key was meant."""
+    if not isinstance(table, Mapping):
+        return
+    known = _subtables(kind)
+    for key, value in table.items():
+        if key not in known:
+            raise UnknownKey(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
+        inner = known[key]
+        if inner is not None and key in TABLES_OF_TABLES and isinstance(value, Mapping):
+            for name, each in value.items():
+                _refuse_unknown(each, inner, path, f"{where}{key}.{name}.")
+        elif inner is not None:
+            _refuse_unknown(value, inner, path, f"{where}{key}.")
+
+
+def _subtables(kind: type) -> dict[str, type | None]:
+    """Keys of a table, with the class of those that are tables."""
+    if is_dataclass(kind):
+        return {field.name: None for field in fields(kind)}
+    if issubclass(kind, BaseModel):
+        return {name: _table_class(field.annotation) for name, field in kind.model_fields.items()}
+    return {}
+
+
+def _table_class(hint: object) -> type | None:
+    """The class of a key's table, or of each table in a table of tables; None for anything else."""
+    if isinstance(hint, type) and (is_dataclass(hint) or issubclass(hint, BaseModel)):
+        return hint
+    below = get_args(hint)[1:2]  # dict[str, X] holds tables of class X, str | X is one or its name
+    return _table_class(below[0]) if below else None
+
+
+def check_lengths(table: ScenarioTable, path: str) -> None:
+    """Every array has one entry a joint, and the method takes its options.
+
+    Raises:
+        WrongLength: At the first array that does not fit.
+        WrongValue: If a value is none of those there are.
+    """
+    n = len(table.tolerance.gain)
+    arrays = {
+        "tolerance.identifiable": table.tolerance.identifiable,
+        "belief.controller_gain": table.belief.controller_gain,
+        **{f"plant.{name}": value for name, value in table.plant if isinstance(value, tuple)},
+    }
+    for where, values in arrays.items():
+        if len(values) != n:
+            raise WrongLength(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
+    if not all(table.belief.controller_gain):
+        raise WrongValue(f"{path}: belief.controller_gain: a gain of zero commands nothing")
+    for first, second in table.belief.couplings:
+        if first == second or not {first, second} <= set(range(1, n + 1)):
+            raise WrongValue(
+                f"{path}: belief.couplings: joints {first} and {second}; expected two joints from 1 to {n}, as [[5, 6]]"
+            )
+    method = table.identification.method
+    if method not in ESTIMATORS:
+        raise UnknownName(f"{path}: identification.method: unknown {method!r}{nearest(method, ESTIMATORS)}")
+    try:
+        _ = table.identification.method_options
+    except OptionError as error:
+        raise WrongValue(f"{path}: identification.options: {error}") from error
+
+
+def _check_payloads(table: ScenarioTable, path: str) -> None:
+    """Every payload has one description on either side, and is there for the protocol."""
+    for side, stated in (("plant", table.plant), ("belief", table.belief)):
+        if stated.payload is not None and LOADED in stated.payloads:
+            raise WrongValue(f"{path}: {side}: payload and payloads.{LOADED} are the same one; state one of them")
+    plant, belief = (
+        by_mounting(table.plant.payload, table.plant.payloads),
+        by_mounting(table.belief.payload, table.belief.payloads),
+    )
+    check_protocol(table.experiment.protocol, plant, belief, path)
+    for key, named in (("known", table.belief.known), ("exact", table.belief.exact)):
+        for name in named if isinstance(named, Mapping) else ():
+            if name not in belief:
+                raise UnknownName(
+                    f"{path}: belief.{key}: no payload {name!r}{nearest(name, belief)}; known: {', '.join(belief)}"
+                )
+
+
+def _check_draws(table: ScenarioTable, path: str) -> None:
+    """Every draw changes places of its own, in a way that is said once."""
+    groups: tuple[tuple[str, Mapping[str, DrawTable]], ...] = (("random", table.random), ("sources", table.sources))
+    for group, draws in groups:
+        owner: dict[str, str] = {}
+        for name, draw in draws.items():
+            where = f"{path}: {group}.{name}"
+            stream = draw.stream if isinstance(draw, SourceTable) else None
+            ways = [way for way in (draw.distribution, draw.choice, stream) if way is not None]
+            if len(ways) != 1:
+                raise WrongDraw(f"{where}: give either a distribution, or a choice, or for a source its stream")
+            if isinstance(draw, SourceTable) and draw.size is not None and stream is None:
+                raise WrongDraw(f"{where}: size is of a noise; a drawn source has its size from its distribution")
+            if not draw.targets:
+                raise WrongDraw(f"{where}: target names no place")
+            for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
+                if stream is None and not place.startswith(DRAWABLE):
+                    raise WrongDraw(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
+                if place in owner:
+                    raise WrongDraw(f"{where}: {place} is taken by {group}.{owner[place]}; draw a place once")
+                owner[place] = name

@@ -1,0 +1,106 @@
+"""Motion files: the Fourier coefficients of an exciting motion, with the command that found them."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from ident.support.arrays import Array
+from ident.support.file_access import read_bytes
+from ident.support.naming import nearest, shown
+from ident.support.toml_files import LARGEST as LARGEST_FILE
+from scenarios.experiments.files.schema_line import schema_line
+from scenarios.experiments.files.tables import CATALOG, read_table
+from scenarios.support.errors import UnknownKey, UnknownName, UnreadableFile, WrongMotion
+from sim.trajectory import FourierTrajectory, at_rest
+
+LONGEST = 600.0
+"""Longest motion that is simulated [s]."""
+LARGEST = 1e4
+"""Largest number of a motion file; a joint turns a few rad."""
+KEYS = ("duration", "center", "sine", "cosine")
+MOTIONS = CATALOG / "motions"
+"""Folder of the built-in motions."""
+
+
+@lru_cache(maxsize=32)
+def read_motion(name: str, folder: Path) -> FourierTrajectory:
+    """Read a built-in motion, or a file relative to `folder`; once a process, so that trials share the object.
+
+    Raises:
+        ScenarioError: If there is none, or it is not a motion that starts and ends at rest.
+    """
+    path = _motion_path(name, folder)
+    table = read_table(path)
+    for key in table:
+        if key not in KEYS:
+            raise UnknownKey(f"{path}: unknown key {shown(key)}{nearest(key, KEYS)}; known: {', '.join(KEYS)}")
+    for key in KEYS:
+        if key not in table:
+            raise WrongMotion(f"{path}: {key} is missing; expected {', '.join(KEYS)}")
+    duration = float(_numbers(path, table, "duration", 0))
+    if not 0.0 < duration <= LONGEST:
+        raise WrongMotion(f"{path}: duration = {duration:g}; expected up to {LONGEST:g} s")
+    center, sine, cosine = (_numbers(path, table, key, d) for key, d in (("center", 1), ("sine", 2), ("cosine", 2)))
+    if sine.size == 0 or sine.shape != cosine.shape or len(sine) != len(center):
+        raise WrongMotion(f"{path}: center {center.shape}, sine {sine.shape} and cosine {cosine.shape} do not fit")
+    motion = at_rest(center, sine, cosine, duration)
+    change = max(np.abs(motion.sine - sine).max(), np.abs(motion.cosine - cosine).max())
+    if change > 1e-6:
+        raise WrongMotion(f"{path}: the motion does not start at rest (coefficients off by {change:.2g} rad)")
+    return motion
+
+
+def _numbers(path: Path, table: Mapping[str, object], key: str, dimensions: int) -> Array:
+    """Numbers of a motion file, in an array of as many dimensions.
+
+    Raises:
+        WrongMotion: If they are none, not finite, too large or in rows of unequal length.
+    """
+    form = ("a number", "an array of numbers", "rows of numbers, all of one length")[dimensions]
+    if not _all_numbers(table[key], dimensions):
+        raise WrongMotion(f"{path}: {key} = {shown(table[key])}; expected {form}")
+    try:
+        values = np.array(table[key], dtype=np.float64)
+    except (ValueError, OverflowError):  # rows of unequal length, or a whole number beyond all floats
+        raise WrongMotion(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
+    if not (np.abs(values) <= LARGEST).all():
+        raise WrongMotion(f"{path}: {key} holds a number that is not finite or beyond {LARGEST:g}")
+    return values
+
+
+def _all_numbers(value: object, dimensions: int) -> bool:
+    if dimensions:
+        return isinstance(value, list) and all(_all_numbers(inner, dimensions - 1) for inner in value)
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def motion_digest(name: str, folder: Path) -> str:
+    """What tells a motion's file from another, 16 hexadecimal digits.
+
+    Raises:
+        UnknownName: If there is none.
+    """
+    content = read_bytes(_motion_path(name, folder), most_bytes=LARGEST_FILE, error=UnreadableFile)
+    return hashlib.sha256(content).hexdigest()[:16]
+
+
+def _motion_path(name: str, folder: Path) -> Path:
+    builtin = sorted(path.stem for path in MOTIONS.glob("*.toml"))
+    path = MOTIONS / f"{name}.toml" if name in builtin else folder / name
+    if not path.exists():
+        raise UnknownName(f"unknown motion {shown(name)}{nearest(name, builtin)}; built-in: {', '.join(builtin)}")
+    return path
+
+
+def write_motion(motion: FourierTrajectory, path: Path, comments: Sequence[str]) -> None:
+    """Write a motion file, every digit kept, below the line that names its schema."""
+
+    def rows(name: str, values: np.ndarray) -> list[str]:
+        return [f"{name} = [", *(f"    {row.tolist()!r}," for row in values), "]"]
+
+    lines = [schema_line("motion"), *(f"# {comment}" for comment in comments), f"duration = {motion.duration!r}  # s"]
+    lines += [f"center = {motion.center.tolist()!r}  # rad", *rows("sine", motion.sine), *rows("cosine", motion.cosine)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -1,0 +1,97 @@
+"""Mountings: what the motions of an experiment carry, by name.
+
+`protocol = ["bare", "light", "heavy", "bare"]` names them in order of time. `bare` is the flange alone; other names are
+payloads that `[plant.payloads]` and `[belief.payloads]` have under them, and `loaded` the one that both call `payload`.
+Motions of one name are one mounting.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+from ident.support.naming import nearest, shown
+from scenarios.support.errors import UnknownName, WrongValue
+
+Body = TypeVar("Body")
+
+BARE, LOADED = "bare", "loaded"
+PAIR = (BARE, LOADED)
+"""The paper's protocol, that of a scenario which states none."""
+UNLOADED = "unloaded"
+"""What files and messages call a bare motion."""
+NAME = re.compile(r"[a-z][a-z0-9_]*")
+"""Names of mountings: they become names of files, where a hyphen counts repeats."""
+MOST_MOTIONS = 64
+"""Motions of an experiment at most."""
+
+
+def mountings(protocol: Sequence[str]) -> tuple[str, ...]:
+    """Names of the payloads that a protocol mounts, in the order of their first motions."""
+    return tuple(dict.fromkeys(name for name in protocol if name != BARE))
+
+
+def motion_names(protocol: Sequence[str]) -> tuple[str, ...]:
+    """A name for each motion: `unloaded` or its mounting's, with `-2` and so on behind those that come again."""
+    names: list[str] = []
+    for k, carried in enumerate(protocol):
+        earlier = list(protocol[:k]).count(carried)
+        name = UNLOADED if carried == BARE else carried
+        names.append(f"{name}-{earlier + 1}" if earlier else name)
+    return tuple(names)
+
+
+def grouped(protocol: Sequence[str]) -> tuple[int, ...]:
+    """Numbers of the motions in order of time, but motions of one payload together where the first of them is.
+
+    So identification is given them, and so a command line can name them, a payload behind its recordings.
+    """
+    first = {name: list(protocol).index(name) for name in mountings(protocol)}
+    return tuple(sorted(range(len(protocol)), key=lambda k: first.get(protocol[k], k)))
+
+
+def by_mounting(single: Body | None, named: Mapping[str, Body]) -> dict[str, Body]:
+    """Payloads by the name of their mounting; the one without a name is `loaded`."""
+    return {**({} if single is None else {LOADED: single}), **named}
+
+
+def check_protocol(
+    protocol: Sequence[str], plant: Mapping[str, object], belief: Mapping[str, object], path: str
+) -> None:
+    """Check that plant and belief have the payloads of a protocol, both the same.
+
+    Args:
+        protocol: What each motion carries.
+        plant: Payloads that are true, by mounting.
+        belief: Payloads as believed.
+        path: Of the scenario, for messages.
+
+    Raises:
+        WrongValue: If there are no motions or too many, or a name is none.
+        UnknownName: If a name is known on one side only, or on none.
+    """
+    if not 0 < len(protocol) <= MOST_MOTIONS:
+        raise WrongValue(
+            f'{path}: experiment.protocol: {len(protocol)} motions; expected 1 to {MOST_MOTIONS}, as ["bare", "loaded"]'
+        )
+    for side, names in (("plant", plant), ("belief", belief)):
+        for name in names:
+            if not NAME.fullmatch(name) or name in (BARE, UNLOADED):
+                raise WrongValue(
+                    f"{path}: {side}.payloads: {shown(name)} is no name for a payload; expected small letters, digits "
+                    f"and _, not {BARE} or {UNLOADED}"
+                )
+    if not plant:
+        raise WrongValue(f"{path}: plant: no payload; state payload, or payloads by name")
+    for one, other, names, there in (("belief", "plant", belief, plant), ("plant", "belief", plant, belief)):
+        for name in names:
+            if name not in there:
+                raise UnknownName(
+                    f"{path}: {one} has a payload {name!r}, {other} has not{nearest(name, there)}; "
+                    f"known: {', '.join(there) or 'none'}"
+                )
+    for name in protocol:
+        if name != BARE and name not in plant:
+            raise UnknownName(
+                f"{path}: experiment.protocol: no payload {shown(name)}{nearest(name, (BARE, *plant))}; "
+                f"known: {', '.join((BARE, *plant))}"
+            )

@@ -1,0 +1,129 @@
+"""A scenario with every number stated: names of payloads and drives that are left out are looked up, once.
+
+    tables -> schema -> resolved -> settings and draws -> build
+
+Whoever repeats a scenario resolves it once and changes numbers by their place; no file is read again.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+
+import rx90_mjcf
+from ident.payload.files import payload_from_table, payload_to_table, read_payload
+from ident.payload.payload import INERTIA_KEYS, Payload
+from ident.support.errors import PayloadError
+from ident.support.naming import nearest, shown
+from scenarios.experiments.files.exactness import is_exact
+from scenarios.experiments.files.mountings import LOADED, by_mounting, mountings
+from scenarios.experiments.files.schema import BeliefTable, BodyTable, InertiaTable, Scenario
+from scenarios.experiments.named_files import robot_of
+from scenarios.support.errors import UnknownName, WrongPayload
+from sim.drives import DriveTruth
+
+NOTHING = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved(Scenario):
+    """A scenario whose table states every number of drives and payloads."""
+
+
+def resolved(scenario: Scenario) -> Resolved:
+    """State every number of a scenario; one that does already is returned as it is.
+
+    Raises:
+        UnknownName: If it names a robot or payload that does not exist.
+        RobotError: If the robot's file cannot be read.
+        WrongPayload: If the believed payload is impossible.
+    """
+    if isinstance(scenario, Resolved):
+        return scenario
+    table, name = scenario.table, scenario.name
+    believed = {key: payload_to_table(payload) for key, payload in believed_payloads(scenario).items()}
+    true = {key: _body(body, name) for key, body in by_mounting(table.plant.payload, table.plant.payloads).items()}
+    plant, belief = (_mounted(payloads, table.experiment.protocol) for payloads in (true, believed))
+    update = {
+        "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
+        "belief": table.belief.model_copy(update={**belief, "exact": False}),  # what was, is stated as zero now
+    }
+    return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation, scenario.asking)
+
+
+def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
+    """The payloads that identification is told, by mounting; without deviations where it takes them as exact.
+
+    Raises:
+        UnknownName: If one is the name of none.
+        WrongPayload: If one is impossible.
+    """
+    exact, certain = scenario.table.belief.exact, {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING}
+    return {
+        key: replace(payload, **certain) if is_exact(exact, key) else payload
+        for key, payload in stated_payloads(scenario).items()
+    }
+
+
+def stated_payloads(scenario: Scenario) -> dict[str, Payload]:
+    """The payloads as the scenario states them, by mounting, with their deviations; raises as `believed_payloads`."""
+    belief = scenario.table.belief
+    return {
+        key: _stated(key, payload, belief, scenario.name)
+        for key, payload in by_mounting(belief.payload, belief.payloads).items()
+    }
+
+
+def _stated(key: str, stated: str | Mapping[str, object], belief: BeliefTable, name: str) -> Payload:
+    known = belief.known
+    try:
+        payload = _named_payload(stated, name) if isinstance(stated, str) else payload_from_table(stated)
+        use = known.get(key) if isinstance(known, Mapping) else known
+        return payload if use is None else replace(payload, known=use)
+    except PayloadError as error:
+        where = "" if key == LOADED else f"payloads.{key}: "
+        raise WrongPayload(f"{name}: belief.{where}{error}") from error
+
+
+def _mounted(payloads: Mapping[str, object], protocol: Sequence[str]) -> dict[str, object]:
+    """The fields of a table with those payloads that a protocol mounts; with all if it mounts none.
+
+    What is never mounted has no place then, so that no draw changes it in vain.
+    """
+    names = mountings(protocol) or tuple(payloads)
+    return {
+        "payload": payloads.get(LOADED) if LOADED in names else None,
+        "payloads": {name: payloads[name] for name in names if name != LOADED},
+    }
+
+
+def stated_table(scenario: Scenario) -> dict[str, object]:
+    """The resolved scenario's tables as JSON values, for the record."""
+    return resolved(scenario).table.model_dump(mode="json")
+
+
+def _nominal_drives(scenario: Scenario) -> dict[str, object]:
+    """What of the drives is not stated, by field."""
+    plant, nominal = scenario.table.plant, robot_of(scenario).drives
+    return {
+        field.name: tuple(getattr(nominal, field.name).tolist())
+        for field in fields(DriveTruth)
+        if getattr(plant, field.name) is None
+    }
+
+
+def _named_payload(payload: str, name: str) -> Payload:
+    if payload not in rx90_mjcf.PAYLOADS:
+        known = ", ".join(rx90_mjcf.PAYLOADS)
+        raise UnknownName(
+            f"{name}: unknown payload {shown(payload)}{nearest(payload, rx90_mjcf.PAYLOADS)}; known: {known}"
+        )
+    return read_payload(rx90_mjcf.PAYLOADS[payload])
+
+
+def _body(body: str | BodyTable, name: str) -> BodyTable:
+    if not isinstance(body, str):
+        return body
+    payload = _named_payload(body, name)
+    assert payload.com is not None, "the shipped payloads are complete"
+    assert payload.inertia is not None, "the shipped payloads are complete"
+    inertia = InertiaTable(**dict(zip(INERTIA_KEYS, payload.inertia, strict=True)))
+    return BodyTable(mass=payload.mass, com=payload.com, inertia=inertia)

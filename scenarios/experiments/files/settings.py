@@ -1,0 +1,110 @@
+"""Settings: values of a scenario by their place in it, `plant.payload.mass` = 7.0."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from functools import lru_cache
+from typing import Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from ident.support.naming import nearest
+from scenarios.experiments.files.loading import check_lengths, refusal
+from scenarios.experiments.files.resolved import Resolved, resolved
+from scenarios.experiments.files.schema import Scenario, ScenarioTable
+from scenarios.support.errors import UnknownPlace
+
+Value = float | str | list[float]
+"""What a place in a scenario can hold: a number, a name, one number a joint or axis."""
+OPTIONAL = "plant.errors."
+"""Where an array that is left out stands for zeros, one a joint."""
+
+
+def value_at(table: ScenarioTable, place: str) -> Value:
+    """What stands at a place of a resolved scenario's table.
+
+    Raises:
+        UnknownPlace: If there is no such place, or it holds a table.
+    """
+    inner: object = table
+    for depth, key in enumerate(keys := place.split(".")):
+        below = _entries(inner)
+        if inner is None and keys[depth - 1] == "payload":
+            raise UnknownPlace(f"{'.'.join(keys[:depth])}: no motion of experiment.protocol carries it")
+        if key not in below:
+            at = ".".join(keys[:depth]) or "the scenario"
+            raise UnknownPlace(f"no {key!r} in {at}{nearest(key, below)}; known: {', '.join(below) or 'nothing'}")
+        inner = below[key]
+    if inner is None and place.startswith(OPTIONAL):
+        return [0.0] * len(table.tolerance.gain)
+    if isinstance(inner, list | tuple) and all(_is_number(x) for x in inner):
+        return [float(x) for x in inner]
+    if isinstance(inner, str):
+        return inner
+    if isinstance(inner, float | int) and _is_number(inner):
+        return float(inner)
+    kind = "a table" if _entries(inner) else f"{inner!r}"
+    raise UnknownPlace(f"{place} holds {kind}; expected a number, an array of numbers or a name")
+
+
+def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Resolved:
+    """The scenario with other values at some places, and nothing random left.
+
+    Only the tables that a setting is in are validated again.
+
+    Raises:
+        UnknownPlace: If a place does not exist.
+        WrongValue: If one does not take its value.
+    """
+    ready = resolved(scenario)
+    changes: dict[str, Any] = {}
+    for place, value in settings.items():
+        value_at(ready.table, place)
+        *above, last = place.split(".")
+        inner = changes
+        for key in above:
+            inner = inner.setdefault(key, {})
+        inner[last] = value
+    update = {key: _changed(getattr(ready.table, key), inner, key, ready.name) for key, inner in changes.items()}
+    table = ready.table.model_copy(update={**update, "random": {}})
+    check_lengths(table, ready.name)
+    return Resolved(ready.name, ready.folder, table, ready.expectation, ready.asking)
+
+
+def _changed(node: object, changes: object, place: str, name: str) -> object:
+    """A table with changes applied below it, validated; anything else is replaced."""
+    entries = _entries(node)
+    if not isinstance(changes, Mapping):
+        return tuple(changes) if isinstance(changes, list) else changes
+    values = {**entries, **{k: _changed(entries[k], v, f"{place}.{k}", name) for k, v in changes.items()}}
+    try:
+        if isinstance(node, BaseModel):
+            return type(node).model_validate(values, strict=True)
+        if is_dataclass(node):
+            return _adapter(type(node)).validate_json(json.dumps(values), strict=True)
+    except ValidationError as error:
+        raise refusal(error, name, place) from error
+    return {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
+
+
+@lru_cache(maxsize=32)
+def _adapter(kind: type) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _entries(node: object) -> dict[str, Any]:
+    """What a table holds by key; nothing if it is none."""
+    if isinstance(node, BaseModel):
+        return dict(node.__dict__)
+    if is_dataclass(node):
+        return {name: getattr(node, name) for name in _names(type(node))}
+    return {str(key): value for key, value in node.items()} if isinstance(node, Mapping) else {}
+
+
+@lru_cache(maxsize=32)
+def _names(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, float | int) and not isinstance(value, bool)

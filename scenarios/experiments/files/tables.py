@@ -1,0 +1,122 @@
+"""TOML tables: reading them, and overlaying one on another (`extends`)."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from ident.support.file_access import check_file
+from ident.support.naming import nearest, shown
+from ident.support.toml_files import DEEPEST, LARGEST, read_toml
+from scenarios.experiments.files.exactness import check_exact, exactness
+from scenarios.experiments.files.places import CATALOG, seen_from
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongExtends
+
+PARTS = CATALOG / "parts"
+"""Folder of what scenarios may extend, and nobody can run by itself."""
+
+
+def part_names() -> list[str]:
+    """Names that scenarios may extend, beside the built-in scenarios."""
+    return sorted(path.stem for path in PARTS.glob("*.toml"))
+
+
+def builtin_names() -> list[str]:
+    """Names of the built-in scenarios."""
+    return sorted(path.stem for path in CATALOG.glob("*.toml"))
+
+
+def read_table(path: Path) -> dict[str, object]:
+    """Parse a TOML file.
+
+    Raises:
+        UnreadableFile: If it is missing or no TOML.
+    """
+    return read_toml(path, error=UnreadableFile)
+
+
+def scenario_table(
+    name: str, folder: Path | None = None, below: tuple[Path, ...] = ()
+) -> tuple[dict[str, object], Path]:
+    """Read a scenario with everything it extends overlaid, most basic first.
+
+    Args:
+        name: A built-in name, or the path of a TOML file.
+        folder: What a relative path is relative to; the working folder if None.
+        below: Files already being read, to catch a circle.
+
+    Returns:
+        The merged table without `extends`, its places relative to the file's folder, and the file it came from.
+
+    Raises:
+        ScenarioError: If a file is missing or no TOML, or `extends` runs in a circle.
+    """
+    path = find_scenario(name, folder)
+    if path in below:
+        raise WrongExtends(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")
+    if len(below) >= DEEPEST:
+        raise WrongExtends(f"{path}: more than {DEEPEST} files extend one another")
+    table = read_table(path)
+    check_exact(table, path)
+    parent = table.pop("extends", None)
+    if parent is None:
+        return table, path
+    if not isinstance(parent, str):
+        raise WrongExtends(f"{path}: extends = {shown(parent)}; expected the name of one scenario")
+    try:
+        base, there = scenario_table(parent, path.parent, (*below, path))
+    except ScenarioError as error:
+        if below or str(error).startswith(str(path)):
+            raise
+        raise WrongExtends(f"{path}: extends: {error}") from error
+    base = seen_from(base, there.parent, path.parent)
+    merged, exact = overlaid(base, table), exactness(base, table)
+    return (merged if exact is None else overlaid(merged, {"belief": {"exact": exact}})), path
+
+
+def stating_file(name: str, keys: tuple[str, ...], folder: Path | None = None) -> Path | None:
+    """The file that states a key: the scenario's own, or the nearest that it extends; None if none does.
+
+    Args:
+        name: Of a scenario whose files have been read before.
+        keys: The key, tables above it first.
+        folder: What a relative path is relative to; the working folder if None.
+    """
+    path = find_scenario(name, folder)
+    table = read_table(path)
+    inner: object = table
+    for key in keys:
+        inner = inner.get(key) if isinstance(inner, Mapping) else None
+    parent = table.get("extends")
+    if inner is None and isinstance(parent, str):
+        return stating_file(parent, keys, path.parent)
+    return None if inner is None else path
+
+
+def find_scenario(name: str, folder: Path | None = None) -> Path:
+    """Path of a built-in scenario or of a user's file.
+
+    Raises:
+        ScenarioError: If there is neither; names the nearest built-in one.
+    """
+    if name in builtin_names():
+        return CATALOG / f"{name}.toml"
+    if name in part_names():
+        if folder is None:
+            raise UnknownName(f"{name} is a part of scenarios, to be extended by one that states the rest")
+        return PARTS / f"{name}.toml"
+    path = (folder or Path()) / name
+    if path.suffix != ".toml" and not path.is_file():
+        raise UnknownName(f"unknown scenario {shown(name)}{nearest(name, builtin_names())}; `rx90 list` shows all")
+    check_file(path, most_bytes=LARGEST, error=UnreadableFile)
+    return path.resolve()
+
+
+def overlaid(base: Mapping[str, object], over: Mapping[str, object]) -> dict[str, object]:
+    """Overlay tables on tables, key by key; anything else replaces what was there."""
+    merged = dict(base)
+    for key, value in over.items():
+        old = merged.get(key)
+        if isinstance(old, Mapping) and isinstance(value, Mapping):
+            merged[key] = overlaid(old, value)
+        else:
+            merged[key] = value
+    return merged

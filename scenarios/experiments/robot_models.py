@@ -1,0 +1,166 @@
+"""A robot model that two parsers read alike: Pinocchio for the identification, MuJoCo against it.
+
+Readers of robot models disagree on what they know of a format, and each leaves out in silence what it does not know.
+A misread link gives gains that are wrong and look certain, so a model is used only if both put every joint axis and
+gravity at the same place. MuJoCo reads an MJCF file itself, and of a URDF what `ident.model.files` keeps: links and
+joints without meshes. Where MuJoCo cannot read a URDF, which is not its format, Pinocchio's reading stands alone.
+"""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from ident.model.arm import Arm, load_arm
+from ident.model.files import minimal_model
+from ident.model.parameters import INERTIAL, STANDARD
+from ident.model.regressor import regressor
+from ident.payload.payload import standard_parameters
+from ident.support.arrays import Array
+from ident.support.captured_stderr import captured_stderr
+from ident.support.errors import RobotModelError
+from ident.support.naming import one_line
+from sim.compile import bare_arm
+from sim.controller import inverse_dynamics
+from sim.errors import ModelFileError
+from sim.frozen_joints import hold_all_but_arm
+from sim.plant import PayloadBody
+from sim.robot import Robot
+
+STATES = 4
+"""Random positions of all joints that are compared; one would do, were no axis ever hit by chance."""
+TOLERANCE = 1e-6
+"""Difference of an axis or of gravity, as a share of its size, and of an anchor in shares of the arm's reach."""
+ROUNDING = 1e-12
+"""Of torques that are subtracted, as a share of their size; an arm of a ton leaves more than a payload's millionth."""
+PROBE = PayloadBody(mass=2.3, com=(0.11, -0.07, 0.16), inertia=(0.031, 0.027, 0.019, 0.004, -0.003, 0.002))
+"""A payload without any symmetry."""
+UNUSED = (
+    "geoms", "meshes", "materials", "textures", "hfields", "skins", "sites", "cameras", "lights", "sensors",
+    "actuators", "tendons", "keys", "pairs", "excludes", "equalities", "tuples", "numerics", "texts", "flexes",
+)  # fmt: skip
+"""What a model holds that moves no joint axis; files of meshes are often missing."""
+
+
+def read_arm(path: Path, couplings: tuple[tuple[int, int], ...], *, flange: str | None = None) -> Arm:
+    """Read an arm and have MuJoCo confirm its kinematics.
+
+    Args:
+        path: MJCF or URDF file.
+        couplings: Pairs of coupled joints, from 0.
+        flange: Last body of the arm; joints that do not lead to it are held.
+
+    Raises:
+        RobotModelError: If it cannot be read, or the two readings differ; names the first joint that does.
+    """
+    arm = load_arm(path, couplings, flange=flange)
+    model = _mujoco_model(path, flange)
+    if model is not None:
+        check_same_kinematics(arm, model, path)
+    return arm
+
+
+def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
+    """Compare the joints of two readings of one file, their anchors and axes at random states, and gravity.
+
+    Raises:
+        RobotModelError: Naming what differs and where.
+    """
+    where = f"robot model {one_line(path)}: Pinocchio and MuJoCo read it differently"
+    advice = "; let MuJoCo write it anew (mj_saveLastXML), or simplify what is unusual there"
+    names = tuple(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, j) for j in range(model.njnt))
+    if model.njnt != arm.n:
+        raise RobotModelError(f"{where}: {arm.n} joints against {model.njnt}{advice}")
+    revolute = model.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
+    for j in range(arm.n):
+        if names[j] not in (None, arm.joint_names[j]):
+            raise RobotModelError(f"{where}: joint {j + 1} is {arm.joint_names[j]} against {names[j]}{advice}")
+        if revolute[j] != arm.revolute[j]:
+            raise RobotModelError(f"{where}: joint {arm.joint_names[j]} turns for one and slides for the other{advice}")
+    if np.abs(arm.gravity - model.opt.gravity).max() > TOLERANCE * max(1.0, float(np.abs(arm.gravity).max())):
+        raise RobotModelError(f"{where}: gravity is {arm.gravity} against {model.opt.gravity} m/s^2{advice}")
+    data, reach = mujoco.MjData(model), 1.0 + float(np.linalg.norm(arm.translation, axis=1).sum())
+    rng = np.random.default_rng(0)
+    for q in rng.uniform(-2.0, 2.0, (STATES, arm.n)):
+        data.qpos[:] = q
+        mujoco.mj_kinematics(model, data)
+        anchor, axis = joint_places(arm, q)
+        turned = data.xmat[model.jnt_bodyid].reshape(-1, 3, 3)
+        there = data.xpos[model.jnt_bodyid] + np.einsum("nij,nj->ni", turned, model.jnt_pos)
+        off = np.abs(anchor - there).max(axis=1) / reach, np.abs(axis - data.xaxis).max(axis=1)
+        for j in np.flatnonzero(np.maximum(*off) > TOLERANCE):
+            what = "axis" if off[1][j] > TOLERANCE else "place"
+            raise RobotModelError(f"{where}: the {what} of joint {arm.joint_names[j]}{advice}")
+
+
+def check_same_payload(arm: Arm, robot: Robot) -> None:
+    """Compare what a payload adds to the torques at random states, by the identification model and by MuJoCo.
+
+    Its frame, that of the last link, must be the same for both.
+
+    Raises:
+        RobotModelError: If they differ.
+    """
+    q, dq, ddq = np.random.default_rng(0).uniform(-2.0, 2.0, (3, STATES, arm.n))
+    models = (bare_arm(robot.model, robot.drives.rotor_inertia, robot.flange, body) for body in (PROBE, None))
+    loaded, bare = (inverse_dynamics(model, q, dq, ddq) for model in models)
+    W = regressor(arm, q, dq, ddq)[..., len(STANDARD) * (arm.n - 1) :][..., : len(INERTIAL)]
+    torque = W @ standard_parameters(PROBE.mass, PROBE.com, PROBE.inertia)
+    if np.abs(loaded - bare - torque).max() > TOLERANCE * np.abs(torque).max() + ROUNDING * np.abs(loaded).max():
+        raise RobotModelError(
+            f"robot model {one_line(robot.model)}: Pinocchio and MuJoCo put a payload on the last link at "
+            "different places; let MuJoCo write it anew (mj_saveLastXML), or simplify what is unusual there"
+        )
+
+
+def joint_places(arm: Arm, q: Array) -> tuple[Array, Array]:
+    """Anchor [m] of every joint, that of a slide on the part that slides, and its axis in the world, both (n, 3).
+
+    Args:
+        arm: Kinematics.
+        q: Positions [rad or m], shape (n,).
+    """
+    R, p = np.eye(3), np.zeros(3)
+    anchor, axis = np.empty((arm.n, 3)), np.empty((arm.n, 3))
+    for j in range(arm.n):
+        p, R = p + R @ arm.translation[j], R @ arm.rotation[j]
+        axis[j] = R @ arm.axis[j]
+        if arm.revolute[j]:
+            R = R @ _turned(arm.axis[j], float(q[j]))
+        else:
+            p = p + axis[j] * q[j]
+        anchor[j] = p
+    return anchor, axis
+
+
+def _turned(axis: Array, angle: float) -> Array:
+    """Rotation about a unit axis (Rodrigues)."""
+    x, y, z = axis
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K
+
+
+def _mujoco_model(path: Path, flange: str | None) -> mujoco.MjModel | None:
+    """MuJoCo's reading of a file without what moves no joint; None if it cannot read a URDF."""
+    minimal = minimal_model(path, flange)
+    try:
+        with captured_stderr():
+            spec = (
+                mujoco.MjSpec.from_file(str(path))
+                if minimal.kind == "mjcf"
+                else mujoco.MjSpec.from_string(minimal.text)
+            )
+            hold_all_but_arm(spec, flange if minimal.kind == "mjcf" else None)
+            for kind in UNUSED:
+                for element in list(getattr(spec, kind)):
+                    spec.delete(element)
+            spec.compiler.boundmass = spec.compiler.boundinertia = 1.0
+            spec.compiler.balanceinertia = True
+            return spec.compile()
+    except ModelFileError as error:
+        raise RobotModelError(f"robot model {one_line(path)}: {error}") from error
+    except ValueError as error:
+        if minimal.kind == "urdf":
+            return None
+        reason = one_line(" ".join(str(error).split()))
+        raise RobotModelError(f"robot model {one_line(path)}: MuJoCo cannot read it: {reason}") from error

@@ -1,0 +1,113 @@
+"""A scenario's error sources, and how each is switched on and off.
+
+A source that is drawn takes its value from its numbers, a noise its seed: its realisation varies, its size stays.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ident.support.arrays import Array
+from scenarios.experiments.files.draws import numbers_needed, settings_from
+from scenarios.experiments.files.resolved import resolved
+from scenarios.experiments.files.schema import Scenario, ScenarioTable, SourceTable
+from scenarios.experiments.files.settings import Value, value_at
+from scenarios.support.errors import NoSources, ScenarioError, WrongDraw
+
+STREAM_SEEDS = 2**31
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sources:
+    """A scenario's error sources, ready to be switched.
+
+    Attributes:
+        scenario: With its `sources` tables.
+        table: Its table, every number stated.
+        width: Uniform numbers that each source takes, in the order of the tables.
+        off: Settings that switch every source off.
+    """
+
+    scenario: Scenario
+    table: ScenarioTable
+    width: Mapping[str, int]
+    off: Mapping[str, Value]
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the sources."""
+        return list(self.width)
+
+    def columns(self, name: str) -> slice:
+        """Columns of a source in a matrix that has all sources'."""
+        start = 0
+        for other, width in self.width.items():
+            if other == name:
+                return slice(start, start + width)
+            start += width
+        raise KeyError(name)
+
+
+def sources_of(scenario: Scenario) -> Sources:
+    """The sources of a scenario.
+
+    Raises:
+        ScenarioError: If it declares none, or one that names nothing of it.
+    """
+    table = resolved(scenario).table
+    if not scenario.table.sources:
+        raise NoSources(f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
+    width, off = dict[str, int](), dict[str, Value]()
+    for name, source in scenario.table.sources.items():
+        try:
+            width[name] = 1 if source.stream is not None else numbers_needed(source, table)
+            off |= _off(source, table)
+        except ScenarioError as error:
+            raise WrongDraw(f"{scenario.name}: sources.{name}: {error}") from error
+    return Sources(scenario=scenario, table=table, width=width, off=off)
+
+
+@dataclass(frozen=True, slots=True)
+class Switched:
+    """Sources switched on and off.
+
+    Attributes:
+        settings: Values of the scenario by place.
+        streams: Seeds of the noise streams that are on, by name.
+    """
+
+    settings: Mapping[str, Value]
+    streams: Mapping[str, int]
+
+
+def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
+    """Switch sources.
+
+    Args:
+        sources: All there are.
+        on: Uniform numbers of those that are on, by name; all others are off.
+    """
+    settings, seeds = dict(sources.off), dict[str, int]()
+    for name, uniform in on.items():
+        source = sources.scenario.table.sources[name]
+        if source.stream is None:
+            settings |= settings_from(source, uniform, sources.table)
+        else:
+            seeds[source.stream] = int(uniform[0] * STREAM_SEEDS)
+            settings |= {place: _size(source, place, sources.table) for place in source.targets}
+    return Switched(settings, seeds)
+
+
+def _off(source: SourceTable, table: ScenarioTable) -> dict[str, Value]:
+    """The settings that switch a source off."""
+    if source.off is None:
+        return {place: value_at(table, place) for place in source.targets}
+    return {place: _like(value_at(table, place), source.off) for place in source.targets}
+
+
+def _size(source: SourceTable, place: str, table: ScenarioTable) -> Value:
+    own = value_at(table, place)
+    return own if source.size is None else _like(own, source.size)
+
+
+def _like(value: Value, number: float) -> Value:
+    return [number] * len(value) if isinstance(value, list) else number

@@ -1,0 +1,78 @@
+"""A finished study read back from its folder: what it was of, and its rows; nothing is opened for writing."""
+
+import json
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from ident.support.naming import one_line
+from scenarios.experiments.files.schema import Scenario, ScenarioTable
+from scenarios.experiments.studies.folder import STUDY, StudyFolder
+from scenarios.support.errors import ForeignResult, UnfinishedResult
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class StoredStudy:
+    """A study that is finished.
+
+    Attributes:
+        folder: Where it lies.
+        kind: `monte-carlo` or `sensitivity`.
+        scenario: That was repeated.
+        named: What the scenario was called on the command line.
+        seed: Of the first trial.
+        trials: Asked for.
+        command: That carried it out.
+        versions: Of what it was carried out with.
+        rows: Its rows, a part at a time or together.
+    """
+
+    folder: Path
+    kind: str
+    scenario: Scenario
+    named: str
+    seed: int
+    trials: int
+    command: str
+    versions: Mapping[str, object]
+    rows: StudyFolder
+
+
+def read_study(folder: Path) -> StoredStudy:
+    """Read a study.
+
+    Raises:
+        ForeignResult: If its record is damaged, or of another version.
+        UnfinishedResult: If trials are missing.
+        StudyError: If a part is damaged, or none.
+    """
+    path = folder / STUDY
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        kind, stated = record["study"], record["scenario"]
+        table = ScenarioTable.model_validate_json(json.dumps({"description": "", **stated["table"]}))
+        scenario = Scenario(str(stated["name"]), folder, table)
+        trials, seed, command = int(record["trials"]), int(record["seed"]), str(record["command"])
+        words, versions = shlex.split(command), dict(record["versions"])
+    except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+    held = StudyFolder(folder, len(table.tolerance.gain))
+    held = held.as_it_is() if held.trials.is_dir() else replace(held, seen=())
+    missing = sum(map(len, held.missing(trials)))
+    if missing:
+        raise UnfinishedResult(f"{one_line(folder)}: {missing} of {trials} trials are missing; go on with: {command}")
+    return StoredStudy(
+        folder=folder,
+        kind=str(kind),
+        scenario=scenario,
+        named=words[2] if len(words) > 2 else scenario.name,
+        seed=seed,
+        trials=trials,
+        command=command,
+        versions=versions,
+        rows=held,
+    )

@@ -1,0 +1,147 @@
+"""A study: a numbered list of trials of one scenario, carried out in a folder on any executor."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import pyarrow as pa
+from rich.console import Console
+
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.motions import motion_digest
+from scenarios.experiments.files.resolved import stated_table
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.robots import robot_digests
+from scenarios.experiments.studies.folder import StudyFolder, study_folder
+from scenarios.experiments.studies.keeping import Unfinished, keep
+from scenarios.experiments.studies.parts import block_of
+from scenarios.experiments.trials import IDENTIFY, Failure, Trial, Work
+from scenarios.experiments.workers.execute import GivenUp, completed
+from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.tasks import Task, run_task
+from scenarios.support.progress import reporter
+from scenarios.support.versions import versions
+
+CHUNK = 32
+"""Trials that a worker runs at once at most, hence all that a crash can cost it: 64 simulations of pairs in a batch."""
+CHUNKS_EACH = 4
+"""Chunks per worker that a small study is cut into, so that all workers end at about the same time."""
+MOST_TRIALS = 10**8
+"""Trials of a study at most: the names of its parts count to eight digits."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """What is to be run.
+
+    Attributes:
+        kind: `monte-carlo`, `sensitivity` or `comparison`.
+        scenario: What is repeated.
+        count: Number of trials.
+        trial: The trial of a number.
+        schema: Columns of its rows.
+        identity: What, besides kind and scenario, makes it this study and no other; JSON values.
+        work: What is done with the trials.
+        rows_per_joint: Rows that a trial has for each joint.
+    """
+
+    kind: str
+    scenario: Scenario
+    count: int
+    trial: Callable[[int], Trial]
+    schema: pa.Schema
+    identity: Mapping[str, object]
+    work: Work = IDENTIFY
+    rows_per_joint: int = 1
+
+
+def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, console: Console) -> StudyFolder:
+    """Run what is missing of a study and write it part by part.
+
+    Args:
+        study: What is to be run.
+        folder: Where; what it already holds of the same study is kept.
+        workers: Where trials run; rows do not depend on it.
+        command: That the user gave, for the record.
+        console: On stderr, for the progress.
+
+    Returns:
+        The folder, finished.
+
+    Raises:
+        StudyError: One of its kinds, if the folder holds another study or cannot be written, or workers cannot run
+            trials.
+        ScenarioError: One of its kinds, if the scenario or its draws are wrong.
+    """
+    bench(study.scenario)  # what is wrong with the scenario itself is an error, not a thousand failed trials
+    opened = study_folder(
+        folder,
+        study_identity(study),
+        count=study.count,
+        command=command,
+        rows_per_trial=study.rows_per_joint * len(study.scenario.table.tolerance.gain),
+    )
+    with opened as place:
+        missing = place.missing(study.count)
+        label = f"{study.kind} {study.scenario.name}"
+        if missing:
+            place.forget_lost()
+            with reporter(label, study.count, study.count - sum(map(len, missing)), console) as progress:
+                tasks, unfinished = _tasks(study, missing, workers.count()), Unfinished(missing)
+                with closing(completed(workers, run_task, tasks, tick=progress.tick)) as results:
+                    for task, outcome in results:
+                        rows = _given_up(task, outcome) if isinstance(outcome, GivenUp) else outcome
+                        keep(place, task, rows, unfinished)
+                        progress.advance(len(task.trials), _failures(rows))
+        return place
+
+
+def study_identity(study: Study) -> dict[str, object]:
+    """What a folder must agree with to hold this study."""
+    table = study.scenario.table
+    motions = {table.experiment.motion: motion_digest(table.experiment.motion, study.scenario.folder)}
+    for draw in (table.sources if study.kind == "sensitivity" else table.random).values():
+        if draw.choice is not None and "experiment.motion" in draw.targets:
+            motions |= {str(name): motion_digest(str(name), study.scenario.folder) for name in draw.choice}
+    numbers = stated_table(study.scenario)
+    for unused in ("description", "random" if study.kind == "sensitivity" else "sources"):
+        del numbers[unused]
+    return {
+        "study": study.kind,
+        "scenario": {
+            "name": study.scenario.name,
+            "table": numbers,
+            "motions": motions,
+            "robot": robot_digests(table.robot, study.scenario.folder),
+        },
+        **study.identity,
+    }
+
+
+def _tasks(study: Study, missing: Sequence[range], workers: int) -> Iterator[Task]:
+    """Chunks of consecutive trials of one block, small enough for every worker to get some."""
+    size = max(1, min(CHUNK, -(-sum(map(len, missing)) // (CHUNKS_EACH * workers))))
+    make = partial(Task, study.scenario, schema=study.schema, versions=versions(), work=study.work)
+    for gap in missing:
+        start = gap.start
+        while start < gap.stop:
+            stop = min(start + size, gap.stop, block_of(start).stop)
+            yield make(trials=tuple(study.trial(number) for number in range(start, stop)))
+            start = stop
+
+
+def _given_up(task: Task, outcome: GivenUp) -> pa.Table:
+    rows = [
+        row
+        for trial in task.trials
+        for row in task.work.failed(task.scenario, Failure(trial=trial, kind=outcome.failure, reason=outcome.reason))
+    ]
+    return pa.Table.from_pylist(rows, task.schema)
+
+
+def _failures(rows: pa.Table) -> int:
+    """Trials without any estimate."""
+    failed = rows.filter(rows["failure"].is_valid())
+    return len(failed["trial"].unique())

@@ -1,0 +1,279 @@
+"""Trials: a scenario repeated with other seeds and settings, many to a batch, one row a trial and joint."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+
+import pyarrow as pa
+from threadpoolctl import threadpool_limits
+
+from ident.estimation.estimate import IdentifiedGain, JointResult
+from ident.support.arrays import Array
+from ident.support.errors import IdentificationError
+from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.files.draws import drawn_settings
+from scenarios.experiments.files.resolved import resolved
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.files.settings import Value, value_at, with_settings
+from scenarios.experiments.run import Run, motion_streams, run_batch
+from scenarios.support.errors import ScenarioError
+from scenarios.support.memory import give_back_memory
+from sim.errors import SimulationError
+from sim.sensors.effect import NoiseStreams
+
+CONTRACT = pa.schema(
+    [
+        ("trial", pa.int64()),
+        ("seed", pa.int64()),
+        ("joint", pa.int32()),
+        ("true", pa.float64()),
+        ("estimate", pa.float64()),
+        ("std", pa.float64()),
+        ("rel_error", pa.float64()),
+        ("z", pa.float64()),
+        ("tolerance", pa.float64()),
+        ("identifiable", pa.bool_()),
+        ("passed", pa.bool_()),
+        ("reason", pa.string()),
+        ("residual_std", pa.float64()),
+        ("payload_std", pa.float64()),
+        ("model_std", pa.float64()),
+        ("failure", pa.string()),
+    ]
+)
+"""Columns of every study.
+
+`residual_std`, `payload_std` and `model_std` [N m / drive unit] are the shares of `std`: from the residual, from the
+payload's stated uncertainty, and from what the model takes for granted;
+`failure` the kind of error that left the trial without any estimate, null if there was none.
+"""
+
+OUTSIDE = ("WorkerDied", "WorkerFailed", "MemoryError")
+"""Failures for a reason outside the trial, which may not fail so when it is tried again."""
+
+TIDY_EVERY = 8
+"""Trials after which free memory is given back."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One run of a study.
+
+    Attributes:
+        number: From 0.
+        seed: Of its noise, and of its random settings unless they are given.
+        settings: Values by place; None to draw what the scenario declares random.
+        streams: Seeds of single noise streams, by name, in place of those that follow from `seed`.
+        labels: What the study wants written into every row.
+    """
+
+    number: int
+    seed: int
+    settings: Mapping[str, Value] | None = None
+    streams: Mapping[str, int] = field(default_factory=dict[str, int])
+    labels: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str]) -> pa.Schema:
+    """Columns of a study: those of every study, its labels, and the settings that vary.
+
+    Raises:
+        UnknownPlace: If a place is none of the scenario's.
+    """
+    table, settings = resolved(scenario).table, list[tuple[str, pa.DataType]]()
+    for place in places:
+        value = value_at(table, place)
+        if isinstance(value, list):
+            settings += [(f"{place}.{k}", pa.float64()) for k in range(1, len(value) + 1)]
+        else:
+            settings.append((place, pa.string() if isinstance(value, str) else pa.float64()))
+    return pa.schema([*CONTRACT, *(pa.field(name, pa.string()) for name in labels), *map(_field, settings)])
+
+
+Rows = list[dict[str, object]]
+"""Rows by column."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadyTrial:
+    """A trial with everything random drawn.
+
+    Attributes:
+        trial: Which.
+        bench: Its scenario, prepared.
+        settings: What was drawn, by place.
+    """
+
+    trial: Trial
+    bench: Bench
+    settings: Mapping[str, Value]
+
+    @property
+    def streams(self) -> tuple[NoiseStreams, ...]:
+        """Noise of its motions."""
+        return motion_streams(self.trial.seed, self.trial.streams, len(self.bench.experiments))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failure:
+    """A trial that has no estimate.
+
+    Attributes:
+        trial: Which.
+        kind: Of the error.
+        reason: In words.
+        settings: What was drawn before it failed.
+        true_gain: The injected gains [N m / drive unit], shape (n,), None where it did not come so far.
+    """
+
+    trial: Trial
+    kind: str
+    reason: str
+    settings: Mapping[str, Value] = field(default_factory=dict[str, Value])
+    true_gain: Array | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Work:
+    """What is done with the trials of a study. Travels to workers: functions of modules, and plain values.
+
+    Attributes:
+        finished: Simulates trials that are ready in one batch; yields the number of each, with its rows or why there
+            are none. Takes the trials and the threads to step with.
+        failed: The rows of a trial that failed.
+    """
+
+    finished: Callable[[Sequence[ReadyTrial], int], Iterator[tuple[int, Rows | Failure]]]
+    failed: Callable[[Scenario, Failure], Rows]
+
+
+def run_trials(
+    scenario: Scenario, trials: Sequence[Trial], schema: pa.Schema, *, threads: int, work: Work | None = None
+) -> pa.Table:
+    """Simulate trials in one batch, identify and judge each.
+
+    Args:
+        scenario: What is repeated.
+        trials: Which.
+        schema: Columns to fill, of `trial_schema`.
+        threads: Threads to step with; rows do not depend on it, nor on which trials share a batch.
+        work: What is done with them, `IDENTIFY` if None.
+
+    Returns:
+        n rows a trial. A trial that fails is n rows with the reason.
+    """
+    with threadpool_limits(1):
+        return pa.Table.from_pylist(_rows(scenario, trials, threads, work or IDENTIFY), schema)
+
+
+def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work) -> Rows:
+    """Rows of trials; what nobody foresaw costs the trial that it happens to, and no other of its batch."""
+    try:
+        return _batch_rows(scenario, trials, threads, work)
+    except Exception as error:
+        if len(trials) == 1:
+            kind = "MemoryError" if isinstance(error, MemoryError) else type(error).__name__  # NumPy has one of its own
+            return work.failed(scenario, Failure(trial=trials[0], kind=kind, reason=str(error) or kind))
+    return [row for trial in trials for row in _rows(scenario, [trial], threads, work)]
+
+
+def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work) -> Rows:
+    scenario = resolved(scenario)
+    ready: list[ReadyTrial] = []
+    rows: dict[int, Rows] = {}
+    for trial in trials:
+        settings: Mapping[str, Value] = {}
+        try:
+            settings = drawn_settings(scenario, trial.seed) if trial.settings is None else trial.settings
+            prepared = bench(with_settings(scenario, settings) if settings else scenario)
+            ready.append(ReadyTrial(trial=trial, bench=prepared, settings=settings))
+        except (ScenarioError, SimulationError, IdentificationError) as error:
+            failure = Failure(trial=trial, kind=type(error).__name__, reason=str(error), settings=settings)
+            rows[trial.number] = work.failed(scenario, failure)
+    for i, outcome in work.finished(ready, threads):
+        each = ready[i]
+        found = work.failed(each.bench.scenario, outcome) if isinstance(outcome, Failure) else outcome
+        rows[each.trial.number] = found
+        if len(rows) % TIDY_EVERY == 0:
+            give_back_memory()
+    return [row for trial in trials for row in rows[trial.number]]
+
+
+def failure_of(ready: ReadyTrial, error: Exception) -> Failure:
+    """Why a trial that was ready has no estimate."""
+    return Failure(
+        trial=ready.trial,
+        kind=type(error).__name__,
+        reason=str(error),
+        settings=ready.settings,
+        true_gain=ready.bench.true_gain,
+    )
+
+
+def _identified(trials: Sequence[ReadyTrial], threads: int) -> Iterator[tuple[int, Rows | Failure]]:
+    outcomes = run_batch(
+        [(each.bench, each.trial.seed) for each in trials],
+        [each.streams for each in trials],
+        threads=threads,
+    )
+    for i, outcome in outcomes:
+        each = trials[i]
+        yield i, _judged_rows(each, outcome) if isinstance(outcome, Run) else failure_of(each, outcome)
+
+
+def failed_rows(scenario: Scenario, failure: Failure) -> Rows:
+    """Rows of a trial that has no estimate, one a joint: not identifiable, not passed, with the reason."""
+    trial, true_gain = failure.trial, failure.true_gain
+    common = {"trial": trial.number, "seed": trial.seed, "failure": failure.kind, "reason": failure.reason}
+    return [
+        {
+            **common,
+            "joint": joint,
+            "true": None if true_gain is None else float(true_gain[joint - 1]),
+            "tolerance": tolerance,
+            "identifiable": False,
+            "passed": False,
+            **trial.labels,
+            **setting_columns(failure.settings),
+        }
+        for joint, tolerance in enumerate(scenario.table.tolerance.gain, 1)
+    ]
+
+
+IDENTIFY = Work(finished=_identified, failed=failed_rows)
+"""The scenario's own identification, judged."""
+
+
+def _judged_rows(ready: ReadyTrial, run: Run) -> Rows:
+    return [
+        {
+            "trial": ready.trial.number,
+            "seed": ready.trial.seed,
+            **asdict(verdict),
+            **_shares(gain),
+            **ready.trial.labels,
+            **setting_columns(ready.settings),
+        }
+        for verdict, gain in zip(run.verdict.gains, run.estimate.joints, strict=True)
+    ]
+
+
+def _shares(gain: JointResult) -> dict[str, object]:
+    """What the deviation of a gain consists of."""
+    if not isinstance(gain, IdentifiedGain):
+        return {}
+    return {"residual_std": gain.std, "payload_std": gain.payload_std, "model_std": gain.model_std}
+
+
+def setting_columns(settings: Mapping[str, Value]) -> dict[str, object]:
+    """Settings by column: arrays take one a number, counted from 1."""
+    columns: dict[str, object] = {}
+    for place, value in settings.items():
+        if isinstance(value, list):
+            columns |= {f"{place}.{k}": number for k, number in enumerate(value, 1)}
+        else:
+            columns[place] = value
+    return columns
+
+
+def _field(named: tuple[str, pa.DataType]) -> pa.Field:
+    return pa.field(*named)

@@ -1,0 +1,146 @@
+"""Workers of a Dask cluster."""
+
+import argparse
+import asyncio
+import json
+import logging
+import math
+import time
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scenarios.experiments.workers.kinds import WorkerKind, Workers
+from scenarios.support.errors import DaskMissing, SchedulerGone, SchedulerSilent
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+FEWEST = 16
+"""Workers that tasks are handed out for at least: a cluster that adapts to its load grows only if it sees some."""
+ASKED_EVERY = 1.0
+"""How old the number of workers may be [s]."""
+LOGGERS = ("distributed", "tornado", "asyncio")
+"""Whose loggers speak of a scheduler that dies."""
+PATIENCE = 10.0
+"""How long to wait for a scheduler [s]."""
+WRITTEN_WITHIN = 1.0
+"""How long a scheduler may take to write its file [s]."""
+
+
+@contextmanager
+def dask_workers(address: str) -> Generator[Workers]:
+    """Workers of a Dask cluster.
+
+    Args:
+        address: Of its scheduler, as `tcp://host:8786`, or the path of its scheduler file.
+
+    Raises:
+        DaskMissing: If Dask is not installed.
+        SchedulerSilent: If no scheduler answers.
+    """
+    try:
+        from distributed import Client, KilledWorker
+        from distributed.utils import LoopRunner
+    except ImportError as error:
+        raise DaskMissing("Dask is not installed; install the extra: pip install '.[cluster]'") from error
+    _silence()
+    if address.endswith(".json") and not Path(address).is_file():
+        raise SchedulerSilent(
+            f"{address}: no such scheduler file; start `dask scheduler --scheduler-file {address}` first"
+        )
+    try:
+        found = _address_in(address) if address.endswith(".json") else address
+        LoopRunner().run_sync(_greet, found)
+        client = Client(found, timeout=PATIENCE)
+    except TimeoutError as error:
+        raise SchedulerSilent(f"no Dask scheduler answers at {address} within {PATIENCE:g} s") from error
+    except (OSError, ValueError, TypeError, ImportError) as error:  # the last two: no certificate, no such transport
+        raise SchedulerSilent(f"no Dask scheduler answers at {address}: {error}") from error
+    with client:
+        yield Workers(
+            open=lambda: client.get_executor(pure=False),  # a task tried again is no repetition with a known result
+            count=_Cores(client).count,
+            died=KilledWorker,
+            reachable=lambda: client.status in ("running", "connecting"),
+            close=lambda executor: executor.shutdown(wait=False),  # it cancels, and knows no word for it
+        )
+
+
+def _address_in(file: str) -> str:
+    """The address in a scheduler's file, waited for while the scheduler writes it.
+
+    Raises:
+        SchedulerSilent: If there is none in it.
+    """
+    deadline = time.monotonic() + WRITTEN_WITHIN
+    while True:
+        try:
+            return str(json.loads(Path(file).read_bytes())["address"])
+        except (ValueError, KeyError, TypeError) as error:
+            if time.monotonic() > deadline:
+                raise SchedulerSilent(
+                    f"{file}: no scheduler file, it states no address; write one with `dask scheduler "
+                    "--scheduler-file FILE`"
+                ) from error
+        time.sleep(0.01)
+
+
+async def _greet(address: str) -> None:
+    """Connect and part: for this first answer of a scheduler, a client would wait for ever.
+
+    Raises:
+        TimeoutError: If who is there says nothing.
+        OSError: If nobody is there.
+    """
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    security: dict[str, Any] = Security().get_connection_args("client")
+    comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **security), PATIENCE)
+    await comm.close()
+
+
+class _Cores:
+    """Cores of a cluster, asked for again once the last answer is old: each question is a journey to the scheduler."""
+
+    def __init__(self, client: "Client") -> None:
+        self._client, self._known, self._asked = client, 0, -math.inf
+
+    def count(self) -> int:
+        """Cores there are now, `FEWEST` at least.
+
+        Raises:
+            SchedulerGone: If nobody answers.
+        """
+        if time.monotonic() - self._asked > ASKED_EVERY:
+            try:
+                self._known = max(FEWEST, sum(self._client.ncores().values()))
+            except OSError as error:
+                raise SchedulerGone() from error
+            self._asked = time.monotonic()
+        return self._known
+
+
+def _silence() -> None:
+    """What Dask and what it runs on would log of a lost connection is said in one line here, not in tracebacks."""
+    for name in (*LOGGERS, *logging.root.manager.loggerDict):  # each of Dask's has a level of its own
+        if name.partition(".")[0] in LOGGERS:
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+
+
+def _address(text: str) -> str:
+    if not text:
+        raise argparse.ArgumentTypeError("expected tcp://HOST:PORT or a scheduler file")
+    return text
+
+
+DASK = WorkerKind(
+    option="dask",
+    metavar="ADDRESS",
+    help="scheduler of a Dask cluster, tcp://HOST:PORT or its file",
+    checked=_address,
+    open=lambda value: dask_workers(value or ""),
+    prepare=lambda: None,
+)

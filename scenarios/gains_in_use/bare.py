@@ -1,0 +1,105 @@
+"""Everything that bare recordings say: ratios of gains, the arm over one gain or in SI, what a payload would add."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ident.arm_parameters.bare import BareArm, arm_in_SI, gain_ratios
+from ident.arm_parameters.payload_forecast import ExpectedGain, expected_if_loaded
+from ident.arm_parameters.ratio_discrepancies import OffRatio, off_ratios
+from ident.diagnosis.diagnose import diagnose
+from ident.diagnosis.diagnosis import Diagnosed
+from ident.estimation.cross_validation import JointPrediction, predicted
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.known_gains import KnownGains
+from ident.model.structure import Structure
+from ident.observation.observation import ObserveOptions
+from ident.payload.payload import Payload
+from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
+from ident.recordings.motion import Motion
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class IfLoaded:
+    """What the same motions would say with a payload.
+
+    Attributes:
+        payload: That would be mounted.
+        gains: What to expect of every gain.
+    """
+
+    payload: Payload
+    gains: tuple[ExpectedGain, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class BareAnswer:
+    """What bare recordings say.
+
+    Attributes:
+        found: The arm over the gain of a reference joint, with ratios.
+        predicted: How well parts of the motions follow from the others.
+        off: Ratios against gains believed beforehand, if there are any.
+        in_si: The arm with gains that are given, None without any.
+        if_loaded: What a payload would add, None if nobody asks.
+        said: What is said of the recordings.
+        observing: Filters and thresholds, with the delay that was undone.
+    """
+
+    found: BareArm
+    predicted: tuple[JointPrediction, ...]
+    off: tuple[OffRatio, ...]
+    in_si: BareArm | None
+    if_loaded: IfLoaded | None
+    said: Diagnosed
+    observing: ObserveOptions
+
+
+def bare_answer(
+    motions: Sequence[Motion],
+    structure: Structure,
+    *,
+    observing: ObserveOptions,
+    gains: GainOptions,
+    options: AllJointsOptions,
+    known: KnownGains | None,
+    payload: Payload | None,
+    policy: Policy = DOUBTED,
+) -> BareAnswer:
+    """What bare recordings say.
+
+    Args:
+        motions: With a bare flange.
+        structure: Of the arm that moved.
+        observing: Filters and thresholds.
+        gains: When a gain counts as identifiable.
+        options: Model of the arm.
+        known: Gains that are known, or believed.
+        payload: That would be mounted; it takes gains that are known.
+        policy: How far the recordings are trusted.
+
+    Raises:
+        IdentificationError: If the recordings cannot be those of this arm, one counts currents otherwise, or they show
+            no ratio; if the gains are not of this arm; if nothing of the payload is known.
+    """
+    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
+    said = diagnose(prepared.logs())
+    raise_for(prepared, said)
+    problem = prepared.problem
+    found = gain_ratios(problem, options)
+    assert found.ratios is not None, "ratios were asked for"
+    off, in_si, if_loaded = (), None, None
+    if known is not None:
+        in_si, off = arm_in_SI(problem, options, known), off_ratios(found.ratios, known)
+        if payload is not None:
+            expected = expected_if_loaded(problem, options, payload, in_si, known, found.ratios)
+            if_loaded = IfLoaded(payload=payload, gains=expected)
+    return BareAnswer(
+        found=found,
+        predicted=tuple(predicted(found.selected.final.fit.rows)),
+        off=off,
+        in_si=in_si,
+        if_loaded=if_loaded,
+        said=joined(said, more=prepared.diagnoses),
+        observing=prepared.observing,
+    )

@@ -1,0 +1,130 @@
+"""The problem of a payload with the gains of a file: recordings checked and observed as where the gains were found."""
+
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+from pydantic import JsonValue
+
+from ident.diagnosis.diagnose import diagnose
+from ident.diagnosis.diagnosis import Diagnosed
+from ident.estimation.estimators import nls
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import Problem
+from ident.model.structure import Structure
+from ident.observation.observation import ObserveOptions
+from ident.payload.payload import Payload
+from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.errors import OptionError
+from ident.support.naming import one_line
+from ident.support.options import options_from_table, table_from_words
+from scenarios.experiments.files.gains import GainsFile
+from scenarios.results.gains_file import recording_digest
+from scenarios.support.errors import SeenBefore, WrongGains
+
+Options = TypeVar("Options")
+
+GIVEN = ("gain_joint", "gain_value")
+"""Options that say where a scale came from; with gains in use they have no meaning."""
+PLAIN: Mapping[str, JsonValue] = {"friction": "viscous-coulomb"}
+"""Model of methods other than `nls`: their gains hold whatever friction grows with the load."""
+UNKNOWN = Payload(mass=1.0, known="none")
+"""A payload of which nothing is known; its mass is not used."""
+
+
+def weighing_problem(
+    structure: Structure,
+    unloaded: Sequence[Recording],
+    loaded: Sequence[Recording],
+    file: GainsFile,
+    observing: ObserveOptions,
+    *,
+    policy: Policy = DOUBTED,
+) -> tuple[Problem, Diagnosed]:
+    """Prepare bare motions and those with a payload of which nothing is known.
+
+    Args:
+        structure: Of the arm.
+        unloaded: Bare motions.
+        loaded: Motions of one mounting.
+        file: The gains.
+        observing: Filters and thresholds.
+        policy: How far the recordings are trusted.
+
+    Returns:
+        The problem, and what is said of the recordings.
+
+    Raises:
+        IdentificationError: If recordings cannot be those of this arm, or something spoils what rests on them.
+        WrongGains: If the file's options are none.
+    """
+    motions = [Motion(each) for each in unloaded] + [Motion(each, UNKNOWN) for each in loaded]
+    gains = options_of(GainOptions, file.options.gains, ())
+    prepared = prepare(motions, structure, observing=observing, gains=gains, policy=policy)
+    found = diagnose(prepared.logs())
+    raise_for(prepared, found)
+    return prepared.problem, joined(found, more=prepared.diagnoses)
+
+
+def observe_options(file: GainsFile, words: Sequence[str]) -> ObserveOptions:
+    """Filters of the gains file, overlaid with words `KEY=VALUE`.
+
+    Raises:
+        WrongGains: If the file's are none.
+        OptionError: If a word is none.
+    """
+    return options_of(ObserveOptions, file.options.observe, words)
+
+
+def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
+    """The model that the gains were found with, overlaid with words `KEY=VALUE`.
+
+    Raises:
+        WrongGains: If the file's options are none.
+        OptionError: If a word is none.
+    """
+    own = file.method in (None, nls.NAME)
+    stated = {name: value for name, value in file.options.method.items() if name not in GIVEN} if own else PLAIN
+    return options_of(AllJointsOptions, stated, words)
+
+
+def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequence[str]) -> Options:
+    """Options of a gains file, overlaid with words `KEY=VALUE`.
+
+    Raises:
+        WrongGains: If the file's are none.
+        OptionError: If a word is none.
+    """
+    try:
+        options_from_table(kind, stated)
+    except OptionError as error:
+        raise WrongGains(f"gains file: options: {error}") from error
+    return options_from_table(kind, {**stated, **table_from_words(kind, words)})
+
+
+def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequence[Recording]) -> None:
+    """Check that no gain was found from a loaded motion, and that none that is given as bare carried a payload then.
+
+    A loaded one would give back the mass that was stated then.
+
+    Raises:
+        SeenBefore: If one was.
+    """
+    carried = {each.sha256: each.name for each in file.recordings if each.payload is not None}
+    for recording in unloaded:
+        name = carried.get(recording_digest(recording))
+        if name is not None:
+            raise SeenBefore(
+                f"{one_line(recording.name)}: given as bare, but it carried a payload when the gains were found "
+                f"({name}); are bare and loaded swapped?"
+            )
+    seen = {each.sha256: each.name for each in file.recordings}
+    for recording in loaded:
+        digest = recording_digest(recording)
+        if digest in seen:
+            raise SeenBefore(
+                f"{one_line(recording.name)}: the gains were found from this recording ({seen[digest]}), and would "
+                "give back the mass that was stated then; take a recording with another weight"
+            )

@@ -1,0 +1,21 @@
+"""The links of a model file as it draws them: what gains are held against."""
+
+from pathlib import Path
+
+from ident.support.arrays import Array
+from scenarios.gains_in_use.model_update.drawn_links import drawn_links
+from sim.errors import ModelFileError
+
+
+def model_links(path: Path, flange: str | None) -> Array | None:
+    """Standard parameters of every link with all that is fixed to it, shape (n, 10); None where they cannot be read.
+
+    Args:
+        path: MJCF or URDF file of the arm.
+        flange: Its last body; joints that do not lead there are held.
+    """
+    try:
+        drawn = drawn_links(path, flange)
+    except ModelFileError:  # identification needs no masses
+        return None
+    return drawn.own + drawn.carried

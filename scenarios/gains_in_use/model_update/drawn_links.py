@@ -1,0 +1,54 @@
+"""Links as a model file draws them, with everything that is fixed to each, in the frames of an identification's arm."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from ident.arm_parameters.links import DrawnLinks
+from ident.payload.payload import standard_parameters
+from ident.support.arrays import Array
+from ident.support.naming import one_line
+from sim.compile import compiler_reason
+from sim.errors import ModelFileError
+from sim.model_spec import lean_spec
+from sim.silenced_mujoco import quiet
+
+
+@quiet()
+def drawn_links(path: Path, flange: str | None) -> DrawnLinks:
+    """Read the links of a model file as MuJoCo reads it.
+
+    Args:
+        path: MJCF or URDF file of an arm.
+        flange: Its last body; joints that do not lead there are held.
+
+    Raises:
+        ModelFileError: If MuJoCo cannot read it, as where a link has no mass.
+    """
+    try:
+        model = lean_spec(path, flange).compile()
+    except ValueError as error:
+        raise ModelFileError(f"robot model {one_line(path)}: {compiler_reason(error)}") from error
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    n = model.njnt
+    own, carried = np.zeros((n, 10)), np.zeros((n, 10))
+    joint_of = {int(body): j for j, body in enumerate(model.jnt_bodyid)}
+    for body in range(1, model.nbody):
+        root = int(model.body_weldid[body])  # the body that moves with it and has a joint
+        if root:
+            j = joint_of[root]
+            (own if body == root else carried)[j] += _parameters(model, data, body, j)
+    return DrawnLinks(own=own, carried=carried, motor=model.dof_armature.copy(), offset=model.jnt_pos.copy())
+
+
+def _parameters(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: int) -> Array:
+    """Standard parameters of a body in the frame of a joint: axes of the joint's body, origin on the joint."""
+    frame = int(model.jnt_bodyid[joint])
+    R = data.xmat[frame].reshape(3, 3)
+    com = R.T @ (data.xipos[body] - data.xanchor[joint])
+    axes = R.T @ data.ximat[body].reshape(3, 3)
+    J = (axes * model.body_inertia[body]) @ axes.T
+    inertia = (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
+    return standard_parameters(float(model.body_mass[body]), com, inertia)

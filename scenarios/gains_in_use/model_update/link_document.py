@@ -1,0 +1,116 @@
+"""Links that bodies can have, as `rx90 identify --json` prints them and `rx90 patch` reads them.
+
+Every link is stated in the frame of its joint: axes of the link in the model file, origin on the joint. The frames and
+what is fixed to the link stand beside it, so that a model of other frames is noticed.
+"""
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from ident.arm_parameters.links import DrawnLinks, FoundLinks
+from ident.model.arm import Arm
+from ident.payload.payload import INERTIA_KEYS
+from ident.payload_identification.payload_body import body_values
+from ident.support.arrays import Array
+
+Vector = tuple[float, float, float]
+Ten = tuple[float, float, float, float, float, float, float, float, float, float]
+
+
+class _Open(BaseModel):
+    """A JSON object that may have more keys than these."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+
+class LinkInertia(_Open):
+    """Inertia about the centre of mass, along the axes of the link.
+
+    Attributes:
+        ixx: About the first axis [kg m^2].
+        iyy: About the second axis [kg m^2].
+        izz: About the third axis [kg m^2].
+        ixy: Product of the first two [kg m^2].
+        ixz: Product of the first and third [kg m^2].
+        iyz: Product of the last two [kg m^2].
+    """
+
+    ixx: float
+    iyy: float
+    izz: float
+    ixy: float
+    ixz: float
+    iyz: float
+
+    @property
+    def six(self) -> tuple[float, float, float, float, float, float]:
+        """In the order of `INERTIA_KEYS`."""
+        return self.ixx, self.iyy, self.izz, self.ixy, self.ixz, self.iyz
+
+
+class Link(_Open):
+    """A link of the physically consistent set, without what is fixed to it."""
+
+    joint: int = Field(ge=1, description="its number, from 1")
+    name: str = Field(description="of the joint that moves it")
+    mass: float = Field(gt=0.0, description="[kg]")
+    com: Vector = Field(description="from the joint [m]")
+    inertia: LinkInertia = Field(description="about the centre of mass [kg m^2]")
+    motor_inertia: float = Field(ge=0.0, description="joint side [kg m^2 or kg]")
+    motor_found: bool = Field(description="whether data show it; false: as the model has it")
+    carried: Ten = Field(description="of what is fixed to the link, as the model has it [kg m^2, kg m, kg]")
+    place: Vector = Field(description="of the joint, in the frame of the one before [m]")
+    orientation: tuple[Vector, Vector, Vector] = Field(
+        description="of the frame, in the one before, row by row; no unit"
+    )
+    axis: Vector = Field(description="of the joint, a direction without unit")
+
+
+class Links(_Open):
+    """The physically consistent set nearest to the model's."""
+
+    links: tuple[Link, ...] = Field(min_length=1, description="one entry a joint, in their order")
+    farthest_parameter: str = Field(description="base parameter that the set moves most from what data alone say")
+    farthest_deviations: float = Field(ge=0.0, description="by how many of its standard deviations")
+
+
+def links_document(found: FoundLinks, drawn: DrawnLinks, arm: Arm) -> Links:
+    """What is printed of a set."""
+    far = int(np.argmax(np.abs(found.moved)))
+    links = [_link(found, drawn, arm, j) for j in range(arm.n)]
+    return Links(
+        links=tuple(links),
+        farthest_parameter=found.names[far],
+        farthest_deviations=float(abs(found.moved[far])),
+    )
+
+
+def _link(found: FoundLinks, drawn: DrawnLinks, arm: Arm, j: int) -> Link:
+    mass, *rest = body_values(found.own[j]).tolist()
+    return Link.model_validate(
+        {
+            "joint": j + 1,
+            "name": arm.joint_names[j],
+            "mass": mass,
+            "com": rest[:3],
+            "inertia": dict(zip(INERTIA_KEYS, rest[3:], strict=True)),
+            "motor_inertia": float(found.motor[j]),
+            "motor_found": bool(found.motor_found[j]),
+            "carried": drawn.carried[j].tolist(),
+            "place": arm.translation[j].tolist(),
+            "orientation": arm.rotation[j].tolist(),
+            "axis": arm.axis[j].tolist(),
+        }
+    )
+
+
+def same_frames(link: Link, arm: Arm, carried: Array, *, tolerance: float) -> bool:
+    """Whether a link is stated in a frame of an arm, with the same things fixed to it."""
+    j = link.joint - 1
+    pairs = (
+        (link.place, arm.translation[j]),
+        (link.orientation, arm.rotation[j]),
+        (link.axis, arm.axis[j]),
+        (link.carried, carried[j]),
+    )
+    return all(bool(np.allclose(one, other, rtol=tolerance, atol=tolerance)) for one, other in pairs)

@@ -1,0 +1,95 @@
+"""Mass, centre and inertia of links as a model file is to state them, in the frames of that file."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.arm_parameters.links import DrawnLinks
+from ident.model.arm import Arm
+from ident.support.arrays import Array
+from scenarios.gains_in_use.model_update.bare_file import BareFile
+from scenarios.gains_in_use.model_update.link_document import Links, same_frames
+from scenarios.support.errors import WrongBareFile
+
+SAME = 1e-6
+"""Difference of frames, in metres or of unit vectors, that the digits of a file may make."""
+FAR = 4.0
+"""Deviations of a base parameter from which on links that bodies can have are not those of the data."""
+COMMENT = (
+    "Masses, centres and inertias of the links are from bare motions and drive gains. Data determine base parameters "
+    "alone, which are certain combinations of them; of all links with these the ones nearest to the model as it was "
+    "stand here. A single number of a link need not be that of the link; torques of the arm are right. Motors' "
+    "inertia is in armature{elsewhere}."
+)
+"""What a patched file says of its links."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkValues:
+    """A link without what is fixed to it.
+
+    Attributes:
+        joint: Name of the joint that moves it.
+        mass: Mass [kg].
+        com: Centre of mass in the frame of the link [m].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about it, axes of the link [kg m^2].
+        motor: Inertia of the motor, joint side [kg m^2 or kg]; None where data do not show it.
+    """
+
+    joint: str
+    mass: float
+    com: tuple[float, ...]
+    inertia: tuple[float, ...]
+    motor: float | None
+
+
+def link_values(bare: BareFile | None, arm: Arm, drawn: DrawnLinks) -> tuple[LinkValues, ...]:
+    """Links for a model file.
+
+    Args:
+        bare: What was found from bare motions.
+        arm: Of the file.
+        drawn: Its links as they are.
+
+    Raises:
+        WrongBareFile: If there is no physically consistent set, one of another model, or one that the data contradict.
+    """
+    if bare is None:
+        raise WrongBareFile("--links: no identification of bare motions is given; add --arm A")
+    if bare.consistent is None:
+        raise WrongBareFile(
+            "--links: --arm has no physically consistent set: "
+            f"{bare.consistent_reason or 'it is of an older version'}; identify bare motions with --gains"
+        )
+    _check(bare.consistent, arm, drawn)
+    return tuple(
+        LinkValues(
+            joint=each.name,
+            mass=each.mass,
+            com=_moved(each.com, drawn.offset[each.joint - 1]),
+            inertia=tuple(each.inertia.six),
+            motor=each.motor_inertia if each.motor_found else None,
+        )
+        for each in bare.consistent.links
+    )
+
+
+def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
+    return tuple((np.array(com) + offset).tolist())
+
+
+def _check(found: Links, arm: Arm, drawn: DrawnLinks) -> None:
+    if tuple(each.name for each in found.links) != arm.joint_names:
+        raise WrongBareFile(f"--links: links of joints {', '.join(each.name for each in found.links)}")
+    for each in found.links:
+        if not same_frames(each, arm, drawn.carried, tolerance=SAME):
+            raise WrongBareFile(
+                f"--links: MODEL has another frame for joint {each.name}, or other things fixed to its link, than the "
+                "model that bare motions were identified with; identify them with this file"
+            )
+    if found.farthest_deviations > FAR:
+        raise WrongBareFile(
+            f"--links: links that bodies can have put base parameter {found.farthest_parameter} "
+            f"{found.farthest_deviations:.2g} deviations from what data say, more than {FAR:g}: model, gains or data "
+            "are mistaken"
+        )

@@ -1,0 +1,155 @@
+"""What is known of each joint in SI, or why it is not: scale of efforts, damping, friction loss, armature."""
+
+from dataclasses import dataclass
+
+from ident.model.structure import Structure
+from scenarios.experiments.files.gains import GainEntry, GainsFile
+from scenarios.gains_in_use.model_update.bare_file import BareFile, Found
+from scenarios.support.errors import WrongBareFile
+
+NO_NOMINAL = "no data-sheet gains are given (--nominal)"
+NO_BARE = "no identification of bare motions is given (--arm)"
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A positive number, joint side, in SI; a scale of efforts has no unit.
+
+    Attributes:
+        value: The number.
+        rel_std: Its relative deviation, that of the gain included.
+    """
+
+    value: float
+    rel_std: float
+
+
+@dataclass(frozen=True, slots=True)
+class Unknown:
+    """Why there is no number."""
+
+    reason: str
+
+
+Known = Value | Unknown
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointValues:
+    """A joint.
+
+    Attributes:
+        name: In the model.
+        effort: Gain found over that of the data sheet, without sign.
+        damping: Viscous friction [N m s/rad or N s/m].
+        friction: Coulomb friction [N m or N].
+        armature: Inertia of rotor and gear, joint side [kg m^2 or kg]; None where links are stated, with which it goes.
+    """
+
+    name: str
+    effort: Known
+    damping: Known
+    friction: Known
+    armature: Known | None
+
+
+def joint_values(
+    structure: Structure, gains: GainsFile, nominal: GainsFile | None, bare: BareFile | None, *, most: float
+) -> tuple[JointValues, ...]:
+    """What is known of every joint.
+
+    Args:
+        structure: Of the arm.
+        gains: As identified.
+        nominal: Of the data sheet that the efforts in the model came from.
+        bare: Friction and base parameters.
+        most: Relative deviation from which on a number counts as not known.
+
+    Raises:
+        GainsError: If gains are not of this arm.
+        WrongBareFile: If `bare` is not.
+    """
+    for file in (gains, nominal):
+        if file is not None:
+            file.known.check_arm(structure.arm)
+    names = structure.arm.joint_names
+    if bare is not None and tuple(each.name for each in bare.joints) != names:
+        found = ", ".join(each.name for each in bare.joints)
+        raise WrongBareFile(f"bare motions of joints {found}; robot {structure.arm.name} has {', '.join(names)}")
+    if bare is not None and bare.reference > len(names):
+        raise WrongBareFile(f"reference = {bare.reference}: robot {structure.arm.name} has {len(names)} joints")
+    return tuple(
+        JointValues(
+            name=name,
+            effort=_effort(gains.gains[j], None if nominal is None else nominal.gains[j], most),
+            damping=_friction(gains.gains[j], bare, j, "Fv", most),
+            friction=_friction(gains.gains[j], bare, j, "Fc", most),
+            armature=_armature(structure, gains, bare, j, most),
+        )
+        for j, name in enumerate(names)
+    )
+
+
+def _gain(entry: GainEntry) -> Value | Unknown:
+    """A gain with its sign, or why there is none."""
+    if entry.estimate is None or entry.std is None:
+        return Unknown(f"the gain of joint {entry.joint} is refused")
+    return Value(entry.estimate, abs(entry.std / entry.estimate))
+
+
+def _effort(entry: GainEntry, nominal: GainEntry | None, most: float) -> Known:
+    if nominal is None:
+        return Unknown(NO_NOMINAL)
+    gain, old = _gain(entry), _gain(nominal)
+    if isinstance(gain, Unknown):
+        return gain
+    if isinstance(old, Unknown):
+        return Unknown(f"the data sheet has no gain of joint {entry.joint}")
+    return _sure(abs(gain.value / old.value), gain.rel_std, most)
+
+
+def _friction(entry: GainEntry, bare: BareFile | None, j: int, name: str, most: float) -> Known:
+    """Friction times gain, phi of the law `v = Fv dq + Fc sign(dq) + off` [drive units]."""
+    if bare is None:
+        return Unknown(NO_BARE)
+    gain, own = _gain(entry), {each.parameter: each for each in bare.joints[j].friction}
+    if isinstance(gain, Unknown):
+        return gain
+    curved = [each for each in own if each.startswith(("cbrt", "by-direction"))]
+    if curved and name == "Fv":
+        return Unknown(f"viscous friction is no straight line of speed ({', '.join(curved)})")
+    if name not in own:
+        several = any(each.startswith(f"{name} in motion") for each in own)
+        return Unknown(
+            "differs between motions; identify one, or --option friction_per_motion=false" if several else "not found"
+        )
+    return _times(own[name], gain, most)
+
+
+def _armature(structure: Structure, gains: GainsFile, bare: BareFile | None, j: int, most: float) -> Known:
+    """Ia where it is a base parameter by itself, not regrouped with the inertia of links."""
+    if bare is None:
+        return Unknown(NO_BARE)
+    name = f"Ia{j + 1}"
+    found = next((each for each in bare.base_parameters if each.parameter == name), None)
+    group = structure.base.groups().get(name, {})
+    if set(group) != {name}:
+        return Unknown("regrouped with inertia of the links: only their sum shows")
+    unit = _gain(gains.gains[bare.reference - 1])
+    if found is None:
+        return Unknown("these motions do not show it")
+    return unit if isinstance(unit, Unknown) else _times(found, unit, most)
+
+
+def _times(found: Found, gain: Value, most: float) -> Known:
+    """A parameter in drive units, in SI; an estimate of 0 has no relative deviation."""
+    value = found.estimate * gain.value
+    if value <= 0.0:
+        return Unknown(f"found {value:.3g}: not positive")
+    return _sure(value, float((found.std**2 / found.estimate**2 + gain.rel_std**2) ** 0.5), most)
+
+
+def _sure(value: float, rel_std: float, most: float) -> Known:
+    if rel_std > most:
+        return Unknown(f"found {value:.3g}, with a deviation of {100.0 * rel_std:.3g} %, more than {100.0 * most:g} %")
+    return Value(value, rel_std)

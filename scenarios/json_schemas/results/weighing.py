@@ -1,0 +1,178 @@
+"""JSON Schema of payloads found from currents, and of gains held against a scale or against other motions."""
+
+from pydantic import Field
+
+from scenarios.json_schemas.results.diagnoses import Diagnosed
+from scenarios.json_schemas.results.open_object import OpenObject
+
+
+class Deviations(OpenObject):
+    """A number and what its deviation is made of; null where the data do not show it.
+
+    Attributes:
+        estimate: What was found, in `unit`.
+        std: One standard deviation, of all parts together, in `unit`.
+        residual_std: The part of it from the residuals, in `unit`.
+        gain_std: The part of it from the deviations of the gains, in `unit`.
+        model_std: The part of it from what the model takes for granted, in `unit`.
+    """
+
+    estimate: float | None = None
+    std: float | None
+    residual_std: float | None
+    gain_std: float | None
+    model_std: float | None
+
+
+class Quantity(Deviations):
+    """Mass, a coordinate of the centre, or an inertia about it.
+
+    Attributes:
+        quantity: Its name: mass; x, y and z of the centre of mass; ixx to iyz.
+        unit: Of its numbers.
+    """
+
+    quantity: str
+    unit: str
+
+
+class PayloadParameter(Deviations):
+    """A standard parameter at the origin of the last frame.
+
+    Attributes:
+        parameter: Its name: XX to ZZ, MX, MY, MZ or M.
+        unit: Of its numbers.
+    """
+
+    parameter: str
+    unit: str
+
+
+class Weighed(Deviations):
+    """A known mass as all joints (joint null) or one joint weighs it [kg].
+
+    Attributes:
+        estimate: Left out: the mass that was found stands in `mass` [kg].
+        std: One standard deviation of the mass, of all parts together; that of the scale is not in it [kg].
+        residual_std: The part of it from the residuals [kg].
+        gain_std: The part of it from the deviations of the gains [kg].
+        model_std: The part of it from what the model takes for granted [kg].
+        joint: The joint's number, from 1; null for all joints together.
+        mass: What was found, null where the data do not show it [kg].
+        rel_error: Relative error, found less stated over stated: the share by which the gains are too large.
+        rel_std: Its standard deviation, relative to the stated mass as well, that of the scale included.
+        verdict: "agrees", "differs" or "says nothing".
+        reason: Why it says nothing.
+    """
+
+    joint: int | None
+    mass: float | None
+    rel_error: float | None
+    rel_std: float | None
+    verdict: str
+    reason: str | None
+
+
+class Departure(OpenObject):
+    """A joint whose mass departs from that of the others.
+
+    Attributes:
+        joint: Its number, from 1.
+        rel_error: Relative error, its mass over that of the others, less one.
+        rel_std: Its standard deviation, relative as well.
+    """
+
+    joint: int = Field(ge=1)
+    rel_error: float
+    rel_std: float
+
+
+class CommonError(OpenObject):
+    """A mass on which joints agree, and which the scale does not say: no single gain is to blame.
+
+    Attributes:
+        joints: Their numbers, from 1.
+        rel_error: Relative error, found less stated over stated.
+        rel_std: Its standard deviation, relative as well, that of the scale included.
+        apart: Joints that depart from them beyond their intervals.
+    """
+
+    joints: list[int]
+    rel_error: float
+    rel_std: float
+    apart: list[Departure]
+
+
+class Verification(Diagnosed):
+    """What `rx90 verify --gains G --json` prints.
+
+    Attributes:
+        passed: Whether the mass from all joints agrees with the scale, and that of no joint differs.
+        together: The mass from all joints.
+        joints: The mass from each joint alone, in their order.
+        payload: What was found of the payload: mass, centre and inertia, as many as the data show.
+        common: On what joints agree against the scale, null where they do not.
+        notes: What the method chose and what one should know.
+    """
+
+    passed: bool
+    mass: float = Field(description="on the scale [kg]")
+    mass_std: float = Field(description="standard deviation of the scale [kg]")
+    limit: float = Field(description="standard deviations beyond which a mass is another")
+    together: Weighed
+    joints: list[Weighed]
+    payload: list[Quantity]
+    common: CommonError | None
+    notes: list[str]
+
+
+class PredictedJoint(OpenObject):
+    """How well a joint's currents are predicted from other parts of the motions.
+
+    Attributes:
+        joint: Its number, from 1.
+        name: Of the joint in the robot's model.
+        predicted_rel_error: Norm of the error of the prediction, each part of the motions from the others, relative to
+            that of the currents.
+        fitted_rel_error: Norm of the residual relative to that of the currents, where all parts are fitted to.
+        gain_changes: Relative change of the gain without each part; empty where the joint is refused.
+    """
+
+    joint: int = Field(ge=1)
+    name: str
+    predicted_rel_error: float
+    fitted_rel_error: float
+    gain_changes: list[float]
+
+
+class CrossValidation(Diagnosed):
+    """What `rx90 verify --json` prints without gains.
+
+    Attributes:
+        method: Name of the estimator.
+        joints: Those that have rows.
+    """
+
+    method: str
+    joints: list[PredictedJoint]
+
+
+class FoundPayload(Diagnosed):
+    """What `rx90 payload-of --json` prints.
+
+    Attributes:
+        parameters: As many of the ten standard parameters as the data show.
+        covariance: Of `parameters`, in their order and in products of their units [kg m^2, kg m, kg]; of all parts of
+            the deviations together.
+        body: Mass, centre and inertia about it, as many as follow from the parameters.
+        joints: The mass from each joint alone against that from all; empty if it is not sure.
+        notes: What the method chose and what one should know.
+    """
+
+    parameters: list[PayloadParameter]
+    covariance: list[list[float]]
+    body: list[Quantity]
+    refused: dict[str, str] = Field(description="reasons why parameters or quantities have no value, by their names")
+    possible: bool | None = Field(description="whether a body can have these parameters, null if not all are known")
+    joints: list[Weighed]
+    notes: list[str]

@@ -1,0 +1,112 @@
+"""JSON Schema of the files that users write and read, generated from what validates them; `make schemas` writes them.
+
+A file of this repository names its schema relative to itself, `#:schema ../schemas/scenario.schema.json`, one that a
+command writes in full (`scenarios.experiments.files.schema_line`).
+"""
+
+import json
+from collections.abc import Generator
+from dataclasses import is_dataclass
+from inspect import cleandoc
+from typing import Annotated, Any, Literal, get_args, get_type_hints
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from scenarios.benchmark.methods.answer import AnswerFile
+from scenarios.experiments.files.attribute_docs import attribute_docs
+from scenarios.experiments.files.gains import GainsFile
+from scenarios.experiments.files.motions import LARGEST, LONGEST
+from scenarios.experiments.files.schema import InertiaTable, Known, Positive, ScenarioTable, Triple
+from scenarios.experiments.files.schema_line import ENDING, FOLDER
+from scenarios.json_schemas.results import RESULTS
+from scenarios.results.problem_folder import ProblemFile
+from sim.robot_files import RobotTable
+
+Coefficient = Annotated[float, Field(ge=-LARGEST, le=LARGEST)]
+
+
+class PayloadFile(BaseModel):
+    """A payload as weighed and drawn, in the frame of the last link.
+
+    Attributes:
+        inertia: About the centre of mass [kg m^2]; may be left out where `known` is `mass`.
+        inertia_std: Standard deviations [kg m^2].
+    """
+
+    model_config = ConfigDict(extra="forbid")
+    mass: Positive = Field(description="[kg]")
+    mass_std: float = Field(0.0, ge=0.0, description="standard deviation [kg]")
+    com: Triple | None = Field(None, description="centre of mass [m]")
+    com_std: Triple | None = Field(None, description="standard deviation, per axis [m]")
+    inertia: InertiaTable | None = None
+    inertia_std: InertiaTable | None = None
+    known: Known = Field("all", description="what identification may use of it")
+
+
+class MotionFile(BaseModel):
+    """A motion as a Fourier series that starts and ends at rest, in radians; one entry or row a joint."""
+
+    model_config = ConfigDict(extra="forbid")
+    duration: float = Field(gt=0.0, le=LONGEST, description="of one period [s]")
+    center: list[Coefficient] = Field(description="mean position [rad]")
+    sine: list[list[Coefficient]] = Field(description="coefficients of sin(2 pi k t / duration), k = 1, 2, ... [rad]")
+    cosine: list[list[Coefficient]] = Field(description="coefficients of cos(2 pi k t / duration) [rad]")
+
+
+def schemas() -> dict[str, dict[str, Any]]:
+    """The schemas by name."""
+    scenario = _described(ScenarioTable)
+    scenario["properties"]["extends"] = {"type": "string", "description": "a scenario that this one overlays"}
+    for table in (scenario, *scenario["$defs"].values()):
+        if table.get("title") not in COMPLETE:
+            table.pop("required", None)  # what is left out is what the extended scenario has
+    files: dict[str, type[BaseModel]] = {
+        "payload": PayloadFile,
+        "motion": MotionFile,
+        "answer": AnswerFile,
+        "gains": GainsFile,
+        "problem": ProblemFile,
+        "robot": RobotTable,
+    }
+    found = {"scenario": scenario} | {name: _described(file) for name, file in (files | RESULTS).items()}
+    return {name: {"$schema": DIALECT, **schema} for name, schema in found.items()}
+
+
+def _described(file: type[BaseModel]) -> dict[str, Any]:
+    """The schema of a file, each key with what the docstring of its class, or of one it inherits from, says of it."""
+    schema = file.model_json_schema()
+    kinds = {kind.__name__: kind for kind in _classes(file)}
+    for title, table in [(schema["title"], schema), *schema.get("$defs", {}).items()]:
+        if title in kinds:
+            docs = {k: v for kind in reversed(kinds[title].__mro__) for k, v in attribute_docs(kind).items()}
+            table["description"] = cleandoc(kinds[title].__doc__ or "").partition("\n\nAttributes:\n")[0]
+            for key, value in table["properties"].items():
+                if key in docs:
+                    value.setdefault("description", docs[key])
+    return schema
+
+
+def _classes(kind: object) -> Generator[type]:
+    """A class, and all that its attributes are of, however nested."""
+    for part in get_args(kind):
+        yield from _classes(part)
+    if isinstance(kind, type) and (issubclass(kind, BaseModel) or is_dataclass(kind)):
+        yield kind
+        for hint in get_type_hints(kind).values():
+            yield from _classes(hint)
+
+
+COMPLETE = ("DrawTable", "SourceTable")
+"""Tables that no overlay completes."""
+DIALECT: Literal["https://json-schema.org/draft/2020-12/schema"] = "https://json-schema.org/draft/2020-12/schema"
+
+
+def write_schemas() -> None:
+    """Write every schema into the package."""
+    FOLDER.mkdir(exist_ok=True)
+    for name, schema in schemas().items():
+        (FOLDER / f"{name}{ENDING}").write_text(json.dumps(schema, indent=2) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_schemas()

@@ -1,0 +1,113 @@
+"""Recordings that were identified or checked as a folder, that of `--save`: logs, result, and the record of both."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+from pydantic import JsonValue
+
+from ident.estimation.gain_options import GainOptions
+from ident.observation.observation import ObserveOptions
+from ident.payload.files import write_payload
+from ident.payload.payload import Payload
+from ident.recordings.motion import Motion
+from scenarios.results.documents import to_json
+from scenarios.results.problem_folder import MODELS, RobotTable, motion_files, write_model, write_motions
+from scenarios.results.record import RECORD, RESULT, Kind, RecordFile, digests_of, now, write_record
+from scenarios.support.versions import versions
+
+ASKED = "payload.toml"
+"""The payload that a check was asked about, or that would be mounted."""
+BELIEVED = {".toml": "gains.toml", ".json": "gains.json"}
+"""The gains that were given, by the ending of their file."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Done:
+    """What was done with recordings.
+
+    Attributes:
+        kind: What.
+        title: Of its report.
+        command: That did it.
+        model: File of the robot's model.
+        flange: Last body of its arm, where the file has more.
+        couplings: Pairs of joints, from 1.
+        motions: Recordings and payloads, in the order they were taken.
+        observing: Filters and thresholds.
+        gains: When a gain counts as identifiable.
+        document: The result for programs.
+        method: Of an identification.
+        options: The method's own, a dataclass.
+        payload: That a check was asked about, or that would be mounted on a bare flange.
+        about: What the gains of a check are about [N m / drive unit].
+        believed: File of gains that were given with bare motions.
+    """
+
+    kind: Kind
+    title: str
+    command: str
+    model: Path
+    flange: str | None
+    couplings: Sequence[tuple[int, int]]
+    motions: Sequence[Motion]
+    observing: ObserveOptions
+    gains: GainOptions
+    document: Mapping[str, object]
+    method: str | None = None
+    options: object | None = None
+    payload: Payload | None = None
+    about: tuple[float, ...] | None = None
+    believed: Path | None = None
+
+
+def log_files(motions: int) -> tuple[str, ...]:
+    """Names of the files that may be written of so many recordings."""
+    return (*motion_files(motions), ASKED, *BELIEVED.values(), *MODELS, RESULT, RECORD)
+
+
+def save_logs(done: Done, folder: Path) -> None:
+    """Write recordings, payloads, the arm and the result, and the record of all that.
+
+    Raises:
+        OSError: If the folder cannot be written.
+    """
+    motions = write_motions(done.motions, folder)
+    model = write_model(done.model, done.flange, folder)
+    if done.payload is not None:
+        write_payload(done.payload, folder / ASKED)
+    believed = None if done.believed is None else BELIEVED[done.believed.suffix.lower()]
+    if done.believed is not None and believed is not None:
+        (folder / believed).write_bytes(done.believed.read_bytes())
+    (folder / RESULT).write_text(to_json(done.document) + "\n", encoding="utf-8")
+    named = [name for each in motions for name in (each.recording, each.payload) if name is not None]
+    named += [model, RESULT, *([] if done.payload is None else [ASKED]), *([] if believed is None else [believed])]
+    record = RecordFile(
+        format=1,
+        kind=done.kind,
+        title=done.title,
+        command=done.command,
+        created=now(),
+        sources=tuple(each.recording.name for each in done.motions),
+        robot=RobotTable(model=model, couplings=tuple(done.couplings)),
+        motions=motions,
+        observe=asdict(done.observing),
+        gains=asdict(done.gains),
+        method=done.method,
+        options=_changed(done.options),
+        payload=None if done.payload is None else ASKED,
+        about=done.about,
+        believed=believed,
+        versions=versions(),
+        files=digests_of(folder, list(dict.fromkeys(named))),
+    )
+    write_record(record, folder)
+
+
+def _changed(options: object | None) -> dict[str, JsonValue]:
+    """Fields of an options dataclass that differ from their defaults."""
+    if options is None:
+        return {}
+    defaults = type(options)()
+    names = [field.name for field in fields(options)]  # pyright: ignore[reportArgumentType]
+    return {name: getattr(options, name) for name in names if getattr(options, name) != getattr(defaults, name)}

@@ -1,0 +1,271 @@
+"""A problem as a folder: recordings, payloads as believed, the robot's kinematics, and nothing of the truth.
+
+What is in it:
+
+problem.json       which recording carries which payload, couplings, how recordings are observed
+robot.xml, .urdf   links and joints; every inertia is 1, whatever the robot has
+*.parquet          recordings
+payload*.toml      payloads
+"""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ident.estimation.gain_options import GainOptions
+from ident.model.arm import Arm, load_arm
+from ident.model.files import minimal_model
+from ident.observation.observation import ObserveOptions
+from ident.payload.files import read_payload, write_payload
+from ident.payload.payload import Payload
+from ident.recordings.files import read_recording, write_recording
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from ident.support.errors import IdentificationError
+from ident.support.naming import one_line, shown
+from ident.support.options import options_from_table
+from scenarios.support.errors import ForeignProblem
+
+if TYPE_CHECKING:  # a process that only identifies needs no simulator
+    from sim.robot import Robot
+
+Options = TypeVar("Options")
+
+PROBLEM = "problem.json"
+MODELS = ("robot.xml", "robot.urdf")
+_KINDS = (("motion", "parquet"), ("payload", "toml"))
+LARGEST = 1_000_000
+"""Bytes of a problem file."""
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=200)]
+"""A file beside the problem file."""
+Number = Annotated[int, Field(ge=1)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class RobotTable(_Table):
+    """The arm.
+
+    Attributes:
+        model: File beside this one.
+        couplings: Pairs of joints, from 1, whose second motor turns with the sum of both.
+    """
+
+    model: Name
+    couplings: tuple[tuple[Number, Number], ...] = ()
+
+
+class MotionTable(_Table):
+    """One motion, and what was mounted; motions of one payload file are one mounting.
+
+    Attributes:
+        recording: File beside this one.
+        payload: Payload file beside this one; left out for a bare flange.
+    """
+
+    recording: Name
+    payload: Name | None = None
+
+
+class ProblemFile(_Table):
+    """A problem: motions of one arm from which its drive gains are to be found, in order of time within a mounting.
+
+    `observe` and `gains` are the options of `rx90 identify` of those names; other methods may ignore them.
+
+    Attributes:
+        format: Of this file.
+        robot: The arm.
+        motions: In order of time within a mounting.
+        observe: Options of `rx90 identify`: how recordings become a linear system.
+        gains: Options of `rx90 identify`: how estimates are judged.
+    """
+
+    format: Literal[1]
+    robot: RobotTable
+    motions: tuple[MotionTable, ...] = Field(min_length=1)
+    observe: dict[str, float | str] = {}
+    gains: dict[str, float | str] = {}
+
+
+Stated = TypeVar("Stated", bound=ProblemFile)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GivenProblem:
+    """What a method is given.
+
+    Attributes:
+        folder: Where it was read from; None for one that never was a folder.
+        arm: The arm that moved.
+        motions: Recordings and payloads, as `identify_motions` takes them.
+        observing: Filters and thresholds.
+        gains: When a gain counts as identifiable.
+    """
+
+    folder: Path | None
+    arm: Arm
+    motions: tuple[Motion, ...]
+    observing: ObserveOptions
+    gains: GainOptions
+
+
+def write_problem(
+    folder: Path,
+    robot: "Robot",
+    couplings: Sequence[tuple[int, int]],
+    motions: Sequence[Motion],
+    *,
+    observing: ObserveOptions,
+    gains: GainOptions,
+) -> None:
+    """Write a problem into a folder, which is made; what carries the same payload object shares a payload file.
+
+    Args:
+        folder: Where.
+        robot: Of whose model file the kinematics are taken.
+        couplings: Pairs of joints, from 1.
+        motions: Recordings, whose names become those of the files, and what they carry.
+        observing: Filters and thresholds.
+        gains: When a gain counts as identifiable.
+
+    Raises:
+        OSError: If the folder cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    model = write_model(robot.model, robot.flange, folder)
+    problem = ProblemFile(
+        format=1,
+        robot=RobotTable(model=model, couplings=tuple(couplings)),
+        motions=write_motions(motions, folder),
+        observe=asdict(observing),
+        gains=asdict(gains),
+    )
+    text = json.dumps(problem.model_dump(mode="json"), indent=2, allow_nan=False)
+    (folder / PROBLEM).write_text(text + "\n", encoding="utf-8")
+
+
+def motion_files(motions: int) -> tuple[str, ...]:
+    """Names of the files that `write_motions` may write."""
+    return tuple(f"{kind}-{k}.{ending}" for k in range(1, motions + 1) for kind, ending in _KINDS)
+
+
+def write_motions(motions: Sequence[Motion], folder: Path) -> tuple[MotionTable, ...]:
+    """Write recordings and payloads; what carries the same payload object shares a file.
+
+    Raises:
+        OSError: If they cannot be written.
+    """
+    payloads: dict[int, str] = {}
+    tables: list[MotionTable] = []
+    for k, motion in enumerate(motions, 1):
+        recording, payload = f"motion-{k}.parquet", motion.payload
+        if payload is not None and id(payload) not in payloads:
+            payloads[id(payload)] = f"payload-{len(payloads) + 1}.toml"
+            write_payload(payload, folder / payloads[id(payload)])
+        write_recording(motion.recording, folder / recording)
+        tables.append(MotionTable(recording=recording, payload=None if payload is None else payloads[id(payload)]))
+    return tuple(tables)
+
+
+def read_problem(folder: Path) -> GivenProblem:
+    """Read a problem.
+
+    Raises:
+        ForeignProblem: If the folder holds none, or one that says what cannot be.
+        IdentificationError: If robot, recording or payload cannot be read.
+    """
+    path = folder / PROBLEM
+    return given_problem(path, read_stated(path, ProblemFile), read_recording)
+
+
+def given_problem(path: Path, stated: ProblemFile, read: Callable[[Path], Recording]) -> GivenProblem:
+    """The problem that a file states, with the files beside it.
+
+    Args:
+        path: The file that states it.
+        stated: What it states.
+        read: Reads a recording.
+
+    Raises:
+        ForeignProblem: If it says what cannot be.
+        IdentificationError: If robot, recording or payload cannot be read.
+    """
+    folder = path.parent
+    payloads: dict[str, Payload] = {}
+    motions: list[Motion] = []
+    for motion in stated.motions:
+        if motion.payload is not None and motion.payload not in payloads:
+            payloads[motion.payload] = read_payload(folder / motion.payload)
+        recording = read(folder / motion.recording)
+        motions.append(Motion(recording, None if motion.payload is None else payloads[motion.payload]))
+    couplings = tuple((first - 1, second - 1) for first, second in stated.robot.couplings)
+    return GivenProblem(
+        folder=folder,
+        arm=load_arm(folder / stated.robot.model, couplings),
+        motions=tuple(motions),
+        observing=_options(ObserveOptions, stated.observe, path, "observe"),
+        gains=_options(GainOptions, stated.gains, path, "gains"),
+    )
+
+
+def is_problem(folder: Path) -> bool:
+    """Whether a folder is meant as a problem."""
+    return (folder / PROBLEM).is_file()
+
+
+def read_stated(path: Path, kind: type[Stated]) -> Stated:
+    """What a file states, a problem or more.
+
+    Raises:
+        ForeignProblem: If it cannot be read, or states what cannot be; the message says where.
+    """
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ForeignProblem(f"{one_line(path)}: larger than {LARGEST} bytes; it is no problem file")
+        return kind.model_validate_json(path.read_text(encoding="utf-8"), strict=True)
+    except OSError as error:
+        raise ForeignProblem(f"{one_line(path)}: {error.strerror}; expected the file of a problem folder") from error
+    except UnicodeDecodeError as error:
+        raise ForeignProblem(f"{one_line(path)}: is no text in UTF-8") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        what = first["msg"][0].lower() + first["msg"][1:]
+        got = "" if first["type"] in ("missing", "json_invalid") else f", got {shown(first['input'])}"
+        raise ForeignProblem(f"{one_line(path)}: {where + ': ' if where else ''}{one_line(what)}{got}") from error
+
+
+def _options(kind: type[Options], table: Mapping[str, object], path: Path, key: str) -> Options:
+    try:
+        return options_from_table(kind, table)
+    except IdentificationError as error:
+        raise ForeignProblem(f"{one_line(path)}: {key}: {error}") from error
+
+
+def write_model(model: Path, flange: str | None, folder: Path) -> str:
+    """Write the kinematics of a robot as a file of its own.
+
+    Args:
+        model: MJCF or URDF file.
+        flange: Last body of the arm, where the file has more.
+        folder: Where; the file has one of the names `MODELS`.
+
+    Returns:
+        The file's name.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    minimal = minimal_model(model, flange)
+    text, name = minimal.text, MODELS[minimal.kind == "urdf"]
+    if minimal.kind == "mjcf":
+        gravity = " ".join(repr(g) for g in minimal.gravity)
+        text = text.replace("<worldbody>", f'<option gravity="{gravity}"/><worldbody>', 1)
+    (folder / name).write_text(text + "\n", encoding="utf-8")
+    return name

@@ -1,0 +1,140 @@
+"""What a folder of a run, an identification or a check says of itself: all that it takes to do it again, and digests.
+
+`record.json` is a problem file (`scenarios.results.problem_folder`) and more. It is written last: a folder without one
+is none, or is half written.
+"""
+
+import hashlib
+import shlex
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field, JsonValue
+
+from ident.recordings.files import read_unchecked
+from ident.recordings.formats.description import LogDescription
+from ident.recordings.recording import Recording
+from ident.support.naming import one_line
+from scenarios.results.command_words import coupling_words, motion_words, option_words
+from scenarios.results.documents import to_json
+from scenarios.results.problem_folder import GivenProblem, Name, ProblemFile, given_problem, read_stated
+from scenarios.support.errors import DamagedResult, ForeignProblem, ForeignResult
+
+RECORD, RESULT = "record.json", "result.json"
+Kind = Literal["run", "identification", "check", "bare"]
+
+
+class RecordFile(ProblemFile):
+    """A problem, what was made of it, and the digests of the folder's files.
+
+    `sources` are the names that the recordings had, `scenario` of a run what it was called by, and `scene` what tells
+    its picture from that of another (`scenarios.results.scene`). Of a check, `payload` is the one that was asked about,
+    and `about` what the gains are about [N m / drive unit]. Of bare motions, `payload` is the one that would be
+    mounted, and `believed` the gains that were given.
+    """
+
+    kind: Kind
+    title: str
+    command: str
+    created: str
+    sources: tuple[str, ...]
+    scenario: str | None = None
+    scene: str | None = None
+    method: str | None = None
+    options: dict[str, JsonValue] = Field(default_factory=dict)
+    payload: Name | None = None
+    about: tuple[float, ...] | None = None
+    believed: Name | None = None
+    versions: dict[str, str] = Field(default_factory=dict)
+    files: dict[str, str] = Field(min_length=1)
+
+
+def digests_of(folder: Path, names: Sequence[str]) -> dict[str, str]:
+    """SHA-256 of files of a folder.
+
+    Raises:
+        OSError: If one cannot be read.
+    """
+    return {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
+
+
+def now() -> str:
+    """The time, as a record states it."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def write_record(record: RecordFile, folder: Path) -> None:
+    """Write what a folder says of itself, its other files being there.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    (folder / RECORD).write_text(to_json(record.model_dump(mode="json")) + "\n", encoding="utf-8")
+
+
+def read_record(folder: Path) -> RecordFile:
+    """Read what a folder says of itself, and hold its files against it.
+
+    Raises:
+        ForeignResult: If it says nothing, or nothing that can be meant.
+        DamagedResult: If a file is missing, or another than it was.
+    """
+    try:
+        record = read_stated(folder / RECORD, RecordFile)
+    except ForeignProblem as error:
+        raise ForeignResult(f"{error}; save it again with this version of rx90") from error
+    for name, digest in record.files.items():
+        path = folder / name
+        try:
+            (there,) = digests_of(folder, [name]).values()
+        except OSError as error:
+            raise DamagedResult(f"{one_line(path)}: {error.strerror}; {RECORD} names it: save it again") from error
+        if there != digest:
+            raise DamagedResult(f"{one_line(path)}: is not the file that {RECORD} names; save it again")
+    if len(record.sources) != len(record.motions):
+        raise DamagedResult(
+            f"{one_line(folder / RECORD)}: {len(record.sources)} sources of {len(record.motions)} motions"
+        )
+    return record
+
+
+def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:
+    """The recordings, payloads and arm of a folder; recordings may have whatever jumps and spikes they have.
+
+    Raises:
+        ForeignProblem: If the record says what cannot be.
+        IdentificationError: If robot, recording or payload cannot be read.
+    """
+
+    def unchecked(path: Path) -> Recording:
+        return read_unchecked(path, LogDescription()).recording
+
+    return given_problem(folder / RECORD, record, unchecked)
+
+
+def identify_words(folder: Path, record: RecordFile) -> str:
+    """The command that identifies the same from a folder, wherever it is."""
+    words = ["rx90", "identify", "--model", str(folder / record.robot.model), *motion_words(folder, record.motions)]
+    words += [] if record.method is None else ["--method", record.method]
+    words += [] if record.believed is None else ["--gains", str(folder / record.believed)]
+    words += [] if record.kind != "bare" or record.payload is None else ["--if-loaded", str(folder / record.payload)]
+    return shlex.join([*words, *_stated(record)])
+
+
+def check_words(folder: Path, record: RecordFile) -> str:
+    """The command that checks the same recordings again; what gains are about is the robot's own, and not in a file."""
+    bare, loaded = (
+        [str(folder / m.recording) for m in record.motions if (m.payload is None) == b] for b in (True, False)
+    )
+    words = ["rx90", "check", str(folder / record.robot.model), *bare]
+    if loaded:
+        words += ["--loaded", *loaded]
+    words += [] if record.payload is None else ["--payload", str(folder / record.payload)]
+    return shlex.join([*words, *_stated(record)])
+
+
+def _stated(record: RecordFile) -> list[str]:
+    options = option_words(record.observe, record.gains, record.options)
+    return [*coupling_words(record.robot.couplings), *options]

@@ -1,0 +1,131 @@
+"""A run as a folder, that of `--save`, and the command that identifies the same from it."""
+
+import os
+import shlex
+from dataclasses import asdict, fields
+from pathlib import Path
+
+from ident.payload.files import write_payload
+from ident.recordings.files import write_recording
+from scenarios.experiments.build import Bench
+from scenarios.experiments.files.mountings import BARE, LOADED, grouped
+from scenarios.experiments.files.schema_line import schema_line
+from scenarios.experiments.run import Run, as_identified
+from scenarios.results.command_words import coupling_words, motion_words, option_words
+from scenarios.results.documents import run_document, to_json, true_bodies
+from scenarios.results.gains_file import Origin
+from scenarios.results.problem_folder import MODELS, MotionTable, RobotTable, write_model
+from scenarios.results.record import RECORD, RESULT, RecordFile, digests_of, now, write_record
+from scenarios.support.versions import versions
+
+
+def run_files(prepared: Bench) -> tuple[str, ...]:
+    """Names of the files that are written: a recording a motion, a payload a mounting, the arm, truth and result."""
+    recordings = [f"{experiment.name}.parquet" for experiment in prepared.experiments]
+    return (*recordings, *map(payload_file, prepared.payloads), *MODELS, "truth.json", RESULT, RECORD)
+
+
+def payload_file(mounting: str) -> str:
+    """Name of the file that describes what is mounted."""
+    return "payload.toml" if mounting == LOADED else f"payload-{mounting}.toml"
+
+
+def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None, scene: str | None = None) -> None:
+    """Write recordings, believed payloads, the arm, truth and result, and the record of all that.
+
+    `identify_command` gives the same estimate on them, to the last digit.
+
+    Args:
+        run: To be written.
+        folder: Where.
+        command: That made it.
+        named: What the scenario was called by.
+        scene: By `scene_digest`, of that scenario.
+
+    Raises:
+        OSError: If the folder cannot be written.
+    """
+    for experiment, recording in zip(run.bench.experiments, run.recordings, strict=True):
+        write_recording(recording, folder / f"{experiment.name}.parquet")
+    for mounting, payload in run.bench.payloads.items():
+        write_payload(payload, folder / payload_file(mounting), comment=schema_line("payload"))
+    drives = run.bench.experiments[0].plant.drives
+    bodies = {mounting: asdict(body) for mounting, body in true_bodies(run.bench).items()}
+    truth = {
+        "drives": {field.name: getattr(drives, field.name).tolist() for field in fields(drives)},
+        **({"payload": bodies[LOADED]} if LOADED in bodies else {}),
+        "payloads": bodies,
+    }
+    (folder / "truth.json").write_text(to_json(truth) + "\n", encoding="utf-8")
+    (folder / RESULT).write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
+    robot = run.bench.experiments[0].plant.robot
+    model = write_model(robot.model, robot.flange, folder)
+    record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named, "scene": scene})
+    write_record(record, folder)
+
+
+def _record(run: Run, folder: Path, model: str) -> RecordFile:
+    prepared, scenario = run.bench, run.bench.scenario
+    chosen, motions = scenario.table.identification, _motions(prepared)
+    written = [name for name in run_files(prepared) if name not in (*MODELS, RECORD)]
+    return RecordFile(
+        format=1,
+        kind="run",
+        title=f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}",
+        command="",
+        created=now(),
+        sources=tuple(motion.recording for motion in motions),
+        robot=RobotTable(model=model, couplings=scenario.table.belief.couplings),
+        motions=motions,
+        observe=asdict(chosen.observe),
+        gains=asdict(chosen.gains),
+        method=chosen.method,
+        options=dict(chosen.options),
+        versions=versions(),
+        files=digests_of(folder, [*written, model]),
+    )
+
+
+def origin(run: Run) -> Origin:
+    """What the gains of a run were found from."""
+    chosen = run.bench.scenario.table.identification
+    return Origin(
+        model=run.bench.experiments[0].plant.robot.model,
+        arm=run.bench.structure.arm,
+        motions=as_identified(run.bench, run.recordings),
+        options=chosen.method_options,
+        observing=chosen.observe,
+    )
+
+
+def model_words(prepared: Bench) -> list[str]:
+    """The model file of the arm, and the options that say what is believed of it: flange and couplings."""
+    robot = prepared.experiments[0].plant.robot
+    model = short_path(robot.model)
+    words = [model] if robot.flange is None else [model, "--flange", robot.flange]
+    return [*words, *coupling_words(prepared.scenario.table.belief.couplings)]
+
+
+def short_path(path: Path) -> str:
+    """A path without detours, where it is the same file without them."""
+    short = Path(os.path.normpath(path))
+    return str(short if short.exists() and short.samefile(path) else path)
+
+
+def identify_command(prepared: Bench, folder: Path) -> str:
+    """The command that gives the same estimate on the files of `save_run`, to the last digit."""
+    chosen = prepared.scenario.table.identification
+    words = ["rx90", "identify", "--model", *model_words(prepared), *motion_words(folder, _motions(prepared))]
+    options = option_words(asdict(chosen.observe), asdict(chosen.gains), chosen.options)
+    return shlex.join([*words, "--method", chosen.method, *options])
+
+
+def _motions(prepared: Bench) -> tuple[MotionTable, ...]:
+    """Recordings in the order that identification is given them, by the names of their files."""
+    return tuple(
+        MotionTable(
+            recording=f"{prepared.experiments[k].name}.parquet",
+            payload=None if prepared.protocol[k] == BARE else payload_file(prepared.protocol[k]),
+        )
+        for k in grouped(prepared.protocol)
+    )

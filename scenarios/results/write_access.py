@@ -1,0 +1,127 @@
+"""Files that a command may write: found out before the work, and not over files that are not its own.
+
+A command leaves `.rx90.json` beside what it wrote, with its name and the digest of each file. It writes over these
+again; over any other file, or one that has been changed since, only when told to; over one that it reads, never.
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ident.support.naming import one_line
+from scenarios.support.errors import NoFolder, NotOurs, OverInput
+
+RECORD = ".rx90.json"
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """The right of a command to write some files of a folder.
+
+    Attributes:
+        folder: Where.
+        names: Of the files.
+        command: The command.
+    """
+
+    folder: Path
+    names: tuple[str, ...]
+    command: str
+
+    @contextmanager
+    def writing(self) -> Generator[None]:
+        """Make the folder, let files be written, record them: also those of a command that is stopped half-way.
+
+        Raises:
+            NoFolder: If the folder cannot be made.
+            OSError: If the record cannot be written.
+        """
+        make_folder(self.folder)
+        try:
+            yield
+        finally:
+            records = _records(self.folder)
+            there = [name for name in self.names if (self.folder / name).is_file()]
+            files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
+            text = json.dumps({**records, self.command: files}, indent=2)
+            (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it.
+
+    Raises:
+        NoFolder: If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise NoFolder(f"cannot create {one_line(folder)}: {error.strerror or one_line(error)}") from error
+
+
+def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:
+    """Find out whether a command may write files, and can.
+
+    Args:
+        folder: Where; it may not be there yet.
+        names: Of the files.
+        command: The command.
+        force: Whether files that are not its own may be written over.
+        reads: Files that the command reads; over none of them it writes, forced or not.
+
+    Raises:
+        OverInput: If a file is one that the command reads.
+        NotOurs: If one is there that the command did not write, or that was changed since.
+        OSError: If folder or file cannot be written.
+    """
+    held = Claim(folder, tuple(names), command)
+    _check_folder(folder)
+    there = [path for path in reads if os.path.exists(path)]
+    ours = {} if force else _records(folder).get(command, {})
+    for name in held.names:
+        path = folder / name
+        if not path.exists():
+            continue
+        _check_file(path)
+        if any(path.samefile(read) for read in there):
+            raise OverInput(f"{one_line(path)}: {command} reads this file, and would write over it; name another place")
+        if not force and name not in ours:
+            raise NotOurs(f"{path}: {command} did not write this file; name another place, or add --force")
+        if not force and ours[name] != _digest(path):
+            raise NotOurs(f"{path}: changed since {command} wrote it; name another place, or add --force")
+    return held
+
+
+def _check_folder(folder: Path) -> None:
+    """A folder is one, or the nearest one above it can be written."""
+    there = folder.absolute()
+    while not there.exists() and there != there.parent:
+        there = there.parent
+    if not there.is_dir():
+        raise NotADirectoryError(20, os.strerror(20), str(there))
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise PermissionError(13, os.strerror(13), str(there))
+
+
+def _check_file(path: Path) -> None:
+    if not path.is_file():
+        raise NotOurs(f"{path}: is no regular file")
+    if not os.access(path, os.W_OK):
+        raise PermissionError(13, os.strerror(13), str(path))
+
+
+def _records(folder: Path) -> dict[str, dict[str, str]]:
+    """Digests of the files that each command wrote into a folder; what is no such record records nothing."""
+    try:
+        records = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+        return {str(command): {str(k): str(v) for k, v in files.items()} for command, files in records.items()}
+    except (OSError, ValueError, AttributeError):
+        return {}
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -1,0 +1,46 @@
+"""Versions and files that the rows of a study depend on."""
+
+import hashlib
+import platform
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+CODE = ("ident", "sim", "rx90_mjcf", "scenarios")
+"""Packages of this project, beside each other."""
+DERIVED = ("__pycache__",)
+"""Folders of a package that Python makes of its files."""
+
+PACKAGES = ("rx90-drive-gain-testbench", "mujoco", "numpy", "scipy", "pin", "pandas", "pyarrow")
+"""Packages whose versions a study records, and refuses to mix."""
+
+
+@lru_cache(maxsize=1)
+def versions() -> dict[str, str]:
+    """Versions of Python, of the packages that results depend on, and a digest of this project's own files."""
+    code = hashlib.sha256()
+    for name, digest in files().items():
+        code.update(f"{name} {digest}\n".encode())
+    named = {name: version(name) for name in PACKAGES}
+    return {"python": platform.python_version(), **named, "code": code.hexdigest()[:16]}
+
+
+@lru_cache(maxsize=1)
+def files() -> dict[str, str]:
+    """Digests of this project's own files: code, robots, drives, payloads, motions, scenarios."""
+    return digests(ROOT)
+
+
+def digests(root: Path) -> dict[str, str]:
+    """Digest of every file of this project's packages, 16 hexadecimal digits, by its path below `root`.
+
+    Any file may decide a row, so none is left out but what Python derives from them and hidden ones.
+    """
+    found: dict[str, str] = {}
+    for package in CODE:
+        for path in sorted((root / package).rglob("*")):
+            inside = path.relative_to(root)
+            if path.is_file() and not any(part in DERIVED or part.startswith(".") for part in inside.parts):
+                found[inside.as_posix()] = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    return found

@@ -1,0 +1,209 @@
+"""The currents that keep a plant exactly on its reference motion: what is logged where control is perfect.
+
+Nothing is stepped. MuJoCo's inverse dynamics of the compiled model gives the torque of links, rotors and springs, so
+that whatever an effect does to a model is in it; effects that act in every control period are asked through the same
+`term` that the closed loop asks. Joints that no drive turns, links behind elastic transmissions, move so that nothing
+is left over on them. Drives warm up along the way as their currents say.
+
+    tau = inverse dynamics + friction - torque beside the drives,    v = v0 + (tau + Fcoff) / g
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from ident.support.arrays import Array
+from sim.compile import lean_model
+from sim.effects import EFFECTS
+from sim.effects.effect import ControlStep
+from sim.effects.temperature import varies as warmth_acts
+from sim.effects.temperature import warming
+from sim.errors import NoCurrent, SimulationError
+from sim.experiment import Experiment
+from sim.plant import PayloadBody, Plant
+from sim.rigid import Frictionless, frictionless, inertias, torque_along
+from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before
+from sim.trajectory import FourierTrajectory
+from sim.varying import Varied, acting
+
+FEEDBACK_ITERATIONS = 100
+"""Most passes for friction that follows from the current; each brings it nearer by its share of the torque."""
+SETTLED = 1e-10
+"""Change of a pass, as a share of the largest current, that is none."""
+MOTIONS_KEPT = 4
+"""Motions kept as sampled; one of 20 s at 1 kHz has 4 MB."""
+PLANTS_KEPT = 128
+"""Compiled plants kept, 50 kB each: a search asks for the same ones along thousands of motions."""
+NOT_MOUNTED = PayloadBody(mass=1.0, com=(0.0, 0.0, 0.0), inertia=(1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+"""Stands for a payload that a motion does not carry, whatever it is: plants that differ in it alone are one."""
+TABLES_KEPT = 64
+"""Tables of torques kept; one of 20 s at 250 Hz has a quarter of a megabyte."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class States:
+    """A reference motion, N samples of n joints.
+
+    Attributes:
+        t: [s], shape (N,).
+        q: Positions [rad], shape (N, n).
+        dq: Velocities [rad/s], shape (N, n).
+        ddq: Accelerations [rad/s^2], shape (N, n).
+    """
+
+    t: Array
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Needed:
+    """Currents of a motion [drive units], shape (N, n), and how warm they leave the drives [K], shape (n,)."""
+
+    v: Array
+    warmth: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Rubbing:
+    """A compiled plant: its model without friction, and what rubs."""
+
+    rigid: Frictionless
+    acts: Varied
+
+
+def needed_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[Array]:
+    """The currents that the motions of experiments need.
+
+    Args:
+        experiments: In order of time for each robot, as `sim.record.record` takes them; controller and sensors do not
+            count.
+        rate_hz: Samples a second [Hz].
+
+    Returns:
+        Currents of each [drive units], shape (N, n), at the times of `states_of`.
+
+    Raises:
+        PlantError: If a plant cannot be compiled, or has play that a motion goes through.
+        NoCurrent: If friction takes all that a current gives.
+        SequenceError: If drives warm up and the motion before one is not there.
+    """
+    found, ended = list[Array](), dict[int, Array | SimulationError]()
+    for i, experiment in enumerate(experiments):
+        before = _warmed_up(experiment, rate_hz) if starts_warm(experiment) else warmth_before(experiments, i, ended)
+        assert not isinstance(before, SimulationError), "none is kept"
+        needed = _needed(experiment, rate_hz, np.zeros(experiment.plant.robot.n) if before is None else before)
+        ended[i] = needed.warmth
+        found.append(needed.v)
+    return found
+
+
+def _warmed_up(experiment: Experiment, rate_hz: float) -> Array:
+    """Temperature rise after a warm-up [K], shape (n,), by the midpoint rule of `sim.sequence`."""
+    motion, warmth = warming_motion(experiment), np.zeros(experiment.plant.robot.n)
+    for share in (0.5, 1.0):
+        warmth = after_warm_up(motion, _needed(motion, rate_hz, warmth).v, share)
+    return warmth
+
+
+def _needed(experiment: Experiment, rate_hz: float, warmth: Array) -> _Needed:
+    plant, drives = experiment.plant, experiment.plant.drives
+    states = states_of(experiment.trajectory, rate_hz)
+    rubbing = _rubbing_of(experiment)
+    rigid = _rigid(rubbing.rigid, experiment.trajectory, rate_hz)
+    v, before = np.zeros_like(rigid), np.full_like(rigid, np.inf)
+    steady = not any(effect.varies(plant.errors) for effect in EFFECTS.values())  # nothing then depends on the current
+
+    def warmed(v: Array) -> Array:
+        load = (v / drives.current_limit) ** 2 if is_carried(experiment) else np.zeros_like(v)
+        return warming(plant.errors, warmth, load, 1.0 / rate_hz)
+
+    for _ in range(FEEDBACK_ITERATIONS):
+        warm = warmed(v)[:-1] if warmth_acts(plant.errors) else np.zeros_like(v)
+        tau = rigid + _beside(rubbing.acts, states, v, rigid, warm)
+        v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
+        if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
+            return _Needed(v, warmed(v)[-1])
+        before = v
+    raise NoCurrent(f"{experiment.name}: no current moves the arm: friction grows with it by as much as it gives")
+
+
+@lru_cache(maxsize=MOTIONS_KEPT)
+def states_of(motion: FourierTrajectory, rate_hz: float) -> States:
+    """A reference motion, sampled from its start to its end."""
+    t = np.arange(round(motion.duration * rate_hz) + 1) / rate_hz
+    return States(t, *motion(t))
+
+
+def inertia_along(experiment: Experiment, rate_hz: float) -> Array:
+    """Inertia matrix of a rigid arm with its rotors along the motion [kg m^2], shape (N, n, n), at the same times."""
+    return inertias(_rubbing_of(experiment).rigid, experiment.trajectory, states_of(experiment.trajectory, rate_hz).t)
+
+
+def _beside(acts: Varied, states: States, v: Array, rigid: Array, warmth: Array) -> Array:
+    """Torque against friction and whatever else acts on the joints [N m], shape (N, n).
+
+    Args:
+        acts: What rubs and acts.
+        states: The motion.
+        v: Its currents [drive units], shape (N, n).
+        rigid: Torque of links and rotors [N m], shape (N, n).
+        warmth: Temperature rise of the drives [K], shape (N, n).
+    """
+    speed = states.dq @ acts.turns.T  # (N, n + c)
+    rotors = (acts.inertia * (states.ddq @ acts.turns.T)) @ acts.turns
+    step = ControlStep(
+        t=0.0,
+        period=float(states.t[1]),
+        q=states.q,
+        dq=states.dq,
+        v=v,
+        constant=np.broadcast_to(acts.constant, speed.shape),
+        speed=speed,
+        friction=np.tile(acts.constant, (len(speed), 1)),
+        damping=np.tile(acts.damping, (len(speed), 1)),
+        torque=np.zeros_like(v),
+        turns=acts.turns[None],
+        transmitted=rigid - rotors,
+        warmth=warmth.copy(),
+    )
+    active = [effect for effect in EFFECTS.values() if effect.varies(acts.errors)]
+    at_once = all(effect.instant or effect.along for effect in active)
+    terms = [
+        effect.along(acts.errors, acts.build) if at_once and effect.along else effect.term([acts.errors], [acts.build])
+        for effect in active
+    ]
+    moments = [step] if at_once else _moments(step, states.t)
+    for moment in moments:
+        for add in terms:
+            add(moment)
+    return (step.friction * np.sign(speed) + step.damping * speed) @ acts.turns - step.torque
+
+
+def _moments(step: ControlStep, t: Array) -> list[ControlStep]:
+    """The samples of a motion one by one, views of it: for effects that remember."""
+    fields = ("q", "dq", "v", "constant", "speed", "friction", "damping", "torque", "transmitted", "warmth")
+    rows = ({name: getattr(step, name)[k : k + 1] for name in fields} for k in range(len(t)))
+    return [replace(step, t=float(time), **row) for time, row in zip(t, rows, strict=True)]
+
+
+def _rubbing_of(experiment: Experiment) -> _Rubbing:
+    """What is compiled for an experiment; what is not mounted makes no difference."""
+    plant = experiment.plant if experiment.loaded else replace(experiment.plant, payload=NOT_MOUNTED)
+    return _rubbing(plant, experiment.loaded, experiment.step, experiment.earlier)
+
+
+@lru_cache(maxsize=PLANTS_KEPT)
+def _rubbing(plant: Plant, loaded: bool, step: float, earlier: int) -> _Rubbing:
+    model = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
+    acts = acting(plant, model, step=step, earlier=earlier)
+    return _Rubbing(frictionless(model), acts)
+
+
+@lru_cache(maxsize=TABLES_KEPT)
+def _rigid(model: Frictionless, motion: FourierTrajectory, rate_hz: float) -> Array:
+    """Torque of everything but friction [N m], shape (N, n); plants that differ in friction alone share it."""
+    return torque_along(model, motion, states_of(motion, rate_hz).t)

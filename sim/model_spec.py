@@ -1,0 +1,75 @@
+"""The arm as its model file draws it, read once a process.
+
+A simulation needs no shapes, and compiles and steps faster without them; they are taken off where no inertia comes from
+them. Taking them off costs more than all the compiling of a trial, so that what is left is kept.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from sim.errors import ModelFileError
+from sim.frozen_joints import hold_all_but_arm
+from sim.meshes import drop_missing_meshes
+
+INERTIAL = ("body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat")
+"""What a model has with and without its shapes, if no inertia comes from them."""
+
+
+def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
+    """The arm with the shapes that its file has; they touch nothing.
+
+    Args:
+        path: MJCF or URDF file.
+        flange: Last body of the arm; joints that do not lead to it are held.
+
+    Raises:
+        ValueError: If MuJoCo cannot read it.
+        ModelFileError: If it is no arm, or a link has its inertia from a mesh that is not there.
+    """
+    spec = mujoco.MjSpec.from_file(str(path))
+    if path.suffix.lower() == ".urdf":  # which states inertias; a shape for collisions is no link
+        spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    try:
+        hold_all_but_arm(spec, flange)
+        drop_missing_meshes(spec, path)
+    except ModelFileError as error:
+        raise ModelFileError(f"robot model {path}: {error}") from error
+    spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
+    # Without islands the solver is faster, and the same: an arm is one.
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ISLAND
+    return spec
+
+
+def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
+    """The arm without what is for the eye, a copy that may be changed; with it, where inertia comes from shapes.
+
+    Raises:
+        ValueError: If MuJoCo cannot read it.
+        ModelFileError: If it is no arm.
+    """
+    try:
+        stamp = path.stat().st_mtime_ns
+    except OSError as error:
+        raise ValueError(f"{error.strerror}") from error
+    return _lean(path, flange, stamp).copy()
+
+
+@lru_cache(maxsize=8)
+def _lean(path: Path, flange: str | None, stamp: int) -> mujoco.MjSpec:
+    full, lean = full_spec(path, flange), full_spec(path, flange)
+    for kind in ("geoms", "materials", "textures", "meshes", "hfields", "lights", "cameras"):
+        for element in list(getattr(lean, kind)):
+            lean.delete(element)
+    try:
+        stripped = lean.compile()
+    except ValueError:
+        return full  # a moving body without an inertia of its own
+    stated = all(body.explicitinertial or not body.geoms for body in full.bodies[1:])
+    if stated and full.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
+        return lean
+    whole = full.compile()
+    same = all(np.array_equal(getattr(stripped, name), getattr(whole, name)) for name in INERTIAL)
+    return lean if same else full_spec(path, flange)

@@ -1,0 +1,252 @@
+"""Bare motions alone: ratios of gains, and the arm over one of them or in SI."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import GAIN, TRUSTING, exact_problem
+
+from ident.arm_parameters.bare import GainRatios, _check_size, arm_in_SI, gain_ratios
+from ident.arm_parameters.parameter_values import _covariance, _friction_unit, _rival_friction
+from ident.arm_parameters.ratio_discrepancies import off_ratios
+from ident.estimation.all_joints.selection import Rival
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.known_gains import KnownGains
+from ident.estimation.problem import Problem
+from ident.model.structure import structure_of
+from ident.support.errors import GainsError, NotIdentifiable
+
+NAMES = tuple(f"joint{j}" for j in range(1, 7))
+
+
+@pytest.fixture
+def chi(rng) -> np.ndarray:
+    return rng.uniform(0.5, 2.0, 84)
+
+
+def bare(structure, chi, rng, noise: float) -> Problem:
+    return exact_problem(structure, [(chi, None, None), (chi, None, None)], GAIN, rng, noise=noise, options=TRUSTING)
+
+
+def base_values(structure, chi) -> dict[str, float]:
+    return dict(zip(structure.base.names, structure.base.regrouping @ chi, strict=True))
+
+
+def test_exact_motions_give_the_ratios_and_the_arm_over_the_reference(structure, chi, rng):
+    found = gain_ratios(bare(structure, chi, rng, 1e-6), AllJointsOptions(friction_per_motion=False))
+    r = found.ratios.reference
+    # Noise of 1e-6 of the rms currents, amplified by the condition number.
+    np.testing.assert_allclose(found.ratios.value, GAIN / GAIN[r], rtol=1e-4)
+    assert found.ratios.rel_std[r] == 0.0
+    assert found.ratios.given.all()
+    true = base_values(structure, chi)
+    assert len(found.inertial) == sum(name[:2] not in ("Fv", "Fc", "of") for name in true)
+    for each in found.inertial:
+        np.testing.assert_allclose(each.value, true[each.name] / GAIN[r], rtol=1e-3, atol=1e-3, err_msg=each.name)
+        assert each.unit.endswith(f"/ g{r + 1}")
+    for j, own in enumerate(found.friction):
+        assert [each.name for each in own] == ["Fv", "Fc", "off"]
+        for each in own:
+            np.testing.assert_allclose(each.value, true[f"{each.name}{j + 1}"] / GAIN[j], rtol=1e-3)
+
+
+def test_friction_of_each_motion_has_its_number(structure, chi, rng):
+    found = gain_ratios(bare(structure, chi, rng, 1e-6), AllJointsOptions())
+    names = ["Fv in motion 1", "Fv in motion 2", "Fc in motion 1", "Fc in motion 2", "off"]
+    assert [each.name for each in found.friction[3]] == names
+    assert [each.unit for each in found.friction[3]] == ["units s/rad"] * 2 + ["units"] * 3
+
+
+def test_what_belongs_to_a_sliding_joint_has_units_of_force(arm, rng):
+    slides = structure_of(replace(arm, revolute=np.array([True, True, False, True, True, True])))
+    chi = rng.uniform(0.5, 2.0, 84)
+    found = gain_ratios(bare(slides, chi, rng, 1e-6), AllJointsOptions(friction_per_motion=False))
+    units = {each.name: each.unit.partition(" / ")[0] for each in found.inertial}
+    assert units["Ia3"] == "kg"
+    assert units["Ia5"] == units["XX4"] == "kg m^2"
+    assert [[each.unit for each in own] for own in found.friction[1:3]] == [
+        ["units s/rad", "units", "units"],
+        ["units s/m", "units", "units"],
+    ]
+
+
+@pytest.mark.parametrize("name", ["Fv", "by-direction"])
+def test_friction_by_speed_is_per_metre_where_a_joint_slides(name):
+    assert _friction_unit(name, turns=False) == "units s/m"
+    assert _friction_unit("cbrt", turns=False) == "units (s/m)^(1/3)"
+    assert _friction_unit("load-motor", turns=False) == "1"
+
+
+@pytest.mark.slow
+def test_deviations_of_ratios_and_parameters_are_those_of_the_draws(structure, chi):
+    # 50 draws, five ratios: the rms z-score has a deviation of some 5 %, more as they share the
+    # reference, and the larger of two deviations is stated; the bounds are -40 and +20 %.
+    z, theta, friction = [], [], []
+    true = base_values(structure, chi)
+    for seed in range(50):
+        problem = bare(structure, chi, np.random.default_rng(seed), 0.03)
+        found = gain_ratios(problem, AllJointsOptions(friction_per_motion=False))
+        ratios = found.ratios
+        others = ratios.given & (np.arange(6) != ratios.reference)
+        off = np.log((ratios.value / (GAIN / GAIN[ratios.reference]))[others])
+        z += (off / ratios.rel_std[others]).tolist()
+        theta.append([(p.value - true[p.name] / GAIN[ratios.reference]) / p.std for p in found.inertial])
+        friction.append(
+            [
+                (p.value - true[f"{p.name}{j + 1}"] / GAIN[j]) / p.std
+                for j, own in enumerate(found.friction)
+                for p in own
+            ]
+        )
+    assert len(z) > 150
+    for each in (np.array(z), np.array(friction)):
+        assert 0.6 < np.sqrt(np.mean(each**2)) < 1.2
+    assert np.isfinite(np.array(theta)).all()
+
+
+def test_the_reference_is_the_joint_beside_which_the_others_are_surest(structure, chi):
+    rng = np.random.default_rng(3)
+    problem = bare(structure, chi, rng, 0.03)
+    found = gain_ratios(problem, AllJointsOptions(friction_per_motion=False)).ratios
+    # A joint of whose current nothing but noise is left cannot be the reference, nor have a ratio.
+    worst = found.reference
+    motions = []
+    for motion in problem.motions:
+        joints = list(motion.observation.joints)
+        noise = 5.0 * np.sqrt(np.mean(joints[worst].V ** 2)) * rng.standard_normal(len(joints[worst].V))
+        joints[worst] = replace(joints[worst], V=joints[worst].V + noise)
+        motions.append(replace(motion, observation=replace(motion.observation, joints=tuple(joints))))
+    noisy = replace(problem, motions=tuple(motions), options=replace(TRUSTING, max_rel_std=0.1))
+    again = gain_ratios(noisy, AllJointsOptions(friction_per_motion=False)).ratios
+    assert again.reference != worst
+    assert not again.given[worst]
+    assert again.given.sum() >= 3
+    reasons = [again.reason(joint) for joint in range(6)]
+    assert [reason is None for reason in reasons] == again.given.tolist()
+    share = 100.0 * again.rel_std[worst]
+    assert reasons[worst] == (
+        f"standard deviation {share:.3g} % of the ratio exceeds 10 %; these motions show too little of links that it "
+        f"shares with joint {again.reference + 1}"
+    )
+
+
+def test_motions_that_show_no_ratio_are_refused(structure, chi, rng):
+    problem = bare(structure, chi, rng, 0.03)
+    strict = replace(problem, options=replace(TRUSTING, max_rel_std=1e-6))
+    with pytest.raises(NotIdentifiable, match="bare motions give no ratio of gains"):
+        gain_ratios(strict, AllJointsOptions())
+
+
+@pytest.mark.parametrize(("ratio", "refused"), [(3e5, False), (-4e6, True), (2e-7, True)])
+def test_a_ratio_that_no_drives_have_is_refused_unless_it_is_none_already(ratio, refused):
+    value, given = np.array([0.7, 1.3, ratio, 1e9]), np.array([True, True, True, False])
+    ratios = GainRatios(reference=1, value=value, rel_std=np.full(4, 0.05), given=given, max_rel_std=0.1)
+    if refused:
+        with pytest.raises(NotIdentifiable, match="gain of joint 3 ran away from that of joint 2"):
+            _check_size(ratios)
+    else:
+        _check_size(ratios)
+
+
+def test_known_gains_give_the_arm_in_si_with_their_deviations(structure, chi, rng):
+    problem = bare(structure, chi, rng, 1e-5)
+    together = KnownGains(names=NAMES, joints=np.arange(6), value=GAIN, covariance=0.02**2 * np.outer(GAIN, GAIN))
+    found = arm_in_SI(problem, AllJointsOptions(friction_per_motion=False), together)
+    true = base_values(structure, chi)
+    assert found.ratios is None
+    for each in found.inertial:
+        np.testing.assert_allclose(each.value, true[each.name], rtol=1e-2, atol=1e-3, err_msg=each.name)
+        # Gains that are all off by one unknown share make all parameters off by it.
+        np.testing.assert_allclose(each.std, 0.02 * abs(each.value), rtol=2e-2, atol=5e-4, err_msg=each.name)
+        assert "g" not in each.unit.replace("kg", "")
+    two = KnownGains(names=("a", "b"), joints=np.array([0]), value=np.array([2.0]), covariance=np.array([[0.1]]))
+    with pytest.raises(GainsError, match="gains of 2 joints"):
+        arm_in_SI(problem, AllJointsOptions(), two)
+
+
+def test_known_gains_make_friction_as_uncertain_as_it_changes_with_them(structure, chi, rng):
+    problem, options = bare(structure, chi, rng, 1e-3), AllJointsOptions(friction_per_motion=False)
+    some = np.array([0, 2, 3, 5])  # the others are free
+    log_std = np.array([0.03, 0.02, 0.05, 0.04])
+    rho = 0.3 * np.outer(log_std, log_std)
+    np.fill_diagonal(rho, log_std**2)
+
+    def friction(value, log_covariance):
+        gains = KnownGains(names=NAMES, joints=some, value=value, covariance=log_covariance * np.outer(value, value))
+        found = arm_in_SI(problem, options, gains)
+        return np.array([[(each.value, each.std) for each in own] for own in found.friction])  # (n, f, 2)
+
+    value = GAIN[some]
+    by_gain = np.stack([
+        (friction(value * np.exp(+step), rho)[..., 0] - friction(value * np.exp(-step), rho)[..., 0]) / 2e-4
+        for step in 1e-4 * np.eye(4)
+    ], axis=-1)  # (n, f, 4)  # fmt: skip
+    added = friction(value, rho)[..., 1] ** 2 - friction(value, 1e-12 * rho)[..., 1] ** 2
+    expected = np.einsum("nfk,kl,nfl->nf", by_gain, rho, by_gain)
+    assert np.sqrt(np.delete(expected, 4, axis=0)).min() > 0.01  # joint 5 hardly shows
+    np.testing.assert_allclose(np.sqrt(added), np.sqrt(expected), rtol=1e-3)  # first order, of residuals of 1e-3
+
+
+def test_what_rivals_change_is_a_deviation_beside_the_others(structure, chi, rng):
+    problem = bare(structure, chi, rng, 1e-3)
+    fit = gain_ratios(problem, AllJointsOptions()).selected.final.fit
+    influence, belief = fit.phi_influence[2], fit.phi_belief[2]
+    changes = np.array([[0.3, -0.4], [0.0, 0.05], [0.02, 0.0], [-0.7, 0.1], [0.0, 0.0]])  # five columns, two rivals
+    alone = _covariance(problem, fit.rows, influence, changes[:, :0], belief, None)
+    found = _covariance(problem, fit.rows, influence, changes, belief, None)
+    np.testing.assert_allclose(found - alone, changes @ changes.T, rtol=1e-9, atol=1e-12)  # rounding
+
+
+def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure, chi, rng):
+    final = gain_ratios(bare(structure, chi, rng, 1e-3), AllJointsOptions()).selected.final
+    own, phi = final.own[2], final.fit.phi[2]
+    assert list(zip(own.names, own.motion, strict=True))[:2] == [("Fv", 0), ("Fv", 1)]
+    kept, change = [4, 1, 0, 3], np.array([0.7, -0.2, 0.5, 0.3])  # without one, in another order, and with one more
+    renamed = replace(
+        own,
+        names=(*(own.names[k] for k in kept), "load"),
+        motion=(*(own.motion[k] for k in kept), -1),
+    )
+    moved = np.append(phi[kept] + change, 0.06)
+    other = replace(
+        final,
+        own=(*final.own[:2], renamed, *final.own[3:]),
+        fit=replace(final.fit, phi=(*final.fit.phi[:2], moved, *final.fit.phi[3:])),
+    )
+    found = _rival_friction(Rival(share=0.4, other=other, final=final), 2, final)
+    np.testing.assert_allclose(found, [0.4 * 0.5, 0.4 * -0.2, 0.0, 0.4 * 0.3, 0.4 * 0.7], rtol=1e-12)  # rounding
+
+
+def test_a_rival_pair_of_fewer_columns_than_the_final_fit_changes_those_that_both_have(structure, chi, rng):
+    """Stiff and yielding joints are compared before load friction and curves are among the columns."""
+    soft = gain_ratios(bare(structure, chi, rng, 1e-3), AllJointsOptions()).selected.final
+    own, phi = soft.own[2], soft.fit.phi[2]
+    stiff = replace(soft, fit=replace(soft.fit, phi=(*soft.fit.phi[:2], phi + 0.3, *soft.fit.phi[3:])))
+    more = replace(own, names=("cbrt", *own.names, "load"), motion=(-1, *own.motion, -1))
+    final = replace(soft, own=(*soft.own[:2], more, *soft.own[3:]))
+    found = _rival_friction(Rival(share=0.15, other=stiff, final=soft), 2, final)
+    np.testing.assert_allclose(found, [0.0, *[0.15 * 0.3] * len(phi), 0.0], rtol=1e-12)  # rounding
+
+
+def test_a_gain_is_off_beside_what_the_reference_says():
+    ratios = GainRatios(
+        reference=1,
+        value=np.array([0.5, 1.0, -1.4, 3.0]),
+        rel_std=np.array([0.01, 0.0, 0.02, 0.03]),
+        given=np.array([True, True, True, False]),
+        max_rel_std=0.025,
+    )
+    std = np.array([0.03, 0.04, 0.06])
+    value = np.array([0.6, 1.2, -1.8])
+    C = np.diag(std**2)
+    C[0, 1] = C[1, 0] = 0.0007
+    believed = KnownGains(
+        names=("a", "b", "c", "d"), joints=np.arange(3), value=value, covariance=C * np.outer(value, value)
+    )
+    first, third = off_ratios(ratios, believed)
+    assert (first.joint, third.joint) == (0, 2)
+    np.testing.assert_allclose(first.rel, 0.0, atol=1e-12)
+    np.testing.assert_allclose(third.rel, 1.4 / 1.5 - 1.0, rtol=1e-12)  # 7 % below
+    np.testing.assert_allclose(first.std, np.sqrt(0.01**2 + 0.03**2 + 0.04**2 - 2 * 0.0007), rtol=1e-9)
+    np.testing.assert_allclose(third.std, 1.4 / 1.5 * np.sqrt(0.02**2 + 0.06**2 + 0.04**2), rtol=1e-9)
+    assert off_ratios(replace(ratios, reference=3), believed) == ()

@@ -1,0 +1,151 @@
+"""Links that bodies can have: what data determine, what the model decides, what no body can be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+from ident.arm_parameters.links import LEFT, DrawnLinks, FoundLinks, nearest_links
+from ident.arm_parameters.parameter_values import Parameter
+from ident.estimation.all_joints.pseudo_inertia import pseudo_inertia
+from ident.model.structure import structure_of
+from ident.payload.payload import standard_parameters
+from ident.support.errors import NoBody
+
+OWN_FRICTION = ("Fv", "Fc", "off", "Fvm", "Fcm")
+
+
+def body(rng, mass: float) -> np.ndarray:
+    """Parameters of a cloud of points."""
+    return sum(standard_parameters(mass / 6.0, at, (0.0,) * 6) for at in rng.normal(0.05, 0.1, (6, 3)))
+
+
+@pytest.fixture(scope="module")
+def drawn() -> DrawnLinks:
+    rng = np.random.default_rng(12)
+    return DrawnLinks(
+        own=np.array([body(rng, mass) for mass in (11.0, 7.3, 5.2, 3.1, 1.7, 0.9)]),
+        carried=np.array([body(rng, mass) for mass in (0.3, 0.2, 0.4, 0.1, 0.25, 0.15)]),
+        motor=np.array([0.0, 0.0, 0.21, 0.13, 0.0, 0.07]),
+        offset=np.zeros((6, 3)),
+    )
+
+
+def base_values(structure, drawn: DrawnLinks) -> dict[str, float]:
+    """Base parameters of links, by the regressor's own regrouping."""
+    chi = np.zeros(len(structure.base.labels))
+    for j in range(6):
+        chi[14 * j : 14 * j + 10] = drawn.own[j] + drawn.carried[j]
+        chi[14 * j + 10] = drawn.motor[j]
+    values = dict(zip(structure.base.names, (structure.base.regrouping @ chi).tolist(), strict=True))
+    return {name: value for name, value in values.items() if name.rstrip("0123456789") not in OWN_FRICTION}
+
+
+def found(structure, drawn, values: dict[str, float], std: float, names=None) -> FoundLinks:
+    parameters = [Parameter(name=k, unit="", value=v, std=std) for k, v in values.items() if not names or k in names]
+    return nearest_links(structure.base, parameters, std**2 * np.eye(len(parameters)), drawn)
+
+
+def other_links(drawn: DrawnLinks, scale: float) -> DrawnLinks:
+    """Bodies of other masses, whose motors have what the model does not say."""
+    factor = 1.0 + scale * np.array([0.11, -0.13, 0.17, -0.07, 0.19, -0.05])
+    motor = drawn.motor + scale * np.array([0.4, 0.3, 0.11, 0.05, 0.06, 0.03])
+    return replace(drawn, own=drawn.own * factor[:, None], motor=motor)
+
+
+def test_data_that_the_model_explains_leave_it_as_it_is(structure, drawn):
+    near = found(structure, drawn, base_values(structure, drawn), 1e-3)
+    # The prior's pull is nothing here; a motor without a stated inertia sits at the barrier's distance from zero.
+    np.testing.assert_allclose(near.own, drawn.own, rtol=0, atol=1e-4)
+    np.testing.assert_allclose(near.motor[2:], drawn.motor[2:], rtol=0, atol=1e-4)
+    assert np.abs(near.moved).max() < 0.01
+
+
+def test_what_data_determine_is_what_data_say(structure, drawn):
+    true = other_links(drawn, 1.0)
+    values = base_values(structure, true)
+    near = found(structure, drawn, values, 1e-5)
+    again = base_values(structure, replace(drawn, own=near.own, motor=near.motor))
+    for name, value in values.items():
+        # Deviations of 1e-5 against a prior of unit deviation: they give way by far less than one.
+        np.testing.assert_allclose(again[name], value, rtol=0, atol=1e-6, err_msg=name)
+    np.testing.assert_allclose(near.motor[2:], true.motor[2:], rtol=0, atol=1e-5)  # base parameters by themselves
+    assert near.motor_found[2:].all()
+    assert np.abs(near.own - true.own).max() > 0.01  # what data leave open is the model's
+    unseen = drawn.own[0, :9]
+    np.testing.assert_allclose(near.own[0, :5], unseen[:5], rtol=1e-6)  # of link 1 nothing but ZZ shows
+
+
+def test_what_gives_way_is_told_with_its_sign_in_deviations(structure, drawn):
+    values = base_values(structure, drawn)
+    names = sorted(values)
+    impossible = {**values, "Ia4": -0.3}
+    near = found(structure, drawn, impossible, 0.05)
+    assert near.motor[3] > 0.0
+    at = near.names.index("Ia4")
+    again = base_values(structure, replace(drawn, own=near.own, motor=near.motor))
+    for name, moved in zip(near.names, near.moved, strict=True):
+        np.testing.assert_allclose(moved, (again[name] - impossible[name]) / 0.05, rtol=1e-6, atol=1e-6, err_msg=name)
+    assert near.moved[at] > 3.0
+    assert sorted(near.names) == names
+
+
+def test_every_link_stays_a_body_with_a_share_of_what_is_drawn(structure, drawn):
+    values = base_values(structure, drawn)
+    rng = np.random.default_rng(5)
+    noisy = {name: value + 0.2 * rng.standard_normal() for name, value in values.items()}
+    near = found(structure, drawn, noisy, 0.2)
+    for own, before in zip(near.own, drawn.own, strict=True):
+        least = np.linalg.eigvalsh(pseudo_inertia(own) - LEFT * pseudo_inertia(before))[0]
+        assert least > 0.0
+    assert (near.motor > 0.0)[near.motor_found].all()
+
+
+def test_data_that_press_a_link_flat_leave_it_a_thousandth_of_what_is_drawn(structure, drawn):
+    near = found(structure, drawn, {"ZZ6": -3.0}, 1e-3)
+    pairs = zip(near.own, drawn.own, strict=True)
+    share = [linalg.eigh(*map(pseudo_inertia, pair), eigvals_only=True)[0] for pair in pairs]
+    # The barrier keeps a link a little above; of the others nothing is asked.
+    np.testing.assert_allclose(share, [1.0, 1.0, 1.0, 1.0, 1.0, 1e-3], rtol=1e-3)
+    assert share[5] > 1e-3
+
+
+def test_what_no_data_show_stays_as_drawn(structure, drawn):
+    values = base_values(structure, other_links(drawn, 1.0))
+    near = found(structure, drawn, values, 1e-5, names=("XX6", "XY6", "ZZ6", "MX6"))
+    assert not near.motor_found[2:].any()  # no row holds a motor beyond the first two
+    np.testing.assert_array_equal(near.motor[~near.motor_found], drawn.motor[~near.motor_found])
+    np.testing.assert_allclose(near.own[0], drawn.own[0], rtol=0, atol=1e-5)
+    assert np.abs(near.own[5] - drawn.own[5]).max() > 1e-4
+
+
+def test_the_distance_is_the_same_in_any_unit_of_mass(structure, drawn):
+    values = base_values(structure, other_links(drawn, 1.0))
+    names = {name for name in values if name[:2] in ("MX", "MY")}
+    one = found(structure, drawn, values, 0.5, names)
+    heavy = replace(drawn, own=7.0 * drawn.own, carried=7.0 * drawn.carried, motor=7.0 * drawn.motor)
+    other = found(structure, heavy, {name: 7.0 * value for name, value in values.items()}, 3.5, names)
+    np.testing.assert_allclose(other.own, 7.0 * one.own, rtol=0, atol=1e-4)  # the barrier ends at a distance of 1e-5
+
+
+def test_a_link_without_mass_is_refused(structure, drawn):
+    own = drawn.own.copy()
+    own[3] = 0.0
+    with pytest.raises(NoBody, match=r"link 4 of the model is no body \(its mass is 0 kg"):
+        found(structure, replace(drawn, own=own), base_values(structure, drawn), 1e-3)
+    own[3] = standard_parameters(2.0, np.zeros(3), (0.1, 0.1, 0.3, 0.0, 0.0, 0.0))  # 0.1 + 0.1 < 0.3
+    with pytest.raises(NoBody, match="link 4"):
+        found(structure, replace(drawn, own=own), base_values(structure, drawn), 1e-3)
+
+
+def test_a_coupled_motors_inertia_is_no_links(arm, drawn):
+    coupled_structure = structure_of(replace(arm, couplings=((4, 5),)))
+    values = base_values(coupled_structure, drawn)
+    assert values["Iam6"] == 0.0
+    values["Iam6"] = 0.4
+    near = found(coupled_structure, drawn, values, 1e-4)
+    assert np.abs(near.moved).max() < 0.5  # as found, and nothing else gives way for it
+    np.testing.assert_allclose(near.own, drawn.own, rtol=0, atol=1e-3)
+    loose = found(coupled_structure, drawn, values, 0.3)  # the model says nothing of it that data had to give way to
+    assert np.abs(loose.moved).max() < 0.1

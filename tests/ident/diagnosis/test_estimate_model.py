@@ -1,0 +1,244 @@
+"""An estimate as the model that it is: held-out predictions, and what columns that it lacks do to its gains."""
+
+from dataclasses import replace
+from itertools import product
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from consistency_logs import all_joints, joint_by_joint, logs_of, problem_of, with_current
+from known_logs import BRICK
+from linear_solutions import linear_estimate, linear_solution
+from real_friction import Truth
+
+from ident.diagnosis.alternative import Direction, Term
+from ident.diagnosis.candidates import Small
+from ident.diagnosis.catalog import payload as payload_catalog
+from ident.diagnosis.comparison import gains
+from ident.diagnosis.diagnose import _linear
+from ident.diagnosis.estimate_lacks import Lack, told
+from ident.diagnosis.estimate_model import FINEST, claimed, stated
+from ident.payload.payload import standard_parameters
+
+
+def problem_like(lengths: tuple[int, int]) -> SimpleNamespace:
+    """Of which only the numbers of rows are asked."""
+    joints = [[SimpleNamespace(position=np.arange(length))] for length in lengths]
+    return SimpleNamespace(motions=[SimpleNamespace(observation=SimpleNamespace(joints=each)) for each in joints])
+
+
+@pytest.fixture
+def made(rng):
+    solution, _, left_of, refit = linear_solution(rng)
+    return stated(problem_like((33, 33)), linear_estimate(solution, rel_std=0.04)), left_of, refit
+
+
+def direction(columns, family="delay", alternative=None) -> Direction:
+    return Direction(
+        family=family, joints=(), logs=(0, 1), columns=tuple(columns), alternative=alternative, unit="ms", scale=1e3,
+        largest=np.inf,
+    )  # fmt: skip
+
+
+def test_an_estimate_predicts_each_block_as_one_that_has_not_seen_it(made):
+    base, left_of, _ = made
+    rows = base.estimate.solution.rows
+    block = 20 * rows.motion + np.minimum(20 * rows.position // 33, 19)
+    for b in np.unique(block):
+        own = block == b
+        expected = np.sum((rows.weight * left_of(~own))[own] ** 2)
+        np.testing.assert_allclose(base.fits.score.squares[0, b], expected, rtol=1e-9)  # condition below 100
+
+
+def test_an_estimate_predicts_each_joint_as_one_that_has_not_seen_the_block(made):
+    base, left_of, _ = made
+    rows = base.estimate.solution.rows
+    base = replace(base, problem=SimpleNamespace(structure=SimpleNamespace(arm=SimpleNamespace(n=2))))
+    block = 20 * rows.motion + np.minimum(20 * rows.position // 33, 19)
+    for j, b in product((0, 1), np.unique(block)):
+        own = (block == b) & (rows.joint == j)
+        expected = np.sum(left_of(block != b)[own] ** 2)  # in the joint's own unit
+        np.testing.assert_allclose(base.by_joint.squares[j, b], expected, rtol=1e-9)
+        assert base.by_joint.rows[j, b] == own.sum()
+
+
+def test_effects_are_the_change_of_the_gains_by_currents_that_are_added(made, rng):
+    base, _, refit = made
+    rows = base.estimate.solution.rows
+    currents = 1e-6 * rng.normal(size=len(rows.V))
+    every = np.ones(len(rows.V), dtype=bool)
+    now, then = refit(every), refit(every, rows.V - currents)  # without what has no place in the model
+    for each, (with_them, without) in zip(base.effects(currents), zip(now, then, strict=True), strict=True):
+        error = (1.0 / with_them) / (1.0 / without) - 1.0
+        np.testing.assert_allclose(each.percent, 100.0 * error, rtol=1e-4)  # first order in 1e-6
+        np.testing.assert_allclose(each.deviations, error / 0.04, rtol=1e-4)
+
+
+def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighed(made):
+    gain = made[0].estimate.joints[0]
+    np.testing.assert_allclose(claimed(gain), 0.04, rtol=1e-12)
+    np.testing.assert_allclose(claimed(replace(gain, predicted_rel_std=0.09)), 0.04, rtol=1e-12)
+    finer = replace(gain, std=0.0003 * abs(gain.value))
+    assert claimed(finer) == FINEST > finer.total_std / abs(finer.value)
+    np.testing.assert_allclose(claimed(replace(gain, value=-gain.value)), 0.04, rtol=1e-12)
+
+
+def test_an_error_is_held_against_what_would_be_claimed_with_the_residual_that_is_left(made, rng):
+    base = made[0]
+    joints = tuple(replace(each, payload_rel_std=0.011, model_rel_std=0.007) for each in base.estimate.joints)
+    base = replace(base, estimate=replace(base.estimate, joints=joints))
+    found = direction([rng.normal(size=(60, 3)), None])
+    beside = base.beside(found)
+    rows = base.estimate.solution.rows
+    with_it = beside.fits.parts[0].fit.residual / rows.weight
+    for j, (gain, each) in enumerate(zip(joints, base.effects(np.ones(120), beside), strict=True)):
+        own = rows.joint == j
+        left = min(1.0, np.linalg.norm(with_it[own]) / np.linalg.norm(rows.residual[own]))
+        claim = np.sqrt((left * 0.04) ** 2 + 0.011**2 + 0.007**2)
+        np.testing.assert_allclose(claimed(gain, left), claim, rtol=1e-9)
+        np.testing.assert_allclose(each.deviations, 0.01 * each.percent / claim, rtol=1e-9)
+        assert left < 0.99 or j == 1
+    assert abs(base.effects(np.ones(120))[0].deviations) < abs(base.effects(np.ones(120), beside)[0].deviations)
+
+
+def test_a_joint_without_a_gain_has_no_effect(made):
+    base = made[0]
+    joints = (SimpleNamespace(), base.estimate.joints[1])
+    found = replace(base, estimate=replace(base.estimate, joints=joints)).effects(np.ones(120))
+    assert [each.joint for each in found] == [1]
+
+
+def test_columns_of_joints_stand_at_their_rows_with_their_weights(made, rng):
+    one = rng.normal(size=(60, 2))
+    np.testing.assert_array_equal(made[0].stacked([None, one]), np.vstack((np.zeros((60, 2)), one)))
+
+
+@pytest.mark.parametrize("m", [1, 3])
+def test_what_columns_add_beside_beliefs_is_what_refits_with_them_predict(made, rng, m):
+    base, left_of, _ = made
+    columns = [None, rng.normal(size=(60, m))] if m == 1 else [rng.normal(size=(60, m)) for _ in range(2)]
+    found = base.added(direction(columns))
+    rows, more = base.estimate.solution.rows, base.stacked(columns)
+    block = 20 * rows.motion + np.minimum(20 * rows.position // 33, 19)
+    every = np.ones(120, dtype=bool)
+    after = np.zeros(40)
+    for b in np.unique(block):
+        own = block == b
+        after[b] = np.sum((rows.weight * left_of(~own, more))[own] ** 2)
+    before = base.fits.score.squares[0]
+    score = base.fits.score
+    expected = gains(score, replace(score, squares=after[None]))  # by hand in the test of `gains`
+    assert before.sum() > 0.0
+    np.testing.assert_allclose(found.u, expected, rtol=1e-7, atol=1e-9)
+    # residual of all rows, with coefficients fitted to the residual of the model alone
+    with_them = left_of(every, more)
+    beside = base.beside(direction(columns))
+    np.testing.assert_allclose(beside.fits.parts[0].fit.residual, rows.weight * with_them, rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(beside.fits.score.squares[0], after, rtol=1e-7)
+
+
+def test_beside_a_direction_it_adds_nothing_any_more(made, rng):
+    base = made[0]
+    one, other = (direction([rng.normal(size=(60, 1)), rng.normal(size=(60, 1))]) for _ in range(2))
+    beside = base.beside(one)
+    again = beside.added(one)  # at most rounding, where it is a belief that leaves something of it
+    assert again is None or np.abs(again.value).max() < 1e-9
+    both = base.added(direction([np.hstack(pair) for pair in zip(one.columns, other.columns, strict=True)]))
+    # The second coefficient of a fit with both is that of a fit beside the first.
+    np.testing.assert_allclose(beside.added(other).value, both.value[1:], rtol=1e-6)
+
+
+def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made, rng):
+    columns = [rng.normal(size=(60, 1)) for _ in range(2)]
+    term = Term(words=lambda _: "it drifts", advice="warm it up", at_fault=False)
+    drift = replace(direction(columns, "current drift"), logs=(1,), term=term, unit="%", scale=100.0)
+    more = made[0].added(drift)
+    said = told(Lack(made[0], Small(drift, more), ()), ("a.csv", "b.csv"))
+    np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
+    assert (said.unit, said.logs) == ("%", ("b.csv",))
+    assert said.sentence.startswith("it drifts in b.csv alone; ")
+
+
+# Real estimates
+
+
+@pytest.fixture(scope="module")
+def logs(axes):
+    return logs_of(Truth(), seed=2)
+
+
+@pytest.mark.parametrize("method", [all_joints, joint_by_joint])
+@pytest.mark.parametrize("off", [(0.01, 0.0, 0.0), (0.0, -0.007, 0.012)])
+def test_a_payload_centre_that_is_off_is_found_and_its_effect_is_what_it_did_to_the_gains(axes, logs, method, off):
+    sound = method(problem_of(axes, logs))
+    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, off)))))
+    estimate = method(problem)
+    base = stated(problem, estimate)
+    (centre, _) = payload_catalog.directions(problem, estimate)
+    assert (centre.family, centre.logs, centre.unit) == ("payload centre", (1,), "mm")
+    found = base.added(centre)
+    std = np.sqrt(np.diag(found.covariance))
+    # Four deviations: once in 5000 a component; a fifth of the size for the second order of 1 cm in 14.
+    assert (np.abs(found.value + off) < 4.0 * std + 0.2 * np.linalg.norm(off)).all()
+    effects = base.effects(base.stacked(centre.columns) @ found.value)
+    for each in effects:
+        now, before = (x.joints[each.joint] for x in (estimate, sound))
+        error = 100.0 * (now.value / before.value - 1.0)
+        np.testing.assert_allclose(each.percent, error, rtol=0.25, atol=150.0 * claimed(now))  # noise moves it, too
+
+
+def test_a_term_that_is_put_into_the_currents_moves_the_gains_by_its_effect(axes, logs):
+    problem = problem_of(axes, logs)
+    base = stated(problem, joint_by_joint(problem))
+
+    def spring(v, t, q, dq):
+        return v + 0.05 * np.std(v) * np.sin(3.0 * q)
+
+    wrong = problem_of(axes, [with_current(each, 1, spring) for each in logs])
+    columns = [
+        np.concatenate(
+            [
+                b.observation.joints[j].V - a.observation.joints[j].V
+                for a, b in zip(problem.motions, wrong.motions, strict=True)
+            ]
+        )
+        for j in range(3)
+    ]
+    moved = base.effects(base.stacked([each[:, None] for each in columns])[:, 0])
+    for each, after in zip(moved, joint_by_joint(wrong).joints, strict=True):
+        before = base.estimate.joints[each.joint].value
+        expected = 100.0 * (after.value / before - 1.0)
+        # 1/g is linear in the currents and g to first order; a part in ten thousand for the rest.
+        np.testing.assert_allclose(each.percent, expected, rtol=0.02, atol=0.01)
+
+
+def test_an_estimate_that_is_no_least_squares_is_not_taken_for_one(sound_estimate):
+    assert _linear(sound_estimate)
+    solution = sound_estimate.solution
+    crooked = solution.influence + 0.01 * np.abs(solution.influence).max() * np.random.default_rng(5).normal(
+        size=solution.influence.shape
+    )
+    assert not _linear(replace(sound_estimate, solution=replace(solution, influence=crooked)))
+    exact = replace(solution.rows, residual=np.zeros_like(solution.rows.residual))
+    assert not _linear(replace(sound_estimate, solution=replace(solution, rows=exact)))
+
+
+def test_columns_of_a_centre_are_those_of_a_shift_as_far_as_it_is_stated():
+    step = np.array([1e-6, -2e-6, 3e-6])
+    given = (BRICK.mass, BRICK.inertia)
+    moved = standard_parameters(given[0], BRICK.com + step, given[1]) - standard_parameters(
+        given[0], BRICK.com, given[1]
+    )
+    per_metre = payload_catalog.per_metre
+    np.testing.assert_allclose(per_metre(BRICK) @ step, moved, atol=1e-10)  # second order: 4.3 kg, 1e-11 m^2
+    centre = per_metre(replace(BRICK, known="com", com_std=(0.3, 0.2, 0.1), mass_std=0.7))
+    np.testing.assert_allclose(centre @ step, np.r_[np.zeros(6), moved[6:]], atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("known", "families"), [("all", ["payload centre", "payload inertia"]), ("com", ["payload centre"]), ("mass", [])]
+)
+def test_only_what_is_stated_of_a_payload_may_be_wrong(axes, logs, known, families):
+    problem = problem_of(axes, logs, (None, replace(BRICK, known=known)))
+    estimate = joint_by_joint(problem)
+    assert [each.family for each in payload_catalog.directions(problem, estimate)] == families

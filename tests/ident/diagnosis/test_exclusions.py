@@ -1,0 +1,170 @@
+"""What logs exclude: faults of the size that is told are surely worse, and smaller ones are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from consistency_logs import all_joints, doubted, logs_of, problem_of
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from real_friction import Truth
+
+from ident.diagnosis.candidates import SHOWN
+from ident.diagnosis.catalog import payload
+from ident.diagnosis.comparison import Score, gains, z_of
+from ident.diagnosis.engine import Survey, compared, survey
+from ident.diagnosis.estimate_model import Stated, stated
+from ident.diagnosis.exclusions import SIZES, SURELY_WORSE, bound, centres_excluded, exclusions, untold
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.screening import Screened
+from ident.payload.payload import Payload
+
+
+@pytest.fixture(scope="module")
+def logs(ur) -> Logs:
+    return doubted(ur, known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE))
+
+
+@pytest.fixture(scope="module")
+def seen(logs) -> Survey:
+    return survey(logs)
+
+
+def direction(seen: Survey, family: str, joints: tuple[int, ...], logs: tuple[int, ...] = (0, 1)):
+    return next(
+        each for each in seen.directions if each.family == family and each.joints == joints and each.logs == logs
+    )
+
+
+@pytest.mark.parametrize(("family", "joints"), [("zero", (1,)), ("zero", (2,)), ("delay", ()), ("clock", ())])
+def test_a_fault_of_the_size_of_the_bound_is_surely_worse_either_way(logs, seen, family, joints):
+    found = direction(seen, family, joints)
+    size = bound(logs.model.fits, found)
+    assert size is not None
+    for sign in (1.0, -1.0):
+        # Read in full and observed again: the first order errs by a tenth, of a delay, which lacks steps, by more.
+        more = 1.4 if family == "delay" else 1.1
+        full = compared(logs, found.alternative(np.array([more * sign * size])))
+        assert full.gain < 0.0
+        assert full.z < -SHOWN
+    part = [compared(logs, found.alternative(np.array([0.4 * sign * size]))).z for sign in (1.0, -1.0)]
+    assert max(part) > -SHOWN
+
+
+def test_the_bound_is_where_predictions_of_every_block_are_worse_by_as_much_as_is_sure(logs, seen):
+    found = direction(seen, "zero", (1,))
+    size = bound(logs.model.fits, found)
+    assert np.isclose(size / found.largest, SIZES).any()
+
+    def worst(x: float) -> float:
+        z = []
+        for sign in (1.0, -1.0):
+            squares = [np.zeros((6, 40)), np.zeros((6, 40))]
+            for j, part in enumerate(logs.model.fits.parts):
+                e = part.fit.residual[:, None]
+                for k, left in enumerate((e, e - sign * x * part.fit.without(found.columns[j]))):
+                    squares[k][j] = np.sum(part.predicted(left) ** 2, axis=(1, 2))
+            z.append(z_of(gains(*(Score(each, logs.model.fits.score.rows) for each in squares))))
+        return max(z)
+
+    step = SIZES[1] / SIZES[0]
+    assert worst(size) < -SHOWN
+    assert worst(size / step) > -SHOWN
+
+
+def test_a_column_of_no_size_excludes_nothing(logs, seen):
+    found = direction(seen, "zero", (1,))
+    faint = replace(found, columns=tuple(None if each is None else 1e-6 * each for each in found.columns))
+    assert bound(logs.model.fits, faint) is None
+
+
+def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
+    found = {each.family: each for each in exclusions(seen) if each.limit is not None}
+    zeros = found["zero"]
+    limits = [bound(logs.model.fits, direction(seen, "zero", (j,))) for j in zeros.joints]
+    np.testing.assert_allclose(zeros.limit, np.rad2deg(max(limits)), rtol=0.05)  # two digits
+    assert zeros.unit == "degrees"
+    each = ", ".join(f"{np.rad2deg(x):.2g} (q{j + 1})" for j, x in zip(zeros.joints, limits, strict=True))
+    assert zeros.sentence == f"zeros beyond {each} degrees"
+    late = [each.sentence for each in exclusions(seen) if each.family == "delay"]
+    assert late[0].startswith("delays of all currents beyond ")
+    sizes = [[bound(logs.model.fits, direction(seen, "delay", (j,), (k,))) for k in (0, 1)] for j in range(6)]
+    each = ", ".join(f"{1e3 * max(size):.2g} (v{j + 1})" for j, size in enumerate(sizes) if None not in size)
+    assert late[1] == f"delays of one current in one log beyond {each} ms"
+    scales = found["current scale"]
+    limits = [bound(logs.model.fits, direction(seen, "current scale", (j,), (1,))) for j in range(6)]
+    shown = [j for j, size in enumerate(limits) if size is not None]
+    assert list(scales.joints) == shown
+    each = ", ".join(f"{100.0 * limits[j]:.2g} (v{j + 1})" for j in shown)
+    assert scales.sentence == f"errors of one current's scale in one log beyond {each} %"
+
+
+def test_a_scale_that_is_not_excluded_is_said_to_be_untold(seen):
+    scales = next(each for each in exclusions(seen) if each.family == "current scale")
+    some = replace(scales, joints=(0, 2, 3))
+    assert "scale of v2, 5, 6 in one log" in list(untold(seen, [some]))
+    assert not any(each.startswith("scale") for each in untold(seen, [replace(scales, joints=tuple(range(6)))]))
+
+
+def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not(seen):
+    alternatives = [each for each in seen.gross if each.alternative.family == "sign"]
+    one, two = ({each.alternative.joints: each for each in alternatives}[(j,)].alternative for j in (1, 3))
+
+    def said(*losses: float) -> list[str]:
+        made = tuple(Screened(each, np.array([-x, 0.0, 0.0])) for each, x in zip((one, two), losses, strict=True))
+        return [each.sentence for each in exclusions(replace(seen, gross=made)) if each.limit is None]
+
+    assert said(1.01 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["another sign of q2, 4"]
+    assert said(0.99 * SURELY_WORSE, 1.02 * SURELY_WORSE) == ["another sign of q4"]
+    assert said(0.99 * SURELY_WORSE, 0.98 * SURELY_WORSE) == []
+
+
+def test_what_a_vertical_axis_hides_is_said_of_its_joint(seen):
+    said = list(untold(seen))
+    assert "zero of q1" in said
+    assert not any(each.endswith(" of q2") for each in said)
+
+
+def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
+    zeros = {
+        each.alternative.value: each.alternative
+        for each in seen.gross
+        if each.alternative.family == "zero" and each.alternative.joints == (4,) and each.alternative.logs == (0, 1)
+    }
+    assert sorted(zeros) == [-180.0, -90.0, 90.0]
+
+    def said(*hidden: float) -> list[str]:
+        gain = {size: -0.9 if size in hidden else -1.1 for size in zeros}
+        gross = tuple(Screened(each, np.array([SURELY_WORSE * gain[size]])) for size, each in zeros.items())
+        return list(untold(replace(seen, gross=gross)))
+
+    assert said(-180.0) == ["half a turn of q5"]
+    assert said(-180.0, 90.0) == ["zero of q5"]
+    assert said(-90.0) == ["zero of q5"]
+    assert said() == []
+
+
+def test_a_centre_that_is_twice_as_far_off_as_is_excluded_is_found(axes):
+    logs = logs_of(Truth(), seed=4)
+
+    def base(weighed: Payload) -> Stated:
+        problem = problem_of(axes, logs, (None, weighed))
+        return stated(problem, all_joints(problem))
+
+    (excluded,) = centres_excluded(base(BRICK))
+    assert excluded.family == "payload centre"
+    sound = base(BRICK)
+    moved = 0.0
+    for axis in np.eye(3):
+        off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 1e-3 * axis))).estimate
+        gains = ([joint.value for joint in each.joints] for each in (sound.estimate, off))
+        moved = max(moved, *(100.0 * abs(b / a - 1.0) for a, b in zip(*gains, strict=True)))
+    told = f"errors of the payload's centre beyond {excluded.limit:g} mm (1 mm moves a gain by {moved:.1g} %)"
+    assert excluded.sentence == told
+    for axis in np.eye(3):
+        off = base(replace(BRICK, com=tuple(np.array(BRICK.com) + 2e-3 * excluded.limit * axis)))
+        (centre,) = (each for each in payload.directions(off.problem, off.estimate) if each.family == "payload centre")
+        assert z_of(off.added(centre).u) > SHOWN
+    (centre,) = (each for each in payload.directions(sound.problem, sound.estimate) if each.family == "payload centre")
+    assert z_of(sound.added(centre).u) < SHOWN
+    known = replace(BRICK, com_std=(0.01, 0.01, 0.01))
+    assert list(centres_excluded(base(known))) == []

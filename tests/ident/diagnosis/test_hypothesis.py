@@ -1,0 +1,119 @@
+"""How logs are read: every field by itself and all at once, held against plain sums."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_logs import arm_of, ur_like
+
+from ident.diagnosis.hypothesis import LogReading, as_logged
+from ident.recordings.recording import Recording
+
+RATE = 100.0
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return arm_of(ur_like(count=3))
+
+
+@pytest.fixture
+def log() -> Recording:
+    t = 3.0 + np.arange(400) / RATE
+    q = np.column_stack([np.sin(2.0 * t), 0.4 * np.cos(3.0 * t), 0.1 * t])
+    v = np.column_stack([np.cos(5.0 * t), np.sin(4.0 * t) + 0.3, 7.0 * np.sin(t)])
+    return Recording(t, q, v, "log.csv")
+
+
+def how(arm, **fields) -> LogReading:
+    return replace(as_logged(arm, 1).logs[0], **fields)
+
+
+def test_a_log_as_it_is_is_read_to_the_last_digit(arm, log):
+    read = how(arm).read(log)
+    for one, other in ((read.t, log.t), (read.q, log.q), (read.v, log.v)):
+        np.testing.assert_array_equal(one, other)
+    assert read.name == "log.csv"
+
+
+def test_each_field_changes_what_it_says_and_nothing_else(arm, log):
+    order = np.array([2, 0, 1])
+    cases = {
+        "q_factor": (np.array([1.0, -1.0, 0.5]), {"q": log.q * [1.0, -1.0, 0.5]}),
+        "zero": (np.array([0.3, 0.0, -1.1]), {"q": log.q + np.array([0.3, 0.0, -1.1])}),
+        "q_order": (order, {"q": np.column_stack((log.q[:, 2], log.q[:, 0], log.q[:, 1]))}),
+        "v_order": (order, {"v": np.column_stack((log.v[:, 2], log.v[:, 0], log.v[:, 1]))}),
+        "v_factor": (np.array([3.0, -1.0, 0.1]), {"v": log.v * [3.0, -1.0, 0.1]}),
+        "clock": (1.25, {"t": 1.25 * log.t}),
+    }
+    for field, (value, changed) in cases.items():
+        read = how(arm, **{field: value}).read(log)
+        for name in ("t", "q", "v"):
+            expected = changed.get(name, getattr(log, name))
+            np.testing.assert_allclose(getattr(read, name), expected, rtol=1e-14, err_msg=f"{name} by {field}")
+
+
+def test_spoilt_samples_follow_the_columns_they_are_of(arm):
+    spoilt = np.zeros((400, 3), dtype=np.bool_)
+    spoilt[31:47, 0] = spoilt[203, 1] = True
+    read = how(arm, q_order=np.array([2, 0, 1]), v_order=np.array([0, 2, 1])).read_mask(spoilt)
+    np.testing.assert_array_equal(np.flatnonzero(read[:, 0]), np.arange(31, 47))  # by its current
+    np.testing.assert_array_equal(np.flatnonzero(read[:, 1]), np.arange(31, 47))  # by its position
+    np.testing.assert_array_equal(np.flatnonzero(read[:, 2]), [203])  # by both
+    assert how(arm).read_mask(None) is None
+
+
+def test_signs_zeros_and_orders_of_one_reading_belong_to_the_joint_that_is_read(arm, log):
+    read = how(
+        arm,
+        q_factor=np.array([-1.0, 2.0, 1.0]),
+        zero=np.array([0.7, 0.0, -0.2]),
+        q_order=np.array([1, 0, 2]),
+        v_order=np.array([0, 2, 1]),
+        v_factor=np.array([1.0, -4.0, 1.0]),
+    ).read(log)
+    expected = np.column_stack((-log.q[:, 1] + 0.7, 2.0 * log.q[:, 0], log.q[:, 2] - 0.2))
+    np.testing.assert_allclose(read.q, expected, rtol=1e-14)
+    np.testing.assert_allclose(read.v, np.column_stack((log.v[:, 0], -4.0 * log.v[:, 2], log.v[:, 1])), rtol=1e-14)
+
+
+@pytest.mark.parametrize("periods", [3, -4])
+def test_currents_that_were_logged_late_are_read_earlier_and_early_ones_later(arm, log, periods):
+    read = how(arm, delay=np.array([periods / RATE, 0.0, 0.0])).read(log)
+    inner = slice(10, -10)
+    np.testing.assert_allclose(read.v[inner, 0], np.roll(log.v[:, 0], -periods)[inner], atol=1e-12)
+    end = (log.v[-1, 0], read.v[-1, 0]) if periods > 0 else (log.v[0, 0], read.v[0, 0])
+    assert end[0] == pytest.approx(end[1])  # ends are repeated
+    np.testing.assert_array_equal(read.v[:, 1:], log.v[:, 1:])
+    np.testing.assert_array_equal(read.q, log.q)
+
+
+@pytest.mark.parametrize("periods", [0.37, -2.6])
+def test_a_delay_between_samples_is_read_between_them(arm, log, periods):
+    read = how(arm, delay=np.full(3, periods / RATE)).read(log)
+    expected = np.column_stack([np.interp(log.t + periods / RATE, log.t, each) for each in log.v.T])
+    # Cubic or linear between samples: at 5 rad/s and 100 Hz an eighth of the second difference.
+    np.testing.assert_allclose(read.v[10:-10], expected[10:-10], atol=0.002 * np.abs(log.v).max())
+
+
+def test_a_delay_is_that_of_the_column_that_the_joint_has(arm, log):
+    read = how(arm, v_order=np.array([1, 0, 2]), delay=np.array([0.02, 0.0, 0.0])).read(log)
+    np.testing.assert_allclose(read.v[5:-5, 0], np.roll(log.v[:, 1], -2)[5:-5], atol=1e-12)
+    np.testing.assert_array_equal(read.v[:, 1], log.v[:, 0])
+
+
+def test_other_fields_of_some_logs_leave_the_others_as_they_are(arm):
+    reading = as_logged(arm, 3).changed((0, 2), clock=0.5, zero=np.ones(3))
+    assert [each.clock for each in reading.logs] == [0.5, 1.0, 0.5]
+    assert [float(each.zero[1]) for each in reading.logs] == [1.0, 0.0, 1.0]
+
+
+def test_an_arm_as_drawn_is_itself_and_another_base_or_length_is_of_it(arm):
+    reading = as_logged(arm, 2)
+    assert reading.of_arm(arm) is arm
+    longer = replace(reading, stretch=np.array([1.0, 1.1, 0.9])).of_arm(arm)
+    np.testing.assert_allclose(longer.translation, arm.translation * [[1.0], [1.1], [0.9]], rtol=1e-14)
+    np.testing.assert_array_equal(longer.gravity, arm.gravity)
+    turned = replace(reading, gravity=np.array([9.81, 0.0, 0.0])).of_arm(arm)
+    np.testing.assert_array_equal(turned.gravity, [9.81, 0.0, 0.0])
+    np.testing.assert_array_equal(turned.translation, arm.translation)

@@ -1,0 +1,118 @@
+import numpy as np
+import pytest
+from exact import drive_gains, exact_observation, lopsided
+
+from ident.diagnosis.plausibility import check_different, check_load, check_positions, prediction_warnings
+from ident.estimation.cross_validation import JointPrediction
+from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.gain_options import GainOptions
+from ident.recordings.recording import Recording
+from ident.support.errors import NotIdentifiable, RecordingError
+
+GAIN = np.array([0.94, 0.96, 1.11, 0.91, 1.0, -1.0])
+
+
+@pytest.fixture
+def motions(structure, payload, rng):
+    """Bare, loaded, and bare again, with 2 % noise."""
+    chi = rng.uniform(0.5, 2.0, 84)
+    none, heavy = np.zeros(10), lopsided(payload).known_part().chi
+    return [exact_observation(structure, chi, load, GAIN, rng, noise=0.02, rows=400) for load in (none, heavy, none)]
+
+
+def log(q: np.ndarray, name: str = "log") -> Recording:
+    t = 0.01 * np.arange(len(q))
+    return Recording(t, q, np.sin(t)[:, None] + np.zeros(q.shape[1]) + 0.01 * t[:, None], name)
+
+
+def test_a_bare_and_a_loaded_motion_pass(motions, payload):
+    check_load(drive_gains(motions[0], motions[1], lopsided(payload), GainOptions()))
+
+
+def test_swapped_motions_are_named(motions, payload):
+    with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
+        check_load(drive_gains(motions[1], motions[0], lopsided(payload), GainOptions()))
+
+
+def test_two_bare_motions_show_no_load(motions, payload):
+    with pytest.raises(NotIdentifiable, match="shows no load on any joint; was the payload mounted"):
+        check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()))
+
+
+def test_an_estimate_without_any_gain_is_an_error_with_the_first_reason(motions, payload):
+    estimate = drive_gains(motions[0], motions[1], lopsided(payload), GainOptions(max_rel_std=1e-9))
+    with pytest.raises(NotIdentifiable, match="no drive gain can be identified; joint 1: predicted standard deviation"):
+        check_load(estimate)
+    with pytest.raises(
+        NotIdentifiable, match="identified without a bare motion: record one with nothing on the flange"
+    ):
+        check_load(estimate, bare=False)
+
+
+def test_loaded_motions_that_show_no_load_lack_a_bare_one(motions, payload):
+    with pytest.raises(NotIdentifiable, match="without a bare motion no joint shows the load: record one"):
+        check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()), bare=False)
+
+
+def test_an_arm_with_every_drive_wired_backwards_is_not_taken_for_swapped_files(structure, payload, rng):
+    chi, heavy = rng.uniform(0.5, 2.0, 84), lopsided(payload)
+    pair = [
+        exact_observation(structure, chi, load, -np.abs(GAIN), rng, noise=0.02, rows=400)
+        for load in (np.zeros(10), heavy.known_part().chi)
+    ]
+    estimate = drive_gains(*pair, heavy, GainOptions())
+    check_load(estimate)
+    assert all(joint.value < 0 for joint in estimate.joints if isinstance(joint, IdentifiedGain))
+
+
+def test_one_recording_given_twice_is_refused(rng):
+    q = np.cumsum(rng.normal(size=(50, 6)), axis=0) * 0.01
+    with pytest.raises(NotIdentifiable, match="a and b hold the same motion; record one with the payload mounted"):
+        check_different([log(q, "a"), log(q, "b")])
+
+
+def test_a_log_in_degrees_is_named(arm):
+    q = 1.2 * np.sin(np.arange(200)[:, None] / 30 + np.arange(6))
+    check_positions(arm, log(q))
+    with pytest.raises(
+        RecordingError, match=r"log: q1 runs from -68.* the log looks like degrees; convert q to radians"
+    ):
+        check_positions(arm, log(np.rad2deg(q)))
+
+
+def test_positions_out_of_range_name_joint_and_range(arm):
+    q = 1.2 * np.sin(np.arange(200)[:, None] / 30 + np.arange(6))
+    q[:, 4] += 3.0
+    with pytest.raises(
+        RecordingError, match=r"q5 runs from .* outside the range -1\.833 to 2\.094 rad of joint5; check the"
+    ):
+        check_positions(arm, log(q))
+    with pytest.raises(RecordingError, match="log: 5 joints, but robot rx90 has 6; check the model or the columns"):
+        check_positions(arm, log(q[:, :5]))
+
+
+def test_a_position_below_the_range_is_as_wrong_as_one_above(arm):
+    q = 1.2 * np.sin(np.arange(200)[:, None] / 30 + np.arange(6))
+    low = q.copy()
+    low[:, 2] += arm.lower[2] - q[:, 2].min() - 0.11  # 0.1 rad of slack
+    with pytest.raises(RecordingError, match=r"q3 runs from .* outside the range"):
+        check_positions(arm, log(low))
+    low[:, 2] += 0.02
+    check_positions(arm, log(low))
+    high = q.copy()
+    high[:, 2] += arm.upper[2] - q[:, 2].max() + 0.09
+    check_positions(arm, log(high))
+    high[:, 2] += 0.02
+    with pytest.raises(RecordingError, match=r"q3 runs from .* outside the range"):
+        check_positions(arm, log(high))
+
+
+def test_a_joint_that_the_other_parts_of_the_motions_do_not_predict_is_warned_of():
+    shares = (0.09, 0.149, 0.151, 0.63)
+    none = np.zeros(0)
+    found = [JointPrediction(joint=j, share=x, fitted=0.01, gain_change=none) for j, x in enumerate(shares)]
+    words = prediction_warnings(found)
+    assert [each.partition(":")[0] for each in words] == [
+        "joint 3 is predicted within 15 % of its current only, good recordings within 10 %",
+        "joint 4 is predicted within 63 % of its current only, good recordings within 10 %",
+    ]

@@ -1,0 +1,138 @@
+"""Readings on few instants: what each leaves beside a plain fit, and the true one of a corrupted log first."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from consistency_logs import doubted
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from log_faults import FAULTS
+
+from ident.diagnosis.catalog import FAMILIES, orders
+from ident.diagnosis.catalog.current_scales import scaled
+from ident.diagnosis.catalog.zeros import turned
+from ident.diagnosis.hypothesis import as_logged
+from ident.diagnosis.logs import Logs
+from ident.diagnosis.screening import _by_gravity, looked_at, screened, unexplained
+from ident.model.regressor import regressor
+from ident.recordings.recording import Recording
+
+GROSS = ("q3 negated in one log", "zero of q4 a quarter off", "columns v2 and v3 exchanged")
+
+
+def test_what_is_left_is_what_least_squares_with_every_column_leaves(sound):
+    reading = as_logged(sound.structure.arm, 2)
+    order = np.array([0, 2, 1])
+    reading = reading.changed(
+        (1,), zero=np.array([0.0, 0.4, 0.0]), q_factor=np.array([1.0, 1.0, -1.0]), clock=1.25, v_order=order,
+        v_factor=np.array([1.0, 3.0, -0.5]),
+    )  # fmt: skip
+    (left,), (rows,) = unexplained(sound, [reading], looked_at(sound))
+    bare, loaded = looked_at(sound)
+    parts = [
+        regressor(sound.structure.arm, bare.q, bare.dq, bare.ddq),
+        regressor(
+            sound.structure.arm, loaded.q * [1, 1, -1] + [0, 0.4, 0], loaded.dq * [1, 1, -1] / 1.25,
+            loaded.ddq * [1, 1, -1] / 1.25**2,
+        ),
+    ]  # fmt: skip
+    for j in range(3):
+        arm = np.vstack([part[at.moving[:, j], j] for part, at in zip(parts, (bare, loaded), strict=True)])
+        first = int(bare.moving[:, j].sum())
+        again = arm[:, [*sound.structure.payload_columns, *(14 * j + np.array([11, 12, 13]))]].copy()
+        again[:first] = 0.0
+        V = np.concatenate(
+            [bare.v[bare.moving[:, j], j], loaded.v[loaded.moving[:, j], order[j]] * (1.0, 3.0, -0.5)[j]]
+        )
+        W = np.hstack((arm, again))
+        size = np.linalg.norm(W, axis=0)
+        W = W[:, size > 1e-9 * size.max()] / size[size > 1e-9 * size.max()]
+        U, s, _ = np.linalg.svd(W, full_matrices=False)
+        U = U[:, s > 1e-7 * s[0]]
+        residual = V - U @ (U.T @ V)
+        freedom = len(V) - U.shape[1]
+        for log, own, column, unit in (
+            (0, slice(0, first), j, 1.0), (1, slice(first, None), order[j], (1.0, 3.0, -0.5)[j])
+        ):  # fmt: skip
+            expected = np.mean(residual[own] ** 2) / unit**2 * len(V) / freedom
+            # Two factorisations, one through normal equations with a prior of 1e-10: a column more or less is 1 %.
+            np.testing.assert_allclose(left[column, log], expected, rtol=0.05)
+            count = len(residual[own]) * freedom / len(V)
+            np.testing.assert_allclose(rows[column, log], count, rtol=0.02)
+
+
+@pytest.fixture(scope="module")
+def six(ur) -> Logs:
+    return wrong_logs(ur, "")
+
+
+def wrong_logs(ur, fault: str) -> Logs:
+    logs: tuple[Recording, ...] = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(0), middle=UR_MIDDLE)
+    return doubted(ur, FAULTS[fault].put(*logs) if fault else logs)
+
+
+@pytest.mark.parametrize("fault", GROSS)
+def test_the_true_reading_of_a_corrupted_log_is_among_the_first(ur, fault):
+    logs = wrong_logs(ur, fault)
+    found = screened(logs, [each for family in FAMILIES.values() for each in family.alternatives(logs)])
+    words = [each.alternative.words for each in found[:2]]  # two of one kind may be the same on one motion
+    assert any(FAULTS[fault].words in each for each in words), words
+    gains = [float(each.gain.sum()) for each in found]
+    assert gains == sorted(gains, reverse=True)
+
+
+def test_no_reading_of_a_sound_log_is_worth_a_comparison(six):
+    found = screened(six, [each for family in FAMILIES.values() for each in family.alternatives(six)])
+    assert found[0].gain.sum() < 8.0
+
+
+def test_a_score_counts_each_log_in_its_own_unit(sound):
+    reading = scaled(sound, (1,), (), 1000.0).reading
+    unit = replace(as_logged(sound.structure.arm, 2))
+    thousand = [
+        sound.recordings[0],
+        Recording(sound.recordings[1].t, sound.recordings[1].q, 1e3 * sound.recordings[1].v),
+    ]
+    other = doubted(sound.structure, thousand)
+    # What was logged a thousand times, and is read so, leaves a million times the squares of that log alone.
+    one, two = unexplained(sound, [unit], looked_at(sound))[0], unexplained(other, [reading], looked_at(other))[0]
+    np.testing.assert_allclose(two, one * [1.0, 1e6], rtol=1e-6)
+
+
+def test_readings_together_leave_what_each_leaves_alone(sound):
+    readings = [turned(sound, joint, (1,), -1.0, 0.3).reading for joint in (0, 1, 2)]
+    together = unexplained(sound, readings, looked_at(sound))
+    for k, each in enumerate(readings):
+        for whole, own in zip(together, unexplained(sound, [each], looked_at(sound)), strict=True):
+            np.testing.assert_allclose(whole[k], own[0], rtol=1e-9)
+
+
+def test_gravity_along_other_axes_is_found_from_four_regressors(six):
+    gravity = [9.0 * np.array(axis) for axis in ((0.6, 0.0, -0.8), (0.0, -0.28, 0.96))]
+    readings = [replace(as_logged(six.structure.arm, 2), gravity=each) for each in gravity]
+    together = unexplained(six, readings, looked_at(six))[0]
+    for k, each in enumerate(readings):
+        arm = replace(six.structure.arm, gravity=gravity[k])
+        bare = looked_at(six)[0]
+        own = regressor(arm, bare.q, bare.dq, bare.ddq)
+        again = _by_gravity(arm, {}, bare.q, bare.dq, bare.ddq)
+        np.testing.assert_allclose(again, own, atol=1e-12 * np.abs(own).max())
+        np.testing.assert_allclose(together[k], unexplained(six, [each], looked_at(six))[0][0], rtol=1e-6)
+
+
+def test_the_gain_of_a_reading_counts_no_more_instants_than_either_has(sound):
+    exchanged = next(each for each in orders.alternatives(sound) if each.words == "columns q1 and q2 are exchanged")
+    readings = [as_logged(sound.structure.arm, 2), exchanged.reading]
+    (before, after), freedom = unexplained(sound, readings, looked_at(sound))
+    assert (freedom[0] < freedom[1]).any()
+    assert (freedom[0] > freedom[1]).any()
+    (found,) = screened(sound, [exchanged])
+    expected = 0.5 * np.min(freedom, axis=0) * np.log(before / after)
+    np.testing.assert_allclose(found.gain, expected.sum(axis=1), rtol=1e-9)
+
+
+def test_what_is_left_is_the_same_whichever_log_is_the_first(sound):
+    other = doubted(sound.structure, sound.recordings[::-1], (BRICK, None))
+    reading = as_logged(sound.structure.arm, 2)
+    (one,), (two,) = (unexplained(each, [reading], looked_at(each))[0] for each in (sound, other))
+    np.testing.assert_allclose(two[:, ::-1], one, rtol=0.05)  # by other columns of the same span

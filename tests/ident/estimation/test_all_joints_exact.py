@@ -1,0 +1,239 @@
+"""All joints at once on exact rows: which knowledge suffices, what is refused, what does not spoil what."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import EXACT, GAIN, exact_problem, values
+from pinocchio_arms import random_arm
+
+from ident.estimation.all_joints.friction import own_columns
+from ident.estimation.all_joints.reduction import own_sigma, reduced_joint
+from ident.estimation.all_joints.solution import fit_with, setting
+from ident.estimation.all_joints.start import friction_z, start_of
+from ident.estimation.estimate import IdentifiedGain, RefusedGain
+from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.problem import Problem
+from ident.model.arm import arm_from_pinocchio
+from ident.model.structure import structure_of
+from ident.payload.payload import Payload
+from ident.support.errors import NotConverged, NotIdentifiable, OptionError, TooFewRows
+
+# The search ends at steps of 1e-11; one more at that point would be smaller by the square of the noise, which is none.
+FOUND = 1e4 * EXACT
+COMMON = AllJointsOptions(friction="viscous-coulomb", friction_per_motion=False)
+PER_MOTION = AllJointsOptions(friction="viscous-coulomb", friction_per_motion=True)
+
+
+@pytest.fixture(scope="module")
+def light(payload) -> Payload:
+    """Half as heavy, its centre elsewhere."""
+    return Payload(mass=3.4, com=(-0.06, 0.09, 0.05), inertia=(0.007, 0.005, 0.004, 0.001, -0.0005, 0.0008))
+
+
+def chi_of(rng: np.random.Generator, n: int = 6) -> np.ndarray:
+    return rng.uniform(0.5, 2.0, 14 * n)
+
+
+def drifted(chi: np.ndarray, viscous: float, coulomb: float) -> np.ndarray:
+    """The same arm with other friction."""
+    other = chi.reshape(-1, 14).copy()
+    other[:, 11] *= viscous
+    other[:, 12] *= coulomb
+    return other.ravel()
+
+
+def knowing(payload: Payload, what: str) -> Payload:
+    """The same payload, of which nothing else is stated than what is known."""
+    unknown = {"all": (), "com": ("inertia",), "mass": ("com", "inertia"), "none": ("com", "inertia")}[what]
+    return replace(payload, known=what, **dict.fromkeys(unknown))
+
+
+def gains(problem: Problem, options: AllJointsOptions = COMMON) -> np.ndarray:
+    return values(all_joints_gains(problem, options))
+
+
+@pytest.mark.parametrize("second", ["all", "com", "mass", "none"])
+@pytest.mark.parametrize("first", ["all", "com", "mass"])
+def test_two_mountings_give_exact_gains_whatever_is_known_of_each(structure, heavy, light, rng, first, second):
+    chi, one, two = chi_of(rng), knowing(heavy, first), knowing(light, second)
+    motions = [(chi, None, None), (chi, heavy, one), (chi, light, two), (chi, None, None), (chi, heavy, one)]
+    np.testing.assert_allclose(gains(exact_problem(structure, motions, GAIN, rng)), GAIN, rtol=FOUND)
+
+
+def test_two_payloads_need_no_bare_motion(structure, heavy, light, rng):
+    chi = chi_of(rng)
+    problem = exact_problem(structure, [(chi, light, light), (chi, heavy, heavy)], GAIN, rng)
+    np.testing.assert_allclose(gains(problem), GAIN, rtol=FOUND)
+
+
+def test_mountings_of_one_description_have_unknown_parameters_of_their_own(structure, light, rng):
+    # Both weigh 3.4 kg and nothing else of them is alike: one object shared between them would fit neither.
+    other, chi = replace(light, com=(0.08, 0.02, 0.11)), chi_of(rng)
+    weighed = [Payload(mass=3.4, known="mass") for _ in range(2)]
+    motions = [(chi, None, None), (chi, light, weighed[0]), (chi, other, weighed[1])]
+    np.testing.assert_allclose(gains(exact_problem(structure, motions, GAIN, rng)), GAIN, rtol=FOUND)
+    shared = [(chi, None, None), (chi, light, weighed[0]), (chi, other, weighed[0])]
+    loose = replace(exact_problem(structure, shared, GAIN, rng).options, max_rel_std=100.0)
+    wrong = gains(exact_problem(structure, shared, GAIN, rng, options=loose))
+    assert np.abs(wrong / GAIN - 1.0).max() > 1e-3
+
+
+def test_gains_of_very_different_size_and_sign_are_exact(structure, heavy, rng):
+    gain, chi = np.array([-3e3, 0.7, -2e-3, 40.0, -5e-4, 8e2]), chi_of(rng)
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], gain, rng)
+    np.testing.assert_allclose(gains(problem), gain, rtol=FOUND)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gains_of_random_arms_are_exact(seed, heavy):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 8))
+    structure = structure_of(arm_from_pinocchio(random_arm(rng, n, prismatic=0.3)))
+    gain, chi = rng.uniform(0.5, 2.0, n) * rng.choice([-1.0, 1.0], n), chi_of(rng, n)
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], gain, rng)
+    np.testing.assert_allclose(gains(problem), gain, rtol=10 * FOUND)  # random arms are less well conditioned
+
+
+def test_friction_that_differs_between_motions_needs_columns_of_each_motion(structure, heavy, rng):
+    chi = chi_of(rng)
+    motions = [(chi, None, None), (drifted(chi, 1.2, 0.7), heavy, heavy), (drifted(chi, 0.9, 1.4), None, None)]
+    problem = exact_problem(structure, motions, GAIN, rng)
+    np.testing.assert_allclose(gains(problem, PER_MOTION), GAIN, rtol=FOUND)
+    loose = replace(problem, options=replace(problem.options, max_rel_std=100.0))
+    assert np.abs(gains(loose, COMMON) / GAIN - 1.0).max() > 1e-3
+
+
+def test_own_values_are_the_friction_of_each_motion_and_the_offset_in_drive_units(structure, heavy, rng):
+    chi = chi_of(rng)
+    motions = [(chi, None, None), (drifted(chi, 1.2, 0.7), heavy, heavy)]
+    ready = setting(exact_problem(structure, motions, GAIN, rng), per_motion=True, prior_std=1.0)
+    fitted = fit_with(ready, [{}] * 6, (), None)
+    for j, (own, phi) in enumerate(zip(fitted.own, fitted.fit.phi, strict=True)):
+        Fv, Fc, off = chi.reshape(6, 14)[j, 11:] / GAIN[j]
+        expected = {("Fv", 0): Fv, ("Fv", 1): 1.2 * Fv, ("Fc", 0): Fc, ("Fc", 1): 0.7 * Fc, ("off", -1): off}
+        assert set(zip(own.names, own.motion, strict=True)) == set(expected)
+        found = [expected[key] for key in zip(own.names, own.motion, strict=True)]
+        np.testing.assert_allclose(phi, found, rtol=FOUND)
+
+
+def test_friction_of_the_solution_is_its_torque_over_the_gain_at_rms_speed(structure, heavy, rng):
+    chi = chi_of(rng)
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], GAIN, rng)
+    solution = all_joints_gains(problem, PER_MOTION).solution
+    for j in range(6):
+        _, Fv, Fc, _ = chi.reshape(6, 14)[j, 10:]
+        speed = 2.0 / np.sqrt(3.0)  # of states even on +-2, known to 1 / sqrt(5 N) = 4 %
+        np.testing.assert_allclose(solution.friction[j], np.array([Fv * speed + Fc, Fc]) / GAIN[j], rtol=0.04)
+
+
+def test_a_joint_that_nothing_loads_is_refused_and_does_not_spoil_the_others(structure, rng):
+    # A point mass on the axis of joint 6, and a last link without inertia: joint 6 turns its own rotor only.
+    chi, point = chi_of(rng), Payload(mass=6.1, com=(0.0, 0.0, 0.14), inertia=(0.0,) * 6)
+    chi.reshape(6, 14)[5, :10] = 0.0
+    for noise, within in ((0.0, FOUND), (1e-4, 2e-3)):  # some 300 rows of 1e-4 against a share of the load of a tenth
+        problem = exact_problem(structure, [(chi, None, None), (chi, point, point)], GAIN, rng, noise=noise)
+        estimate = all_joints_gains(problem, COMMON)
+        np.testing.assert_allclose(values(estimate)[:5], GAIN[:5], rtol=within)
+        refused = estimate.joints[5]
+        assert isinstance(refused, RefusedGain)
+        assert refused.predicted_rel_std is not None
+        assert refused.predicted_rel_std > 0.5  # all that is known of it is the prior, of deviation 1
+        for joint in estimate.joints[:5]:
+            assert isinstance(joint, IdentifiedGain)
+            assert joint.model_rel_std < 1e-3
+
+
+@pytest.mark.parametrize("prior_std", [1.0, 0.6])
+def test_one_payload_in_every_motion_leaves_the_scale_free_and_every_gain_refused(structure, heavy, rng, prior_std):
+    chi, options = chi_of(rng), replace(COMMON, prior_std=prior_std)
+    estimate = all_joints_gains(exact_problem(structure, [(chi, heavy, heavy)] * 2, GAIN, rng), options)
+    assert not estimate.identifiable.any()
+    # Six priors on six logarithms whose differences the links fix: their mean has the deviation of one over sqrt(6).
+    granted = np.linalg.norm(estimate.solution.model, axis=1)
+    np.testing.assert_allclose(granted, np.full(6, prior_std / np.sqrt(6.0)), rtol=1e-4)
+
+
+def test_options_that_make_no_sense_are_refused():
+    assert AllJointsOptions() == AllJointsOptions(friction="auto", friction_per_motion=True, compliance=False)
+    with pytest.raises(OptionError, match="friction = 'stribeck': expected one of auto, viscous-coulomb, cbrt, load,"):
+        AllJointsOptions(friction="stribeck")
+    for wrong in (0.0, 101.0):
+        with pytest.raises(OptionError, match="prior_std"):
+            AllJointsOptions(prior_std=wrong)
+    assert AllJointsOptions(prior_std=100.0).prior_std == 100.0
+
+
+def test_rows_that_come_from_no_recording_have_no_friction_but_viscous_and_dry(structure, heavy, rng):
+    chi = chi_of(rng)
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], GAIN, rng, noise=0.01)
+    automatic, told = (all_joints_gains(problem, each) for each in (AllJointsOptions(), PER_MOTION))
+    np.testing.assert_array_equal(automatic.solution.inverse, told.solution.inverse)
+    assert automatic.remarks == told.remarks == ()
+    assert told.method == "nls"
+
+
+def test_nothing_known_sets_no_scale(structure, heavy, rng):
+    chi = chi_of(rng)
+    for believed in (None, replace(heavy, known="none")):
+        problem = exact_problem(structure, [(chi, None, None), (chi, heavy, believed)], GAIN, rng)
+        with pytest.raises(NotIdentifiable, match="no motion carries a payload of known mass"):
+            all_joints_gains(problem, COMMON)
+
+
+@pytest.mark.parametrize(("rows", "enough"), [(21, False), (22, True)])
+def test_as_many_rows_as_columns_and_one_are_enough(heavy, rng, rows, enough):
+    structure = structure_of(arm_from_pinocchio(random_arm(np.random.default_rng(0), 2, prismatic=0.0)))
+    chi = chi_of(rng, 2)
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], GAIN[:2], rng, rows=rows // 2)
+    ready = setting(problem, per_motion=False, prior_std=1.0)
+    columns = ready.shared.count + 3 + 2  # friction and offset, known torque, current
+    take = columns + 1 if enough else columns
+    first, second = problem.motions
+    odd = replace(second.observation, joints=tuple(_first(j, take - rows // 2) for j in second.observation.joints))
+    problem = replace(problem, motions=(first, replace(second, observation=odd)))
+    if enough:
+        assert all_joints_gains(problem, COMMON).rows == 2 * take
+    else:
+        with pytest.raises(TooFewRows, match=f"joint 1: {take} rows cannot give {columns} unknowns; record a longer"):
+            all_joints_gains(problem, COMMON)
+
+
+def _first(joint, rows: int):
+    cut = {name: getattr(joint, name)[:rows] for name in ("V", "V_rate", "W", "W_L", "t", "position")}
+    return replace(joint, **cut)
+
+
+def test_a_search_without_end_is_an_error(structure, heavy, rng, monkeypatch):
+    chi = chi_of(rng)
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], GAIN, rng, noise=0.01)
+    monkeypatch.setattr("ident.estimation.all_joints.search.MOST_STEPS", 1)
+    with pytest.raises(NotConverged, match="the gains do not settle in 1 steps; record more"):
+        all_joints_gains(problem, COMMON)
+
+
+def test_the_search_starts_with_gains_of_joints_alone_and_signs_by_friction(structure, heavy, rng):
+    # The mass alone shows joints 1 to 3 (eq. 27); of the others friction says the sign, and shared links the size.
+    chi = chi_of(rng)
+    weighed = replace(heavy, known="mass")
+    problem = exact_problem(structure, [(chi, None, None), (chi, heavy, weighed)], GAIN, rng, noise=1e-4)
+    ready = setting(problem, per_motion=False, prior_std=1.0)
+    own = [own_columns(each, {}, per_motion=False) for each in ready.columns]
+    joints = [reduced_joint(each, F) for each, F in zip(ready.columns, own, strict=True)]
+    start = start_of(problem, joints, own, {})
+    alone = ESTIMATORS["ls-2011"].estimate(problem, ESTIMATORS["ls-2011"].options()).solution
+    np.testing.assert_array_equal(alone.joints[:3], [0, 1, 2])
+    np.testing.assert_allclose(start[:3], alone.inverse[:3], rtol=1e-12)
+    np.testing.assert_array_equal(np.sign(start), np.sign(GAIN))
+    assert (np.abs(np.log(start * GAIN)) < 0.7).all()  # within a factor of two
+    brakes = np.array([friction_z(each, F.names) for each, F in zip(joints, own, strict=True)])
+    np.testing.assert_array_equal(np.sign(brakes), np.sign(GAIN))
+    for j, each in enumerate(ready.columns):  # the surer of both frictions over its deviation, by the joint's own rows
+        W = np.column_stack([*each.own.values(), each.shared, each.known])
+        unit = W / np.where((norms := np.linalg.norm(W, axis=0)) > 0.0, norms, 1.0)
+        pseudo = np.linalg.pinv(unit, rcond=1e-9)
+        x, deviation = pseudo @ each.V, own_sigma(each, own[j]) * np.linalg.norm(pseudo, axis=1)
+        z = x[:2] / deviation[:2]
+        assert list(each.own)[:2] == ["Fv", "Fc"]
+        np.testing.assert_allclose(brakes[j], z[np.argmax(np.abs(z))], rtol=1e-4)

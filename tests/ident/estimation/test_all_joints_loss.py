@@ -1,0 +1,121 @@
+"""Student's loss: what least squares sees of residuals, and what it finds then."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import EXACT, GAIN, TRUSTING, exact_pair, values
+from scipy import stats
+
+from ident.estimation.all_joints.loss import student
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import pair
+from ident.observation.observation import Observation
+from ident.payload.payload import Payload
+from ident.support.errors import OptionError
+
+LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0, uncertainty="classical")
+
+
+def found(motions: tuple[Observation, Observation], heavy: Payload, loss: str, options=LOOSE) -> GainEstimate:
+    return all_joints_gains(pair(*motions, heavy, options), AllJointsOptions(loss=loss))
+
+
+def with_currents(motions: tuple[Observation, Observation], change) -> tuple[Observation, Observation]:
+    unloaded, loaded = (
+        replace(each, joints=tuple(replace(joint, V=change(joint.V)) for joint in each.joints)) for each in motions
+    )
+    return unloaded, loaded
+
+
+def test_what_least_squares_sees_is_the_score_of_student_s_distribution():
+    e = np.array([0.31, -0.52, 0.17, 2.9, -41.0, 0.08, -0.23])
+    s = stats.norm.ppf(0.75) ** -1 * 0.31  # 0.31 is the median of the sizes
+    u, step = e / s, 1e-5
+    law = stats.t(4.0)
+    score = -(law.logpdf(u + step) - law.logpdf(u - step)) / (2.0 * step)
+    slope = -(law.logpdf(u + step) - 2.0 * law.logpdf(u) + law.logpdf(u - step)) / step**2
+    # Differences of logarithms of size 10 over 1e-10; 1.4826 has five digits.
+    np.testing.assert_allclose(student(e, np.ones(7)), s * score / slope.mean(), rtol=1e-4)
+
+
+def test_residuals_of_rounding_stay_as_they_are():
+    e = np.array([3e-17, -2e-17, 1e-16])
+    np.testing.assert_allclose(student(e, np.full(3, 2.7)), e, rtol=1e-12)  # far below 1e-9 of the currents
+
+
+def test_exact_data_give_exact_gains(structure, heavy, rng):
+    estimate = found(exact_pair(structure, heavy, GAIN, rng), heavy, "student", TRUSTING)
+    np.testing.assert_allclose(values(estimate), GAIN, rtol=100 * EXACT)
+
+
+def test_currents_times_k_are_gains_over_k(structure, heavy, rng):
+    motions = exact_pair(structure, heavy, GAIN, rng, noise=0.003, rows=120)
+    before = found(motions, heavy, "student")
+    after = found(with_currents(motions, lambda V: -3.7 * V), heavy, "student")
+    np.testing.assert_allclose(values(after), values(before) / -3.7, rtol=1e-7)  # both settle to 1e-9 a fit
+    np.testing.assert_allclose(after.rel_error_norm, before.rel_error_norm, rtol=1e-7)
+
+
+def test_gross_outliers_hardly_move_gains_and_are_told(structure, heavy, rng):
+    motions = exact_pair(structure, heavy, GAIN, rng, noise=0.003, rows=300)
+
+    def spoilt(V: np.ndarray) -> np.ndarray:
+        far = np.arange(len(V)) % 50 == 7  # 2 %, all to one side
+        return np.where(far, V + 3.0 * np.sqrt(np.mean(V**2)), V)
+
+    clean = found(motions, heavy, "squares")
+    squares, tamed = (found(with_currents(motions, spoilt), heavy, loss) for loss in ("squares", "student"))
+    std = np.array([joint.std for joint in clean.joints]) / np.abs(GAIN)
+    off = [np.abs(values(each) / GAIN - 1.0) / std for each in (squares, tamed)]
+    assert off[0].max() > 20.0
+    assert off[1].max() < 4.0  # of six gains; the loss costs a tenth in deviation
+    # Deviations are those of data without outliers, not of the squares of these.
+    told = np.array([joint.std for joint in tamed.joints]) / np.abs(GAIN)
+    np.testing.assert_allclose(told / std, 1.1, atol=0.25)
+    share = float(tamed.remarks[-1].removeprefix("by the loss of student ").split()[0])
+    assert 2.0 <= share < 4.0
+    np.testing.assert_array_equal(
+        np.sort(tamed.solution.rows.V), np.sort(with_currents_all(with_currents(motions, spoilt)))
+    )
+
+
+def test_of_normal_noise_the_share_that_counts_less_than_half_is_that_of_the_law(structure, heavy, rng):
+    exact = exact_pair(structure, heavy, GAIN, rng, rows=1000)
+    motions = with_currents(exact, lambda V: V + 0.004 * rng.standard_normal(len(V)))  # the same in both motions
+    estimate = found(motions, heavy, "student")
+    slope = stats.norm.expect(lambda u: 5.0 * (4.0 - u**2) / (4.0 + u**2) ** 2)
+    least = np.sqrt(5.0 / (0.5 * slope) - 4.0)  # psi(u) / u < slope / 2
+    expected = 2.0 * stats.norm.sf(least)
+    share = float(estimate.remarks[-1].removeprefix("by the loss of student ").split()[0]) / 100.0
+    # 12000 rows, four binomial deviations; of fewer rows more, the unknowns take their part of small residuals alone.
+    assert abs(share - expected) < 4.0 * np.sqrt(expected / 12000.0)
+    assert share > 0.0
+
+
+def with_currents_all(motions: tuple[Observation, Observation]) -> np.ndarray:
+    """The currents of all rows."""
+    return np.concatenate([joint.V for each in motions for joint in each.joints])
+
+
+def test_deviations_are_those_of_the_maximum_likelihood_where_student_s_noise_is(structure, heavy):
+    rng = np.random.default_rng(11)
+    motions = exact_pair(structure, heavy, GAIN, rng, rows=900)
+
+    def noisy(V: np.ndarray) -> np.ndarray:
+        return V + 0.003 * np.sqrt(np.mean(V**2)) * rng.standard_t(4.0, len(V))
+
+    motions = with_currents(motions, noisy)
+    squares, tamed = (found(motions, heavy, loss) for loss in ("squares", "student"))
+    ratio = [a.std / b.std for a, b in zip(tamed.joints, squares.joints, strict=True)]
+    # Variance f / (f - 2) by squares, (f + 3) / (f + 1) by the likelihood, f = 4; that s is not its own costs 1 %,
+    # the square sum of 1800 rows of infinite fourth moment is uncertain by some 5 %.
+    np.testing.assert_allclose(ratio, np.sqrt(1.4 / 2.0), rtol=0.1)
+
+
+def test_squares_are_the_default_and_other_names_are_refused():
+    assert AllJointsOptions() == AllJointsOptions(loss="squares")
+    with pytest.raises(OptionError, match="loss = 'huber': expected one of squares, student"):
+        AllJointsOptions(loss="huber")

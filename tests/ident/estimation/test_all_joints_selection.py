@@ -1,0 +1,261 @@
+"""What data decide about the model, on recordings of a three-axis arm with known drives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_logs import BRICK, arm_of
+from real_friction import GAIN, Truth, real_logs, three_axes
+
+from ident.estimation.all_joints import selection
+from ident.estimation.all_joints.friction import Term
+from ident.estimation.all_joints.selection import selected
+from ident.estimation.all_joints.solution import Fitted, fit_with, setting
+from ident.estimation.all_joints.terms import LOAD_FORMS, torque_terms
+from ident.estimation.estimate import GainEstimate
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.structure import Structure, structure_of
+from ident.observation.observation import ObserveOptions, observe
+from ident.payload.payload import Payload
+from ident.recordings.recording import Recording
+
+N = 3
+PAYLOADS = (None, BRICK)
+LOOSE = GainOptions(max_rel_std=10.0)
+# Joint 1 has a vertical axis: the load hardly tells its gain from friction in proportion to the motor's torque.
+SHOWN = [1, 2]
+
+
+@pytest.fixture(scope="module")
+def axes() -> Structure:
+    return structure_of(arm_of(three_axes()))
+
+
+def problem_of(axes: Structure, logs: list[Recording], payloads: tuple[Payload | None, ...] = PAYLOADS) -> Problem:
+    motions = (
+        ObservedMotion(observe(log, axes, ObserveOptions()), each) for log, each in zip(logs, payloads, strict=True)
+    )
+    return Problem(axes, tuple(motions), LOOSE)
+
+
+def made(axes: Structure, truth: Truth, seed: int = 5) -> Problem:
+    return problem_of(axes, real_logs(truth, PAYLOADS, np.random.default_rng(seed)))
+
+
+def gains(problem: Problem, **options) -> GainEstimate:
+    return all_joints_gains(problem, AllJointsOptions(**options))
+
+
+def off(estimate: GainEstimate) -> np.ndarray:
+    """Relative errors of the gains."""
+    return 1.0 / estimate.solution.inverse / GAIN - 1.0
+
+
+def total(estimate: GainEstimate) -> np.ndarray:
+    """Relative deviations of the gains, all shares together."""
+    return np.array([np.hypot(joint.std, joint.model_std) / abs(joint.value) for joint in estimate.joints])
+
+
+def remarked(estimate: GainEstimate, words: str) -> str:
+    found = [remark for remark in estimate.remarks if words in remark]
+    return found[0] if found else ""
+
+
+WORDS = {
+    "cbrt": "grows less than the speed",
+    "by-direction": "differs between directions",
+    "yields": "the joints yield",
+}
+LOADED = (0.06, 0.09, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("truth", "said"),
+    [
+        (Truth(), {}),
+        (Truth(cbrt=(0.0, 12.0, 0.0)), {"cbrt": "on joint 2"}),
+        (Truth(by_direction=(0.0, 0.0, 1.5)), {"by-direction": "on joint 3"}),
+        (Truth(load_motor=LOADED), {}),
+        (Truth(compliance=(2e-4, 1.5e-4, 2e-4)), {"yields": "yield"}),
+    ],
+    ids=["nothing", "cbrt", "by-direction", "load-motor", "compliance"],
+)
+def test_what_is_there_is_found_where_it_is_and_the_gains_are_within_their_deviations(axes, truth, said):
+    estimate = gains(made(axes, truth))
+    for name, words in WORDS.items():
+        assert remarked(estimate, words).endswith(said.get(name, "")), estimate.remarks
+        assert bool(remarked(estimate, words)) == (name in said)
+    assert (estimate.solution.stiff is not None) == ("yields" in said)
+    assert (np.abs(off(estimate)) < 3.0 * total(estimate)).all()
+    assert (np.abs(off(estimate))[SHOWN] < 5e-3).all()
+
+
+@pytest.mark.parametrize("form", LOAD_FORMS)
+def test_the_form_of_load_friction_is_the_one_that_is_there_and_matters(axes, form):
+    problem = made(axes, Truth(**{form.replace("-", "_"): LOADED}))
+    estimate = gains(problem)
+    remark = remarked(estimate, "friction grows with load: ")
+    assert LOAD_FORMS[form] in remark
+    share = float(remark.split()[4])
+    assert 5.0 < share < 9.0  # per cent, of coefficients from 5 to 9
+    assert (np.abs(off(estimate))[SHOWN] < 2e-3).all()
+    told = gains(problem, friction=form)
+    assert (np.abs(off(told))[SHOWN] < 2e-3).all()
+    other = next(name for name in LOAD_FORMS if name != form)
+    assert np.abs(off(gains(problem, friction=other)))[SHOWN].max() > 4e-3
+    assert np.abs(off(gains(problem, friction="viscous-coulomb")))[SHOWN].max() > 4e-3
+
+
+def test_friction_that_differs_between_directions_is_had_by_name(axes):
+    problem = made(axes, Truth(by_direction=(1.9, -1.2, 1.5)))
+    told = gains(problem, friction="by-direction")
+    assert (np.abs(off(told))[SHOWN] < 2e-3).all()
+    share = [each.residual_share(2) for each in (told, gains(problem, friction="viscous-coulomb"))]
+    assert share[0] < 0.8 * share[1]
+    both = Truth(by_direction=(1.9, -1.2, 1.5), load_motor=LOADED)
+    assert (np.abs(off(gains(made(axes, both), friction="load-motor+by-direction")))[SHOWN] < 4e-3).all()
+
+
+def test_the_model_without_yielding_joints_has_the_same_friction(axes):
+    truth = Truth(compliance=(2e-4, 1.5e-4, 2e-4))
+    chosen = selected(setting(made(axes, truth), per_motion=True, prior_std=1.0))
+    names = [own.names for own in chosen.final.own]
+    assert all(set(each) & set(LOAD_FORMS) for each in names)
+    assert [own.names for own in chosen.stiff.own] == names
+    few, many = (each.columns[0].shared.shape[1] for each in (chosen.stiff, chosen.final))
+    assert many == few + N  # a compliance of each joint
+
+
+def test_compliance_that_is_asked_for_is_there_whatever_the_data_say(axes):
+    problem = made(axes, Truth())
+    stiff, told = gains(problem), gains(problem, compliance=True)
+    assert not remarked(stiff, WORDS["yields"])
+    assert remarked(told, WORDS["yields"])
+    assert told.solution.stiff is None  # asked for: not compared with stiff joints
+    assert (off(told) != off(stiff)).all()
+    assert (np.abs(off(told))[SHOWN] < 5e-3).all()
+
+
+def test_compliance_moves_gains_that_its_column_gives_back(axes):
+    problem = made(axes, Truth(compliance=(2e-4, 1.5e-4, 2e-4)))
+    stiff = off(gains(problem, friction="viscous-coulomb"))
+    yielding = off(gains(problem, friction="viscous-coulomb", compliance=True))
+    assert np.abs(stiff[SHOWN]).max() > 5e-3
+    assert (np.abs(yielding[SHOWN]) < 0.3 * np.abs(stiff[SHOWN]).max()).all()
+
+
+@pytest.mark.parametrize("compliance", [(0.0, 0.0, 0.0), (2e-4, 1.5e-4, 2e-4)], ids=["stiff", "yielding"])
+def test_encoder_noise_neither_makes_a_stiff_arm_yield_nor_hides_what_yields(axes, compliance):
+    logs = real_logs(Truth(compliance=compliance), PAYLOADS, np.random.default_rng(5), encoder=2e-5)
+    estimate = gains(problem_of(axes, logs))
+    assert bool(remarked(estimate, WORDS["yields"])) == any(compliance)
+    assert (np.abs(off(estimate)) < 3.0 * total(estimate)).all()
+    assert (np.abs(off(estimate))[SHOWN] < 5e-3).all()
+
+
+def test_a_root_of_the_speed_is_asked_for_by_name(axes):
+    problem = made(axes, Truth(cbrt=(5.0, 12.0, 9.0)))
+    plain = gains(problem, friction="viscous-coulomb").solution.rows
+    told = gains(problem, friction="cbrt").solution.rows
+    np.testing.assert_allclose(
+        sum(told.unknowns.values()), sum(plain.unknowns.values()) + N, rtol=1e-4
+    )  # and the prior
+    both = gains(problem, friction="load-motor+cbrt").solution.rows
+    for j in range(N):
+        assert told.sigma(j) < plain.sigma(j)
+        np.testing.assert_allclose(both.sigma(j), told.sigma(j), rtol=1e-2)  # no load friction is there
+
+
+def test_a_drive_wired_backwards_or_in_other_units_changes_its_own_gain_alone(axes):
+    logs = real_logs(Truth(load_motor=LOADED, cbrt=(0.0, 12.0, 0.0)), PAYLOADS, np.random.default_rng(5))
+    factor = np.array([1.0, -1.0, 1e3])
+    turned = [replace(log, v=factor * log.v) for log in logs]
+    before, after = gains(problem_of(axes, logs)), gains(problem_of(axes, turned))
+    # The likelihood of the belief is searched for to 1e-5, of which the gains feel some per cent.
+    np.testing.assert_allclose(after.solution.inverse, factor * before.solution.inverse, rtol=1e-5)
+    np.testing.assert_allclose(total(after), total(before), rtol=1e-3)
+    assert after.remarks == before.remarks
+
+
+def test_the_shares_of_other_models_are_what_other_models_say(axes):
+    problem = made(axes, Truth(compliance=(2e-4, 1.5e-4, 2e-4)))
+    ready = setting(problem, per_motion=True, prior_std=1.0)
+    chosen = selected(ready)
+    nothing = [{}] * N
+    stiff = fit_with(ready, nothing, (), None)
+    first = torque_terms(problem, ready.shared, stiff.own, stiff.fit, compliance=True)
+    soft = fit_with(ready, nothing, first.softened, stiff)
+    assert chosen.model.shape == (N, 2)
+    ratio = np.log(stiff.fit.found.h / soft.fit.found.h)
+    np.testing.assert_allclose(chosen.model[:, 1], selection.FIRST_ORDER * ratio, rtol=1e-9)
+    estimate = gains(problem)
+    np.testing.assert_array_equal(estimate.solution.model[:, -2:], chosen.model)
+    np.testing.assert_array_equal(estimate.solution.model[:, :-2], chosen.final.fit.log_belief)
+
+
+def test_the_other_form_counts_by_the_deviation_of_a_choice_between_two(axes, monkeypatch):
+    # Of two values apart by d, with probabilities p and 1 - p, the deviation is d sqrt(p (1 - p)).
+    problem = made(axes, Truth(load_motor=LOADED))
+    shares = []
+    for doubt in (0.05, 0.2):
+        monkeypatch.setattr(selection, "LEAST_DOUBT", doubt)
+        chosen = selected(setting(problem, per_motion=True, prior_std=1.0))
+        assert chosen.model.shape == (N, 1)  # nothing yields
+        shares.append(chosen.model[:, 0])
+    np.testing.assert_allclose(shares[1] / shares[0], np.sqrt(0.2 * 0.8 / (0.05 * 0.95)), rtol=1e-9)
+    other = gains(problem, friction="load")
+    apart = np.log(other.solution.inverse * GAIN)[SHOWN]  # the other form, its coefficients free, against the truth
+    np.testing.assert_allclose(shares[0][SHOWN], np.sqrt(0.05 * 0.95) * apart, rtol=0.5)
+
+
+def fake(fitted: Fitted, values: np.ndarray, deviation: np.ndarray) -> Fitted:
+    """A fit of three joints whose load friction and its deviation, from belief alone, are as told."""
+    fit = fitted.fit
+    at = [own.names.index("load") for own in fitted.own]
+    phi = tuple(np.where(np.arange(len(p)) == k, v, p) for p, k, v in zip(fit.phi, at, values, strict=True))
+    still = tuple(np.zeros_like(each) for each in fit.phi_influence)
+    belief = [np.zeros((len(p), 2)) for p in phi]
+    for each, k, d in zip(belief, at, deviation, strict=True):
+        each[k] = 0.6 * d, -0.8 * d
+    return replace(fitted, fit=replace(fit, phi=phi, phi_influence=still, phi_belief=tuple(belief)))
+
+
+@pytest.fixture(scope="module")
+def loaded(axes) -> Fitted:
+    ready = setting(made(axes, Truth()), per_motion=True, prior_std=1.0)
+    plain = fit_with(ready, [{}] * N, (), None)
+    found = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=False)
+    return fit_with(ready, [{"load": Term(own["load"])} for own in found.own], (), plain)
+
+
+def test_the_belief_about_load_friction_is_mean_and_spread_of_coefficients_that_are_known(loaded):
+    values = np.array([0.02, 0.09, 0.055])
+    belief = selection._belief(fake(loaded, values, np.full(N, 1e-7)), "load")
+    # The likeliest normal distribution of numbers that are known; the search ends at 1e-5 of its logarithm.
+    np.testing.assert_allclose((belief.mean, belief.std), (values.mean(), values.std()), rtol=1e-3)
+
+
+def test_a_coefficient_that_is_hardly_known_has_hardly_a_say(loaded):
+    values, deviation = np.array([0.0, 0.07, 0.075]), np.array([0.5, 0.001, 0.001])
+    belief = selection._belief(fake(loaded, values, deviation), "load")
+    np.testing.assert_allclose(belief.mean, 0.0725, rtol=1e-2)
+    # Both that are known differ by less than a third of their mean, of which drives of one kind are not believed.
+    np.testing.assert_allclose(belief.std, 0.3 * belief.mean, rtol=1e-9)
+
+
+def test_a_belief_is_no_smaller_than_a_thousandth_and_never_that_friction_drives(loaded):
+    belief = selection._belief(fake(loaded, np.array([-0.02, -0.02, -0.02]), np.full(N, 1e-3)), "load")
+    assert belief.mean == 0.0
+    np.testing.assert_allclose(belief.std, 0.02, rtol=2e-2)  # about zero, that is how far they are
+    belief = selection._belief(fake(loaded, np.zeros(N), np.full(N, 1e-2)), "load")
+    np.testing.assert_allclose(belief.std, 1e-3, rtol=1e-6)
+
+
+def test_the_noise_of_the_currents_is_noise_of_a_coefficient(loaded):
+    # Three that differ by what noise explains: no spread is left but the least, where their belief alone knows nothing.
+    noisy = replace(loaded, fit=replace(loaded.fit, phi_belief=tuple(np.zeros((len(p), 1)) for p in loaded.fit.phi)))
+    belief = selection._belief(noisy, "load")
+    assert belief.std < 3e-3
+    assert belief.mean < 5e-3

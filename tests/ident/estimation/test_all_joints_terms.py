@@ -1,0 +1,212 @@
+"""Columns that follow from speed and torque, beside inverse dynamics by Pinocchio and friction laws solved anew."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from known_logs import BRICK, arm_of
+from real_friction import GAIN, Truth, real_logs, three_axes, torque, with_payload
+from scipy.interpolate import make_interp_spline
+
+from ident.estimation.all_joints.friction import Term
+from ident.estimation.all_joints.solution import Fitted, Setting, fit_with, setting
+from ident.estimation.all_joints.terms import SPEED_TERMS, speed_terms, torque_terms
+from ident.estimation.all_joints.torques import torques
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.structure import Structure, structure_of
+from ident.observation.full_rate import FullRate
+from ident.observation.observation import ObserveOptions, observe
+
+N = 3
+LIGHT = replace(BRICK, mass=2.9, com=(-0.04, 0.06, 0.03), known="mass")
+
+
+@pytest.fixture(scope="module")
+def axes() -> Structure:
+    return structure_of(arm_of(three_axes()))
+
+
+@pytest.fixture(scope="module")
+def ready(axes) -> Setting:
+    truth = Truth(load_motor=(0.03, 0.05, 0.08))
+    logs = real_logs(truth, [None, BRICK, LIGHT], np.random.default_rng(3))
+    motions = zip((observe(log, axes, ObserveOptions()) for log in logs), (None, BRICK, LIGHT), strict=True)
+    problem = Problem(axes, tuple(ObservedMotion(seen, payload) for seen, payload in motions), GainOptions())
+    return setting(problem, per_motion=True, prior_std=1.0)
+
+
+@pytest.fixture(scope="module")
+def plain(ready) -> Fitted:
+    return fit_with(ready, [{}] * N, (), None)
+
+
+def behind(ready: Setting, motion: int) -> FullRate:
+    found = ready.problem.motions[motion].observation.full_rate
+    assert found is not None
+    return found
+
+
+def of_rows(ready: Setting, signals: list[np.ndarray], joint: int) -> np.ndarray:
+    """Signals of the three motions as rows of a joint: samples left out, then a convolution, then one in so many."""
+    parts = []
+    for number, signal in enumerate(signals):
+        full = behind(ready, number)
+        smooth = np.convolve(np.where(full.moving[:, joint], signal, 0.0), full.decimator.kernel, mode="valid")
+        part = smooth[:: full.decimator.factor]
+        parts.append(part[ready.problem.motions[number].observation.joints[joint].position])
+    return np.concatenate(parts)
+
+
+def theta_of(ready: Setting, Ia: np.ndarray) -> np.ndarray:
+    """Shared parameters of the arm as Pinocchio has it, rotors of inertia Ia, and of the payload that is half known."""
+    model, chi = three_axes(), np.zeros((N, 14))
+    order = [4, 5, 7, 6, 8, 9, 1, 2, 3, 0]
+    for j in range(N):
+        chi[j, :10] = model.inertias[j + 1].toDynamicParameters()[order]
+    chi[:, 10] = Ia
+    free = LIGHT.known_part().chi[ready.shared.free[1]]
+    return np.concatenate(((ready.problem.structure.base.regrouping @ chi.ravel())[ready.shared.arm], free))
+
+
+def rotors(ready: Setting) -> np.ndarray:
+    """Rotor inertias of the joints whose links have no inertia that looks the same: of axis 2, YY2 does."""
+    groups = ready.problem.structure.base.groups()
+    return np.array([1.7 + j if list(groups.get(f"Ia{j + 1}", ())) == [f"Ia{j + 1}"] else 0.0 for j in range(N)])
+
+
+@pytest.mark.parametrize(("motion", "payload"), [(0, None), (1, BRICK), (2, LIGHT)])
+def test_rigid_torques_are_those_of_inverse_dynamics(ready, motion, payload):
+    Ia, full = rotors(ready), behind(ready, motion)
+    np.testing.assert_array_equal(Ia, [0.0, 0.0, 3.7])
+    found = torques(ready.problem, ready.problem.motions[motion], ready.shared, theta_of(ready, Ia), compliance=False)
+    states = full.q, full.dq, full.ddq
+    expected = torque(with_payload(three_axes(), payload), *states) + Ia * full.ddq
+    # LIGHT's unknown parameters are found up to what the arm's own kinematics cannot tell apart: none of torque.
+    np.testing.assert_allclose(found.rigid, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    assert found.softened.shape == (0, N, N)
+
+
+def test_torques_between_evaluated_samples_are_splines(ready):
+    # At 1 / 8 of the sampling period each sample is evaluated; at 8 of it, splines lie between, of signals below 15 Hz.
+    motion, theta = ready.problem.motions[1], theta_of(ready, rotors(ready))
+    full = behind(ready, 1)
+    slow = replace(full, cutoff_hz=4.0)
+    sparse = replace(motion, observation=replace(motion.observation, full_rate=slow))
+    for name in ("rigid", "softened"):
+        one, two = (
+            getattr(torques(ready.problem, m, ready.shared, theta, compliance=True), name) for m in (motion, sparse)
+        )
+        assert np.abs(one - two).max() > 0.0
+        # Torques of up to 1 Hz, known at 31: a spline is off by some (1 / 31)^4 in them, (1 / 31)^2 in what their
+        # second derivative makes, and by more at the ends.
+        inner = slice(40, -40)
+        np.testing.assert_allclose(two[inner], one[inner], rtol=0, atol=2e-3 * np.abs(one).max())
+
+
+@pytest.mark.parametrize(("motion", "payload"), [(0, None), (1, BRICK)])
+def test_compliance_moves_torques_as_links_behind_their_motors_do(ready, motion, payload):
+    Ia, full = rotors(ready), behind(ready, motion)
+    found = torques(ready.problem, ready.problem.motions[motion], ready.shared, theta_of(ready, Ia), compliance=True)
+    heavy, t = with_payload(three_axes(), payload), np.arange(len(full.q)) * full.period
+    stiff = torque(heavy, full.q, full.dq, full.ddq)
+    turned = make_interp_spline(t, stiff, k=5)
+    inner = slice(40, -40)  # the derivatives of splines at their ends
+    for k in range(N):
+        # 1e-6 rad/(N m) and some 100 N m turn a link by a tenth of a milliradian: first order to 1e-4.
+        C = 1e-6 * (np.arange(N) == k)
+        moved = (x - C * turned.derivative(order)(t) for order, x in enumerate((full.q, full.dq, full.ddq)))
+        slope = (torque(heavy, *moved) - stiff) / 1e-6
+        assert np.abs(slope[inner]).max() > 1.0
+        np.testing.assert_allclose(
+            found.softened[inner, :, k], slope[inner], rtol=0, atol=1e-3 * np.abs(slope[inner]).max()
+        )
+
+
+def test_decimated_currents_are_the_rows_that_observation_makes(axes):
+    log = real_logs(Truth(), [BRICK], np.random.default_rng(1))[0]
+    observed = observe(log, axes, ObserveOptions())
+    full = observed.full_rate
+    assert full is not None
+    assert full.period == log.period  # slow enough to be taken sample by sample
+    edge = (len(log.t) - len(full.q)) // 2
+    for j, joint in enumerate(observed.joints):
+        rows = full.decimated(log.v[edge : edge + len(full.q), j], j)
+        assert len(rows) == full.decimator.rows(len(full.q))
+        np.testing.assert_allclose(rows[joint.position], joint.V, rtol=0, atol=1e-12 * np.abs(joint.V).max())
+
+
+def test_speed_terms_are_the_root_and_the_size_of_the_speed(ready):
+    found = speed_terms(ready.problem)
+    assert set(SPEED_TERMS) == {"cbrt", "by-direction"}
+    for j in range(N):
+        dq = [behind(ready, k).dq[:, j] for k in range(3)]
+        root = of_rows(ready, [np.sign(x) * np.abs(x) ** (1.0 / 3.0) for x in dq], j)
+        np.testing.assert_allclose(found[j]["cbrt"].column, root, rtol=0, atol=1e-12)
+        size = of_rows(ready, [np.abs(x) for x in dq], j)
+        np.testing.assert_allclose(found[j]["by-direction"].column, size, rtol=0, atol=1e-12)
+        assert {each.std for each in found[j].values()} == {np.inf}  # nothing is believed of them
+
+
+def with_values(fitted: Fitted, **values: float) -> Fitted:
+    """The same fit with other own values, by name; those of a motion times its number and one."""
+    phi = tuple(
+        np.array([values[name] * (1.0 + max(0, which)) for name, which in zip(own.names, own.motion, strict=True)])
+        for own in fitted.own
+    )
+    return replace(fitted, fit=replace(fitted.fit, phi=phi))
+
+
+@pytest.mark.parametrize("form", [None, "load", "load-motor"])
+def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, plain, form):
+    terms = speed_terms(ready.problem)
+    if form:
+        first = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=False)
+        terms = [{**t, form: Term(own[form])} for t, own in zip(terms, first.own, strict=True)]
+    values = {"Fv": 0.4, "Fc": 0.3, "off": -0.2, "cbrt": 0.25, "by-direction": 0.15, "load": 0.11, "load-motor": 0.07}
+    fitted = with_values(fit_with(ready, terms, (), plain), **values)
+    found = torque_terms(ready.problem, ready.shared, fitted.own, fitted.fit, compliance=False)
+    h = fitted.fit.found.h
+    np.testing.assert_array_equal(np.sign(h), np.sign(GAIN))
+    for j in range(N):
+        rigid, motor = [], []
+        for k, motion in enumerate(ready.problem.motions):
+            full = behind(ready, k)
+            dq, drive = (
+                full.dq[:, j],
+                torques(ready.problem, motion, ready.shared, fitted.fit.found.theta, compliance=False),
+            )
+            x, s = h[j] * drive.rigid[:, j], np.sign(h[j]) * np.sign(dq)
+            given = x + (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
+            given = given + (0.11 * np.abs(x) * s if form == "load" else 0.0)
+            V = given
+            for _ in range(60 if form == "load-motor" else 0):  # V = x + c |V| s, by iteration
+                V = given + 0.07 * np.abs(V) * s
+            rigid.append(np.abs(x) * s)
+            motor.append(np.abs(V) * s)
+        for name, expected in (("load", of_rows(ready, rigid, j)), ("load-motor", of_rows(ready, motor, j))):
+            np.testing.assert_allclose(found.own[j][name], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):
+    for number, payload in enumerate((None, BRICK, LIGHT)):
+        motion, full = ready.problem.motions[number], behind(ready, number)
+        found = torques(ready.problem, motion, ready.shared, theta_of(ready, rotors(ready)), compliance=True)
+        model = with_payload(three_axes(), payload)
+        data, places = model.createData(), np.linspace(0, len(full.q) - 1, 16).astype(int)
+        known = np.mean([pin.crba(model, data, full.q[k]) ** 2 for k in places], axis=0)
+        # Positions are those of the samples where torques are evaluated, a few apart from every sixteenth part.
+        np.testing.assert_allclose(found.inertia, known, rtol=0, atol=1e-2 * known.max())
+
+
+def test_compliance_columns_are_rows_of_the_softened_torques(ready, plain):
+    found = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=True)
+    each = [
+        torques(ready.problem, motion, ready.shared, plain.fit.found.theta, compliance=True)
+        for motion in ready.problem.motions
+    ]
+    for j in range(N):
+        for k in range(N):
+            expected = of_rows(ready, [x.softened[:, j, k] for x in each], j)
+            np.testing.assert_allclose(found.softened[j][:, k], expected, rtol=0, atol=1e-12 * np.abs(expected).max())

@@ -1,0 +1,79 @@
+"""The derivative of inverse dynamics, against Pinocchio's and against differences of torques."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio_arms import random_arm, standard_parameters_of
+
+from ident.estimation.all_joints.displacement import BLOCK, States, displaced_torques
+from ident.model.arm import Arm, arm_from_pinocchio
+from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
+from ident.model.parameters import labels
+
+
+def lopsided(rng: np.random.Generator, samples: int, n: int) -> tuple[States, States]:
+    values = rng.uniform(0.3, 2.0, (6, samples, n)) * rng.choice([-1.0, 1.0], (6, samples, n))
+    return States(*values[:3]), States(*values[3:])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_displaced_links_ask_for_what_pinocchio_s_derivatives_say(seed):
+    rng = np.random.default_rng(seed)
+    model = random_arm(rng, 5, prismatic=0.4)
+    states, further = lopsided(rng, 30, 5)
+    chi = np.column_stack((standard_parameters_of(model), np.zeros((5, 4)))).ravel()
+    change = displaced_torques(arm_from_pinocchio(model), chi, states, further)
+    data, expected = model.createData(), np.empty_like(change)
+    for k in range(30):
+        by_q, by_dq, by_ddq = pin.computeRNEADerivatives(model, data, states.q[k], states.dq[k], states.ddq[k])
+        whole = np.triu(by_ddq) + np.triu(by_ddq, 1).T  # it fills the upper triangle
+        expected[k] = by_q * further.q[k] + by_dq * further.dq[k] + whole * further.ddq[k]
+    np.testing.assert_allclose(change, expected, rtol=0, atol=1e-11 * np.abs(expected).max())  # thousands of roundings
+
+
+@pytest.fixture
+def coupled(arm: Arm) -> Arm:
+    return replace(arm, couplings=((1, 2), (4, 5)))
+
+
+def test_a_little_displacement_of_a_joint_changes_torques_by_its_share(coupled, rng):
+    chi = rng.normal(size=len(labels(6, coupled.couplings)))  # not those of any body
+    states, further = lopsided(rng, BLOCK + 17, 6)
+    change = displaced_torques(coupled, chi, states, further)
+    h = 1e-5
+    for k, only in enumerate(np.eye(6)):
+        moved = [
+            inverse_dynamics(
+                coupled,
+                chi,
+                states.q + size * only * further.q,
+                states.dq + size * only * further.dq,
+                states.ddq + size * only * further.ddq,
+            )
+            for size in (h, -h)
+        ]
+        steady = np.ones(len(change), bool)  # speeds are far from zero, sums of coupled ones are not
+        for pair in coupled.couplings:
+            steady &= np.abs(states.dq[:, pair].sum(axis=1)) > 3.0 * h
+        expected = (moved[0] - moved[1]) / (2.0 * h)
+        # A central difference is off by h^2 of a third derivative, 1e-10, and by rounding over h, 1e-11.
+        np.testing.assert_allclose(
+            change[steady, :, k], expected[steady], rtol=0, atol=1e-8 * np.abs(expected[steady]).max()
+        )
+
+
+def test_drives_carry_their_own_torque_and_each_other_s_where_they_are_coupled(coupled, rng):
+    names = labels(6, coupled.couplings)
+    chi = rng.uniform(0.3, 2.0, len(names))
+    value = dict(zip(names, chi, strict=True))
+    dq, ddq = rng.uniform(0.3, 2.0, (2, 4, 6)) * [1.0, -1.0, 1.0, 1.0, -1.0, 1.0]
+    expected = np.empty_like(dq)
+    for j in range(6):
+        Ia, Fv, Fc, off = (value[f"{name}{j + 1}"] for name in ("Ia", "Fv", "Fc", "off"))
+        expected[:, j] = Ia * ddq[:, j] + Fv * dq[:, j] + Fc * np.sign(dq[:, j]) + off
+    for one, other, of in ((1, 2, 3), (2, 1, 3), (4, 5, 6), (5, 4, 6)):
+        Iam, Fvm, Fcm = (value[f"{name}{of}"] for name in ("Iam", "Fvm", "Fcm"))
+        expected[:, one] += Iam * ddq[:, other] + Fvm * dq[:, other] + Fcm * np.sign(dq[:, one] + dq[:, other])
+    np.testing.assert_allclose(drive_torques(coupled, chi, dq, ddq), expected, rtol=1e-12)  # a handful of roundings

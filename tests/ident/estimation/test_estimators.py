@@ -1,0 +1,282 @@
+"""The contract that every entry of ESTIMATORS keeps."""
+
+from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
+
+import numpy as np
+import pytest
+from exact import EXACT, GAIN, TRUSTING, estimated, exact_observation, exact_pair, lopsided, values
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
+from ident.estimation.estimators import ESTIMATORS, estimator
+from ident.estimation.estimators.iv import Instruments
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import pair
+from ident.estimation.uncertainty import UNCERTAINTIES
+from ident.observation.observation import JointObservation, Observation
+from ident.payload.payload import Payload
+from ident.support.errors import OptionError
+
+pytestmark = pytest.mark.parametrize("method", ESTIMATORS)
+# A search ends where its last step does; the deviations follow from a factorisation at that point.
+SETTLED = {"nls": 1e-7}
+TOGETHER = ("nls", "ols", "tls-2014")
+LOOSE = GainOptions(noise_floor=1e-12, max_rel_std=10.0)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _instruments_of_random_states():
+    """Rows of random states have no motion behind them to take instruments from: any columns that go with theirs do."""
+
+    def bent(x: np.ndarray) -> np.ndarray:
+        return x + 0.3 * np.sin(3.0 * x)
+
+    def instruments(problem):
+        along = (
+            replace(
+                m, observation=each(m.observation, lambda joint: replace(joint, W=bent(joint.W), W_L=bent(joint.W_L)))
+            )
+            for m in problem.motions
+        )
+        return Instruments(replace(problem, motions=tuple(along)), 0.2)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ident.estimation.estimators.iv.instruments", instruments)
+        yield
+
+
+@pytest.fixture(scope="module")
+def heavy(payload) -> Payload:
+    return replace(lopsided(payload), mass_std=0.03)
+
+
+@pytest.fixture(scope="module")
+def noisy(structure, heavy) -> tuple[Observation, Observation]:
+    return exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=0.003, rows=120)
+
+
+@pytest.fixture
+def steady_weights(monkeypatch):
+    """Weights that do not move with a joint's residual: their own derivative is no part of the influence."""
+    monkeypatch.setattr(
+        "ident.estimation.joint_by_joint.first_moments.row_weights",
+        lambda W, Y, groups: np.array([1.3, 0.7, 2.1])[groups],
+    )
+    sigma = np.array([0.02, 0.05, 0.03, 0.01, 0.001, 0.3])
+    monkeypatch.setattr("ident.estimation.all_joints.reduction.left_alone", lambda joint, turned: sigma[joint.joint])
+
+
+def changed(observation: Observation, joints: dict[int, JointObservation]) -> Observation:
+    return replace(observation, joints=tuple(joints.get(j, joint) for j, joint in enumerate(observation.joints)))
+
+
+def each(observation: Observation, change) -> Observation:
+    return changed(observation, {j: change(joint) for j, joint in enumerate(observation.joints)})
+
+
+def stds(estimate: GainEstimate) -> np.ndarray:
+    return np.array([joint.std if isinstance(joint, IdentifiedGain) else np.nan for joint in estimate.joints])
+
+
+def test_its_options_are_a_frozen_dataclass_with_defaults(method):
+    options = ESTIMATORS[method].options()
+    assert is_dataclass(options)
+    if fields(options):
+        with pytest.raises(FrozenInstanceError):
+            setattr(options, fields(options)[0].name, None)
+
+
+def test_options_of_another_class_are_refused(method, noisy, heavy):
+    with pytest.raises(OptionError, match="options are str; this estimator takes"):
+        ESTIMATORS[method].estimate(pair(*noisy, heavy, LOOSE), "nothing")
+
+
+def test_an_unknown_name_is_an_error_that_lists_what_exists(method):
+    with pytest.raises(OptionError, match=f"unknown method 'x{method}'; did you mean '{method}'.; known: .*{method}"):
+        estimator("x" + method)
+
+
+def test_exact_data_give_exact_gains(method, structure, heavy, rng):
+    estimate = estimated(method, *exact_pair(structure, heavy, GAIN, rng), heavy)
+    np.testing.assert_allclose(values(estimate), GAIN, rtol=100 * EXACT)  # up to two solutions in a row
+    assert estimate.method == method
+
+
+def test_a_payload_that_is_not_there_gives_no_gain(method, structure, heavy, rng):
+    chi, load = rng.uniform(0.5, 2.0, 84), np.zeros(10)
+    bare = [exact_observation(structure, chi, load, GAIN, rng, noise=0.02, rows=150) for _ in range(2)]
+    estimate = estimated(method, *bare, heavy, GainOptions())
+    assert all(isinstance(joint, RefusedGain) for joint in estimate.joints)
+
+
+def test_the_same_data_give_the_same_digits(method, noisy, heavy):
+    first, second = (estimated(method, *noisy, heavy, LOOSE) for _ in range(2))
+    np.testing.assert_array_equal(values(first), values(second))
+    np.testing.assert_array_equal(first.covariance, second.covariance)
+
+
+@settings(max_examples=8, deadline=None)
+@given(k=st.floats(0.1, 10.0))
+def test_mass_times_k_is_gains_times_k(method, noisy, heavy, k):
+    inertia, spread = tuple(k * i for i in heavy.inertia), k * heavy.mass_std
+    heavier = replace(heavy, mass=k * heavy.mass, inertia=inertia, mass_std=spread)
+    before, after = estimated(method, *noisy, heavy, LOOSE), estimated(method, *noisy, heavier, LOOSE)
+    np.testing.assert_allclose(values(after), k * values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
+    np.testing.assert_allclose(stds(after), k * stds(before), rtol=SETTLED.get(method, 1e3 * EXACT))
+
+
+@settings(max_examples=8, deadline=None)
+@given(k=st.floats(0.01, 100.0), sign=st.sampled_from([-1.0, 1.0]))
+def test_currents_times_k_are_gains_over_k(method, noisy, heavy, k, sign):
+    scaled = (each(o, lambda joint: replace(joint, V=sign * k * joint.V)) for o in noisy)
+    before, after = estimated(method, *noisy, heavy, LOOSE), estimated(method, *scaled, heavy, LOOSE)
+    np.testing.assert_allclose(values(after), sign * values(before) / k, rtol=SETTLED.get(method, 1e3 * EXACT))
+    np.testing.assert_allclose(stds(after), stds(before) / k, rtol=SETTLED.get(method, 1e3 * EXACT))
+    np.testing.assert_allclose(after.rel_error_norm, before.rel_error_norm, rtol=1e-9)
+    np.testing.assert_allclose(after.sigma, k * before.sigma, rtol=1e-9)
+
+
+def test_a_unit_of_one_joint_s_current_does_not_touch_the_other_gains(method, noisy, heavy):
+    scaled = (changed(o, {4: replace(o.joints[4], V=1e3 * o.joints[4].V)}) for o in noisy)
+    before, after = estimated(method, *noisy, heavy, LOOSE), estimated(method, *scaled, heavy, LOOSE)
+    factor = np.array([1.0, 1.0, 1.0, 1.0, 1e-3, 1.0])
+    np.testing.assert_allclose(values(after), factor * values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
+
+
+@settings(max_examples=5, deadline=None)
+@given(seed=st.integers(0, 2**31))
+def test_the_order_of_rows_does_not_matter_to_gains_and_classical_deviations(method, noisy, heavy, seed):
+    rng, options = np.random.default_rng(seed), replace(LOOSE, uncertainty="classical")
+
+    def shuffled(joint: JointObservation) -> JointObservation:
+        order = rng.permutation(len(joint.V))
+        return replace(joint, V=joint.V[order], W=joint.W[order], W_L=joint.W_L[order])
+
+    before = estimated(method, *noisy, heavy, options)
+    after = estimated(method, *(each(o, shuffled) for o in noisy), heavy, options)
+    np.testing.assert_allclose(values(after), values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
+    np.testing.assert_allclose(stds(after), stds(before), rtol=SETTLED.get(method, 1e3 * EXACT))
+
+
+def test_rows_given_twice_change_no_gain_and_shrink_classical_deviations(method, noisy, heavy, steady_weights):
+    def twice(joint: JointObservation) -> JointObservation:
+        V, W, W_L = (np.concatenate((x, x)) for x in (joint.V, joint.W, joint.W_L))
+        return replace(joint, V=V, W=W, W_L=W_L, t=np.arange(len(V)), position=np.arange(len(V)))
+
+    options = replace(LOOSE, uncertainty="classical")
+    before = estimated(method, *noisy, heavy, options)
+    after = estimated(method, *(each(o, twice) for o in noisy), heavy, options)
+    np.testing.assert_allclose(values(after), values(before), rtol=SETTLED.get(method, 1e3 * EXACT))
+    rows = before.solution.rows
+    # sigma^2 = |rho|^2 / (r - b): the same square sum twice over 2 r - b, and a cofactor halved.
+    own = np.array([(120 * 2 - rows.unknowns[j]) / (120 * 4 - rows.unknowns[j]) for j in range(6)])
+    expected = before.covariance[0, 0] * own[0]
+    # All joints together: each gain feels all joints' deviations, whose factors differ by up to 0.4 %.
+    np.testing.assert_allclose(after.covariance[0, 0], expected, rtol=5e-3 if method in TOGETHER else 1e-8)
+
+
+def test_a_later_start_of_the_clock_changes_nothing(method, noisy, heavy):
+    later = (each(o, lambda joint: replace(joint, t=joint.t + 37.0, position=joint.position + 740)) for o in noisy)
+    before, after = estimated(method, *noisy, heavy, LOOSE), estimated(method, *later, heavy, LOOSE)
+    np.testing.assert_array_equal(values(after), values(before))
+    np.testing.assert_allclose(stds(after), stds(before), rtol=1e-9)
+
+
+@pytest.mark.parametrize("joint", [0, 2, 4])
+@pytest.mark.parametrize("loaded", [0, 1])
+def test_the_influence_is_the_derivative_by_the_currents(method, structure, heavy, steady_weights, joint, loaded):
+    noisy = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), noise=1e-5, rows=120)
+    estimate = estimated(method, *noisy, heavy, LOOSE)
+    rows, solution = estimate.solution.rows, estimate.solution
+    row, other = 17, noisy[1 - loaded]
+    part = noisy[loaded].joints[joint]
+    h = 1e-5 * float(np.sqrt(np.mean(part.V**2)))
+    ends = []
+    for sign in (-1.0, 1.0):
+        V = part.V.copy()
+        V[row] += sign * h
+        moved = changed(noisy[loaded], {joint: replace(part, V=V)})
+        motions = (moved, other) if loaded == 0 else (other, moved)
+        ends.append(estimated(method, *motions, heavy, LOOSE).solution.inverse)
+    derivative = (ends[1] - ends[0]) / (2.0 * h)
+    at = rows.of(joint).start + np.flatnonzero((rows.motion == loaded)[rows.of(joint)])[row]
+    # Central differences of a smooth function: 1e-10 relative, rounding 1e-11 / 1e-5; the influence is of first order,
+    # what it leaves out is of the size of the noise, 1e-5, times a condition number below 100.
+    scale = np.abs(solution.influence).max(axis=1)
+    np.testing.assert_allclose(derivative / scale, solution.influence[:, at] / scale, atol=1e-3)
+    assert np.abs(solution.influence[joint, at]) > 0.0
+
+
+def test_deviations_follow_from_influence_and_residual_by_the_uncertainty_that_is_asked_for(method, noisy, heavy):
+    for name, uncertainty in UNCERTAINTIES.items():
+        estimate = estimated(method, *noisy, heavy, replace(LOOSE, uncertainty=name))
+        solution = estimate.solution
+        covariance = uncertainty(solution.rows, solution.influence, LOOSE.serial_s)
+        np.testing.assert_allclose(estimate.covariance, covariance, rtol=1e-12)
+        np.testing.assert_allclose(stds(estimate), np.sqrt(np.diag(covariance)) * values(estimate) ** 2, rtol=1e-12)
+
+
+def test_rows_hold_the_currents_and_what_the_fit_leaves_of_their_noise(method, structure, heavy, noisy):
+    exact = exact_pair(structure, heavy, GAIN, np.random.default_rng(3), rows=120)
+    rows = estimated(method, *noisy, heavy, LOOSE).solution.rows
+    for joint in range(6):
+        own = rows.of(joint)
+        for motion in (0, 1):
+            given, clean = (each[motion].joints[joint].V for each in (noisy, exact))
+            where = np.flatnonzero(rows.motion[own] == motion) + own.start
+            np.testing.assert_allclose(rows.V[where], given, rtol=1e-14)
+            # A fit of up to 50 unknowns to 240 rows takes up to a half of the noise's square on one motion, and adds
+            # less than a fifth to it, at the cost of the other.
+            left = np.linalg.norm(rows.residual[where]) / np.linalg.norm(given - clean)
+            assert 0.7 < left < 1.1
+
+
+def test_a_gain_without_prediction_below_the_limit_is_refused_with_the_prediction(method, noisy, heavy):
+    loose = estimated(method, *noisy, heavy, LOOSE)
+    worst = int(np.argmax([joint.predicted_rel_std for joint in loose.joints]))
+    limit = loose.joints[worst].predicted_rel_std
+    at = estimated(method, *noisy, heavy, replace(LOOSE, max_rel_std=limit))
+    below = estimated(method, *noisy, heavy, replace(LOOSE, max_rel_std=limit * (1.0 - 1e-12)))
+    assert isinstance(at.joints[worst], IdentifiedGain)
+    refused = below.joints[worst]
+    assert isinstance(refused, RefusedGain)
+    assert refused.predicted_rel_std == limit
+    assert f"predicted standard deviation {100.0 * limit:.3g} % of the gain exceeds" in refused.reason
+    assert "N m rms on this joint" in refused.reason
+
+
+def test_more_noise_floor_predicts_more_but_claims_the_same(method, noisy, heavy):
+    low, high = (estimated(method, *noisy, heavy, replace(LOOSE, noise_floor=floor)) for floor in (1e-12, 0.5))
+    np.testing.assert_array_equal(stds(low), stds(high))
+    assert all(b.predicted_rel_std > 10.0 * a.predicted_rel_std for a, b in zip(low.joints, high.joints, strict=True))
+
+
+def test_the_stated_uncertainty_of_the_mass_reaches_every_gain(method, noisy, heavy):
+    sure = replace(heavy, mass_std=0.0)
+    estimate = estimated(method, *noisy, heavy, LOOSE)
+    moved = estimated(method, *noisy, replace(sure, mass=heavy.mass + 1e-4), LOOSE)
+    before = estimated(method, *noisy, sure, LOOSE)
+    # A finite difference of a smooth function; the limits are those of a share of 1e-5 in the mass.
+    derivative = (values(moved) / values(before) - 1.0) / 1e-4
+    np.testing.assert_allclose(
+        [joint.payload_rel_std for joint in estimate.joints], np.abs(derivative) * 0.03, rtol=2e-3
+    )
+    for joint in estimate.joints:
+        assert isinstance(joint, IdentifiedGain)
+        parts = joint.std**2 + joint.payload_std**2 + joint.model_std**2
+        np.testing.assert_allclose(joint.total_std**2, parts, rtol=1e-12)
+        np.testing.assert_allclose(joint.payload_std, joint.payload_rel_std * abs(joint.value), rtol=1e-12)
+
+
+def test_sigma_counts_the_unknowns_of_every_joint(method, noisy, heavy):
+    estimate = estimated(method, *noisy, heavy, LOOSE)
+    rows = estimate.solution.rows
+    unknowns = sum(rows.unknowns.values())
+    assert unknowns > (63 if method in TOGETHER else 70)  # 58 parameters of the arm and 6 gains; joint by joint, more
+    np.testing.assert_allclose(estimate.sigma, np.linalg.norm(rows.residual) / np.sqrt(len(rows.V) - unknowns))
+    np.testing.assert_allclose(estimate.rel_error_norm, np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
+
+
+def test_the_trusting_options_do_not_refuse(method, noisy, heavy):
+    assert estimated(method, *noisy, heavy, TRUSTING).identifiable.all()

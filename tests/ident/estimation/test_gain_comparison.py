@@ -1,0 +1,155 @@
+"""What moved from one set of gains to another."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from ident.estimation.gain_comparison import compared
+from ident.estimation.known_gains import KnownGains
+from ident.support.errors import GainsError
+
+NAMES = ("a", "b", "c", "d")
+
+
+def gains(joints, value, rel_std, correlation: float = 0.0, names=NAMES) -> KnownGains:
+    value, std = np.array(value), np.abs(value) * np.array(rel_std)
+    unit = np.full((len(std), len(std)), correlation) + (1.0 - correlation) * np.eye(len(std))
+    return KnownGains(names=names, joints=np.array(joints), value=value, covariance=unit * np.outer(std, std))
+
+
+def test_a_change_is_held_against_the_deviations_of_both_sets():
+    A = gains([0, 1, 2], [2.0, -3.0, 5.0], [0.03, 0.01, 0.02])
+    B = gains([0, 1, 2], [2.1, -3.3, 5.1], [0.04, 0.02, 0.01])
+    found = compared(A, B)
+    std = np.hypot([0.03, 0.01, 0.02], [0.04, 0.02, 0.01])
+    x = np.log([1.05, 1.1, 1.02])
+    np.testing.assert_allclose([each.std for each in found.each], std, rtol=1e-12)  # rounding
+    np.testing.assert_allclose([each.rel for each in found.each], [0.05, 0.1, 0.02], rtol=1e-12)
+    assert [each.moved for each in found.each] == [False, True, False]  # 1.0, 4.3 and 0.9 deviations
+    np.testing.assert_allclose(found.each[0].limit, stats.norm.isf(0.025 / 3), rtol=1e-12)  # Bonferroni, two-sided
+    np.testing.assert_allclose(found.together.chi2, np.sum((x / std) ** 2), rtol=1e-12)
+    np.testing.assert_allclose(found.together.p, stats.chi2(3).sf(np.sum((x / std) ** 2)), rtol=1e-12)
+    weight = std**-2.0
+    np.testing.assert_allclose(found.scale.log, weight @ x / weight.sum(), rtol=1e-12)
+    np.testing.assert_allclose(found.scale.std, weight.sum() ** -0.5, rtol=1e-12)
+    assert found.moved
+
+
+def test_a_scale_common_to_all_joints_is_told_apart_from_a_pattern():
+    A, B = gains([0, 1, 3], [2.0, -3.0, 5.0], [0.01] * 3), gains([0, 1, 3], [2.2, -3.3, 5.5], [0.02] * 3)
+    found = compared(A, B)
+    np.testing.assert_allclose(found.scale.rel, 0.1, rtol=1e-12)
+    assert found.scale.moved
+    np.testing.assert_allclose([each.log for each in found.apart], 0.0, atol=1e-12)
+    assert found.pattern is not None
+    assert not found.pattern.moved
+    np.testing.assert_allclose(found.pattern.p, 1.0, rtol=1e-9)
+    assert found.pattern.freedom == 2
+    assert found.together.moved
+
+
+def test_correlated_errors_hide_a_common_change_and_show_a_difference():
+    # A correlation of 0.9 makes the sum of two changes uncertain and their difference sure: with deviation 0.1 each,
+    # var(x1 + x2) = 0.038, var(x1 - x2) = 0.002, and chi2 is (sum)^2 / 0.038 + (difference)^2 / 0.002, halves of both.
+    exact = gains([0, 1], [1.5, 2.5], [1e-9, 1e-9])
+    apart = gains([0, 1], [1.5 * np.exp(0.1), 2.5 * np.exp(-0.1)], [0.1, 0.1], 0.9)
+    alike = gains([0, 1], [1.5 * np.exp(0.1), 2.5 * np.exp(0.1)], [0.1, 0.1], 0.9)
+    np.testing.assert_allclose(compared(exact, apart).together.chi2, 0.2**2 / 0.002, rtol=1e-6)  # 1e-9 beside 0.1
+    np.testing.assert_allclose(compared(exact, alike).together.chi2, 0.2**2 / 0.038, rtol=1e-6)
+    assert compared(exact, apart).together.moved
+    assert not compared(exact, alike).moved
+
+
+@pytest.mark.slow
+def test_beside_the_scale_a_change_has_the_deviation_that_draws_have():
+    # 4000 draws: a deviation is found to 1.1 %, the bound is four of them; three joints of different deviation.
+    rng, std = np.random.default_rng(3), np.array([0.01, 0.03, 0.02])
+    exact = gains([0, 1, 2], [1.5, 2.5, 3.5], [1e-9] * 3)
+    drawn = np.array([1.5, 2.5, 3.5]) * np.exp(std * rng.standard_normal((4000, 3)))
+    found = [compared(exact, gains([0, 1, 2], each, std)) for each in drawn]
+    # One draw in a thousand looks as if a joint had moved alone (4000 draws: 4 +- 2) and takes the scale of the others.
+    all_share = [one for one in found if len(one.sharing) == 3]
+    assert 4000 - 10 <= len(all_share) < 4000
+    apart = np.array([[each.log for each in one.apart] for one in all_share])
+    np.testing.assert_allclose(apart.std(axis=0), [each.std for each in found[0].apart], rtol=0.045)
+    # p is uniform where nothing moved: 5 % of 4000 is 200 +- 13.8
+    for share in (np.mean([one.together.moved for one in found]), np.mean([one.pattern.moved for one in found])):
+        assert 0.036 < share < 0.064
+
+
+def test_a_change_and_its_deviation_are_in_the_same_measure():
+    # 20000 draws: a deviation is found to 0.5 %, the bound is six of them and the curvature of the exponential.
+    rng = np.random.default_rng(5)
+    A, B = gains([0, 1], [2.0, 3.0], [0.02, 0.03]), gains([0, 1], [3.4, 1.2], [0.03, 0.01])
+    found = compared(A, B)
+    drawn = [known.value * (1.0 + known.std / known.value * rng.standard_normal((20000, 2))) for known in (A, B)]
+    np.testing.assert_allclose((drawn[1] / drawn[0]).std(axis=0), [each.rel_std for each in found.each], rtol=0.035)
+    assert [each.beyond_two for each in found.each] == [True, True]
+    assert not compared(A, gains([0, 1], [2.1, 3.1], [0.03, 0.01])).each[0].beyond_two  # 5 % of 3.6 %, twice
+
+
+def test_a_joint_that_moved_alone_does_not_draw_the_common_scale_along():
+    # The joint that moved is the surest one, which a mean would follow; the errors of all are related.
+    A = gains([0, 1, 2, 3], [2.0, 3.0, 5.0, 7.0], [0.03, 0.002, 0.02, 0.01], 0.3)
+    B = gains([0, 1, 2, 3], [2.04, 6.12, 5.1, 7.14], [0.03, 0.002, 0.02, 0.01], 0.3)
+    found = compared(A, B)
+    assert found.sharing.tolist() == [0, 2, 3]
+    np.testing.assert_allclose(found.scale.rel, 0.02, rtol=1e-9)
+    np.testing.assert_allclose([each.rel for each in found.apart], [0.0, 1.0, 0.0, 0.0], atol=1e-9)
+    assert [each.moved for each in found.apart] == [False, True, False, False]
+    assert found.pattern is not None  # and the test of all joints stays one of all joints
+    assert found.pattern.freedom == 3
+    assert found.pattern.moved
+    rest = [gains([0, 2, 3], known.value[[0, 2, 3]], [0.03, 0.02, 0.01], 0.3) for known in (A, B)]
+    np.testing.assert_allclose(found.scale.std, compared(*rest).scale.std, rtol=1e-9)
+
+
+def test_where_no_scale_is_common_to_more_than_half_there_is_none():
+    A, B = (gains([0, 1, 2, 3], value, [0.01] * 4) for value in ([2.0] * 4, [2.0, 2.0, 3.0, 5.0]))
+    found = compared(A, B)  # two of four have one scale
+    assert not len(found.sharing)
+    np.testing.assert_allclose(found.scale.log, np.log([1.5, 2.5]).sum() / 4.0, rtol=1e-12)
+    chance = gains([0, 1, 2, 3], [2.0, 2.0, 2.0, 2.12], [0.01] * 4)  # chi2 12.7 of 3: one time in 190
+    assert compared(A, chance).sharing.tolist() == [0, 1, 2, 3]
+
+
+def test_a_joint_without_a_name_is_any_of_that_number():
+    named, bare = (gains([0, 1], [2.0, 3.0], [0.1, 0.1], names=names) for names in (("a", "b"), ("1", "2")))
+    for pair in ((named, bare), (bare, named), (bare, bare)):
+        assert compared(*pair).joints.tolist() == [0, 1]
+    swapped = gains([0, 1], [2.0, 3.0], [0.1, 0.1], names=("2", "1"))
+    with pytest.raises(GainsError, match="of other joints"):
+        compared(named, swapped)
+
+
+def test_a_gain_that_turned_moved_whatever_its_size():
+    found = compared(gains([0, 1], [2.0, 3.0], [0.1, 0.1]), gains([0, 1], [2.0, -3.0], [0.1, 0.1]))
+    assert [each.moved for each in found.each] == [False, True]
+    assert found.moved
+
+
+def test_joints_with_a_gain_in_one_set_only_are_named():
+    found = compared(gains([0, 1, 3], [2.0, 3.0, 4.0], [0.1] * 3), gains([1, 2, 3], [3.1, 4.0, 4.1], [0.1] * 3))
+    assert found.joints.tolist() == [1, 3]
+    assert found.missing == ((0, "A"), (2, "B"))
+    np.testing.assert_allclose([each.rel for each in found.each], [0.1 / 3.0, 0.025], rtol=1e-12)
+
+
+def test_one_joint_has_no_pattern():
+    found = compared(gains([2], [2.0], [0.1]), gains([2], [2.1], [0.1]))
+    assert found.pattern is None
+    assert found.together.freedom == 1
+
+
+@pytest.mark.parametrize(
+    ("B", "words"),
+    [
+        (gains([0], [2.0], [0.1], names=("a", "b", "d", "c")), "other joints: a, b, c, d against a, b, d, c"),
+        (gains([2], [2.0], [0.1]), "no joint has a gain in both sets"),
+        (gains([0, 1], [2.0, 3.0], [0.1, 0.0]), "joint 2: neither gain has a deviation"),
+        (gains([0, 1], [2.0, 3.0], [0.1, 0.2], 1.0), "a combination of the gains has no deviation"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(B, words):
+    with pytest.raises(GainsError, match=words):
+        compared(gains([0, 1], [2.0, 3.0], [0.0, 0.0]), B)

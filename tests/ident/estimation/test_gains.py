@@ -1,0 +1,111 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import EXACT, GAIN, TRUSTING, drive_gains, exact_pair, lopsided, values
+from pinocchio_arms import random_arm
+
+from ident.estimation.estimate import RefusedGain
+from ident.estimation.gain_options import GainOptions
+from ident.model.arm import arm_from_pinocchio
+from ident.model.structure import structure_of
+from ident.observation.observation import Observation
+from ident.payload.payload import Payload
+
+
+def scaled_currents(observation: Observation, factor: float) -> Observation:
+    joints = tuple(replace(joint, V=factor * joint.V) for joint in observation.joints)
+    return Observation(observation.structure, joints, observation.notes)
+
+
+def scaled_mass(payload: Payload, factor: float) -> Payload:
+    return replace(payload, mass=factor * payload.mass, inertia=tuple(factor * i for i in payload.inertia))
+
+
+def test_exact_data_give_exact_gains_and_a_drive_wired_backwards_a_negative_one(structure, payload, rng):
+    estimate = drive_gains(*exact_pair(structure, lopsided(payload), GAIN, rng), lopsided(payload), TRUSTING)
+    np.testing.assert_allclose(values(estimate), GAIN, rtol=EXACT)
+
+
+def test_the_mass_alone_gives_joints_1_to_3_exactly_and_refuses_the_rest(structure, payload, rng):
+    pair = exact_pair(structure, payload, GAIN, rng)
+    estimate = drive_gains(*pair, Payload(mass=payload.mass, known="mass"), TRUSTING)
+    np.testing.assert_allclose(values(estimate)[:3], GAIN[:3], rtol=EXACT)
+    for joint in estimate.joints[3:]:
+        assert isinstance(joint, RefusedGain)
+        assert joint.predicted_rel_std is None
+        assert "mass alone puts no torque of its own on this joint" in joint.reason
+
+
+def test_mass_scaled_by_k_scales_every_gain_by_k(structure, payload, rng):
+    heavy = lopsided(payload)
+    pair = exact_pair(structure, heavy, GAIN, rng, noise=0.01)
+    before, after = drive_gains(*pair, heavy, TRUSTING), drive_gains(*pair, scaled_mass(heavy, 1.7), TRUSTING)
+    np.testing.assert_allclose(values(after), 1.7 * values(before), rtol=EXACT)
+    for a, b in zip(after.joints, before.joints, strict=True):
+        np.testing.assert_allclose(a.std, 1.7 * b.std, rtol=EXACT)
+
+
+def test_currents_scaled_by_k_divide_every_gain_by_k(structure, payload, rng):
+    heavy = lopsided(payload)
+    pair = exact_pair(structure, heavy, GAIN, rng, noise=0.01)
+    before = drive_gains(*pair, heavy, TRUSTING)
+    after = drive_gains(*(scaled_currents(o, 3.0) for o in pair), heavy, TRUSTING)
+    np.testing.assert_allclose(values(after), values(before) / 3.0, rtol=EXACT)
+
+
+def test_reversed_currents_reverse_every_gain(structure, payload, rng):
+    heavy = lopsided(payload)
+    pair = exact_pair(structure, heavy, GAIN, rng, noise=0.01)
+    before = drive_gains(*pair, heavy, TRUSTING)
+    after = drive_gains(*(scaled_currents(o, -1.0) for o in pair), heavy, TRUSTING)
+    np.testing.assert_allclose(values(after), -values(before), rtol=EXACT)
+
+
+def test_an_axisymmetric_payload_is_refused_on_joint_6_with_the_predicted_deviation(structure, payload, rng):
+    pair = exact_pair(structure, payload, GAIN, rng, noise=0.2)
+    joint = drive_gains(*pair, payload, GainOptions()).joints[5]
+    assert isinstance(joint, RefusedGain)
+    assert joint.predicted_rel_std > GainOptions().max_rel_std
+    assert f"predicted standard deviation {100 * joint.predicted_rel_std:.3g} %" in joint.reason
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gains_of_random_arms_are_exact(seed, payload):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 8))
+    structure = structure_of(arm_from_pinocchio(random_arm(rng, n, prismatic=0.3)))
+    gain = rng.uniform(0.5, 2.0, n) * rng.choice([-1.0, 1.0], n)
+    estimate = drive_gains(*exact_pair(structure, lopsided(payload), gain, rng), lopsided(payload), TRUSTING)
+    np.testing.assert_allclose(values(estimate), gain, rtol=100 * EXACT)  # random arms are less well conditioned
+
+
+def test_standard_deviations_are_those_of_white_noise(structure, payload):
+    # 200 draws of six gains: the rms z-score has a standard deviation of 1 / sqrt(2 * 1200) = 2 %, and the
+    # bound of four of them is left by chance once in 16 000 seeds. GAIN 6 is refused: too little load.
+    heavy, z = lopsided(payload), []
+    for seed in range(200):
+        pair = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.01, rows=120)
+        estimate = drive_gains(*pair, heavy, GainOptions(max_rel_std=10.0, uncertainty="larger"))
+        z.append([(joint.value - true) / joint.std for joint, true in zip(estimate.joints, GAIN, strict=True)])
+    assert abs(np.sqrt(np.mean(np.square(z))) - 1.0) < 4 * 0.0204
+
+
+def test_uncertainty_of_the_weighed_mass_passes_to_the_gains_in_full(structure, payload, rng):
+    # With the mass alone known, gains scale with it exactly.
+    light = Payload(mass=payload.mass, mass_std=0.025, known="mass")
+    estimate = drive_gains(*exact_pair(structure, payload, GAIN, rng), light, TRUSTING)
+    for joint in estimate.joints[:3]:
+        np.testing.assert_allclose(joint.payload_rel_std, 0.025 / payload.mass, rtol=EXACT)
+
+
+def test_uncertainty_of_a_parameter_is_the_change_it_causes(structure, payload, rng):
+    pair = exact_pair(structure, payload, GAIN, rng, noise=1e-4)
+    h = 1e-5
+    sure = replace(payload, mass_std=0.0)
+    moved = replace(sure, com=(0.0, 0.0, payload.com[2] + h))
+    before, after = (values(drive_gains(*pair, p, TRUSTING)) for p in (sure, moved))
+    stated = drive_gains(*pair, replace(sure, com_std=(0.0, 0.0, h)), TRUSTING)
+    for j in range(5):  # joint 6 does not feel com z
+        # A finite difference of a smooth function: relative error of the order of h.
+        np.testing.assert_allclose(stated.joints[j].payload_rel_std, abs(after[j] / before[j] - 1.0), rtol=1e-3)

@@ -1,0 +1,262 @@
+"""`iv`: the smooth motion, least squares with instruments, and what they mend."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import EXACT, GAIN, TRUSTING, exact_pair, lopsided
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+
+from ident.estimation.estimators import ESTIMATORS
+from ident.estimation.estimators.iv import InstrumentOptions, instrumental_gains, instruments
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.joint_by_joint.gain_system import gain_system
+from ident.estimation.joint_by_joint.instruments import instrumental
+from ident.estimation.problem import Problem, pair
+from ident.model.structure import structure_of
+from ident.numerics.signals import decimator
+from ident.observation.full_rate import FullRate
+from ident.observation.observation import ObserveOptions, observe
+from ident.observation.smooth_motion import DEGREE, Reference, reference
+from ident.support.errors import NotExcited, NotIdentifiable, TooFewRows
+
+WIDE = ObserveOptions(cutoff_hz=40.0, decimation_cutoff_hz=30.0, rows_per_second=60.0)
+LOOSE = GainOptions(max_rel_std=10.0)
+
+
+def full_rate(q: np.ndarray, *, period: float = 0.005, cutoff_hz: float = 15.0) -> FullRate:
+    nothing = np.zeros_like(q)
+    D = decimator(period, 10.0, 10)
+    return FullRate(
+        q=q,
+        dq=nothing,
+        ddq=nothing,
+        moving=np.ones(q.shape, dtype=bool),
+        period=period,
+        cutoff_hz=cutoff_hz,
+        decimator=D,
+        edge=0,
+        group=1,
+        noise=np.zeros(q.shape[1]),
+    )
+
+
+def slow_motion(t: np.ndarray, rates: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A sine a joint of the given frequencies [Hz], not periodic in the recording."""
+    w = 2.0 * np.pi * np.array(rates)
+    angle = np.outer(t, w) + 0.3
+    return 0.7 * np.sin(angle) + 0.2 * t[:, None], 0.7 * w * np.cos(angle) + 0.2, -0.7 * w**2 * np.sin(angle)
+
+
+@pytest.fixture(scope="module")
+def logs():
+    """A UR-like arm's recordings, exact but for 0.2 % of current noise, its structure and options to find all gains."""
+    model = ur_like()
+    return known_logs(model, BRICK, UR_GAIN, np.random.default_rng(3), middle=UR_MIDDLE, noise=0.002, rate=250.0), (
+        structure_of(arm_of(model))
+    )
+
+
+def problem_of(logs, observing: ObserveOptions, *, encoder: float = 0.0, seed: int = 0) -> Problem:
+    recordings, structure = logs
+    rng = np.random.default_rng(seed)
+    heard = (replace(each, q=each.q + encoder * rng.standard_normal(each.q.shape)) for each in recordings)
+    return pair(*(observe(each, structure, observing) for each in heard), BRICK, LOOSE)
+
+
+def errors(method: str, problem: Problem) -> np.ndarray:
+    estimator = ESTIMATORS[method]
+    return 1.0 / estimator.estimate(problem, estimator.options()).solution.inverse / UR_GAIN - 1.0
+
+
+def test_a_slow_motion_is_found_with_its_derivatives():
+    t = 0.005 * np.arange(3000)
+    true = slow_motion(t, (0.4, 0.9))
+    found = reference(full_rate(true[0]))
+    # Pieces of 1/15 s at most: the sixth derivative times the piece to the sixth over the sixth's spline constant.
+    for each, exact, atol in zip((found.q, found.dq, found.ddq), true, (1e-6, 3e-5, 3e-3), strict=True):
+        np.testing.assert_allclose(each, exact, atol=atol)
+
+
+@pytest.mark.parametrize("degree", range(DEGREE + 1))
+def test_a_polynomial_of_the_spline_s_degree_needs_one_piece(degree):
+    t = 0.005 * np.arange(2400)
+    x = (t / 4.0)[:, None] ** degree
+    noise = 1e-3 * np.random.default_rng(3).standard_normal(x.shape)
+    found = reference(full_rate(x + noise))
+    independent = 2.0 * 15.0 * t[-1]
+    np.testing.assert_allclose(found.kept, (1 + DEGREE) / independent, rtol=1e-12)
+    # The fit of noise is smaller than the noise by the root of its coefficients over 1200 samples at 100 Hz... 60 Hz.
+    np.testing.assert_allclose(found.q, x, atol=5e-4)
+
+
+def test_the_share_of_the_noise_that_is_kept_is_that_of_the_coefficients(monkeypatch):
+    # Noise as the positions' filter leaves it, white up to 15 Hz, on a cubic, which any number of pieces fits: what
+    # 65 of 450 independent values in 6 joints hold is known to sqrt(2 / (6 * 65)) = 7 %; 4 of them.
+    monkeypatch.setattr("ident.observation.smooth_motion._numbers", lambda independent: [60])
+    t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
+    below = (np.fft.rfftfreq(3000, 0.005) < 15.0)[:, None]
+    sizes = 0.01 * np.arange(1, 7)
+    noise = np.fft.irfft(np.fft.rfft(sizes * rng.standard_normal((3000, 6)), axis=0) * below, 3000, axis=0)
+    true = (0.1 * t[:, None]) ** 3
+    found = reference(full_rate(true + noise))
+    np.testing.assert_allclose(found.kept, 65 / (2 * 15.0 * t[-1]), rtol=1e-12)
+    of_all = np.mean(noise**2, axis=0)
+    assert np.mean(np.mean((found.q - true) ** 2, axis=0) / of_all) == pytest.approx(65 / 450, rel=0.28)
+    np.testing.assert_allclose(found.left, np.sqrt(of_all * (1 - 65 / 450)), rtol=0.1)
+
+
+def test_each_joint_has_as_many_pieces_as_its_motion_asks_for():
+    t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
+    noise = 1e-3 * rng.standard_normal((3000, 3))
+    slow, fast, middle = reference(full_rate(slow_motion(t, (0.2, 2.1, 0.7))[0] + noise)).kept
+    assert 0.02 < slow < middle < fast < 0.5
+    louder = reference(full_rate(slow_motion(t, (0.2, 2.1, 0.7))[0] + 30.0 * noise)).kept
+    assert (louder < [slow, fast, middle]).all()
+
+
+def test_noise_alone_asks_for_one_piece():
+    # A piece more where chi² of one freedom exceeds log 450 = 6.1, in 1.3 % of joints, or 2, Akaike's, in 16 %: of 30,
+    # three or more do so with a chance of 0.7 and of 88 %.
+    noise = np.random.default_rng(4).standard_normal((3000, 30))
+    below = (np.fft.rfftfreq(3000, 0.005) < 15.0)[:, None]
+    kept = reference(full_rate(np.fft.irfft(np.fft.rfft(noise, axis=0) * below, 3000, axis=0))).kept
+    assert np.sum(kept > 1.01 * (1 + DEGREE) / (2 * 15.0 * 0.005 * 2999)) < 3
+
+
+def test_no_more_than_half_of_the_independent_samples_become_coefficients():
+    kept = reference(full_rate(slow_motion(0.005 * np.arange(3000), (3.0, 4.0))[0])).kept
+    assert (kept <= 0.5).all()
+    assert (kept > 0.49).all()
+
+
+def test_velocity_and_acceleration_are_those_of_the_fitted_positions():
+    t, rng = 0.005 * np.arange(3000), np.random.default_rng(2)
+    found = reference(full_rate(slow_motion(t, (0.4, 1.9))[0] + 1e-3 * rng.standard_normal((3000, 2))))
+    inner = slice(1, -1)
+    # Central differences of 5 ms of motions below some 5 Hz: off by (2 pi 5 0.005)^2 / 6 = 0.4 % at most.
+    np.testing.assert_allclose((found.q[2:] - found.q[:-2]) / 0.01, found.dq[inner], atol=4e-3 * np.abs(found.dq).max())
+    np.testing.assert_allclose(
+        (found.dq[2:] - found.dq[:-2]) / 0.01, found.ddq[inner], atol=1e-2 * np.abs(found.ddq).max()
+    )
+
+
+def test_instruments_solve_their_normal_equations(structure, payload):
+    heavy = lopsided(payload)
+    rng = np.random.default_rng(5)
+    problem = pair(*exact_pair(structure, heavy, GAIN, rng, noise=0.02, rows=80), heavy, TRUSTING)
+    system = gain_system(problem, 3, [heavy.known_part()])
+    W, V = system.W, system.rows.V
+    Z = W + 0.3 * np.sqrt(np.mean(W**2, axis=0)) * rng.standard_normal(W.shape)
+    fit = instrumental(system, Z, 1e-9)
+    inverse = np.linalg.inv(Z.T @ W)
+    np.testing.assert_allclose(fit.fit.x, inverse @ Z.T @ V, rtol=1e-6)  # inverse of a condition of some 1e5
+    np.testing.assert_allclose(fit.by_current, inverse @ Z.T, atol=1e-6 * np.abs(fit.by_current).max())
+    np.testing.assert_allclose(fit.fit.residual, V - W @ fit.fit.x, atol=1e-12 * np.abs(V).max())
+    np.testing.assert_allclose(fit.fit.cofactor, inverse @ Z.T @ Z @ inverse.T, rtol=1e-5)
+    np.testing.assert_allclose(fit.fit.sigma, np.linalg.norm(V - W @ fit.fit.x) / np.sqrt(160 - W.shape[1]), rtol=1e-9)
+    np.testing.assert_allclose(fit.fit.basis @ (fit.fit.basis.T @ W), W, atol=1e-10 * np.abs(W).max())
+    Q = np.linalg.qr(Z)[0]
+    np.testing.assert_allclose(fit.fit.condition, np.linalg.cond(Q.T @ (W / np.linalg.norm(W, axis=0))), rtol=1e-6)
+    assert fit.inverse == fit.fit.x[-1]
+
+
+def test_errors_of_the_columns_bias_least_squares_and_not_instruments(structure, payload):
+    # The torque's column is known with an error of its own size: least squares see half of it at most.
+    heavy = lopsided(payload)
+    rng = np.random.default_rng(5)
+    problem = pair(*exact_pair(structure, heavy, GAIN, rng, rows=400), heavy, TRUSTING)
+    system = gain_system(problem, 3, [heavy.known_part()])
+    found = []
+    for _ in range(20):
+        W = system.W.copy()
+        W[:, -1] += np.sqrt(np.mean(W[:, -1] ** 2)) * rng.standard_normal(800)
+        noisy = replace(system, W=W)
+        found.append((instrumental(noisy, W, 1e-9).inverse, instrumental(noisy, system.W, 1e-9).inverse))
+    least, instrument = np.array(found).T * GAIN[3]
+    assert (least < 0.6).all()
+    assert abs(instrument.mean() - 1.0) < 4.0 * instrument.std(ddof=1) / np.sqrt(20)
+    assert instrument.std() < 0.2
+
+
+def test_instruments_that_are_too_few_or_dependent_or_zero_are_refused(structure, payload):
+    heavy = lopsided(payload)
+    problem = pair(*exact_pair(structure, heavy, GAIN, np.random.default_rng(5), rows=40), heavy, TRUSTING)
+    system = gain_system(problem, 3, [heavy.known_part()])
+    b = system.W.shape[1]
+    for rows, enough in ((b, False), (b + 1, True)):
+        some = np.random.default_rng(1).permutation(len(system.W))[:rows]
+        short = replace(system, W=system.W[some], rows=replace(system.rows, V=system.rows.V[some]))
+        if enough:
+            assert instrumental(short, short.W, 1e-12).fit.x.shape == (b,)
+        else:
+            with pytest.raises(TooFewRows, match=f"{b} rows cannot give {b} unknowns"):
+                instrumental(short, short.W, 1e-12)
+    double = system.W.copy()
+    double[:, 2] = 3.0 * double[:, 1]
+    with pytest.raises(NotExcited, match="the reference motion does not excite every parameter"):
+        instrumental(system, double, 1e-9)
+    with pytest.raises(NotExcited, match="the reference motion does not excite every parameter"):
+        instrumental(replace(system, W=double), system.W, 1e-9)
+    empty = system.W.copy()
+    empty[:, 4] = 0.0
+    with pytest.raises(NotExcited, match="column 4 of the observation matrix is zero"):
+        instrumental(system, empty, 1e-9)
+    with pytest.raises(NotExcited, match="column 4 of the observation matrix is zero"):
+        instrumental(replace(system, W=empty), system.W, 1e-9)
+
+
+def test_a_regressor_without_recording_is_refused(structure, payload):
+    heavy = lopsided(payload)
+    problem = pair(*exact_pair(structure, heavy, GAIN, np.random.default_rng(5), rows=80), heavy, TRUSTING)
+    with pytest.raises(NotIdentifiable, match="motion 1 has rows but no recording behind them; iv needs one"):
+        instrumental_gains(problem, InstrumentOptions())
+    bare = replace(problem, motions=(problem.motions[0],) * 2)
+    with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
+        instrumental_gains(bare, InstrumentOptions())
+
+
+def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypatch):
+    problem = problem_of(logs, WIDE)
+
+    def same(behind: FullRate) -> Reference:
+        share = np.array([0.1, 0.3, 0.2, 0.1, 0.1, 0.1]) * (
+            1.5 if behind is problem.motions[0].observation.full_rate else 1
+        )
+        return Reference(q=behind.q, dq=behind.dq, ddq=behind.ddq, kept=share, left=np.zeros(6))
+
+    monkeypatch.setattr("ident.estimation.estimators.iv.reference", same)
+    aid = instruments(problem)
+    for ours, theirs in zip(aid.problem.motions, problem.motions, strict=True):
+        assert ours.payload is theirs.payload
+        for a, b in zip(ours.observation.joints, theirs.observation.joints, strict=True):
+            np.testing.assert_allclose(a.W, b.W, atol=1e-12 * np.abs(b.W).max())
+            np.testing.assert_allclose(a.W_L, b.W_L, atol=1e-12 * np.abs(b.W_L).max())
+            np.testing.assert_array_equal(a.V, b.V)
+    assert aid.kept == pytest.approx(0.45, rel=1e-12)
+    estimate = instrumental_gains(problem, InstrumentOptions())
+    least = ESTIMATORS["ls-2011"]
+    ordinary = least.estimate(problem, least.options())
+    np.testing.assert_allclose(estimate.solution.inverse, ordinary.solution.inverse, rtol=1e6 * EXACT)
+    # 0.45 of the positions' variance, and that share to the fifth power of the accelerations'.
+    assert estimate.remarks == (
+        "the instruments share up to 45 % of the positions' noise and 1.8 % of the accelerations' (of the variance)",
+    )
+
+
+def test_without_encoder_noise_instruments_and_least_squares_agree(logs):
+    problem = problem_of(logs, ObserveOptions())
+    least = ESTIMATORS["ls-2011"]
+    estimate = least.estimate(problem, least.options())
+    std = np.sqrt(np.diag(estimate.covariance)) / np.abs(estimate.solution.inverse)
+    assert (np.abs(errors("iv", problem) - errors("ls-2011", problem)) < 0.3 * std).all()
+
+
+def test_encoder_noise_that_a_wide_filter_lets_through_biases_least_squares_and_not_instruments(logs):
+    # 1e-3 rad white, of which a cut-off of 40 Hz leaves as much acceleration as the motion has.
+    problems = [problem_of(logs, WIDE, encoder=1e-3, seed=seed) for seed in range(4)]
+    least, instrument = (
+        np.abs(np.mean([errors(method, problem) for problem in problems], axis=0)) for method in ("ls-2011", "iv")
+    )
+    assert (instrument < 0.5 * least).sum() >= 4
+    assert np.median(instrument) < 0.2 * np.median(least)

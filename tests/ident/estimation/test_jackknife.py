@@ -1,0 +1,163 @@
+"""Stretches left out: beside fits that are really made without them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from ident.estimation.rows import Rows
+from ident.estimation.uncertainty.cautious import cautious
+from ident.estimation.uncertainty.classical import classical
+from ident.estimation.uncertainty.jackknife import jackknife, left_out
+
+UNKNOWNS = 7
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A weighted linear problem of two joints and two motions of which two unknowns are believed to be something."""
+
+    W: np.ndarray
+    V: np.ndarray
+    weight: np.ndarray
+    joint: np.ndarray
+    motion: np.ndarray
+    position: np.ndarray
+    prior: np.ndarray  # rows over the unknowns, of deviation one
+    believed: np.ndarray
+
+    def without(self, block: np.ndarray) -> np.ndarray:
+        """The unknowns that all but some rows give."""
+        kept = np.setdiff1d(np.arange(len(self.V)), block)
+        W = np.vstack((self.weight[kept, None] * self.W[kept], self.prior))
+        return np.linalg.lstsq(W, np.concatenate((self.weight[kept] * self.V[kept], self.believed)))[0]
+
+    def blocks(self) -> Iterator[np.ndarray]:
+        """Twentieths of each motion by time, the joints together."""
+        for motion, length in ((0, 100), (1, 60)):
+            for k in range(20):
+                inside = (self.position - 900 >= k * length / 20) & (self.position - 900 < (k + 1) * length / 20)
+                block = np.flatnonzero((self.motion == motion) & inside)
+                if len(block):
+                    yield block
+
+    @property
+    def rows(self) -> Rows:
+        whole = np.vstack((self.weight[:, None] * self.W, self.prior))
+        basis = np.linalg.qr(whole)[0]
+        return Rows(
+            V=self.V,
+            residual=self.V - self.W @ self.without(np.zeros(0, dtype=int)),
+            joint=self.joint,
+            motion=self.motion,
+            position=self.position,
+            row_period=0.05,
+            unknowns={0: 3.0, 2: 4.0},
+            weight=self.weight,
+            explained=basis[: len(self.V)],
+        )
+
+    @property
+    def influence(self) -> np.ndarray:
+        whole = np.vstack((self.weight[:, None] * self.W, self.prior))
+        return np.linalg.pinv(whole)[:, : len(self.V)] * self.weight
+
+
+@pytest.fixture
+def linear(rng) -> Linear:
+    """Motions of 100 and 60 positions from 900 on, of which joint 0 lacks some and joint 2 others, but not the ends."""
+    joint, motion, position = [], [], []
+    for j, share in ((0, 0.9), (2, 0.7)):
+        for m, length in ((0, 100), (1, 60)):
+            kept = rng.uniform(size=length) < share
+            kept[[0, -1]] = True
+            position.append(900 + np.flatnonzero(kept))
+            joint.append(np.full(kept.sum(), j))
+            motion.append(np.full(kept.sum(), m))
+    joint, motion, position = (np.concatenate(each) for each in (joint, motion, position))
+    W = rng.normal(size=(len(joint), UNKNOWNS)) * np.where(joint == 0, 2.0, 0.3)[:, None]
+    V = W @ rng.normal(size=UNKNOWNS) + rng.normal(size=len(joint)) * np.where(joint == 0, 0.2, 5.0)
+    weight = np.where(joint == 0, 4.7, 0.17)
+    prior = np.zeros((2, UNKNOWNS))
+    prior[0, 1], prior[1, 6] = 30.0, 2.5
+    return Linear(W, V, weight, joint, motion, position, prior, np.array([12.0, -0.4]))
+
+
+def test_stretches_are_twentieths_of_each_motion_with_all_joints_together(linear):
+    found = [block for block, _ in left_out(linear.rows)]
+    expected = list(linear.blocks())
+    assert len(found) == len(expected) == 40
+    for a, b in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_what_is_left_out_is_predicted_as_by_a_fit_without_it(linear):
+    for block, left in left_out(linear.rows):
+        expected = linear.V[block] - linear.W[block] @ linear.without(block)
+        np.testing.assert_allclose(left, expected, rtol=0, atol=1e-11 * np.abs(expected).max())  # rounding
+
+
+def test_its_covariance_is_that_of_fits_without_each_stretch(linear):
+    found = jackknife(linear.rows, linear.influence, 0.0)
+    fits = np.array([linear.without(block) for block in linear.blocks()])
+    apart = fits - fits.mean(axis=0)
+    np.testing.assert_allclose(found, 39.0 / 40.0 * apart.T @ apart, rtol=0, atol=1e-11 * np.abs(found).max())
+
+
+def test_an_unknown_that_one_stretch_alone_shows_moves_no_other(linear):
+    block = next(linear.blocks())
+    own = np.zeros(len(linear.V))
+    own[block] = np.sin(1.0 + block)
+    more = replace(
+        linear, W=np.column_stack((linear.W, own)), prior=np.column_stack((linear.prior, np.zeros(len(linear.prior))))
+    )
+    found = jackknife(more.rows, more.influence, 0.0)[:UNKNOWNS, :UNKNOWNS]
+    fits = np.array([more.without(each)[:UNKNOWNS] for each in more.blocks()])  # least norm: what is not shown is zero
+    apart = fits - fits.mean(axis=0)
+    np.testing.assert_allclose(found, 39.0 / 40.0 * apart.T @ apart, rtol=0, atol=1e-9 * np.abs(found).max())
+
+
+def test_cautious_is_the_larger_of_classical_and_jackknife(linear):
+    rows, influence = linear.rows, linear.influence
+    rows = replace(rows, residual=rows.residual * np.where(rows.joint == 0, 1.0 + np.sin(rows.position), 1.0))
+    one, two, both = (kind(rows, influence, 0.0) for kind in (classical, jackknife, cautious))
+    assert (np.diag(one) > np.diag(two)).any()
+    assert (np.diag(one) < np.diag(two)).any()
+    np.testing.assert_allclose(np.diag(both), np.maximum(np.diag(one), np.diag(two)), rtol=1e-13)
+    scale = np.sqrt(np.outer(np.diag(one), np.diag(one)) / np.outer(np.diag(both), np.diag(both)))
+    np.testing.assert_allclose(both * scale, one, rtol=1e-12)
+
+
+def test_deviations_hold_where_unknowns_bend_towards_slow_errors():
+    # AR(1) with 0.9 on 400 rows and 12 smooth unknowns, which take a good part of it: 300 draws know the spread to
+    # 4 %, and the mean square of the jackknife to less. The white formula sees sqrt(0.1 / 1.9)
+    # = 0.23 of it.
+    rng, rows, draws = np.random.default_rng(6), 400, 300
+    t = np.arange(rows) / rows
+    W = np.column_stack([np.cos(np.pi * k * t) for k in range(11)] + [np.sin(41.0 * t) ** 3])
+    Q, R = np.linalg.qr(W)
+    influence = np.linalg.solve(R, Q.T)[-1:]
+    noise = np.zeros((rows + 200, draws))
+    for k in range(1, rows + 200):
+        noise[k] = 0.9 * noise[k - 1] + rng.normal(size=draws)
+    noise = noise[200:]
+    spread = float(np.std(influence @ noise))
+    squares = {classical: 0.0, jackknife: 0.0}
+    for V in noise.T:
+        found = Rows(
+            V=V,
+            residual=V - Q @ (Q.T @ V),
+            joint=np.zeros(rows, dtype=np.intp),
+            motion=np.zeros(rows, dtype=np.intp),
+            position=np.arange(rows),
+            row_period=0.05,
+            unknowns={0: 12.0},
+            weight=np.ones(rows),
+            explained=Q,
+        )
+        for kind in squares:
+            squares[kind] += float(kind(found, influence, 0.0)[0, 0]) / draws
+    white, blocks = (np.sqrt(squares[kind]) / spread for kind in (classical, jackknife))
+    assert white < 0.4
+    assert 0.85 < blocks < 1.25

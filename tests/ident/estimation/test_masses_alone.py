@@ -1,0 +1,123 @@
+"""The mass that one joint alone shows, with its gain known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import GAIN
+from weighings import PLAIN, known
+
+from ident.estimation.all_joints.selection import Rival
+from ident.payload.payload import standard_parameters
+from ident.payload_identification.mass_by_joint import _solved, masses_alone
+from ident.payload_identification.payload_body import Quantity
+from ident.payload_identification.payload_estimate import payload_of
+
+
+def test_each_joint_alone_gives_the_mass_off_by_as_much_as_its_gain(weighed_problem, heavy):
+    wrong = GAIN * np.array([1.0, 1.03, 1.0, 0.96, 1.0, 1.0])
+    found = payload_of(weighed_problem, known(wrong), PLAIN)
+    alone = masses_alone(found, heavy, known(wrong, rel_std=np.array([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])))
+    masses = np.array([each.value for each in alone if isinstance(each, Quantity)])
+    np.testing.assert_allclose(masses / 7.025, wrong / GAIN, rtol=1e-5)
+    shares = [each.gain_std / each.value for each in alone if isinstance(each, Quantity)]
+    np.testing.assert_allclose(shares, [0.01, 0.02, 0.03, 0.04, 0.05, 0.06], rtol=1e-9)
+
+
+@pytest.mark.parametrize("part", ["all", "com", "mass"])
+def test_of_the_shape_what_is_not_known_is_free(weighed_problem, heavy, part):
+    # The stated centre and inertia are wrong where they must not be used, the mass always: it is what is found.
+    stated = replace(heavy, mass=5.0, known=part)
+    if part == "all":
+        shape = standard_parameters(heavy.mass, heavy.com, heavy.inertia) * 5.0 / heavy.mass
+        inertia = tuple(5.0 / heavy.mass * each for each in heavy.inertia)
+        stated = replace(stated, inertia=inertia)
+        np.testing.assert_allclose(stated.known_part().chi, shape, rtol=1e-12)
+    elif part == "mass":
+        stated = replace(stated, com=(0.3, 0.2, 0.1))
+    alone = masses_alone(payload_of(weighed_problem, known(), PLAIN), stated, known())
+    shown = [each.value for each in alone if isinstance(each, Quantity)]
+    assert len(shown) >= 2
+    np.testing.assert_allclose(shown, 7.025, rtol=1e-4)
+
+
+def test_deviation_of_the_stated_shape_is_a_share_of_a_joint_alone(weighed_problem, heavy):
+    found = payload_of(weighed_problem, known(), PLAIN)
+    sure, unsure = (masses_alone(found, replace(heavy, com_std=(0.0, 0.0, std)), known())[1] for std in (0.0, 0.01))
+    assert isinstance(sure, Quantity)
+    assert isinstance(unsure, Quantity)
+    shifted = masses_alone(found, replace(heavy, com=(0.1, -0.05, 0.14 + 1e-4)), known())[1]
+    # The change by a tenth of a millimetre, a hundred times: the inertia's change by the shift is of second order.
+    slope = abs(shifted.value - sure.value) / 1e-4
+    np.testing.assert_allclose(unsure.model_std, np.hypot(0.01 * slope, sure.model_std), rtol=0.02)
+    assert unsure.model_std > 0.01
+
+
+@pytest.mark.parametrize(("rel_std", "shown"), [(0.24, True), (0.26, False)])
+def test_a_joint_alone_whose_mass_is_off_by_more_than_a_quarter_says_nothing(weighed_problem, heavy, rel_std, shown):
+    gains = known(rel_std=np.full(6, rel_std))
+    alone = masses_alone(payload_of(weighed_problem, known(), PLAIN), heavy, gains)
+    assert [isinstance(each, Quantity) for each in alone] == [shown] * 6
+    assert shown or "it shows the mass to 1.8 kg only" in alone[2].reason  # 0.26 of 7.025
+
+
+def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_problem, heavy, rng):
+    found, j = payload_of(weighed_problem, known(), PLAIN), 3
+    final = found.selected.final
+    own = final.own[j]
+    std = np.where(np.arange(len(own.std)) == 1, 0.02, np.where(np.arange(len(own.std)) == 2, 0.3, np.inf))
+    own = replace(own, mean=np.linspace(0.3, 0.7, len(std)), std=std)
+    rows = final.fit.rows
+    weight = np.where(rows.motion == 1, 0.6, 1.7) * np.where(rows.joint == j, 1.0, 5.0)
+    noisy = replace(final.columns[j], V=final.columns[j].V + 0.02 * rng.normal(size=len(final.columns[j].V)))
+    fitted = replace(
+        final,
+        columns=(*final.columns[:j], noisy, *final.columns[j + 1 :]),
+        own=(*final.own[:j], own, *final.own[j + 1 :]),
+        fit=replace(final.fit, rows=replace(rows, weight=weight)),
+    )
+    solved = _solved(found.ready, fitted, j, float(GAIN[j]), heavy.known_part())
+    assert solved is not None
+    shared = len(found.ready.shared.arm)
+    kilogram = noisy.payload[0] @ heavy.known_part().chi / 7.025 / GAIN[j]
+    W, w = np.column_stack((own.F, noisy.shared[:, :shared], kilogram)), weight[rows.of(j)]
+    size = len(W)
+    believed = np.zeros((2, W.shape[1]))
+    believed[0, 1], believed[1, 2] = 1.0 / 0.02, 1.0 / 0.3
+    stacked = np.vstack((w[:, None] * W, believed))
+    pseudo = np.linalg.pinv(stacked, rcond=1e-12)
+    z = pseudo @ np.concatenate((w * noisy.V, [own.mean[1] / 0.02, own.mean[2] / 0.3]))
+    scale = np.abs(pseudo[-1]).max()
+    # Two factorisations; columns have a condition of 1e4 at most.
+    np.testing.assert_allclose(solved.mass, z[-1], rtol=1e-8)
+    np.testing.assert_allclose(solved.influence, pseudo[-1, :size] * w, rtol=0, atol=1e-8 * scale * w.max())
+    np.testing.assert_allclose(solved.belief, np.linalg.norm(pseudo[-1, size:]), rtol=1e-7)
+    assert solved.belief > 1e-4
+    left = noisy.V - W @ z
+    np.testing.assert_allclose(solved.rows.residual, left, rtol=0, atol=1e-8 * np.abs(left).max())
+    shown = np.einsum("ij,ji->i", stacked, pseudo)[:size].sum()  # unknowns that the rows show, and not the beliefs
+    np.testing.assert_allclose(solved.rows.unknowns[j], shown, rtol=1e-8)
+    masses = masses_alone(replace(found, selected=replace(found.selected, final=fitted)), heavy, known())
+    assert isinstance(masses[j], Quantity)
+    np.testing.assert_allclose(masses[j].model_std, solved.belief, rtol=1e-12)  # the shape is stated to be certain
+
+
+def test_a_rival_s_difference_counts_in_part_for_all_joints_and_for_each_alone(weighed_problem, heavy, monkeypatch):
+    plain = payload_of(weighed_problem, known(), PLAIN)
+    final = plain.selected.final
+    theta = final.fit.found.theta
+    moved = 0.01 * np.arange(1.0, 1.0 + len(theta))
+    other = replace(
+        final,
+        columns=tuple(replace(each, V=1.05 * each.V) for each in final.columns),
+        fit=replace(final.fit, found=replace(final.fit.found, theta=theta + moved)),
+    )
+    selected = replace(plain.selected, rivals=(Rival(share=0.4, other=other, final=final),))
+    monkeypatch.setattr("ident.payload_identification.payload_estimate.chosen_model", lambda ready, options: selected)
+    found = payload_of(weighed_problem, known(), PLAIN)
+    at = len(plain.ready.shared.arm) + np.arange(10)
+    np.testing.assert_allclose(found.model - plain.model, 0.16 * np.outer(moved[at], moved[at]), rtol=1e-6)
+    one, two = (masses_alone(each, heavy, known()) for each in (plain, found))
+    for before, after in zip(one, two, strict=True):  # currents that are 5 % larger are of a mass that is
+        added = after.model_std**2 - before.model_std**2
+        np.testing.assert_allclose(np.sqrt(added), 0.4 * 0.05 * 7.025, rtol=1e-5)  # noise of 1e-9, condition 1e3

@@ -1,0 +1,97 @@
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio_arms import random_arm, reference_regressor, standard_parameters_of
+
+from ident.model.arm import arm_from_pinocchio
+from ident.model.parameters import STANDARD
+from ident.model.regressor import BLOCK, regressor, regressor_blocks
+
+STATES = 200
+
+
+def inertial_columns(W: np.ndarray, n: int) -> np.ndarray:
+    return W.reshape(len(W), n, n, len(STANDARD))[..., :10].reshape(len(W), n, 10 * n)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_inertial_columns_are_pinocchio_s_on_random_arms(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 8))
+    model = random_arm(rng, n)
+    q, dq, ddq = rng.uniform(-2, 2, (3, STATES, n))
+    W = inertial_columns(regressor(arm_from_pinocchio(model), q, dq, ddq), n)
+    reference = reference_regressor(model, q, dq, ddq)
+    np.testing.assert_allclose(W, reference, rtol=0, atol=1e-12 * np.abs(reference).max())
+
+
+def test_torque_is_linear_in_the_standard_parameters(rng):
+    model = random_arm(rng)
+    model.armature = rng.uniform(0, 2, 6)
+    q, dq, ddq = rng.uniform(-2, 2, (3, STATES, 6))
+    Fv, Fc, off = rng.uniform(0, 5, (3, 6))
+    chi = np.column_stack((standard_parameters_of(model), model.armature, Fv, Fc, off)).ravel()
+    torque = regressor(arm_from_pinocchio(model), q, dq, ddq) @ chi
+    data = model.createData()
+    expected = [pin.rnea(model, data, *state) for state in zip(q, dq, ddq, strict=True)]
+    expected += Fv * dq + Fc * np.sign(dq) + off
+    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_unbounded_revolute_joints_take_an_angle(rng):
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelRUBZ(), pin.SE3.Identity(), "spin")
+    model.appendBodyToJoint(1, pin.Inertia.Random(), pin.SE3.Identity())
+    q, dq, ddq = rng.uniform(-9, 9, (3, 5, 1))
+    reference = reference_regressor(model, np.column_stack((np.cos(q), np.sin(q))), dq, ddq)
+    W = regressor(arm_from_pinocchio(model), q, dq, ddq)
+    np.testing.assert_allclose(W[..., :10], reference, rtol=0, atol=1e-12 * np.abs(reference).max())
+
+
+def test_blocks_cover_every_sample_once_and_leave_nothing_behind(arm, rng):
+    q, dq, ddq = rng.uniform(-2, 2, (3, 2 * BLOCK + 17, 6))
+    whole = regressor(arm, q, dq, ddq)
+    covered = np.zeros(len(q), dtype=int)
+    for block, columns in regressor_blocks(arm, q, dq, ddq):
+        covered[block] += 1
+        np.testing.assert_array_equal(np.moveaxis(columns, 2, 0), whole[block])
+    assert (covered == 1).all()
+    # One sample alone is the same sample in a block: no state leaks from block to block.
+    np.testing.assert_allclose(regressor(arm, q[-1:], dq[-1:], ddq[-1:])[0], whole[-1], rtol=0, atol=1e-13)
+
+
+def test_a_weight_multiplies_every_column_of_its_row(arm, rng):
+    coupled = replace(arm, couplings=((4, 5),))
+    q, dq, ddq, weight = rng.uniform(-2, 2, (4, 50, 6))
+    expected = weight[..., None] * regressor(coupled, q, dq, ddq)
+    for block, columns in regressor_blocks(coupled, q, dq, ddq, weight=weight, size=20):
+        # Relative to the largest entry: a few hundred roundings.
+        np.testing.assert_allclose(
+            np.moveaxis(columns, 2, 0), expected[block], rtol=0, atol=1e-13 * np.abs(expected).max()
+        )
+
+
+def test_coupling_columns_follow_from_the_energy_and_the_dissipation_of_the_shared_motor(arm, rng):
+    # A motor that turns with the sum of both speeds, less what each joint's own Ia, Fv and Fc already hold: kinetic
+    # energy and Rayleigh function of speeds, differentiated numerically. Both are quadratic (exact central differences)
+    # but for |sum|, whose derivative is a sign.
+    first, second = 1, 4
+    coupled = replace(arm, couplings=((first, second),))
+    q, dq, ddq = rng.uniform(-2, 2, (3, 40, 6))
+    W = regressor(coupled, q, dq, ddq)[:, :, -3:]
+
+    def quadratic(x: np.ndarray) -> np.ndarray:
+        a, b = x[:, first], x[:, second]
+        return 0.5 * ((a + b) ** 2 - a**2 - b**2)
+
+    def dry(x: np.ndarray) -> np.ndarray:
+        return np.abs(x[:, first] + x[:, second])
+
+    for column, function, at in ((0, quadratic, ddq), (1, quadratic, dq), (2, dry, dq)):
+        for joint in range(6):
+            step = np.zeros(6)
+            step[joint] = 1e-6
+            slope = (function(at + step) - function(at - step)) / 2e-6
+            np.testing.assert_allclose(W[:, joint, column], slope, atol=1e-8)

@@ -1,0 +1,166 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ident.model.regressor import regressor
+from ident.model.structure import structure_of
+from ident.observation.observation import ObserveOptions, _moving, observe
+from ident.recordings.recording import Recording
+from ident.support.errors import RecordingError
+
+OPTIONS = ObserveOptions()
+
+
+@pytest.fixture(scope="module")
+def chi() -> np.ndarray:
+    return np.random.default_rng(1).uniform(0.5, 2.0, 84)
+
+
+def smooth_recording(arm, chi: np.ndarray, period: float = 1e-3, seed: int = 2) -> Recording:
+    """A motion of three slow sines a joint, and the torques of parameters chi, exactly."""
+    t = period * np.arange(round(12.0 / period))
+    rng = np.random.default_rng(seed)
+    rate = 2 * np.pi * np.array([0.21, 0.43, 0.77])
+    A, phase = rng.uniform(0.2, 0.5, (6, 3)), rng.uniform(0, 2 * np.pi, (6, 3))
+    angle = t[:, None, None] * rate + phase  # (N, n, 3)
+    q, dq, ddq = (A * np.sin(angle)).sum(2), (A * rate * np.cos(angle)).sum(2), -(A * rate**2 * np.sin(angle)).sum(2)
+    return Recording(t, q, regressor(arm, q, dq, ddq) @ chi, "synthetic")
+
+
+def residuals(observation, chi: np.ndarray) -> list[float]:
+    base = observation.structure.base.regrouping @ chi
+    return [np.linalg.norm(j.V - j.W @ base[j.columns]) / np.linalg.norm(j.V) for j in observation.joints]
+
+
+def test_rows_satisfy_the_model_that_made_the_recording(arm, structure, chi):
+    # What is left is the derivative filter's edge transient and, on Coulomb friction, the reversals it displaces.
+    assert max(residuals(observe(smooth_recording(arm, chi), structure, OPTIONS), chi)) < 2e-4
+
+
+def test_leaving_out_reversals_removes_most_of_the_misfit_of_friction_that_is_no_sign_function(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    dq = np.gradient(recording.q, recording.period, axis=0)
+    Fc = chi.reshape(6, 14)[:, 12]
+    soft = Recording(recording.t, recording.q, recording.v + Fc * (np.tanh(dq / 0.03) - np.sign(dq)))
+    everything = ObserveOptions(reversal_speed=0.0, min_weight=-1.0)
+    kept, left_out = (np.array(residuals(observe(soft, structure, o), chi)) for o in (everything, OPTIONS))
+    assert (left_out < 0.3 * kept).all()
+
+
+def test_rows_are_linear_in_the_currents(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    double = Recording(recording.t, recording.q, 2.0 * recording.v)
+    for a, b in zip(
+        observe(recording, structure, OPTIONS).joints, observe(double, structure, OPTIONS).joints, strict=True
+    ):
+        np.testing.assert_array_equal(b.V, 2.0 * a.V)
+        np.testing.assert_array_equal(b.W, a.W)
+
+
+def test_row_rate_and_times_are_as_asked(arm, structure, chi):
+    joint = observe(smooth_recording(arm, chi), structure, ObserveOptions(rows_per_second=25.0)).joints[0]
+    np.testing.assert_allclose(np.diff(joint.t).min(), 0.04, rtol=1e-9)
+    assert len(joint.V) == len(joint.W) == len(joint.W_L) == len(joint.t)
+
+
+def test_a_jittered_clock_is_resampled_and_said_so(arm, structure, chi):
+    recording = smooth_recording(arm, chi, period=2e-3)
+    rng = np.random.default_rng(3)
+    uneven = np.sort(recording.t + rng.uniform(-6e-4, 6e-4, len(recording.t)))
+    q, v = (
+        np.column_stack([np.interp(uneven, recording.t, column) for column in x.T]) for x in (recording.q, recording.v)
+    )
+    observation = observe(Recording(uneven, q, v, "log"), structure, OPTIONS)
+    assert len(observation.notes) == 1
+    assert observation.notes[0].startswith("log: sampling intervals vary by")
+    assert "resampled at 500" in observation.notes[0]
+
+
+def test_samples_that_are_missing_are_no_jitter(arm, structure, chi):
+    recording = smooth_recording(arm, chi, period=2e-3)
+    t = recording.t + np.where(np.arange(len(recording.t)) % 9 == 4, 3e-4, 0.0)  # 15 % of 2 ms
+    kept = np.delete(np.arange(len(t)), [300, 301])
+    observation = observe(Recording(t[kept], recording.q[kept], recording.v[kept], "log"), structure, OPTIONS)
+    said = "log: sampling intervals vary by 15 %, 2 samples missing beside; resampled at "
+    assert [note[: len(said)] for note in observation.notes] == [said]
+
+
+def test_what_cannot_be_observed_is_refused(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    short = Recording(recording.t[:1500], recording.q[:1500], recording.v[:1500], "log")
+    with pytest.raises(RecordingError, match=r"log: 1\.5 s give \d+ rows; at least 60 are needed"):
+        observe(short, structure, OPTIONS)
+    slow = Recording(recording.t[::50], recording.q[::50], recording.v[::50], "log")
+    with pytest.raises(RecordingError, match=r"log: sampled at 20 Hz, too slow for a cut-off of 15 Hz"):
+        observe(slow, structure, OPTIONS)
+    five = Recording(recording.t, recording.q[:, :5], recording.v[:, :5], "log")
+    with pytest.raises(RecordingError, match="log: 5 joints, but robot rx90 has 6"):
+        observe(five, structure, OPTIONS)
+
+
+def test_reversals_of_a_coupled_sum_are_left_out_on_both_joints(arm):
+    # Joints 5 and 6 at steady opposite speeds: neither reverses, their sum does all the time.
+    coupled = structure_of(replace(arm, couplings=((4, 5),)))
+    dq = np.ones((200, 6))
+    dq[:, 4], dq[:, 5] = 2.0, np.where(np.arange(200) < 100, -2.0, 1.0)
+    moving = _moving(coupled, dq, 0.2)
+    np.testing.assert_array_equal(moving[:, 4], np.arange(200) >= 100)
+    np.testing.assert_array_equal(moving[:, 5], moving[:, 4])
+    assert moving[:, :4].all()
+
+
+@pytest.mark.parametrize("period", [1e-3, 4e-3])
+def test_a_current_delay_is_a_time_whatever_the_sampling(arm, structure, chi, period):
+    # Currents stamped 20 ms before they act are those of a log whose currents come 20 ms later.
+    recording = smooth_recording(arm, chi, period)
+    early = Recording(recording.t, recording.q, np.roll(recording.v, -round(0.02 / period), axis=0), "log")
+    on_time = observe(recording, structure, OPTIONS)
+    told = observe(early, structure, ObserveOptions(current_delay=0.02))
+    for a, b in zip(on_time.joints, told.joints, strict=True):
+        np.testing.assert_allclose(b.V[2:-2], a.V[2:-2], rtol=0, atol=1e-12 * np.abs(a.V).max())  # the ends are rolled
+
+
+def test_currents_that_are_logged_late_have_a_negative_delay(arm, structure, chi):
+    recording = smooth_recording(arm, chi, 4e-3)
+    late = Recording(recording.t, recording.q, np.roll(recording.v, 3, axis=0), "log")
+    told = observe(late, structure, ObserveOptions(current_delay=-0.012))
+    for a, b in zip(observe(recording, structure, OPTIONS).joints, told.joints, strict=True):
+        np.testing.assert_allclose(b.V[2:-2], a.V[2:-2], rtol=0, atol=1e-12 * np.abs(a.V).max())  # the ends are rolled
+
+
+def test_rates_of_currents_are_filtered_and_left_out_as_the_currents_are(arm, structure, chi):
+    recording = smooth_recording(arm, chi)
+    slope = np.array([0.7, -1.3, 2.1, 0.4, -0.6, 3.7])
+    rising = Recording(recording.t, recording.q, recording.v + slope * recording.t[:, None])
+    joints = zip(observe(recording, structure, OPTIONS).joints, observe(rising, structure, OPTIONS).joints, strict=True)
+    for j, (a, b) in enumerate(joints):
+        weight = a.W[:, [structure.base.names[c] for c in a.columns].index(f"off{j + 1}")]
+        np.testing.assert_allclose(b.V_rate - a.V_rate, slope[j] * weight, rtol=1e-8)  # rounding of differences
+
+
+def test_weights_of_samples_are_those_of_rows_the_other_way_round(structure, rng):
+    # <w, D x> = <D' w, x>: also where samples are grouped, left out at the edges and cleared of reversals.
+    q = 0.4 * np.sin(np.outer(np.arange(4001) / 1000.0, np.arange(2.0, 8.0))) + 0.1
+    recording = Recording(np.arange(4001) / 1000.0, q, rng.normal(size=q.shape))
+    behind = observe(recording, structure, ObserveOptions(rows_per_second=21.0)).full_rate
+    assert behind is not None
+    assert behind.group == 2
+    assert behind.edge > 100
+    x = rng.normal(size=(4001, 6))
+    for joint in (0, 4):
+        rows = behind.decimated(behind.sampled(x)[:, joint], joint)
+        w = rng.normal(size=len(rows))
+        spread = behind.spread(w, joint, 4001)
+        assert spread.shape == (4001,)
+        np.testing.assert_allclose(spread @ x[:, joint], w @ rows, rtol=1e-10)  # rounding
+
+
+def test_a_recording_seen_as_its_samples_are_is_its_own_current(structure, rng):
+    q = 0.4 * np.sin(np.outer(np.arange(4001) / 1000.0, np.arange(2.0, 8.0))) + 0.1
+    recording = Recording(np.arange(4001) / 1000.0, q, rng.normal(size=q.shape))
+    observation = observe(recording, structure, ObserveOptions())
+    behind, joint = observation.full_rate, observation.joints[3]
+    assert behind is not None
+    found = behind.decimated(behind.sampled(recording.v)[:, 3], 3)[joint.position]
+    np.testing.assert_allclose(found, joint.V, rtol=1e-9)  # rounding

@@ -1,0 +1,130 @@
+import numpy as np
+import pinocchio as pin
+import pytest
+from pinocchio_arms import INERTIAL_ORDER
+
+from ident.payload.files import payload_from_table, read_payload, write_payload
+from ident.payload.payload import FARTHEST, HEAVIEST, LIGHTEST, Payload, standard_parameters
+from ident.support.errors import PayloadError
+
+
+def test_standard_parameters_are_pinocchio_s():
+    body = pin.Inertia.Random()
+    J = body.inertia
+    ours = standard_parameters(body.mass, body.lever, (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]))
+    np.testing.assert_allclose(ours, body.toDynamicParameters()[INERTIAL_ORDER], rtol=1e-13, atol=1e-14)
+
+
+def test_files_keep_every_digit(tmp_path):
+    payload = Payload(
+        mass=1 / 3,
+        mass_std=0.01,
+        com=(0.1, -0.2 / 3, 0.3),
+        com_std=(1e-3, 2e-3, 3e-3),
+        inertia=(0.02, 0.03, 0.04, 1e-3 / 3, 2e-3, -1e-3),
+        known="mass",
+    )
+    write_payload(payload, tmp_path / "p.toml")
+    assert read_payload(tmp_path / "p.toml") == payload
+    write_payload(Payload(mass=2.0, known="mass"), tmp_path / "m.toml")
+    assert read_payload(tmp_path / "m.toml") == Payload(mass=2.0, known="mass")
+
+
+INERTIA = "inertia = { ixx = 1, iyy = 1, izz = 1, ixy = 0, ixz = 0, iyz = 0 }"
+FAULTS = {
+    "": "the file is empty",
+    "known = 'mass'": "mass is missing; without it nothing in the data has newtons",
+    "mass = 'heavy'": "mass = 'heavy' is not a number",
+    "mass = true": "mass = True is not a number",
+    "mass = -1\nknown = 'mass'": "mass = -1 kg; expected a positive number",
+    "mass = nan\nknown = 'mass'": "mass = nan is not finite",
+    "mass = 7025\nknown = 'mass'": "expected a positive number from 0.001 to 2000, in kg",
+    "mass = 7\ncom = [0, 0, 142]\nknown = 'mass'": "expected metres",
+    "mass = 7\ncom = [0, 0, inf]\nknown = 'mass'": "com = .* is not finite",
+    "mass = 7\nmass_std = nan\nknown = 'mass'": "mass_std = nan is not finite",
+    "mass = 1\nknown = 'some'": "known = 'some'; expected 'all', 'com', 'mass' or 'none'",
+    "mass = 1\nweight = 2": "unknown key 'weight'; expected mass",
+    "mass = 1": "known = 'all' but com is missing; add it, or set known = 'mass'",
+    "mass = 1\ncom = [0, 0, 0]": "known = 'all' but inertia is missing",
+    "mass = 1\ncom = [0, 0]": r"com = \[0, 0\]; expected three numbers",
+    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz = 1', 'izz = 3')}": r"triangle inequality: .* 1 \+ 1 < 3",
+    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('ixx = 1', 'ixx = -1')}": "smallest principal moment is -1",
+    f"mass = 1\ncom = [0, 0, 0]\n{INERTIA.replace('izz', 'zz')}": r"unknown key inertia\.zz; did you mean 'izz'\?",
+    "mass = 1\nmass_std = -0.1\nknown = 'mass'": "a standard deviation is negative",
+    "mass = = 1": "not TOML",
+}
+
+
+@pytest.mark.parametrize("text", FAULTS)
+def test_a_faulty_payload_is_one_line_that_names_file_and_fault(tmp_path, text):
+    path = tmp_path / "payload.toml"
+    path.write_text(text)
+    with pytest.raises(PayloadError, match=FAULTS[text]) as caught:
+        read_payload(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_payload_file_is_named(tmp_path):
+    with pytest.raises(PayloadError, match=r"absent\.toml: no such file"):
+        read_payload(tmp_path / "absent.toml")
+
+
+def body(mass: float = 2.5, **changes) -> Payload:
+    plain = {"com": (0.1, 0.2, 0.3), "inertia": (0.02, 0.03, 0.04, 1e-3, -2e-3, 3e-3)}
+    return Payload(mass=mass, **(plain | changes))
+
+
+TINY = (2e-6, 3e-6, 4e-6, 1e-7, -2e-7, 3e-7)
+LIMITS = {
+    "mass = 0.000999 kg; expected": ({"mass": LIGHTEST, "inertia": TINY}, {"mass": 0.999e-3, "inertia": TINY}),
+    "mass = 2000.1 kg; expected": ({"mass": HEAVIEST}, {"mass": 2000.1}),
+    r"com = \[0.1, -5.01, 0.2\]; farther than 5 m": ({"com": (0.1, -FARTHEST, 0.2)}, {"com": (0.1, -5.01, 0.2)}),
+    "mass_std = 2.51 exceeds the mass itself": ({"mass_std": 2.5}, {"mass_std": 2.51}),
+    "mass_std = -1e-09: a standard": ({"mass_std": 0.0}, {"mass_std": -1e-9}),
+    r"com_std = .* exceeds 5;": ({"com_std": (0.1, FARTHEST, 0.2)}, {"com_std": (0.1, 5.01, 0.2)}),
+    r"com_std = .*: a standard": ({"com_std": (0.1, 0.0, 0.2)}, {"com_std": (0.1, -0.01, 0.2)}),
+    r"inertia_std = .* exceeds 62.5;": (
+        {"inertia_std": (0.0, 0.0, 0.0, 62.5, 0.0, 0.0)},
+        {"inertia_std": (0.0, 0.0, 0.0, 62.6, 0.0, 0.0)},
+    ),
+    r"inertia.ixy = -63 is that of 2.5 kg more than 5 m away": (
+        {"inertia": (62.5, 62.5, 62.5, -0.5, 0.0, 0.0)},
+        {"inertia": (62.5, 62.5, 62.5, -63.0, 0.0, 0.0)},
+    ),
+}
+
+
+@pytest.mark.parametrize("message", LIMITS)
+def test_values_are_taken_up_to_their_limits(message):
+    inside, outside = LIMITS[message]
+    body(**inside)
+    with pytest.raises(PayloadError, match=message):
+        body(**outside)
+
+
+def test_products_of_inertia_that_are_left_out_are_zero():
+    table = {"mass": 2.5, "com": [0.1, 0.2, 0.3], "com_std": [0.4, 0.5, 0.6]}
+    found = payload_from_table(
+        table
+        | {
+            "inertia": {"izz": 0.04, "ixx": 0.02, "iyy": 0.03, "ixz": 0.001},
+            "inertia_std": {"ixx": 1, "iyy": 2, "izz": 3},
+        }
+    )
+    assert found.inertia == (0.02, 0.03, 0.04, 0.0, 0.001, 0.0)
+    assert found.inertia_std == (1.0, 2.0, 3.0, 0.0, 0.0, 0.0)
+    assert found.com_std == (0.4, 0.5, 0.6)
+
+
+def test_mass_and_centre_are_known_with_their_own_deviations_alone():
+    payload = Payload(mass=3.4, com=(-0.06, 0.09, 0.05), mass_std=0.02, com_std=(0.001, 0.003, 0.002), known="com")
+    known = payload.known_part()
+    assert known.names == ("MX", "MY", "MZ", "M")
+    np.testing.assert_allclose(known.chi[6:], [-0.204, 0.306, 0.17, 3.4], rtol=1e-12)
+    # d(m c) = c dm + m dc, of independent dm and dc; nothing is said of the inertia.
+    expected = np.zeros((10, 10))
+    for k in range(3):
+        expected[6 + k, 0], expected[6 + k, 1 + k] = payload.com[k] * 0.02, 3.4 * payload.com_std[k]
+    expected[9, 0] = 0.02
+    np.testing.assert_allclose(known.spread, expected, rtol=0, atol=1e-12)  # differences of polynomials

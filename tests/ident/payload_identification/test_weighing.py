@@ -1,0 +1,160 @@
+"""Payloads from currents with the gains known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import GAIN
+from weighings import NAMES, PLAIN, known, weighed
+
+from ident.estimation.fixed_gains import gain_sensitivity
+from ident.estimation.known_gains import KnownGains
+from ident.model.parameters import INERTIAL
+from ident.payload.payload import standard_parameters
+from ident.payload_identification.mass_by_joint import NoMass, masses_alone
+from ident.payload_identification.payload_body import Quantity, body_of, body_values
+from ident.payload_identification.payload_estimate import payload_of, separable
+from ident.support.errors import GainsError, NotIdentifiable
+
+
+def test_exact_currents_give_every_parameter_of_the_payload(weighed_problem, heavy):
+    found = payload_of(weighed_problem, known(), PLAIN)
+    assert found.names == INERTIAL
+    # Noise of 1e-9 of each joint's rms current, some 100 times the smallest parameter's share, amplified by cond < 1e3.
+    np.testing.assert_allclose(found.value, heavy.known_part().chi, rtol=0, atol=1e-5)
+    body = body_of(found)
+    values = {each.name: each.value for each in body.quantities}
+    np.testing.assert_allclose(values["mass"], 7.025, rtol=1e-6)
+    np.testing.assert_allclose([values[axis] for axis in "xyz"], heavy.com, atol=1e-6)
+    np.testing.assert_allclose([values[key] for key in ("ixx", "izz", "iyz")], [0.012146, 0.008659, 0.0], atol=1e-4)
+    assert body.possible
+    assert not body.refused
+
+
+def test_gains_scaled_by_k_scale_the_payload_by_k(weighed_problem):
+    one, two = (payload_of(weighed_problem, known(k * GAIN), PLAIN) for k in (1.0, 1.3))
+    np.testing.assert_allclose(two.value, 1.3 * one.value, rtol=0, atol=1e-7)  # the search ends at steps of 1e-11
+
+
+def test_uncertainty_of_gains_is_the_change_they_cause(structure, heavy, rng):
+    noisy = weighed(structure, heavy, rng, noise=1e-6)
+    rel_std = np.array([0.0, 0.0, 0.0, 0.02, 0.0, 0.0])
+    found = payload_of(noisy, known(rel_std=rel_std), PLAIN)
+    step = 1e-4
+    more = payload_of(noisy, known(GAIN * (1.0 + step * (rel_std > 0))), PLAIN)
+    slope = (more.value - payload_of(noisy, known(), PLAIN).value) / step
+    # A difference over a step of 1e-4 of what is linear but for the residual, which the linearisation leaves out.
+    np.testing.assert_allclose(np.sqrt(np.diag(found.gains)), 0.02 * np.abs(slope), rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(found.gains, 0.02**2 * np.outer(slope, slope), rtol=3e-3, atol=1e-8)
+
+
+def test_correlated_gains_move_the_payload_together(weighed_problem):
+    # Of gains that are all off by the same unknown share, the payload is off by that share.
+    together = KnownGains(names=NAMES, joints=np.arange(6), value=GAIN, covariance=0.03**2 * np.outer(GAIN, GAIN))
+    found = payload_of(weighed_problem, together, PLAIN)
+    np.testing.assert_allclose(np.sqrt(np.diag(found.gains)), 0.03 * np.abs(found.value), rtol=1e-4, atol=1e-6)
+
+
+def test_a_payload_grows_with_all_gains_together(weighed_problem):
+    found = payload_of(weighed_problem, known(), PLAIN)
+    at = len(found.ready.shared.arm) + np.arange(10)
+    by_each = gain_sensitivity(found.selected.final.fit.theta_belief[at], known())
+    # d chi / d log g of each gain in sum is chi itself, as currents scale; gains are held to 1e-6 or so of themselves.
+    np.testing.assert_allclose(by_each.sum(axis=1), found.value, rtol=1e-4, atol=1e-5)
+
+
+def test_a_joint_whose_gain_is_not_known_changes_nothing_but_the_deviation(weighed_problem, heavy):
+    found = payload_of(weighed_problem, known(joints=[0, 1, 2, 4, 5]), PLAIN)
+    np.testing.assert_allclose(found.value, heavy.known_part().chi, rtol=0, atol=1e-5)
+    assert isinstance(masses_alone(found, heavy, known(joints=[0, 1, 2, 4, 5]))[3], NoMass)
+
+
+def test_deviations_of_payload_and_of_a_joint_alone_are_those_of_the_draws(structure, heavy):
+    # 40 draws of noise and gains. Ten parameters: the rms of 400 z-scores has a deviation of at most 3.5 % where
+    # parameters were independent, and more for those that are not; six joints: that of 240 has one of 4.6 %.
+    rel_std, z, alone = np.full(6, 0.02), [], []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        noisy = weighed(structure, heavy, rng, noise=0.02)
+        gains = known(GAIN * np.exp(rel_std * rng.standard_normal(6)), rel_std)
+        found = payload_of(noisy, gains, PLAIN)
+        z.append((found.value - heavy.known_part().chi) / np.sqrt(np.diag(found.covariance)))
+        masses = masses_alone(found, heavy, gains)
+        alone += [(each.value - 7.025) / each.std for each in masses if isinstance(each, Quantity)]
+    assert 0.85 < np.sqrt(np.mean(np.square(z))) < 1.15
+    assert 0.9 < np.mean(np.abs(z) < 2.0) < 0.99
+    assert len(alone) > 200
+    assert 0.85 < np.sqrt(np.mean(np.square(alone))) < 1.15
+
+
+def test_without_a_bare_or_a_loaded_motion_there_is_no_payload(weighed_problem):
+    for which, words in ((slice(0, 1), "no motion carries a payload"), (slice(1, 2), "no motion is bare")):
+        with pytest.raises(NotIdentifiable, match=words):
+            payload_of(replace(weighed_problem, motions=weighed_problem.motions[which]), known(), PLAIN)
+
+
+def test_gains_of_another_arm_are_refused(weighed_problem):
+    three = KnownGains(names=("a", "b", "c"), joints=np.arange(1), value=np.ones(1) * 2, covariance=np.eye(1))
+    with pytest.raises(GainsError, match="gains of 3 joints"):
+        payload_of(weighed_problem, three, PLAIN)
+
+
+def test_body_values_undo_huygens_and_steiner():
+    mass, com, inertia = 3.7, (0.11, -0.23, 0.31), (0.05, 0.06, 0.04, 0.003, -0.002, 0.004)
+    found = body_values(standard_parameters(mass, com, inertia))
+    np.testing.assert_allclose(found, [mass, *com, *inertia], rtol=1e-12)  # rounding
+
+
+def test_deviations_of_a_body_follow_from_those_of_its_parameters(weighed_problem):
+    found = payload_of(weighed_problem, known(), PLAIN)
+    rng = np.random.default_rng(5)
+    factor = 1e-7 * rng.standard_normal((10, 10))
+    body = body_of(replace(found, residual=factor @ factor.T, gains=0.0 * found.gains, model=4.0 * factor @ factor.T))
+    moved = [body_values(found.value + column) - body_values(found.value) for column in factor.T]
+    std = np.linalg.norm(moved, axis=0)  # steps of 1e-7: of second order 1e-7 of themselves
+    np.testing.assert_allclose([each.residual_std for each in body.quantities], std, rtol=1e-4)
+    np.testing.assert_allclose([each.model_std for each in body.quantities], 2.0 * std, rtol=1e-4)
+    np.testing.assert_allclose([each.std for each in body.quantities], np.sqrt(5.0) * std, rtol=1e-4)
+
+
+def test_a_mass_that_may_be_zero_has_no_centre(weighed_problem):
+    found = payload_of(weighed_problem, known(), PLAIN)
+    for sure, std in ((True, 2.3), (False, 2.4)):  # three deviations of 7.025 kg are 2.342
+        covariance = np.diag([1e-12] * 9 + [std**2])
+        body = body_of(replace(found, residual=covariance, gains=0.0 * covariance, model=0.0 * covariance))
+        assert body.of("mass") is not None
+        assert (body.of("x") is not None) == sure
+        if not sure:
+            assert body.refused["x"] == "the mass is not 3 deviations above zero"
+            np.testing.assert_allclose(body.of("mass").std, 2.4, rtol=1e-9)
+
+
+def test_what_a_body_cannot_have_is_said(weighed_problem):
+    found = payload_of(weighed_problem, known(), PLAIN)
+    value = found.value.copy()
+    value[0] = -0.5
+    assert body_of(replace(found, value=value)).possible is False
+
+
+def test_which_parameters_show_on_their_own_follows_from_the_kinematics(structure):
+    assert separable(structure).all()  # six joints in space show all ten
+    turning = structure.payload_probes.copy()
+    turning[:, :, 3] = 2.0 * turning[:, :, 0]  # as on an arm that feels XX and YY together only
+    found = separable(replace(structure, payload_probes=turning))
+    assert [name for name, own in zip(INERTIAL, found, strict=True) if not own] == ["XX", "YY"]
+
+
+def test_what_shows_only_with_others_is_refused_by_name(weighed_problem):
+    structure = weighed_problem.structure
+    turning = structure.payload_probes.copy()
+    turning[:, :, 3] = 2.0 * turning[:, :, 0]
+    together = replace(weighed_problem, structure=replace(structure, payload_probes=turning))
+    found = payload_of(together, known(), PLAIN)
+    assert set(found.refused) == {"XX", "YY"}
+    assert len(found.names) == 8
+    body = body_of(found)
+    assert body.possible is None
+    assert "XX: this arm shows it only together with others" in body.refused["ixx"]
+    assert body.of("x") is not None
+    with pytest.raises(NotIdentifiable, match="the payload's YY: this arm shows it only"):
+        found.at("YY")

@@ -1,0 +1,106 @@
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from ident.estimation.gain_options import GainOptions
+from ident.observation.observation import ObserveOptions
+from ident.support.errors import OptionError
+from ident.support.options import check_range, options_from_table, options_from_words, table_from_words
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """Options of every type."""
+
+    blocks: int = 20
+    width: float = 0.5
+    robust: bool = False
+    kernel: str = "bartlett"
+    seed: int | None = None
+
+
+def test_a_table_gives_options_and_what_it_leaves_out_keeps_its_default():
+    found = options_from_table(Sample, {"blocks": 7, "robust": True, "width": 3})
+    assert found == Sample(blocks=7, robust=True, width=3.0)
+    assert isinstance(found.width, float)
+    assert options_from_table(Sample, {"seed": 11}).seed == 11
+    assert options_from_table(Sample, {}) == Sample()
+
+
+def test_words_give_the_same_options_as_a_table():
+    words = ["blocks=7", "robust=true", "width = 2.5e-3", "kernel=tent", "seed=4"]
+    assert options_from_words(Sample, words) == Sample(blocks=7, robust=True, width=2.5e-3, kernel="tent", seed=4)
+    assert options_from_words(Sample, ["robust=False"]) == Sample()
+    assert table_from_words(Sample, ["width = 3", "kernel=7", "block-size=2"]) == {
+        "width": 3.0, "kernel": "7", "block_size": "2",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"block": 7}, r"unknown option 'block'; did you mean 'blocks'\?; known: blocks, width, robust, kernel, seed"),
+        ({"blocks": 7.5}, r"blocks = 7\.5: expected a whole number"),
+        ({"blocks": True}, "blocks = True: expected a whole number"),
+        ({"width": "wide"}, "width = 'wide': expected a number"),
+        ({"width": True}, "width = True: expected a number"),
+        ({"robust": 1}, "robust = 1: expected true or false"),
+        ({"kernel": 3}, "kernel = 3: expected a name"),
+    ],
+)
+def test_a_wrong_table_names_the_option_and_what_it_takes(table, message):
+    with pytest.raises(OptionError, match=message):
+        options_from_table(Sample, table)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["blocks"], "option 'blocks': expected KEY=VALUE"),
+        (["=7"], "option '=7': expected KEY=VALUE"),
+        (["blocks=7", "blocks=8"], "option blocks is given twice"),
+        (["blocks=many"], "blocks = 'many': expected a whole number"),
+        (["what=7"], "unknown option 'what'"),
+        (["robust=yes"], "robust = 'yes': expected true or false"),
+    ],
+)
+def test_a_wrong_word_is_named(words, message):
+    with pytest.raises(OptionError, match=message):
+        options_from_words(Sample, words)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "inside", "outside"),
+    [
+        (GainOptions, "max_rel_std", (1e-12, 1e6), (0.0, -0.1, 1.01e6, np.inf, np.nan)),
+        (GainOptions, "noise_floor", (0.0, 1e3), (-1e-9, 1001.0, np.inf, np.nan)),
+        (GainOptions, "serial_s", (0.0, 1e3), (-1e-9, 1001.0, 1e300, np.inf, np.nan)),
+        (GainOptions, "rank_tol", (1e-300, 0.999), (0.0, 1.0, -1e-7, np.nan)),
+        (ObserveOptions, "cutoff_hz", (1e-3, 1e5), (0.0, 9e-4, 1.01e5, 1e300, np.nan)),
+        (ObserveOptions, "decimation_cutoff_hz", (7.0, 1e5), (0.0, 9e-4, 1.01e5, np.inf)),
+        (ObserveOptions, "rows_per_second", (1e-3, 30.0), (0.0, 9e-4, 30.1, 1.01e5, np.nan)),
+        (ObserveOptions, "reversal_speed", (0.0, 10.0), (-1e-9, 10.1, np.nan)),
+        (ObserveOptions, "current_delay", (-1.0, 0.0, 1.0), (-1.01, 1.01, 1e9, np.inf, np.nan)),
+        (ObserveOptions, "min_weight", (-1.0, 1.0), (-1.01, 1.01, np.nan)),
+    ],
+)
+def test_options_take_numbers_in_their_range_and_no_others(kind, name, inside, outside):
+    for value in inside:
+        assert getattr(replace(kind(), **{name: value}), name) == value
+    for value in outside:
+        with pytest.raises(OptionError, match=f"^{name} = "):
+            replace(kind(), **{name: value})
+
+
+def test_a_range_says_what_it_wants():
+    with pytest.raises(OptionError, match=r"^delay = 3: expected a number at least 0 and at most 2 s$"):
+        check_range("delay", 3.0, least=0.0, upto=2.0, unit="s")
+    with pytest.raises(OptionError, match=r"^tol = 1: expected a number above 0 and below 1$"):
+        check_range("tol", 1.0, above=0.0, below=1.0)
+
+
+def test_an_uncertainty_that_does_not_exist_is_named_with_those_that_do():
+    expected = "uncertainty = 'bootstrap': expected one of larger, classical, serial, jackknife, cautious"
+    with pytest.raises(OptionError, match=expected):
+        GainOptions(uncertainty="bootstrap")

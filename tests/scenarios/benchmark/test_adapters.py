@@ -1,0 +1,205 @@
+"""Adapters of libraries from elsewhere, `docs/adapters`: absent libraries are named, present ones called rightly."""
+
+import importlib
+import json
+import sys
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from places import ROOT
+
+from ident.model.structure import Structure
+from ident.payload.payload import Payload
+from scenarios.benchmark.comparison.contract import checks
+from scenarios.benchmark.comparison.exact import OBSERVING, TRUSTING, exact_motions
+from scenarios.benchmark.comparison.rows import write_trial
+from scenarios.benchmark.methods import function, method_of
+from scenarios.benchmark.methods.call import call
+from scenarios.benchmark.methods.process import Limits
+from scenarios.cli import main
+from scenarios.experiments.robots import robot
+from scenarios.experiments.run import run_scenario
+from scenarios.results.problem_folder import GivenProblem, read_problem, write_problem
+
+FIGAROH, SYSID = "docs.adapters.figaroh_tls", "docs.adapters.mujoco_sysid"
+
+
+@pytest.fixture(autouse=True)
+def at_the_root(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    for name in (FIGAROH, SYSID):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    yield
+    for name in (FIGAROH, SYSID):
+        sys.modules.pop(name, None)
+
+
+def absent(monkeypatch, package: str) -> None:
+    for name in [name for name in sys.modules if name == package or name.startswith(f"{package}.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, package, None)
+
+
+@pytest.mark.parametrize(
+    ("module", "package", "advice"),
+    [
+        (FIGAROH, "figaroh", "FIGAROH or what it needs is missing; pip install figaroh==1.0.2"),
+        (SYSID, "mujoco.sysid", 'mujoco.sysid or what it needs is missing; pip install "mujoco[sysid]>=4.0"'),
+    ],
+)
+def test_an_absent_library_is_one_line_that_says_what_to_install(module, package, advice, monkeypatch, capsys):
+    absent(monkeypatch, package)
+    text = f"{module}:drive_gains"
+    assert main(["compare", "--check", text]) == 2
+    assert capsys.readouterr().err == f"rx90: method '{text}': {advice}\n"
+
+
+# FIGAROH's part played by a null vector of our own
+
+
+def null_vector(W_u, W_l, W_payload, V_u, V_l, parameters, settings):
+    """What FIGAROH's routine promises: (equations, solution scaled by the payload's mass, residual)."""
+    r, first = settings["nb_samples"], 10 * settings["which_body_loaded"]
+    n = len(V_u) // r
+    assert W_u.shape == W_l.shape == (n * r, W_u.shape[1])
+    assert len(parameters) >= 9
+    assert settings["has_friction"] is settings["has_actuator_inertia"] is False  # columns are ten a body
+    currents = [np.where(np.arange(n * r)[:, None] // r == np.arange(n), V[:, None], 0.0) for V in (V_u, V_l)]
+    unknown = W_payload[:, first : first + 9]
+    unknown = unknown[:, np.linalg.norm(unknown, axis=0) > 1e-3]
+    loaded = np.hstack((unknown, W_payload[:, first + 9 : first + 10]))
+    M = np.vstack((np.hstack((-W_u, currents[0], 0.0 * loaded)), np.hstack((-W_l, currents[1], -loaded))))
+    v = np.linalg.svd(M, full_matrices=False)[2][-1]
+    x = settings["mass_load"] * v / v[-1]
+    return M, x, M @ x
+
+
+def percent_of(W, x, tau):
+    """Relative deviations of ordinary least squares [%], rounded as FIGAROH rounds them."""
+    variance = np.sum((tau - W @ x) ** 2) / (W.shape[0] - W.shape[1])
+    return np.round(100.0 * np.sqrt(variance * np.diag(np.linalg.pinv(W.T @ W))) / np.abs(x), 2)
+
+
+@pytest.fixture
+def adapter(monkeypatch) -> ModuleType:
+    names = ("figaroh", "figaroh.tools", "figaroh.tools.regressor", "figaroh.identification")
+    for name in (*names, "figaroh.identification.identification_tools"):
+        monkeypatch.setitem(sys.modules, name, ModuleType(name))
+    sys.modules["figaroh.tools.regressor"].build_total_regressor_current = null_vector
+    sys.modules["figaroh.identification.identification_tools"].relative_stdev = percent_of
+    monkeypatch.syspath_prepend(str(ROOT))
+    return importlib.import_module(FIGAROH)
+
+
+def problem(folder: Path, structure: Structure, noise: float, known: str = "all") -> GivenProblem:
+    motions = exact_motions(structure, 6, noise=noise).motions
+    payload = motions[1].payload
+    assert isinstance(payload, Payload)
+    motions = (motions[0], replace(motions[1], payload=replace(payload, known=known)))
+    write_problem(folder, robot(), (), motions, observing=OBSERVING, gains=TRUSTING)
+    return read_problem(folder)
+
+
+@pytest.mark.parametrize("known", ["all", "com", "mass"])
+def test_figaroh_is_given_equations_that_exact_gains_solve(known, adapter, structure, tmp_path):
+    given = problem(tmp_path, structure, 0.0, known)
+    found = [gain["estimate"] for gain in adapter.drive_gains(given)]
+    # filters and differences leave 1e-9, columns of sizes 1e-3 to 1e3 make a hundred times that of it
+    np.testing.assert_allclose(found, exact_motions(structure, 6, noise=0.0).gain, rtol=1e-7)
+    # residuals without noise: all that rounding to 0.01 % leaves is the half of it
+    share = [gain["std"] / abs(gain["estimate"]) for gain in adapter.drive_gains(given)]
+    np.testing.assert_allclose(share, 5e-5, rtol=1e-12)
+
+
+def test_figaroh_states_deviations_and_those_above_the_limit_are_refused(adapter, structure, tmp_path):
+    given = problem(tmp_path, structure, 0.002)
+    every = adapter.every_gain(given)
+    share = np.array([gain["std"] / abs(gain["estimate"]) for gain in every])
+    off = np.array([gain["estimate"] for gain in every]) / exact_motions(structure, 6, noise=0.002).gain - 1.0
+    # of six honest deviations none is off by a factor of 20, however the noise falls
+    assert 0.05 * np.abs(off).max() < share.max() < 20.0 * np.abs(off).max()
+    limit = 0.5 * (share.min() + share.max())
+    told = adapter.drive_gains(replace(given, gains=replace(given.gains, max_rel_std=limit)))
+    for one, other, own in zip(every, told, share, strict=True):
+        if own > limit:
+            assert other == {"reason": f"relative deviation {100 * own:.3g} % exceeds {100 * limit:g} %"}
+        else:
+            assert other == one
+    assert 0 < sum("reason" in gain for gain in told) < 6
+
+
+def test_figaroh_without_a_bare_or_a_loaded_motion_refuses_every_joint(adapter, structure, tmp_path):
+    given = problem(tmp_path, structure, 0.0)
+    for left in given.motions:
+        told = adapter.drive_gains(replace(given, motions=(left,)))
+        assert [sorted(gain) for gain in told] == [["reason"]] * 6
+
+
+def test_packages_that_a_method_imports_are_recorded_with_their_versions():
+    module = ModuleType("mine")
+    module.table, module.os = importlib.import_module("pyarrow").Table, importlib.import_module("os")
+    module.console, module.limit = importlib.import_module("rich.console"), 3
+    module.filelock = importlib.import_module("filelock")
+    # neither pyarrow, which every study records, nor Python's own
+    assert function.packages(module) == (("filelock", version("filelock")), ("rich", version("rich")))
+
+
+def compared(folder: Path, name: str, key: str) -> Path:
+    place = folder / name
+    place.mkdir()
+    (place / "report.json").write_text(json.dumps({"about": {key: f"it is {name}"}}))
+    (place / "report.md").write_text(f"# {name} compared\n\n{key}: it is {name}.\n")
+    return place
+
+
+def test_the_document_has_methods_from_elsewhere_in_a_section_of_their_own(tmp_path):
+    from docs.methods import KEY, document
+
+    theirs, ours = compared(tmp_path, "first", KEY), compared(tmp_path, "second", "Command")
+    (theirs / "check-m.md").write_text("# Method m\n")
+    text = document([theirs, ours], "")
+    headings = [line for line in text.splitlines() if line.startswith("#")]
+    parts = ["## second compared", "## Methods from elsewhere", "### first compared", "### Method m"]
+    assert headings == ["# Methods side by side", *parts]
+    assert "from elsewhere" not in document([ours], "")
+
+
+def test_what_the_document_says_of_comparisons_that_are_not_given_stays(tmp_path):
+    from docs.methods import KEY, document
+
+    theirs, ours = compared(tmp_path, "first", KEY), compared(tmp_path, "second", "Command")
+    text = document([theirs, ours], "")
+    assert document([theirs], text) == document([ours], text) == text
+    third, fourth = compared(tmp_path, "third", KEY), compared(tmp_path, "fourth", "Command")
+    assert document([third], text) == document([ours, third], "")
+    assert document([fourth], text) == document([fourth, theirs], "")
+
+
+# With the libraries
+
+EXACT = "exact data give exact gains, to 1e-08"
+
+
+@pytest.mark.slow
+def test_figaroh_keeps_what_the_document_says():
+    pytest.importorskip("figaroh", reason="FIGAROH is not in the lock")
+    found = {check.promise: check.broken for check in checks(method_of(f"{FIGAROH}:drive_gains"), Limits())}
+    assert found[EXACT] is None
+    assert found["mass and inertia times 1.7 are gains times 1.7"] is None
+
+
+@pytest.mark.slow
+def test_mujoco_sysid_finds_the_gains_of_nominal_and_refuses_the_joint_that_shows_none(tmp_path):
+    pytest.importorskip("tabulate", reason="what mujoco.sysid needs is not in the lock")
+    run = run_scenario("nominal", 3)
+    write_trial(run.bench, run.recordings, tmp_path)
+    claims = call(method_of(f"{SYSID}:drive_gains"), tmp_path, 6, Limits(time_s=600.0)).outcome
+    assert isinstance(claims, tuple), claims
+    # five stated deviations are 1.3 to 2 %
+    np.testing.assert_allclose([claim.value for claim in claims[:5]], run.bench.true_gain[:5], rtol=0.02)
+    assert claims[5].value is None

@@ -1,0 +1,103 @@
+"""The bound that no method can fall below."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from quick import RANDOM, quick_scenario
+from scipy import linalg, signal
+
+from ident.estimation.all_joints.columns import JointColumns
+from scenarios.benchmark.comparison.bound import bound_of, gain_bound, in_band
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory):
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM, method="nls")
+
+
+def columns(joint: int, shared: np.ndarray, known: np.ndarray, own: dict[str, np.ndarray], V: np.ndarray):
+    r = len(V)
+    return JointColumns(
+        joint=joint,
+        V=V,
+        shared=shared,
+        known=known,
+        own=own,
+        payload=np.zeros((0, r, 10)),
+        motion=np.zeros(r, dtype=np.intp),
+        position=np.arange(r),
+    )
+
+
+def test_one_joint_with_an_offset_is_bounded_by_what_of_its_load_is_no_offset(rng):
+    known, sigma, h = rng.normal(3.0, 2.0, 40), 0.37, -1.7
+    one = columns(0, np.zeros((40, 0)), known, {"off": np.ones(40)}, h * known + 0.4)
+    expected = sigma / (abs(h) * np.linalg.norm(known - known.mean()))
+    np.testing.assert_allclose(bound_of((one,), np.array([h]), [np.full(40, sigma)]), [expected], rtol=1e-9)
+
+
+def test_the_bound_is_the_inverse_of_the_information_of_the_whole_model(rng):
+    h, theta, phi = np.array([0.7, -2.1]), rng.normal(size=3), [rng.normal(size=2), rng.normal(size=1)]
+    A, k = [rng.normal(size=(r, 3)) for r in (30, 25)], [rng.normal(size=30), np.zeros(25)]
+    F = [rng.normal(size=(30, 2)), rng.normal(size=(25, 1))]
+    sigma = [rng.uniform(0.1, 0.9, 30), rng.uniform(0.1, 0.9, 25)]
+
+    def currents(x: np.ndarray) -> np.ndarray:
+        g, t = np.exp(x[:2]) / h, x[2:5]  # log-gains of size 0 at the truth
+        own = [x[5:7], x[7:8]]
+        return np.concatenate([((A[j] @ t + k[j]) * h[j] / (g[j] * h[j]) + F[j] @ own[j]) / sigma[j] for j in (0, 1)])
+
+    truth = np.concatenate([np.zeros(2), theta, *phi])
+    V = [(A[j] @ theta + k[j]) * h[j] + F[j] @ phi[j] for j in (0, 1)]
+    J = np.column_stack([(currents(truth + e) - currents(truth - e)) / 2e-5 for e in 1e-5 * np.eye(8)])
+    expected = np.sqrt(np.diag(linalg.inv(J.T @ J)))[:2]
+    joints = tuple(columns(j, A[j], k[j], dict(zip(("Fv", "Fc"), F[j].T, strict=False)), V[j]) for j in (0, 1))
+    # Central differences of a smooth function with steps of 1e-5: 1e-10, and rounding of 1e-11.
+    np.testing.assert_allclose(bound_of(joints, h, sigma), expected, rtol=1e-7)
+
+
+def test_a_joint_that_nothing_known_reaches_has_no_bound(rng):
+    A, known = rng.normal(size=(30, 2)), rng.normal(size=30)
+    seen = columns(0, np.hstack((A, np.zeros((30, 2)))), known, {}, A @ [1.0, 2.0] + known)
+    alone = columns(1, np.hstack((np.zeros((30, 2)), A)), np.zeros(30), {}, A @ [1.0, 2.0])
+    found = bound_of((seen, alone), np.array([1.0, 1.0]), [np.ones(30), np.ones(30)])
+    assert found[0] < 1.0
+    assert found[1] > 1e6
+
+
+@pytest.mark.parametrize(
+    ("name", "percent"),
+    [("nominal", [0.28, 0.22, 0.18, 0.19, 0.23]), ("mass-only", [0.55, 0.34, 0.34, 0.89, 0.90])],
+)
+def test_the_bound_of_a_scenario_is_what_a_second_implementation_found(name, percent):
+    # From all samples and the exact spectrum; two digits are known of it.
+    np.testing.assert_allclose(100.0 * gain_bound(bench(load_scenario(name)))[:5], percent, atol=0.01)
+
+
+def test_the_bound_is_in_proportion_to_the_noise_and_none_without(scenario):
+    nominal = bench(load_scenario(str(scenario)))
+
+    def noisy(**sensors: float):
+        return replace(
+            nominal,
+            experiments=tuple(replace(e, sensors=replace(e.sensors, **sensors)) for e in nominal.experiments),
+        )
+
+    assert gain_bound(noisy(current_white=0.0, current_coloured=0.0)) is None
+    white = gain_bound(noisy(current_coloured=0.0))
+    np.testing.assert_allclose(gain_bound(noisy(current_white=0.15, current_coloured=0.0)), 3.0 * white, rtol=1e-9)
+    coloured, both = gain_bound(noisy(current_white=0.0)), gain_bound(nominal)
+    np.testing.assert_allclose(np.hypot(white, coloured), both, rtol=1e-9)  # variances of the same rows add up
+
+
+def test_coloured_noise_has_its_power_below_its_cut_off():
+    # A Butterworth filter's power is flat well below the cut-off; its integral is pi / (2 sqrt 2) times the cut-off for
+    # the second order, where the rate is far above.
+    expected = 500.0 / (20.0 * np.pi / (2.0 * np.sqrt(2.0)))
+    np.testing.assert_allclose(in_band(20.0, 0.5, 1000.0), expected, rtol=0.01)
+    assert in_band(20.0, 500.0, 1000.0) == pytest.approx(1.0)
+    _, H = signal.sosfreqz(signal.butter(2, 20.0, fs=1000.0, output="sos"), worN=[10.0], fs=1000.0)
+    assert in_band(20.0, 10.0, 1000.0) > expected * np.abs(H[0]) ** 2

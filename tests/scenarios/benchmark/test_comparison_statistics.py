@@ -1,0 +1,121 @@
+"""Statistics of methods side by side, and the rule of their order."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from method_rows import told
+from scipy import stats
+
+from scenarios.benchmark.comparison.rows import METHOD
+from scenarios.benchmark.comparison.statistics import summaries
+from scenarios.experiments.studies.coverage import coverage
+
+
+def one(rows: pd.DataFrame, bound=None):
+    return summaries(rows, [rows[METHOD].iloc[0]], bound)[0]
+
+
+def test_errors_of_a_joint_are_summed_up():
+    values = [2.02, 1.9, 2.06, 1.98, 2.5]
+    found = one(told("m", *({"estimate": value, "std": 0.07} for value in values)), np.array([0.02])).joints[0]
+    error = np.array([0.01, -0.05, 0.03, -0.01, 0.25])
+    np.testing.assert_allclose(found.bias, error.mean(), rtol=1e-12)
+    np.testing.assert_allclose(found.spread, np.sqrt(((error - error.mean()) ** 2).sum() / 4), rtol=1e-12)
+    np.testing.assert_allclose(found.rms, np.sqrt((error**2).mean()), rtol=1e-12)
+    np.testing.assert_allclose(found.p95, 0.05 + 0.8 * (0.25 - 0.05), rtol=1e-12)  # place 0.95 of 0 to 4 is 3.8
+    np.testing.assert_allclose(found.claimed, 0.035, rtol=1e-12)
+    np.testing.assert_allclose(found.claimed_over_bound, 1.75, rtol=1e-12)
+    np.testing.assert_allclose(found.spread_over_bound, found.spread / 0.02, rtol=1e-12)
+    assert (found.joint, found.expected, found.gains) == (1, 5, 5)
+    assert found.cover_1.share == pytest.approx(3 / 5)  # off by 0.02, 0.1, 0.06, 0.02, 0.5 with 0.07
+    assert found.cover_2.share == pytest.approx(4 / 5)
+
+
+def test_coverage_has_the_interval_of_clopper_and_pearson():
+    found = coverage(np.array([True] * 93 + [False] * 7))
+    assert found.share == pytest.approx(0.93)
+    np.testing.assert_allclose(found.low, stats.beta.ppf(0.025, 93, 8), rtol=1e-9)
+    np.testing.assert_allclose(found.high, stats.beta.ppf(0.975, 94, 7), rtol=1e-9)
+    assert coverage(np.array([], dtype=bool)) is None
+
+
+def test_an_interval_holds_the_truth_at_its_very_end_and_one_of_zero_only_without_error():
+    edge = one(told("m", {"estimate": 2.25, "std": 0.25}, {"estimate": 2.0, "std": 0.0}, {"estimate": 2.5, "std": 0.0}))
+    assert edge.joints[0].cover_1.share == pytest.approx(2 / 3)
+    assert one(told("m", {"estimate": 2.5, "std": 0.25})).joints[0].cover_2.share == 1.0
+
+
+def test_gains_without_deviation_count_for_errors_and_not_for_coverage():
+    found = one(told("m", {"estimate": 2.2}, {"estimate": 2.0, "std": 0.1})).joints[0]
+    assert found.gains == 2
+    assert found.cover_2.share == 1.0
+    assert found.claimed == pytest.approx(0.05)
+    silent = one(told("m", {"estimate": 2.2})).joints[0]
+    assert (silent.cover_1, silent.claimed, silent.claimed_over_bound, silent.spread) == (None, None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("row", "solved", "wrong"),
+    [
+        ({"estimate": 2.02, "rel_error": 0.01}, (1, 1, 1), 0),
+        ({"estimate": 2.021}, (0, 1, 1), 0),
+        ({"estimate": 1.94, "rel_error": -0.03}, (0, 1, 1), 0),
+        ({"estimate": 2.2, "rel_error": 0.1}, (0, 0, 1), 0),
+        ({"estimate": 1.93}, (0, 0, 1), 0),
+        ({"estimate": 2.19}, (0, 0, 1), 0),
+        ({"estimate": 2.21}, (0, 0, 0), 1),  # off by more than 10 %, and nothing is stated
+        ({"estimate": 2.21, "std": 0.08}, (0, 0, 0), 0),  # within three deviations of an honest, wide interval
+        ({"estimate": 2.21, "std": 0.06}, (0, 0, 0), 1),
+        ({"estimate": -2.0, "std": 0.1}, (0, 0, 0), 1),
+        ({"estimate": 2.0, "std": 0.1, "expected": False}, (0, 0, 0), 0),  # sure of itself, and right
+        ({"estimate": 2.0, "std": 0.21, "expected": False}, (0, 0, 0), 1),
+        ({"estimate": 2.0, "expected": False}, (0, 0, 0), 1),
+        ({"estimate": 2.1, "std": 0.03, "expected": False}, (0, 0, 0), 1),
+        ({"estimate": 2.1, "std": 0.04, "expected": False}, (0, 0, 0), 0),
+        ({"estimate": 2.3, "std": 0.2, "expected": False}, (0, 0, 0), 1),
+        ({"expected": False}, (0, 0, 0), 0),
+        ({}, (0, 0, 0), 0),
+        ({"failure": "MethodCrashed"}, (0, 0, 0), 0),
+    ],
+)
+def test_what_is_solved_and_what_is_a_wrong_claim(row, solved, wrong):
+    found = one(told("m", row, {"expected": True}))
+    wanted = 1 if row.get("expected") is False else 2
+    assert found.wanted == wanted
+    assert found.solved == tuple(count / wanted for count in solved)
+    assert found.wrong_claims == wrong
+    assert found.score == pytest.approx((solved[1] - wrong) / wanted)
+
+
+def test_refusals_signs_and_ends_are_counted_by_what_they_are():
+    found = one(
+        told(
+            "m",
+            {"expected": False, "seconds": 0.1},
+            {"expected": False, "seconds": 0.1},
+            {"seconds": 0.3},
+            {"estimate": -1.0, "std": 9.0, "seconds": 0.4},
+            {"failure": "MethodCrashed", "seconds": 0.5},
+            {"failure": "MethodOutOfMemory", "seconds": 0.6},
+            {"failure": "MethodTimedOut", "seconds": 7.0},
+            {"failure": "NotFinite", "expected": False, "seconds": 8.0},
+            {"failure": "SimulationFailed", "seconds": None},
+        )
+    )
+    assert (found.refused_rightly, found.refused_wrongly, found.wrong_signs) == (2, 1, 1)
+    assert (found.crashes, found.time_outs, found.misfits) == (2, 1, 1)
+    assert found.failures == {"MethodCrashed": 1, "MethodOutOfMemory": 1, "MethodTimedOut": 1, "NotFinite": 1}
+    assert (found.trials, found.wanted) == (8, 5)
+    assert found.seconds == pytest.approx(0.45)
+    assert found.wrong_claims == 0  # 150 % off, and 9 stated: it has said so
+
+
+def test_the_best_stands_first_and_who_refuses_everything_does_not_win():
+    good = told("good", {"estimate": 2.01}, {"estimate": 2.3})  # one solved, one wrong
+    fair = told("fair", {"estimate": 2.01}, {})
+    none = told("none", {}, {})
+    bold = told("bold", {"estimate": 3.0}, {"estimate": 3.0})
+    rows = pd.concat([bold, none, good, fair])
+    ranked = summaries(rows, ["bold", "none", "good", "fair"], None)
+    assert [each.method for each in ranked] == ["fair", "none", "good", "bold"]
+    assert [each.score for each in ranked] == [0.5, 0.0, 0.0, -1.0]

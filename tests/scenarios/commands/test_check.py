@@ -1,0 +1,232 @@
+"""`rx90 check`: what it prints, how it ends, what it asks for."""
+
+import json
+import re
+import textwrap
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from robot_folders import robot_folder
+
+import rx90_mjcf
+from ident.check import Checked
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Effect, Exclusion, Severity
+from ident.diagnosis.samples import SAMPLE_CHECKS
+from ident.diagnosis.samples.clock import missing_samples
+from ident.observation.observation import ObserveOptions
+from ident.recordings.files import read_recording, write_recording
+from ident.recordings.recording import Recording
+from ident.support.errors import RobotModelError
+from scenarios.cli import main
+from scenarios.experiments.files.schema_line import ENDING, FOLDER
+from scenarios.experiments.named_robot import named_robot
+from scenarios.experiments.robots import ROBOTS
+from scenarios.reports.check import check_report
+from scenarios.reports.diagnoses import words_of
+
+URDF = """<robot name="six"><link name="base"/>{links}</robot>"""
+LINK = (
+    '<link name="l{j}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    '</link><joint name="joint{j}" type="revolute"><parent link="{parent}"/><child link="l{j}"/>'
+    '<origin xyz="{xyz}" rpy="0 {pitch} 0"/><axis xyz="{axis}"/>'
+    '<limit lower="-6.3" upper="6.3" effort="1" velocity="9"/></joint>'
+)
+PLACES = [  # of `ur_like`
+    ("0 0 0.128", 0.0, "0 0 1"), ("0 0.22 0", np.pi / 2, "0 1 0"), ("0 -0.171 0.612", 0.0, "0 1 0"),
+    ("0 0 0.572", np.pi / 2, "0 1 0"), ("0 0.115 0", 0.0, "0 0 1"), ("0 0 0.116", 0.0, "0 1 0"),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory) -> Path:
+    """A folder with the UR-like arm, a bare and a loaded recording, and one whose v4 is clipped."""
+    folder = tmp_path_factory.mktemp("cell")
+    links = "".join(
+        LINK.format(j=j, parent=f"l{j - 1}" if j > 1 else "base", xyz=xyz, pitch=repr(float(pitch)), axis=axis)
+        for j, (xyz, pitch, axis) in enumerate(PLACES, 1)
+    )
+    (folder / "arm.urdf").write_text(URDF.format(links=links))
+    bare, loaded = known_logs(ur_like(), BRICK, np.abs(UR_GAIN), np.random.default_rng(61), middle=UR_MIDDLE)
+    write_recording(bare, folder / "bare.parquet")
+    write_recording(loaded, folder / "loaded.parquet")
+    v = loaded.v.copy()
+    v[:, 3] = np.minimum(v[:, 3], 0.7 * v[:, 3].max())
+    write_recording(Recording(loaded.t, loaded.q, v), folder / "clipped.parquet")
+    return folder
+
+
+def test_a_clean_log_ends_with_0_and_fits_the_schema(cell, capsys):
+    assert main(["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    jsonschema.Draft202012Validator(json.loads((FOLDER / f"check{ENDING}").read_text())).validate(found)
+    assert found["verdict"] != "wrong"
+    assert found["readings"]["better"] == []
+    assert found["readings"]["driven_by_friction"] == []
+    bare = read_recording(cell / "bare.parquet")
+    joints = found["logs"][0]["joints"]
+    assert [each["joint"] for each in joints] == [1, 2, 3, 4, 5, 6]
+    # the filters smooth an extreme, and cut the ends off
+    np.testing.assert_allclose([each["high"] for each in joints], bare.q.max(axis=0), atol=0.1)
+    np.testing.assert_allclose(joints[0]["covered"], (joints[0]["high"] - joints[0]["low"]) / 12.6, rtol=1e-9)
+
+
+def narrow(lines: list[str]) -> list[str]:
+    """Lines as a terminal of 80 columns breaks them."""
+    return [part for line in lines for part in textwrap.wrap(line, 80)]
+
+
+def test_a_sound_pair_is_told_in_a_few_lines_the_verdict_first(cell, capsys):
+    assert main(["check", *(str(cell / name) for name in ("arm.urdf", "bare.parquet", "loaded.parquet"))]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert re.match(r"(GOOD: \d+ checks|USABLE: \d+ warning)", lines[0])
+    assert len(narrow(lines)) < 30
+    assert not any("Motion of" in line for line in lines)
+
+
+def test_all_lists_every_check_and_how_joints_moved(cell, capsys):
+    assert main(["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), "--all"]) == 0
+    printed = capsys.readouterr().out
+    for words in ("no current is clipped", "encoder resolution", "Motion of bare.parquet", "Rms acceleration"):
+        assert words in printed
+
+
+def test_a_clipped_current_ends_with_1_and_is_named_after_the_verdict(cell, capsys):
+    words = ["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), str(cell / "clipped.parquet")]
+    assert main(words) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert re.match(r"WRONG: \d+ faults? .*in \d+ checks of logs of six", lines[0])
+    (line,) = [line for line in lines if "is clipped at" in line]
+    assert line.startswith("WRONG clipped.parquet: v4 is clipped at its largest value ")
+    assert line.endswith(". Move more slowly or carry less.")
+    assert main([*words, "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    jsonschema.Draft202012Validator(json.loads((FOLDER / f"check{ENDING}").read_text())).validate(found)
+    (clipped,) = [each for each in found["diagnoses"] if each["name"] == "clipping" and each["severity"] == "wrong"]
+    (same,) = [each for each in found["lines"] if each["what"] == "clipping" and each["verdict"] == "wrong"]
+    assert clipped["joints"] == [4]
+    assert (same["joint"], same["seen"]) == (4, clipped["sentence"])
+    assert clipped["logs"] == [same["log"]]
+
+
+EVERYTHING = Diagnosis(
+    name="zero",
+    severity=Severity.WRONG,
+    sentence="the zero of q2 is off by -4.9 degrees",
+    advice="correct it",
+    joints=(1,),
+    logs=("a/b.csv", "c.csv"),
+    value=-4.9,
+    std=0.2,
+    unit="degrees",
+    z=7.3,
+    effects=(Effect(joint=1, percent=-3.7, deviations=-5.2), Effect(joint=2, percent=1.1, deviations=0.4)),
+    rivals=("a tilted base",),
+)
+
+
+def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
+    found = Diagnosed(
+        diagnoses=(
+            EVERYTHING,
+            Diagnosis(name="x", severity=Severity.WEAK, sentence="y"),
+            Diagnosis(name="z", sentence="w"),
+        ),
+        excluded=(
+            Exclusion(family="zero", sentence="zeros of q2 to q5 beyond 1 degree", joints=(1, 2, 3, 4), limit=1.0),
+            Exclusion(family="delay", sentence="delays beyond 5 ms"),
+        ),
+        untold=("the zero of q1", "the sign of q6"),
+    )
+    report = check_report(Checked(logs=(), found=found), ur_arm)
+    assert report.title == ("WRONG: 1 fault and 1 warning in 3 checks of logs of ur-like; gain of joint 2 off by 3.7 %")
+    assert [part.text for part in report.parts[2:]] == [
+        "Good: 1 check; --all lists them.",
+        "Excluded: zeros of q2 to q5 beyond 1 degree; delays beyond 5 ms.",
+        "Cannot be told: the zero of q1; the sign of q6.",
+    ]
+    document = report.document
+    jsonschema.Draft202012Validator(json.loads((FOLDER / f"check{ENDING}").read_text())).validate(document)
+    assert document["excluded"][0]["joints"] == [2, 3, 4, 5]
+    assert document["readings"]["better"] == ["the zero of q2 is off by -4.9 degrees"]
+    assert document["readings"]["same"] == document["untold"] == ["the zero of q1", "the sign of q6"]
+    assert document["diagnoses"][0]["effects"][0] == {"joint": 2, "percent": -3.7, "deviations": -5.2}
+
+
+@pytest.fixture(scope="module")
+def ur_arm():
+    return arm_of(ur_like())
+
+
+def test_what_samples_show_is_told_in_two_lines_of_80_columns():
+    bare = known_logs(ur_like(), BRICK, np.abs(UR_GAIN), np.random.default_rng(61), middle=UR_MIDDLE)[0]
+    q, v, t, name = bare.q, bare.v, bare.t, "unloaded.parquet"
+    limit = np.where(np.arange(6) == 3, 0.7 * v.max(axis=0), np.inf)
+    stuck = np.where(
+        (np.arange(2500)[:, None] > 1400) & (np.arange(2500)[:, None] < 1533) & (np.arange(6) == 2), q[1400], q
+    )
+    lost, hole = np.setdiff1d(np.arange(2500), [411, 902]), np.setdiff1d(np.arange(2500), range(1100, 1145))
+    gap = missing_samples(Recording(t[hole], q[hole], v[hole], name), ObserveOptions())
+    rows = np.clip(np.arange(2500) - (np.arange(2500) % 40 == 3), 0, None)
+    bad = [
+        Recording(t, q, np.minimum(v, limit), name),
+        Recording(t, stuck, v, name),
+        Recording(t[: len(lost)], q[lost], v[lost], name),
+        Recording(t, q[rows], v[rows], name),
+        Recording(t, q, np.repeat(v[::2], 2, axis=0), name),
+        Recording(t, (q * 5.0 + np.pi) % (2.0 * np.pi) - np.pi, v, name),
+        Recording(t[::3], q[::3], v[::3], name),
+        Recording(t, q, np.column_stack((v[:, :5], q[:, 5])), name),
+        Recording(t, q, v + 0.9 * v.std(axis=0) * np.random.default_rng(2).normal(size=v.shape), name),
+        Recording(t, q * 0.1 + 2e-4 * np.random.default_rng(2).normal(size=q.shape), v, name),
+    ]
+    told = [
+        words_of(each, several=True)
+        for log in bad
+        for check in SAMPLE_CHECKS.values()
+        for each in check(log, ObserveOptions())
+        if each.severity is not Severity.GOOD
+    ]
+    told.append(words_of(gap, several=True))
+    assert len(told) >= 10
+    assert [each for each in told if len(textwrap.wrap(each, 80)) > 2] == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["arm.urdf", "nowhere.parquet"], "nowhere.parquet"),
+        (["nobody", "bare.parquet"], "unknown robot 'nobody'"),
+        (["arm.urdf", "bare.parquet", "--loaded", "bare.parquet"], "--loaded: no payload is given"),
+        (["panda", "bare.parquet"], "6 joints, but robot"),
+    ],
+)
+def test_bad_input_ends_with_2_and_one_line(cell, capsys, monkeypatch, words, said):
+    monkeypatch.chdir(cell)
+    assert main(["check", *words]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert said in printed.err
+    assert printed.err.count("\n") == 1
+
+
+def test_a_robot_is_a_model_file_a_robot_file_or_a_name():
+    model, file, name = (named_robot(word) for word in (str(rx90_mjcf.MJCF), str(ROBOTS["rx90"]), "rx90"))
+    assert model.gain is None
+    assert file.gain is not None
+    np.testing.assert_array_equal(name.gain, file.gain)
+    np.testing.assert_array_equal(model.structure.arm.translation, name.structure.arm.translation)
+    assert named_robot("tx40").structure.arm.couplings == ((4, 5),)
+    assert named_robot("rx90", ((1, 2),)).structure.arm.couplings == ((1, 2),)
+    assert model.structure.arm.couplings == ()
+
+
+def test_a_coupling_of_a_robot_s_file_whose_motor_is_nearer_to_the_base_is_refused(tmp_path):
+    coupling = "[[coupling]]\nmotor = 2\nturns_with = 4\n"
+    friction = '_friction = { value = 0.7, origin = "measured", source = "invented" }\n'
+    path = robot_folder(tmp_path, 5, extra=f"{coupling}viscous{friction}coulomb{friction}")
+    with pytest.raises(RobotModelError, match=r"cannot couple joints 4 and 2; .* the one nearer to the base first"):
+        named_robot(str(path))
+    assert named_robot(str(path), ((1, 3),)).structure.arm.couplings == ((1, 3),)

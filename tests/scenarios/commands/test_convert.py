@@ -1,0 +1,296 @@
+"""`rx90 convert`: what comes out, and one line for what cannot be meant."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bags import Sample, write_bag
+from model_files import mjcf
+from printed import printed
+
+from ident.recordings.files import read_recording, write_recording
+from ident.recordings.formats.description_files import read_description
+from ident.recordings.recording import Recording
+from scenarios.cli import main
+
+JOINTS = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
+"""Of the model of `model_files`."""
+T = 0.004 * np.arange(400)
+Q = 0.8 * np.sin(2.0 * T[:, None] + 0.7 * np.arange(6))
+V = 3.0 * np.cos(Q) + 0.1 * Q
+SAID = """
+signal = "current"
+[t]
+column = "time"
+unit = "ms"
+[q]
+columns = "pos_{1..6}"
+unit = ["deg", "deg", "rad", "deg", "deg", "rev"]
+sign = [1, -1, 1, 1, -1, 1]
+zero = [0, 90, 0, 0, -45, 0.25]
+[v]
+columns = ["i_1", "i_2", "i_3", "i_4", "i_5", "i_6"]
+unit = "mA"
+[file]
+separator = ";"
+decimal = ","
+encoding = "latin-1"
+"""
+SIGN, ZERO = np.array([1, -1, 1, 1, -1, 1]), np.array([0, 90, 0, 0, -45, 0.25])
+UNIT = np.array([np.pi / 180, np.pi / 180, 1, np.pi / 180, np.pi / 180, 2 * np.pi])
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory) -> Path:
+    """A folder with one motion as a foreign CSV, a description of it, a bag and a model."""
+    folder = tmp_path_factory.mktemp("cell")
+    names = ["time", *(f"pos_{j}" for j in range(1, 7)), *(f"i_{j}" for j in range(1, 7))]
+    rows = np.column_stack((1e3 * T, SIGN * (Q / UNIT - ZERO), 1e3 * V))
+    text = "\n".join([";".join(names), *(";".join(f"{x:.17g}" for x in row) for row in rows.tolist())])
+    (folder / "log.csv").write_text(text.replace(".", ","))
+    (folder / "log.toml").write_text(SAID)
+    order = [3, 0, 5, 1, 2, 4]
+    write_bag(
+        folder / "bag",
+        (Sample(stamp=float(t), names=[JOINTS[j] for j in order], position=q[order], effort=v[order])
+         for t, q, v in zip(T, Q, V, strict=True)),
+        storage="mcap",
+    )  # fmt: skip
+    (folder / "arm.xml").write_text(mjcf())
+    write_recording(Recording(T, Q, V), folder / "own.csv")
+    return folder
+
+
+def test_a_foreign_log_is_written_as_a_recording(cell, tmp_path, capsys):
+    out = tmp_path / "out" / "log.parquet"
+    words = ["convert", str(cell / "log.csv"), "--log-description", str(cell / "log.toml"), "--out", str(out), "--json"]
+    assert main(words) == 0
+    told = printed(capsys, "convert")
+    found = read_recording(out)
+    for one, other in ((found.t, T), (found.q, Q), (found.v, V)):
+        np.testing.assert_allclose(one, other, rtol=1e-14, atol=1e-14)  # a product and a sum of float64 each way
+    assert told["samples"] == 400
+    assert told["joints"] == 6
+    assert told["duration_s"] == pytest.approx(1.596, rel=1e-12)  # 399 intervals of 4 ms
+    assert told["rate_hz"] == pytest.approx(250.0, rel=1e-12)
+    assert told["signal"] == "current"
+    assert told["v"] == "motor current, measured or commanded [A]"
+    assert told["columns"]["t"] == "time"
+    assert told["columns"]["q"][4] == "pos_5"
+    assert told["columns"]["v"] == [f"i_{j}" for j in range(1, 7)]
+    assert told["layout"] is None
+
+
+def test_what_was_taken_for_what_is_a_table(cell, tmp_path, capsys):
+    words = ["convert", str(cell / "log.csv"), "--log-description", str(cell / "log.toml"), "--out"]
+    assert main([*words, str(tmp_path / "log.csv")]) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"^ +2 +pos_2 +deg +-1 +90 +i_2 +mA +1$", said, re.MULTILINE)
+    assert re.search(r"^ +6 +pos_6 +rev +1 +0.25 +i_6 +mA +1$", said, re.MULTILINE)
+    assert "Time is time [ms]; v is motor current, measured or commanded [A]." in said
+    assert "log.csv: 400 samples of 6 joints, 1.596 s at 250 Hz." in said
+    np.testing.assert_allclose(read_recording(tmp_path / "log.csv").q, Q, rtol=1e-14, atol=1e-14)  # as above
+
+
+def test_few_words_say_the_same_as_a_file(tmp_path, capsys):
+    write_recording(Recording(T, np.rad2deg(Q), V), tmp_path / "log.csv")
+    text = (tmp_path / "log.csv").read_text()
+    (tmp_path / "log.csv").write_text(re.sub(r"\bv(\d)", r"cur [\1]", text.replace("t,", "time,", 1)))
+    words = ["convert", str(tmp_path / "log.csv"), "--out", str(tmp_path / "out.csv"), "--signal", "percent"]
+    columns = ["--columns", "t=time[s]", "q=q{1..6}[deg]", "v=cur [1],cur [2],cur [3],cur [4],cur [5],cur [6][%]"]
+    assert main([*words, *columns]) == 0
+    assert "Note: v is a share of a rating: a gain is N m per percent." in capsys.readouterr().out
+    np.testing.assert_allclose(read_recording(tmp_path / "out.csv").q, Q, rtol=1e-14, atol=1e-14)  # a product each way
+
+
+@pytest.mark.parametrize("order", ["model", "joints"])
+def test_a_bags_joints_are_ordered_by_the_model_or_by_name(cell, tmp_path, order):
+    words = ["convert", str(cell / "bag"), "--out", str(tmp_path / "log.parquet"), "--signal", "current"]
+    said = {"model": ["--model", str(cell / "arm.xml")], "joints": ["--joints", ",".join(JOINTS)]}[order]
+    assert main([*words, *said]) == 0
+    np.testing.assert_array_equal(read_recording(tmp_path / "log.parquet").q, Q)
+    assert main([*words, "--joints", f"{JOINTS[4]},{JOINTS[1]}", "--force"]) == 0
+    np.testing.assert_array_equal(read_recording(tmp_path / "log.parquet").v, V[:, [4, 1]])
+
+
+def test_names_that_are_said_go_before_those_of_the_model(tmp_path, cell):
+    log = (cell / "own.csv").read_text().split("\n", 1)
+    renamed = ",".join(["time", *(f"left_{j}" for j in JOINTS), *(f"i_left_{j}" for j in JOINTS)])
+    (tmp_path / "log.csv").write_text(f"{renamed}\n{log[1]}")
+    words = ["convert", str(tmp_path / "log.csv"), "--out", str(tmp_path / "out.csv"), "--signal", "current"]
+    words += ["--columns", "t=time[s]", "q={joint}[rad]", "v=i_{joint}[A]", "--model", str(cell / "arm.xml")]
+    assert main([*words, "--joints", ",".join(f"left_{j}" for j in JOINTS)]) == 0
+    np.testing.assert_array_equal(read_recording(tmp_path / "out.csv").v, V)
+    assert main([*words, "--force"]) == 2
+
+
+def test_a_recording_is_not_written_over_a_file_of_others(cell, tmp_path, capsys):
+    (tmp_path / "log.csv").write_text("mine")
+    words = ["convert", str(cell / "own.csv"), "--out", str(tmp_path / "log.csv")]
+    assert main(words) == 2
+    assert "rx90 convert did not write this file" in capsys.readouterr().err
+    assert (tmp_path / "log.csv").read_text() == "mine"
+    assert main([*words, "--force"]) == 0
+    assert main(words) == 0
+    assert capsys.readouterr().out.count("v is as logged [drive units]") == 2
+
+
+LOGS = {
+    "no such file": (["absent.csv"], r"absent\.csv: no such file"),
+    "a folder": (["."], r"is a folder; expected a regular file"),
+    "of nothing said": (["log.csv"], r"log\.csv: the file names no column t, q1\.\. or v1\.\.; found time"),
+    "no signal": (["log.csv", "--columns", "t=time[ms]", "q=pos_{1..6}[deg]", "v=i_{1..6}[mA]"], "has to be said"),
+    "no joints": (["bag", "--signal", "current"], r"joints are taken by name; say their order, .*shoulder_pan_joint"),
+    "no topic": (["bag", "--signal", "current", "--joints", "a", "--topic", "/x"], r"no topic '/x' of sensor_msgs"),
+    "a strange joint": (["bag", "--signal", "current", "--joints", "elbow"], r"no joint 'elbow'; did you mean"),
+    "a bag without signal": (["bag", "--model", "arm.xml"], r"has to be said, with --signal .*: current, torque-from"),
+    "compensated": (["bag", "--model", "arm.xml", "--signal", "gravity-compensated"], "the weight of the payload"),
+    "no constant": (["bag", "--model", "arm.xml", "--signal", "torque-from-current"], "say the constants"),
+    "constants of current": (["bag", "--model", "arm.xml", "--signal", "current", "--constant", "2"], "v is no torque"),
+    "three constants": (
+        ["bag", "--model", "arm.xml", "--signal", "torque-from-current", "--constant", "2,3,4"],
+        "constant of v has 3 entries for 6 joints",
+    ),
+    "wrong order": (["bag", "--model", "arm.xml", "--joints", ",".join(JOINTS[::-1])], "flange the model has"),
+    "five joints": (["bag", "--model", "arm.xml", "--joints", ",".join(JOINTS[1:])], "5 joints are said"),
+    "a joint twice": (["bag", "--joints", "a,a"], "expected names, each once, separated by commas"),
+    "no name": (["bag", "--joints", "a,,b"], "expected names, each once, separated by commas"),
+    "zero constant": (["bag", "--constant", "1,0"], "expected numbers that are not 0"),
+    "no constant at all": (["bag", "--constant", "x"], "'x' is no number"),
+    "strange signal": (["bag", "--signal", "amps"], "invalid choice: 'amps'"),
+    "strange layout": (["log.csv", "--layout", "kuka"], "invalid choice: 'kuka'"),
+    "another layout": (["log.csv", "--layout", "ur-rtde"], "not of the layout ur-rtde; found time"),
+    "no word": (["log.csv", "--columns", "time"], r"--columns: 'time'; expected t=NAME\[unit\], q=NAME"),
+    "a strange word": (["log.csv", "--columns", "a=b"], r"--columns: 'a=b'; expected t="),
+    "nothing": (["log.csv", "--columns", "t="], r"--columns: 't='; expected t="),
+    "a word twice": (["log.csv", "--columns", "t=a", "t=b"], "--columns: t= is there twice"),
+    "a strange unit": (["log.csv", "--columns", "t=time[min]"], "unit 'min' of t is unknown; there are s, ms"),
+    "no names": (["log.csv", "--columns", "q=a,,b[rad]"], r"--columns: q='a,,b' lacks a name"),
+    "an empty range": (["log.csv", "--columns", "q=a{3..1}[rad]"], r"'a\{3\.\.1\}'; expected a range of 1 to 64"),
+    "a long range": (["log.csv", "--columns", "q=a{0..64}[rad]"], r"expected a range of 1 to 64 numbers"),
+    "no description": (["log.csv", "--log-description", "absent.toml"], r"absent\.toml: no such file"),
+    "said twice": (
+        ["log.csv", "--log-description", "log.toml", "--signal", "percent"],
+        r"log\.toml says signal, and so does the command line; say it once",
+    ),
+    "columns said twice": (
+        ["log.csv", "--log-description", "log.toml", "--columns", "t=time[s]"],
+        r"log\.toml says t, and so does the command line",
+    ),
+    "out of the way": (["own.csv", "--out", "/proc/nowhere/x.csv"], "nowhere|No such file|Permission|proc"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LOGS)
+def test_what_cannot_be_meant_is_one_line(cell, tmp_path, monkeypatch, capsys, name):
+    words, message = LOGS[name]
+    monkeypatch.chdir(cell)
+    out = [] if "--out" in words else ["--out", str(tmp_path / "out.csv")]
+    try:
+        status = main(["convert", words[0], *out, *words[1:]])
+    except SystemExit as ended:
+        status = ended.code
+    said, err = capsys.readouterr()
+    assert status == 2
+    assert said == ""
+    assert err.count("\n") == 1, err
+    assert len(err) < 500
+    assert re.search(message, err), err
+    assert not (tmp_path / "out.csv").exists()
+
+
+DESCRIPTIONS = {
+    "no TOML": ("signal : 1", "not TOML"),
+    "empty": ("", "the file is empty"),
+    "a strange key": (SAID + "colums = 1", r"unknown key 'colums'"),
+    "a strange table": ("signal = 'current'\n[p]\nx = 1", r"unknown key 'p'; there are signal, layout"),
+    "a strange signal": (SAID.replace('"current"', '"curent"'), r"signal = 'curent'; expected one of .*'current'"),
+    "a number for a signal": (SAID.replace('"current"', "7"), r"signal = 7; expected a text"),
+    "a strange layout": ("layout = 'ur'", r"layout = 'ur'; expected one of own, ur-rtde"),
+    "t no table": ("t = 3", r"\[t\] = 3; expected a table with column, unit"),
+    "columns of t": ("[t]\ncolumns = 'time'", r"\[t\]: unknown key 'columns'; did you mean 'column'"),
+    "zero of v": ("[v]\nzero = 1", r"\[v\]: unknown key 'zero'; there are columns, unit, sign, constant"),
+    "constant of q": ("[q]\nconstant = 1", r"\[q\]: unknown key 'constant'"),
+    "no columns": ("[q]\ncolumns = []", r"\[q\]: columns = \[\]; expected at least one"),
+    "blank": ("[q]\ncolumns = ['a', ' ']", r"columns = \['a', ' '\]; expected a text, or an array of texts"),
+    "columns of numbers": ("[q]\ncolumns = [1, 2]", r"columns = \[1, 2\]; expected a text, or an array"),
+    "a range": ("[q]\ncolumns = 'a{4..2}'", r"\[q\]: 'a\{4\.\.2\}'; expected a range"),
+    "sign 2": ("[q]\nsign = [1, -2]", r"sign = \[1, -2\]; expected 1 or -1"),
+    "sign 0": ("[v]\nsign = 0", r"sign = 0; expected 1 or -1"),
+    "sign true": ("[v]\nsign = true", r"sign = True; expected a number, or an array of numbers"),
+    "sign text": ("[v]\nsign = '-1'", r"sign = '-1'; expected a number"),
+    "zero nan": ("[q]\nzero = nan", r"zero = nan; expected a number"),
+    "zero huge": ("[q]\nzero = [0.0, 1e13]", r"zero = \[0\.0, 10000000000000\.0\]; expected a number"),
+    "no counts": ("[q]\ncounts_per_turn = [4096, 0]", r"counts_per_turn = \[4096, 0\]; expected numbers that"),
+    "no constant": ("[v]\nconstant = 0.0", r"constant = 0.0; expected numbers that are not 0"),
+    "constant text": ("[v]\nconstant = 'none'", r"constant = 'none'; expected a number"),
+    "joints": ("joints = 3", r"joints = 3; expected a text, or an array of texts"),
+    "topic": ("topic = ['/a']", r"topic = \['/a'\]; expected a text"),
+    "only": ("only = 3", r"only = 3; expected columns with the number"),
+    "only text": ("only = { a = 'x' }", r"only = \{'a': 'x'\}; expected columns with the number"),
+    "only true": ("only = { a = true }", r"expected columns with the number"),
+    "file": ("[file]\nseperator = ';'", r"\[file\]: unknown key 'seperator'; did you mean 'separator'"),
+    "separator": ("[file]\nseparator = ';;'", r"separator = ';;'; expected one character"),
+    "quote": ("[file]\nseparator = '\"'", r"expected one character"),
+    "decimal": ("[file]\ndecimal = ';'", r"decimal = ';'; expected '\.' or ','"),
+    "decimal as separator": ("[file]\ndecimal = ','\nseparator = ','", r"expected another sign than the separator"),
+    "header": ("[file]\nheader = 0", r"header = 0; expected the number of a line, 1 to 100000"),
+    "header text": ("[file]\nheader = 'no'", r"header = 'no'; expected the number of a line"),
+    "rows": ("[file]\nheader = 4\nrows = 4", r"rows = 4; expected a line after that of the header, 4"),
+    "rows true": ("[file]\nrows = true", r"rows = True; expected the number of a line"),
+    "encoding": ("[file]\nencoding = 'utf8000'", r"encoding = 'utf8000'; expected one that Python knows"),
+    "no text encoding": ("[file]\nencoding = 'hex'", r"encoding = 'hex'; expected one that Python knows"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DESCRIPTIONS)
+def test_a_faulty_description_is_one_line(cell, tmp_path, capsys, name):
+    content, message = DESCRIPTIONS[name]
+    (tmp_path / "said.toml").write_text(content)
+    words = ["convert", str(cell / "log.csv"), "--out", str(tmp_path / "out.csv")]
+    assert main([*words, "--log-description", str(tmp_path / "said.toml")]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert "said.toml" in err
+    assert re.search(message, err), err
+
+
+def test_all_that_a_description_may_say_is_read(tmp_path):
+    (tmp_path / "said.toml").write_text(
+        "signal = 'torque-from-current'\nlayout = 'joint-states'\njoints = ['a', 'b']\ntopic = '/x'\n"
+        "only = { episode_index = 3, take = 1.5 }\n[t]\ncolumn = 'stamp'\nunit = 'us'\n"
+        "[q]\ncolumns = ['p{3..4}']\nunit = 'ticks'\ncounts_per_turn = [4096, -8192]\nsign = -1\nzero = [0.5, 7]\n"
+        "[v]\ncolumns = 'x'\nunit = ['N m', 'mN m']\nsign = [1, -1]\nconstant = [0.7, -0.3]\n"
+        "[file]\nseparator = '!'\ndecimal = ','\nheader = 3\nrows = 5\nencoding = 'cp1252'\n"
+    )
+    said = read_description(tmp_path / "said.toml")
+    assert (said.signal, said.layout, said.joints, said.topic) == (
+        "torque-from-current",
+        "joint-states",
+        ("a", "b"),
+        "/x",
+    )
+    assert said.only == (("episode_index", 3.0), ("take", 1.5))
+    assert (said.t.columns, said.t.unit) == (("stamp",), ("us",))
+    assert (said.q.columns, said.q.unit, said.q.counts_per_turn) == (("p3", "p4"), ("ticks",), (4096.0, -8192.0))
+    assert (said.q.sign, said.q.zero, said.q.constant) == ((-1.0,), (0.5, 7.0), None)
+    assert (said.v.columns, said.v.unit, said.v.sign, said.v.constant) == (
+        ("x",), ("N m", "mN m"), (1.0, -1.0), (0.7, -0.3),
+    )  # fmt: skip
+    text = said.text
+    assert (text.separator, text.decimal, text.header, text.rows, text.encoding) == ("!", ",", 3, 5, "cp1252")
+    (tmp_path / "said.toml").write_text("[file]\nheader = 'none'\n[v]\nconstant = 'unknown'\n")
+    said = read_description(tmp_path / "said.toml")
+    assert (said.text.header, said.v.constant, said.joints) == (0, (), None)
+
+
+def test_a_log_of_more_joints_than_the_model_is_not_converted(tmp_path, capsys):
+    log = tmp_path / "seven.parquet"
+    write_recording(Recording(T, np.column_stack((Q, Q[:, 0] + 0.1 * T)), np.column_stack((V, V[:, 0] + T))), log)
+    (tmp_path / "arm.xml").write_text(mjcf())
+    assert main(["convert", str(log), "--out", str(tmp_path / "out.csv"), "--model", str(tmp_path / "arm.xml")]) == 2
+    assert "7 joints, but robot " in (said := capsys.readouterr().err)
+    assert "such as a gripper" in said
+    assert not (tmp_path / "out.csv").exists()

@@ -1,0 +1,78 @@
+"""What a shell sets for other programs ends no command in an error that nobody foresaw."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from places import ROOT
+
+import rx90_mjcf
+from scenarios.command_line.surroundings import ASKED, OPENGL, foreign_packages, without_opengl
+
+OTHERS = {
+    "no library": ("pinocchio", 'raise ImportError("libpinocchio.so.3: cannot open shared object file")'),
+    "another Python": ("pinocchio", "from .pinocchio_pywrap_default import *"),
+    "too old": ("pinocchio", ""),
+    "another numpy": ("numpy", "from . import _multiarray"),
+}
+
+
+def rx90(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "scenarios", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=os.environ | more)
+
+
+@pytest.mark.parametrize("which", OTHERS)
+def test_a_package_of_another_python_is_named_with_its_folder(which, tmp_path):
+    name, content = OTHERS[which]
+    folder = tmp_path / "ros" / name
+    folder.mkdir(parents=True)
+    (folder / "__init__.py").write_text(content + "\n")
+    path = os.pathsep.join((str(ROOT), str(folder.parent)))
+    done = rx90("new-robot", rx90_mjcf.MJCF, "--out", tmp_path / "new", PYTHONPATH=path)
+    assert (done.returncode, done.stdout) == (2, "")
+    *progress, line = done.stderr.splitlines()
+    assert line.startswith(f"rx90: PYTHONPATH: {folder.parent} has a {name} that cannot be used here")
+    assert "env -u PYTHONPATH rx90" in line
+    assert not [each for each in progress if "rx90:" in each]
+
+
+def test_other_errors_and_other_folders_are_not_blamed_on_the_import_path(tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.pathsep}{tmp_path / 'nowhere'}")
+    (tmp_path / "pinocchio").mkdir()  # a folder without a module gives way to the package that is installed
+    assert foreign_packages(ImportError("no")) is None
+    (tmp_path / "pinocchio" / "__init__.py").touch()
+    assert foreign_packages(ImportError("no")) is not None
+    assert foreign_packages(AttributeError("module 'pinocchio' has no attribute 'x'")) is not None
+    assert foreign_packages(AttributeError("'Path' object has no attribute 'x'")) is None
+    assert foreign_packages(ZeroDivisionError("no")) is None
+
+
+@pytest.mark.parametrize("opengl", ["osmesa", "egl", "no-such-thing"])
+def test_what_draws_nothing_needs_no_opengl(opengl):
+    done = rx90("run", "nominal", "--quiet", **{OPENGL: opengl})
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_path):
+    done = rx90("view", "nominal", "--render", tmp_path / "a.png", "--quiet", **{OPENGL: "no-such-thing"})
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("rx90: MUJOCO_GL=no-such-thing: there is no such OpenGL here")
+    assert done.stderr.count("\n") == 1
+
+
+def test_the_opengl_asked_for_is_kept_for_a_process_that_draws(monkeypatch):
+    monkeypatch.delenv(OPENGL, raising=False)
+    with without_opengl():
+        assert OPENGL not in os.environ
+    monkeypatch.setenv(OPENGL, "osmesa")
+    with without_opengl():
+        assert (os.environ[OPENGL], os.environ[ASKED]) == ("disable", "osmesa")
+        code = "import os; from scenarios.command_line.surroundings import with_opengl; with_opengl(); "
+        code += f"print(os.environ['{OPENGL}'], '{ASKED}' in os.environ)"
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(ROOT))
+        assert done.stdout == "osmesa False\n"
+    assert os.environ[OPENGL] == "osmesa"
+    assert ASKED not in os.environ

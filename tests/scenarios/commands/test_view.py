@@ -1,0 +1,112 @@
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+from places import ROOT
+
+from scenarios.cli import main
+from scenarios.reports.film import WRITERS, captioned, frames
+from scenarios.support.errors import NoFilm
+from sim.errors import NoPicture
+
+
+def views(*words: object, **more: str) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", "scenarios", "view", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=os.environ | more)
+
+
+@pytest.fixture(scope="module")
+def opengl() -> None:
+    code = "import mujoco; mujoco.Renderer(mujoco.MjModel.from_xml_string('<mujoco/>'), 64, 64)"
+    environment = os.environ | {"MUJOCO_GL": "egl"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, env=environment, check=False)
+    if done.returncode:
+        pytest.skip("this machine has no EGL to draw with")
+
+
+TWICE = """
+import sys
+import scenarios.support.stages as stages
+from scenarios.cli import main
+stages.FIRST_LINE = 600.0  # no sign of life on slow machines
+sys.exit(main(sys.argv[1:]) or main(sys.argv[1:]))
+"""
+
+
+def test_a_picture_of_both_motions_is_drawn(opengl, tmp_path):
+    path = tmp_path / "both.png"
+    words = ["view", "nominal", "--render", str(path), "--width", "300", "--height", "170"]
+    done = subprocess.run(
+        [sys.executable, "-c", TWICE, *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=ROOT,
+        env=os.environ | {"MUJOCO_GL": "egl"},
+    )
+    said = f"{path}: 1 picture of 300 x 170\n"
+    assert (done.returncode, done.stdout, done.stderr) == (0, 2 * said, "")  # the second over its own file
+    pixels = np.asarray(Image.open(path).convert("RGB")).astype(int)
+    assert pixels.shape == (170, 300, 3)
+    yellow = (pixels[..., 0] > 150) & (pixels[..., 2] < 90)  # both arms
+    columns = np.flatnonzero(yellow.any(axis=0))
+    assert columns.min() < 120
+    assert columns.max() > 180
+
+
+def test_an_unknown_ending_is_refused(tmp_path, capsys):
+    assert main(["view", "nominal", "--render", str(tmp_path / "film.avi")]) == 2
+    assert capsys.readouterr().err.endswith("film.avi: unknown ending '.avi'; known: .png, .gif, .mp4\n")
+
+
+def test_a_time_after_the_end_is_refused_with_the_duration_and_the_end_is_drawn(tmp_path, capsys, monkeypatch):
+    def no_pictures(*_, **__):
+        raise NoPicture("drawn")
+
+    monkeypatch.setattr("sim.viewer.pictures", no_pictures)
+    for at, said in (("20.02", "--at 20.02 s: the motion ends at 20 s; name a time up to that"), ("20", "drawn")):
+        assert main(["view", "nominal", "--render", str(tmp_path / "a.png"), "--at", at]) == 2
+        assert capsys.readouterr().err == f"rx90: {said}\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_screen_one_line_says_what_needs_none():
+    done = views("nominal", DISPLAY="", WAYLAND_DISPLAY="")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("rx90: no window can be opened: ")
+    assert done.stderr.endswith("; --render FILE needs none\n")
+    assert done.stderr.count("\n") == 1
+
+
+def plain(count: int):
+    return (Image.new("RGB", (60, 40), (k, 2 * k, 7)) for k in range(3, 3 + count))
+
+
+def test_a_film_has_every_picture_at_its_rate(tmp_path):
+    WRITERS[".gif"](tmp_path / "film.gif", plain(5), 8.0)
+    with Image.open(tmp_path / "film.gif") as film:
+        assert film.n_frames == 5
+        assert film.info["duration"] == 120  # hundredths of a second: 125 ms is cut to 120
+    WRITERS[".png"](tmp_path / "first.png", plain(5), 8.0)
+    assert Image.open(tmp_path / "first.png").getpixel((30, 20)) == (3, 6, 7)
+
+
+def test_a_film_in_mp4_without_its_library_names_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setattr("scenarios.reports.film.find_spec", lambda name: None if name == "imageio_ffmpeg" else name)
+    with pytest.raises(NoFilm, match=r"film\.mp4: MP4 needs imageio_ffmpeg: install the extra `film`"):
+        WRITERS[".mp4"](tmp_path / "film.mp4", plain(3), 8.0)
+    assert not (tmp_path / "film.mp4").exists()
+
+
+def test_times_of_pictures_begin_at_the_start_and_end_before_the_end():
+    np.testing.assert_allclose(frames(2.0, 2.5), [0.0, 0.4, 0.8, 1.2, 1.6], rtol=1e-12)
+
+
+@pytest.mark.parametrize("text", ["short", "a scenario with a very long name, from left: " + 8 * "motion, "])
+def test_a_caption_fits_its_picture(text):
+    drawn = np.asarray(captioned(np.full((200, 320, 3), 255), text))
+    dark = np.flatnonzero((drawn < 128).any(axis=(0, 2)))
+    assert 0 < dark.min() < dark.max() < 320

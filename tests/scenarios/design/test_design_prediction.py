@@ -1,0 +1,163 @@
+import numpy as np
+import pytest
+from robot_folders import robot_folder
+
+from ident.model.arm import load_arm
+from ident.model.parameters import STANDARD
+from ident.model.structure import Structure, structure_of
+from ident.payload.payload import KnownPayload, Payload
+from scenarios.design.excitation import arm_model
+from scenarios.design.prediction import PRIOR, RESIDUAL, all_joints, joint_by_joint, prediction_of
+from scenarios.design.rows import ROWS_PER_SECOND, Carried, MotionRows, drawn
+from sim.plant import PayloadBody, Plant
+from sim.robot_files import read_robot
+from sim.trajectory import at_rest
+
+INERTIA = (0.021, 0.034, 0.028, 0.002, -0.003, 0.004)
+RATE = 13.0
+# Normal matrices square the condition of the columns, some 1e4 here, and pseudo-inverses drop none.
+SQUARED = 1e-6
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory) -> tuple[Structure, MotionRows]:
+    robot = read_robot(robot_folder(tmp_path_factory.mktemp("arm"), 3))
+    structure = structure_of(load_arm(robot.model))
+    body = PayloadBody(mass=2.9, com=(0.11, -0.07, 0.13), inertia=INERTIA)
+    model = arm_model(Plant(robot=robot, drives=robot.drives, payload=body), structure)
+    rng = np.random.default_rng(3)
+    motion = at_rest(np.array([0.3, -0.6, 0.8]), *rng.normal(0.0, 0.35, (2, 3, 4)), 7.0)
+    return structure, model.rows(motion, RATE)
+
+
+def payload(known: str, **stds) -> Payload:
+    return Payload(mass=2.9, com=(0.11, -0.07, 0.13), inertia=INERTIA, known=known, **stds)
+
+
+STDS = {"mass_std": 0.05, "com_std": (0.002, 0.003, 0.001), "inertia_std": (1e-3, 2e-3, 3e-3, 4e-4, 5e-4, 6e-4)}
+
+
+def sigma(rows: MotionRows, chi: np.ndarray) -> np.ndarray:
+    both = np.concatenate([rows.bare, rows.bare + rows.Y @ chi])
+    return RESIDUAL * np.sqrt((both**2).mean(axis=0)) * np.sqrt(RATE / ROWS_PER_SECOND)
+
+
+def own(rows: MotionRows, j: int, name: str) -> np.ndarray:
+    return rows.W[:, j, len(STANDARD) * j + STANDARD.index(name)]
+
+
+def joint_rows(rows: MotionRows, structure: Structure, what: Carried, j: int) -> np.ndarray:
+    """Columns of joint j, bare above loaded, written out: phi of both motions, offset, arm, unknown payload, ln g."""
+    shared = [c for c in structure.base.columns if STANDARD[c % len(STANDARD)] not in ("Fv", "Fc", "off")]
+    friction, A = np.stack([own(rows, j, "Fv"), own(rows, j, "Fc")], axis=1), rows.W[:, j, shared]
+    U, torque, offset = rows.Y[:, j][:, ~what.known.mask], rows.rigid[:, j], own(rows, j, "off")[:, None]
+    none = np.zeros_like(friction)
+    bare = np.concatenate([friction, none, offset, A, np.zeros_like(U), torque[:, None]], axis=1)
+    loaded = np.concatenate([none, friction, offset, A, U, (torque + rows.Y[:, j] @ what.chi)[:, None]], axis=1)
+    return np.concatenate([bare, loaded])
+
+
+def written_out(rows: MotionRows, structure: Structure, what: Carried) -> tuple[np.ndarray, np.ndarray]:
+    """Both deviations from one matrix with every unknown of every joint, and a row for what is known of each gain."""
+    n, s = rows.bare.shape[1], sigma(rows, what.chi)
+    blocks = [joint_rows(rows, structure, what, j) / s[j] for j in range(n)]
+    common = blocks[0].shape[1] - 6
+    system = np.zeros((sum(map(len, blocks)) + n, 5 * n + common + n))
+    error, row = np.zeros((len(system), what.known.spread.shape[1])), 0
+    for j, block in enumerate(blocks):
+        part = slice(row, row + len(block))
+        system[part, 5 * j : 5 * j + 5] = block[:, :5]
+        system[part, 5 * n : 5 * n + common] = block[:, 5:-1]
+        system[part, 5 * n + common + j] = block[:, -1]
+        half = len(block) // 2
+        error[row + half : row + 2 * half] = rows.Y[:, j] @ what.known.spread / s[j]
+        row += len(block)
+    system[row:, -n:] = np.eye(n) / PRIOR
+    inverse = np.linalg.pinv(system, rcond=1e-12)[-n:]
+    return np.linalg.norm(inverse, axis=1), np.linalg.norm(inverse @ error, axis=1)
+
+
+@pytest.mark.parametrize("known", ["all", "com", "mass"])
+def test_all_joints_at_once_are_the_least_squares_of_every_unknown_written_out(arm, known):
+    structure, rows = arm
+    what = drawn(payload(known, **STDS))
+    found = all_joints(rows, structure)(what)
+    noise, share = written_out(rows, structure, what)
+    np.testing.assert_allclose(found.noise, noise, rtol=SQUARED)
+    np.testing.assert_allclose(found.payload, share, rtol=SQUARED)
+    np.testing.assert_allclose(found.total, np.sqrt(noise**2 + share**2), rtol=SQUARED)
+
+
+@pytest.mark.parametrize("known", ["all", "com", "mass"])
+def test_joint_by_joint_is_equation_27_written_out(arm, known):
+    structure, rows = arm
+    what = drawn(payload(known, **STDS))
+    found = joint_by_joint(rows, structure)(what)
+    s = sigma(rows, what.chi)
+    for j, columns in enumerate(structure.joint_independent):
+        W, Y, mask = rows.W[:, j, structure.base.columns[columns]], rows.Y[:, j], what.known.mask
+        system = np.block([[W, np.zeros((len(W), 10 - mask.sum()))], [W, Y[:, ~mask]]])
+        y = np.concatenate([np.zeros(len(W)), Y[:, mask] @ what.chi[mask]])
+        left = y - system @ np.linalg.pinv(system, rcond=1e-9) @ y
+        noise = 1.0 / np.sqrt(1.0 / PRIOR**2 + left @ left / s[j] ** 2)
+        np.testing.assert_allclose(found.noise[j], noise, rtol=SQUARED)
+        error = np.concatenate([0.0 * Y @ what.known.spread, Y @ what.known.spread])
+        np.testing.assert_allclose(found.payload[j], noise**2 * np.linalg.norm(left @ error) / s[j] ** 2, rtol=SQUARED)
+
+
+def test_a_known_payload_s_information_is_its_square_less_half_of_what_the_arm_imitates(arm):
+    structure, rows = arm
+    what = drawn(payload("all"))
+    found, s = joint_by_joint(rows, structure)(what), sigma(rows, what.chi)
+    for j, columns in enumerate(structure.joint_independent):
+        y, Q = rows.Y[:, j] @ what.chi, np.linalg.qr(rows.W[:, j, structure.base.columns[columns]])[0]
+        information = (y @ y - 0.5 * (Q.T @ y) @ (Q.T @ y)) / s[j] ** 2
+        np.testing.assert_allclose(1.0 / found.noise[j] ** 2, information + 1.0 / PRIOR**2, rtol=SQUARED)
+
+
+@pytest.mark.parametrize("predict", [all_joints, joint_by_joint])
+def test_a_payload_that_is_off_by_a_share_puts_every_gain_off_by_that_share(arm, predict):
+    structure, rows = arm
+    what = drawn(payload("all"))
+    off = Carried(
+        chi=what.chi, known=KnownPayload(names=what.known.names, chi=what.chi, spread=0.013 * what.chi[:, None])
+    )
+    found = predict(rows, structure)(off)
+    # What is known of a gain beforehand holds it back by the share that it has in the information, noise^2.
+    np.testing.assert_allclose(found.payload, 0.013, rtol=0, atol=0.013 * 3.0 * float(found.noise.max()) ** 2)
+    assert not predict(rows, structure)(what).payload.any()
+
+
+def test_links_in_common_make_no_gain_worse_and_the_mass_alone_makes_none_better(arm):
+    structure, rows = arm
+    everything, mass = (all_joints(rows, structure)(drawn(payload(known))).noise for known in ("all", "mass"))
+    assert (mass > everything).all()
+    assert (mass < joint_by_joint(rows, structure)(drawn(payload("mass"))).noise).all()
+
+
+def test_a_joint_that_a_payload_does_not_load_has_the_deviation_it_had_beforehand(arm):
+    structure, rows = arm
+    nothing = Carried(chi=np.zeros(10), known=payload("all").known_part())
+    np.testing.assert_allclose(joint_by_joint(rows, structure)(nothing).noise, PRIOR, rtol=1e-12)  # no information
+    # Without newtons the ratios of the gains are known and their common scale is not: its mean keeps the deviation.
+    found = all_joints(rows, structure)(nothing).noise
+    np.testing.assert_allclose(found, PRIOR / np.sqrt(3.0), rtol=0.02)  # ratios are known to a percent or two
+
+
+def test_rows_in_proportion_to_time_make_deviations_independent_of_the_rate_they_are_sampled_at(arm):
+    structure, rows = arm
+    twice = MotionRows(
+        motion=rows.motion,
+        **{name: np.repeat(getattr(rows, name), 2, axis=0) for name in ("W", "Y", "rigid", "bare")},
+        rate_hz=2.0 * RATE,
+    )
+    for predict in (all_joints, joint_by_joint):
+        once, again = (predict(each, structure)(drawn(payload("all"))).noise for each in (rows, twice))
+        np.testing.assert_allclose(again, once, rtol=1e-9)  # rounding, squared
+
+
+def test_estimators_that_solve_joint_by_joint_are_predicted_so():
+    assert prediction_of("ls-2011") is joint_by_joint
+    assert prediction_of("iv") is joint_by_joint
+    assert prediction_of("nls") is all_joints
+    assert prediction_of("sequential-2011") is all_joints

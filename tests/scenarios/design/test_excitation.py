@@ -1,0 +1,169 @@
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plants import CYLINDER, RX90, nominal_plant
+from robot_folders import arm_xml, robot_folder
+
+from ident.model.arm import load_arm
+from ident.model.structure import Structure, structure_of
+from ident.payload.payload import Payload
+from scenarios.design.excitation import EXCESS, Design, Problem, arm_model
+from scenarios.design.limits import Limits, robot_limits
+from scenarios.design.prediction import joint_by_joint
+from scenarios.design.rows import carried
+from scenarios.design.search import STEP, Series, judge_here, random_point, search
+from sim.errors import TrajectoryError
+from sim.plant import Plant
+from sim.robot_files import read_robot
+from sim.trajectory import FourierTrajectory, at_rest
+
+WANTED = np.arange(3)
+
+
+@pytest.fixture(scope="module")
+def plant():
+    body = replace(CYLINDER, com=(0.05, -0.03, 0.14), inertia=(0.0125, 0.0118, 0.009, 0.0006, -0.0004, 0.0003))
+    return nominal_plant(body, gain=np.array([-0.9, 1.2, 1.1, 0.8, -1.3, 1.4]))
+
+
+def problem(plant: Plant, structure: Structure, limits: Limits, joints: np.ndarray = WANTED) -> Problem:
+    body = plant.payload
+    believed = Payload(mass=body.mass, com=body.com, inertia=body.inertia)
+    return Problem(
+        plant=plant,
+        structure=structure,
+        limits=limits,
+        joints=joints,
+        carried=carried(body, believed),
+        prediction=joint_by_joint,
+    )
+
+
+@pytest.fixture(scope="module")
+def design(plant, structure: Structure) -> Design:
+    return Design(problem(plant, structure, robot_limits(plant)))
+
+
+def motion(scale: float = 1.0, duration: float = 6.0) -> FourierTrajectory:
+    rng = np.random.default_rng(2)
+    return at_rest(RX90.home, *(0.11 * scale * rng.normal(size=(2, 6, 3))), duration)
+
+
+def test_limits_are_the_robot_s_and_torques_those_of_its_true_gains_whatever_their_sign(plant):
+    limits = robot_limits(plant)
+    np.testing.assert_array_equal(limits.torque, np.abs(plant.drives.gain) * plant.drives.current_limit)
+    assert (limits.torque > 0).all()
+    np.testing.assert_array_equal(limits.velocity, RX90.max_velocity)
+    np.testing.assert_array_equal(limits.acceleration, RX90.max_acceleration)
+    np.testing.assert_allclose(np.rad2deg(limits.lower), [-160, -137.5, -142.5, -270, -105, -270], rtol=1e-12)
+    np.testing.assert_allclose(np.rad2deg(limits.upper), [160, 137.5, 142.5, 270, 120, 270], rtol=1e-12)
+
+
+def tight(limits: Limits, **changes) -> Limits:
+    return replace(limits, **changes)
+
+
+def excess_of(plant, structure, limits: Limits) -> np.ndarray:
+    design, path = Design(problem(plant, structure, limits)), motion()
+    return design.excess(design.rows(path, 50.0))
+
+
+def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_counts_by_its_share(plant, structure):
+    limits, path = robot_limits(plant), motion()
+    assert not excess_of(plant, structure, limits).any()
+    design = Design(problem(plant, structure, limits))
+    rows = design.rows(path, 50.0)
+    (q, dq, ddq), torque = rows.motion, rows.torques(design.problem.carried.chi)
+    center = 0.5 * (limits.upper + limits.lower)
+    reach = np.abs(q - center).max(axis=0)
+    cases = {  # a limit that the motion meets at its full size is used to 100 %, and these shares are allowed
+        "velocity": (np.abs(dq).max(axis=0), 0.95),
+        "acceleration": (np.abs(ddq).max(axis=0), 0.95),
+        "torque": (np.abs(torque).max(axis=(0, 1)), 0.8),
+    }
+    for name, (used, share) in cases.items():
+        for factor, expected in ((1.02 / share, 0.0), (1.0, 1.0 - share), (0.5, 2.0 - share)):
+            over = excess_of(plant, structure, tight(limits, **{name: factor * used}))
+            np.testing.assert_allclose(over.max(), expected, rtol=0, atol=1e-12)  # rounding of a ratio
+    over = excess_of(plant, structure, tight(limits, lower=center - reach, upper=center + reach))
+    np.testing.assert_allclose(over.max(), 0.1, rtol=0, atol=1e-12)
+
+
+def test_the_cost_is_the_log_of_the_wanted_deviations_mostly_of_the_worst_and_thirty_times_the_excess(plant, structure):
+    limits, path = robot_limits(plant), motion()
+    free = Design(problem(plant, structure, limits))
+    rel = free.deviations(free.rows(path, 10.0)).total[WANTED]
+    expected = np.log((rel**8).sum() ** 0.125) + 0.2 * np.mean(np.log(rel))
+    np.testing.assert_allclose(free.cost(path), expected, rtol=1e-12)  # rounding
+    slow = Design(problem(plant, structure, tight(limits, velocity=0.1 * limits.velocity)))
+    over = slow.excess(slow.rows(path, 10.0))
+    assert over.any()
+    np.testing.assert_allclose(slow.cost(path) - free.cost(path), 30.0 * (over**2).sum() / 10.0, rtol=1e-9)
+
+
+def test_joints_that_nobody_wants_do_not_count(plant, structure):
+    limits, path = robot_limits(plant), motion()
+    one = Design(problem(plant, structure, limits, np.array([1])))
+    rel = one.deviations(one.rows(path, 10.0)).total
+    np.testing.assert_allclose(one.cost(path), 1.2 * np.log(rel[1]), rtol=1e-12)  # one joint is worst and mean
+
+
+def test_the_largest_scale_just_keeps_range_velocity_and_acceleration(design, plant):
+    path, limits = motion(), robot_limits(plant)
+    scale = design.largest_scale(path)
+    larger = FourierTrajectory(path.center, scale[:, None] * path.sine, scale[:, None] * path.cosine, path.duration)
+    q, dq, ddq = design.rows(larger, 50.0).motion
+    room = 0.9 * np.minimum(limits.upper - path.center, path.center - limits.lower)
+    used = np.array(
+        [
+            np.abs(q - path.center).max(axis=0) / room,
+            np.abs(dq).max(axis=0) / (0.95 * limits.velocity),
+            np.abs(ddq).max(axis=0) / (0.95 * limits.acceleration),
+        ]
+    )
+    np.testing.assert_allclose(used.max(axis=0), 1.0, rtol=1e-12)  # rounding
+
+
+def test_a_motion_a_little_too_fast_is_shrunk_and_one_far_too_fast_is_refused(plant, structure):
+    path, limits = motion(), robot_limits(plant)
+    fastest = np.abs(path(np.arange(0.0, path.duration, 1 / 200.0))[1]).max(axis=0)
+    roomy = tight(limits, velocity=fastest / (0.95 + EXCESS) / 1.001 * 0.96)  # 4 % too fast
+    fitted = Design(problem(plant, structure, roomy)).fitted(path)
+    shrunk = fitted.sine / path.sine
+    assert (shrunk == shrunk[0, 0]).all() or np.ptp(shrunk) < 1e-12
+    assert 0.9 < shrunk.mean() < 0.975
+    np.testing.assert_array_equal(fitted.center, path.center)
+    said = r"even at 91 % of its size, the motion takes 182 % of the speed of joint joint\d, where 95 % may"  # 2 * 0.91
+    with pytest.raises(TrajectoryError, match=said):
+        Design(problem(plant, structure, tight(limits, velocity=0.5 * fastest))).fitted(path)
+
+
+def test_a_search_beats_a_small_motion_about_its_start_and_keeps_every_limit(design):
+    series = Series(limits=design.problem.limits, harmonics=2, duration=5.0)
+    judge = judge_here(design, series)
+    *_, best = search(random_point(series, RX90.home[None], 1, judge), STEP, 1, 20, judge)
+    first = design.fitted(series.motion(best.x))
+    assert design.cost(first) < design.cost(motion(0.3, 5.0))
+    over = design.excess(design.rows(first, 200.0))
+    assert over.max() <= EXCESS
+    assert first.sine.shape == (6, 2)
+    assert first.duration == 5.0
+
+
+@pytest.mark.parametrize("weight", [1.0, 1e-4])
+def test_a_model_that_identification_and_simulation_read_differently_is_refused_however_light_the_arm(tmp_path, weight):
+    robot = read_robot(robot_folder(tmp_path, 2))
+    drives = replace(robot.drives, rotor_inertia=weight * robot.drives.rotor_inertia)
+    plant = Plant(robot=robot, drives=drives, payload=CYLINDER)
+
+    def lighter(found: re.Match[str]) -> str:
+        return f'{found[1]}="{" ".join(str(weight * float(x)) for x in found[2].split())}"'
+
+    robot.model.write_text(re.sub(r'(mass|fullinertia)="([^"]*)"', lighter, arm_xml(2)))
+    arm = load_arm(robot.model)
+    assert arm_model(plant, structure_of(arm)).chi.shape == (28,)
+    bent = replace(arm, axis=np.array([[0.0, 0.0, 1.0], [0.0, np.cos(1e-3), np.sin(1e-3)]]))
+    with pytest.raises(TrajectoryError, match=r"read .*arm\.xml differently: torques differ by 0\.0\d+ %"):
+        arm_model(plant, structure_of(bent))

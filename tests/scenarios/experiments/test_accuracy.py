@@ -1,0 +1,128 @@
+"""How good the whole chain is: scenario, simulation, identification, verdict."""
+
+import numpy as np
+import pytest
+
+from scenarios.design.excitation import EXCESS, Design
+from scenarios.design.problem import design_problem
+from scenarios.experiments.build import Bench, bench, cell
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.run import Run, run
+from sim.clearance import Clearance
+
+
+def prepared(name: str) -> Bench:
+    return bench(load_scenario(name))
+
+
+def gains(runs: list[Run], field: str) -> np.ndarray:
+    """A field of every joint's verdict, shape (runs, 6), NaN where refused."""
+    rows = [[getattr(gain, field) for gain in result.verdict.gains] for result in runs]
+    return np.array(rows, dtype=float)
+
+
+def test_without_noise_and_friction_the_error_is_below_1e_4():
+    verdict = run(prepared("ideal"), 0).verdict
+    assert [gain.identifiable for gain in verdict.gains] == [True] * 5 + [False]
+    assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 1e-4
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "nominal",
+        "paper-noise",
+        "mass-only",
+        "gain-error-20",
+        "sequential",
+        "offset-payload",
+        "coarse-encoder",
+        "drift",
+        "field",
+        "field-two-weights",
+    ],
+)
+def test_built_in_scenarios_pass(name):
+    # Seed 0 of each. The tolerances are 2 to 6 standard deviations: an error in method or plant shows, chance does not.
+    # Where a model error makes a bias, it is in them.
+    assert run(prepared(name), 0).verdict.passed
+
+
+def test_friction_without_noise_leaves_less_than_a_thousandth(tmp_path):
+    path = tmp_path / "quiet.toml"
+    path.write_text(
+        'extends = "nominal"\n[experiment.sensors]\nencoder_quantum = 0.0\nencoder_noise = 0.0\n'
+        "current_white = 0.0\ncurrent_coloured = 0.0\n"
+    )
+    verdict = run(prepared(str(path)), 0).verdict
+    assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 1e-3
+
+
+def test_the_built_in_motion_keeps_every_limit_and_its_distance():
+    scenario = prepared("nominal")
+    experiment = scenario.experiments[0]
+    design = Design(design_problem(cell(scenario.scenario)))
+    rows = design.rows(experiment.trajectory, 100.0)
+    motion = rows.motion
+    assert design.excess(rows).max() <= EXCESS
+    robot = experiment.plant.robot
+    assert (np.abs(motion[1]) < robot.max_velocity).all()
+    assert (np.abs(motion[2]) < robot.max_acceleration).all()
+    assert Clearance(experiment.plant, 0.05)(motion[0]).min() > 0.029
+
+
+def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_joint_finds(tmp_path):
+    # Both in units of the residual's share of the rms current; 20 rows a second less those lost to reversals, and
+    # row weights below one near them, make the prediction the smaller one.
+    path = tmp_path / "alone.toml"
+    path.write_text(
+        'extends = "nominal"\n[identification]\nmethod = "ls-2011"\n'
+        "[identification.gains]\nuncertainty = 'larger'\n[identification.observe]\nreversal_speed = 0.2\n"
+    )
+    scenario = prepared(str(path))
+    design = Design(design_problem(cell(scenario.scenario)))
+    predicted = design.deviations(design.rows(scenario.experiments[0].trajectory)).noise
+    result = run(scenario, 0)
+    for j, joint in enumerate(result.estimate.joints[:5]):
+        residual = result.estimate.residual_share(j)
+        found = joint.std / joint.value / residual
+        assert 0.9 < found / (predicted[j] / 0.02) < 1.6
+
+
+@pytest.mark.slow
+def test_nominal_errors_stay_below_1_percent_in_95_of_100_runs():
+    scenario = prepared("nominal")
+    error = np.abs(gains([run(scenario, seed) for seed in range(200)], "rel_error"))[:, :5]
+    assert np.isfinite(error).all()
+    assert (np.percentile(error, 95, axis=0) < 0.01).all()
+
+
+@pytest.mark.slow
+def test_paper_noise_stays_inside_the_paper_s_two_sigma_and_claims_its_own_honestly():
+    scenario = prepared("paper-noise")
+    runs = [run(scenario, seed) for seed in range(200)]
+    error, z = np.abs(gains(runs, "rel_error")), gains(runs, "z")[:, :5]
+    assert (np.mean(error[:, :4] < [0.087, 0.037, 0.033, 0.055], axis=0) > 0.95).all()
+    # 1000 z-scores: a true coverage of 95.4 % is seen as 93 to 97.5 % but for one time in 300.
+    assert 0.93 < np.mean(np.abs(z) < 2.0) < 0.975
+    assert all(not result.verdict.gains[5].identifiable for result in runs)
+
+
+@pytest.mark.slow
+def test_coarse_encoders_bias_least_squares_by_more_than_it_claims_and_fine_ones_do_not(tmp_path):
+    alone = 'extends = "coarse-encoder"\nidentification.method = "ls-2011"\n'
+    (tmp_path / "coarse.toml").write_text(alone)
+    (tmp_path / "fine.toml").write_text(
+        f"{alone}experiment.sensors = {{ encoder_quantum = 2e-6, encoder_noise = 2e-6 }}\n"
+    )
+    errors, claimed = {}, {}
+    for name in (str(tmp_path / "coarse.toml"), str(tmp_path / "fine.toml")):
+        runs = [run(prepared(name), seed) for seed in range(16)]
+        errors[name] = gains(runs, "rel_error")[:, :5]
+        claimed[name] = np.mean(gains(runs, "std") / gains(runs, "true"), axis=0)[:5]
+    coarse, fine = errors.values()
+    sure = 4.0 * coarse.std(axis=0, ddof=1) / 4.0  # four deviations of a mean of sixteen
+    biased = [0, 1, 3]
+    assert (coarse.mean(axis=0) - sure)[[0, 3]].min() > 0.005
+    assert (coarse.mean(axis=0) > claimed[str(tmp_path / "coarse.toml")])[biased].all()
+    assert np.abs(fine.mean(axis=0)).max() < 0.003

@@ -1,0 +1,222 @@
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from model_files import INERTIAL, LINKS, mjcf, urdf
+from places import ROOT
+
+import rx90_mjcf
+from ident.model.arm import Arm, load_arm
+from ident.support.errors import RobotModelError
+from scenarios.experiments.robot_models import check_same_kinematics, joint_places, read_arm
+
+SLANTED = [
+    ("a", "0.1 0.2 0.3", "10 20 30", "0.3 -0.5 0.7"),
+    ("b", "-0.2 0.15 0.4", "-40 25 75", "0.1 0.9 -0.2"),
+    ("c", "0.3 -0.1 0.25", "15 -65 35", "-0.6 0.3 0.5"),
+]
+TYPES = '<joint name="b_joint" axis="0.1 0.9 -0.2" range="-170 175"/>'
+READ_ALIKE = {
+    "plain": mjcf(),
+    "wall": mjcf(base='pos="0.4 0.5 0.6" euler="90 0 0"'),
+    "ceiling by quaternion": mjcf(base='quat="0.1 2 0.3 0.2"'),
+    "slanted": mjcf(links=SLANTED),
+    "radians": mjcf(head='<compiler angle="radian"/>', links=SLANTED),
+    "eulerseq zyx": mjcf(head='<compiler eulerseq="zyx"/>', links=SLANTED),
+    "eulerseq yzy": mjcf(head='<compiler eulerseq="yzy"/>', links=SLANTED),
+    "eulerseq ZYX in radians": mjcf(head='<compiler angle="radian" eulerseq="ZYX"/>', links=SLANTED),
+    "eulerseq XYZ": mjcf(head='<compiler eulerseq="XYZ"/>', links=SLANTED),
+    "axisangle": mjcf(links=SLANTED, swap=('euler="10 20 30"', 'axisangle="1 2 3 40"')),
+    "axisangle in radians": mjcf(
+        head='<compiler angle="radian"/>', links=SLANTED, swap=('euler="10 20 30"', 'axisangle="1 2 3 0.7"')
+    ),
+    "zaxis": mjcf(links=SLANTED, swap=('euler="10 20 30"', 'zaxis="3 1 2"')),
+    "xyaxes": mjcf(links=SLANTED, swap=('euler="10 20 30"', 'xyaxes="3 1 2 1 1 1"')),
+    "anchor and ref": mjcf(links=SLANTED, swap=(TYPES, TYPES.replace("/>", ' pos="0.1 -0.2 0.05" ref="35"/>'))),
+    "slide": mjcf(links=SLANTED, swap=(TYPES, '<joint name="b_joint" type="slide" axis="1 2 3" range="-0.3 0.4"/>')),
+    "gravity": mjcf(head='<option gravity="1.2 -2.3 -8.4"/>'),
+    "gravity, said twice": mjcf(head='<option gravity="1 2 3"/><option gravity="1.2 -2.3 -8.4"/>'),
+    "classes": mjcf(
+        head='<default><joint axis="1 2 3"/><default class="k"><joint type="slide"/>'
+        '<default class="l"><joint axis="3 2 1"/></default></default></default>',
+        base='childclass="l"',
+        links=SLANTED,
+        swap=(TYPES, '<joint name="b_joint"/>'),
+    ),
+    "class of a joint": mjcf(
+        head='<default><joint axis="1 2 3"/><default class="k"><joint ref="20"/></default></default>',
+        base='childclass="k"',
+        links=SLANTED,
+        swap=(TYPES, '<joint name="b_joint" class="main"/>'),
+    ),
+    "outermost class with its name": mjcf(head='<default class="main"><joint axis="1 2 3"/></default>'),
+    "two worldbodies": mjcf(tail="<worldbody><body/></worldbody><compiler/>"),
+    "furniture": mjcf(world='<body name="table" pos="1 2 3"/><geom size="1"/><light/><camera/>'),
+    "named nothing": mjcf(links=SLANTED, swap=(TYPES, '<joint axis="0.1 0.9 -0.2"/>')),
+    "a frame of shapes": mjcf(world='<frame pos="1 2 3"><geom size="1"/></frame>'),
+    "keyframe, drives, sensors": mjcf(
+        tail='<keyframe><key qpos="0 0 0 0 0 0"/></keyframe><actuator><motor joint="elbow_joint"/></actuator>'
+        '<sensor><jointpos joint="elbow_joint"/></sensor><equality><weld body1="base" active="false"/></equality>'
+    ),
+    "meshes that are missing": mjcf(
+        head='<compiler meshdir="nowhere"/><asset><mesh name="m" file="m.stl"/>'
+        '<texture type="2d" name="t" file="t.png"/><material name="w" texture="t"/></asset>',
+        world='<geom type="mesh" mesh="m" material="w"/>',
+    ),
+    "no inertia": mjcf().replace('<inertial pos="0 0 0.1" mass="2.5" diaginertia="0.02 0.03 0.04"/>', ""),
+    "strange inertia": mjcf().replace('diaginertia="0.02 0.03 0.04"', 'diaginertia="0.02 0.03 4"'),
+    "limits off": mjcf(head='<compiler autolimits="false"/>').replace("range=", 'limited="false" range='),
+}
+
+
+@pytest.mark.parametrize("name", READ_ALIKE)
+def test_unusual_mjcf_is_read_as_mujoco_reads_it(tmp_path, name):
+    path = tmp_path / "arm.xml"
+    path.write_text(READ_ALIKE[name])
+    assert read_arm(path, ()).n == len(mujoco.MjSpec.from_file(str(path)).joints)
+
+
+def test_a_scene_file_that_includes_the_arm_is_the_arm(tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "arm.xml").write_text(mjcf(links=SLANTED))
+    (tmp_path / "floor.xml").write_text('<mujoco><worldbody><geom type="plane" size="1 1 1"/></worldbody></mujoco>')
+    (tmp_path / "scene.xml").write_text(
+        '<mujoco><option gravity="0.5 0 -9.7"/><include file="parts/arm.xml"/><include file="floor.xml"/></mujoco>'
+    )
+    scene, alone = read_arm(tmp_path / "scene.xml", ()), read_arm(tmp_path / "parts" / "arm.xml", ())
+    np.testing.assert_array_equal(scene.rotation, alone.rotation)
+    np.testing.assert_array_equal(scene.translation, alone.translation)
+    np.testing.assert_array_equal(scene.gravity, [0.5, 0.0, -9.7])
+
+
+def test_an_include_in_an_include_is_found_beside_the_main_file(tmp_path):
+    (tmp_path / "arm.xml").write_text(mjcf())
+    (tmp_path / "middle.xml").write_text('<mujoco><include file="arm.xml"/></mujoco>')
+    (tmp_path / "scene.xml").write_text('<mujoco><include file="middle.xml"/></mujoco>')
+    assert read_arm(tmp_path / "scene.xml", ()).joint_names == tuple(f"{link[0]}_joint" for link in LINKS)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "utf-8"])
+def test_a_model_in_another_encoding_is_the_same(tmp_path, encoding):
+    path = tmp_path / "arm.urdf"
+    path.write_bytes(urdf().encode(encoding))
+    np.testing.assert_array_equal(load_arm(path).translation[2], [0.0, -0.131, 0.613])
+
+
+def test_urdf_and_mjcf_of_one_arm_have_the_same_joints(tmp_path):
+    (tmp_path / "arm.xml").write_text(mjcf())
+    (tmp_path / "arm.urdf").write_text(
+        urdf(more='<link name="tool"><visual><geometry><mesh filename="package://no/m.stl"/></geometry></visual></link>'
+             '<joint name="t" type="fixed"><parent link="wrist_3_link"/><child link="tool"/></joint>')
+    )  # fmt: skip
+    q = np.array([0.3, -1.1, 0.8, 2.2, -0.4, 1.7])
+    for ours, theirs in zip(
+        *(joint_places(read_arm(tmp_path / f, ()), q) for f in ("arm.xml", "arm.urdf")), strict=True
+    ):
+        np.testing.assert_allclose(ours, theirs, atol=1e-12)  # rounding of 90 degrees in radians
+
+
+def _carried(joints: list[str]) -> str:
+    """Bodies within each other, each on one joint and half a metre from the last."""
+    inside = "".join(f'<body pos="0.5 0.1 0.2">{INERTIAL}<joint {each}/>' for each in joints)
+    return f"<worldbody>{inside}{'</body>' * len(joints)}</worldbody>"
+
+
+TURN = {"degree": ('range="-150 120"', "30"), "radian": ('range="-2.6 2.1"', "0.5")}
+SLIDE = 'type="slide" range="-0.2 0.05"'
+
+
+def _scara(unit: str) -> str:
+    turn, ref = TURN[unit]
+    last = f'axis="0 0 1" {turn} ref="{ref}"'
+    return _carried([f'axis="0 0 1" {turn}', f'axis="0 0 1" {turn}', f'axis="0 0 1" {SLIDE} ref="0.03"', last])
+
+
+def _gantry(unit: str) -> str:
+    """Ranges and kinds from default classes; a joint that is not limited; a slide that is drawn off its zero."""
+    classes = (
+        '<default><joint type="slide" range="-1.5 2.5"/><default class="tool"><joint type="hinge"/></default></default>'
+    )
+    turn, ref = TURN[unit]
+    joints = ['axis="1 0 0"', 'axis="0 1 0" limited="false"', 'axis="0 0 -1" range="0 0.4" ref="-0.1"']
+    return classes + _carried([f'class="tool" axis="0 0 1" {turn} ref="{ref}"', *joints])
+
+
+@pytest.mark.parametrize("robot", [_scara, _gantry])
+@pytest.mark.parametrize("unit", [None, "degree", "radian"])
+def test_slides_and_hinges_have_the_ranges_and_zeros_of_mujoco(robot, unit, tmp_path):
+    head = "" if unit is None else f'<compiler angle="{unit}"/>'
+    (tmp_path / "arm.xml").write_text(f"<mujoco>{head}{robot(unit or 'degree')}</mujoco>")
+    arm = read_arm(tmp_path / "arm.xml", ())  # the places of the joints, which need their zeros, are compared there
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "arm.xml"))
+    limited = model.jnt_limited.astype(bool)
+    lower, upper = model.jnt_range.T
+    # Limits of radians, metres and sums of two of them: rounding.
+    np.testing.assert_allclose(arm.lower, np.where(limited, lower, -np.inf), rtol=1e-14)
+    np.testing.assert_allclose(arm.upper, np.where(limited, upper, np.inf), rtol=1e-14)
+
+
+def test_limits_are_radians_and_none_where_the_joint_is_unlimited(tmp_path):
+    for text, upper in ((mjcf(), np.deg2rad(175.0)), (READ_ALIKE["limits off"], np.inf)):
+        (tmp_path / "arm.xml").write_text(text)
+        np.testing.assert_allclose(load_arm(tmp_path / "arm.xml").upper, upper, rtol=1e-15)
+
+
+def test_a_continuous_joint_of_a_urdf_has_no_limits(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(urdf(swap=('elbow_joint" type="revolute"', 'elbow_joint" type="continuous"')))
+    arm = read_arm(path, ())
+    assert arm.upper.tolist() == [3.05, 3.05, np.inf, 3.05, 3.05, 3.05]
+    assert arm.lower[2] == -np.inf
+
+
+def _spoilt(arm: Arm) -> dict[str, tuple[Arm, str]]:
+    def changed(field: str, place: tuple[int, ...], by: float) -> Arm:
+        values = np.array(getattr(arm, field))
+        values[place] += by
+        return replace(arm, **{field: values})
+
+    kinds = np.array(arm.revolute)
+    kinds[4] = False
+    return {
+        "a place": (changed("translation", (3, 1), 1e-5), "the place of joint joint4"),
+        "an axis": (changed("axis", (1, 0), 1e-5), "the axis of joint joint2"),
+        "an orientation": (changed("rotation", (5, 0, 2), 1e-5), "the axis of joint joint6"),
+        "gravity": (changed("gravity", (0,), 1e-4), r"gravity is .* against"),
+        "a name": (replace(arm, joint_names=("x", *arm.joint_names[1:])), "joint 1 is x against joint1"),
+        "a kind": (replace(arm, revolute=kinds), "joint joint5 turns for one and slides for the other"),
+    }
+
+
+@pytest.mark.parametrize("what", ["a place", "an axis", "an orientation", "gravity", "a name", "a kind"])
+def test_readings_that_differ_are_refused_with_the_joint(what):
+    arm, message = _spoilt(load_arm(rx90_mjcf.MJCF))[what]
+    with pytest.raises(RobotModelError, match=f"Pinocchio and MuJoCo read it differently: {message}"):
+        check_same_kinematics(arm, mujoco.MjModel.from_xml_path(str(rx90_mjcf.MJCF)), rx90_mjcf.MJCF)
+
+
+def test_another_number_of_joints_is_refused(tmp_path):
+    (tmp_path / "three.xml").write_text(mjcf(links=SLANTED))
+    with pytest.raises(RobotModelError, match="6 joints against 3"):
+        check_same_kinematics(
+            load_arm(rx90_mjcf.MJCF), mujoco.MjModel.from_xml_path(str(tmp_path / "three.xml")), tmp_path / "three.xml"
+        )
+
+
+def test_a_urdf_that_mujoco_cannot_read_is_read_by_pinocchio_alone(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(
+        urdf(more='<joint name="f" type="fixed"><parent link="base"/><child link="world"/></joint><link name="world"/>')
+    )
+    assert read_arm(path, ()).n == 6
+
+
+def test_couplings_are_kept():
+    assert read_arm(rx90_mjcf.MJCF, ((4, 5),)).couplings == ((4, 5),)
+
+
+def test_reading_a_model_leaves_no_file_behind(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    read_arm(ROOT / "rx90_mjcf" / "rx90.xml", ())
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,214 @@
+"""Scenarios name their robots: built in, or a file; what belongs to one robot is refused on another by name."""
+
+import json
+import os
+import shutil
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robot_folders import arm_xml, robot_folder
+
+from ident.support.errors import RobotModelError
+from scenarios.cli import main
+from scenarios.experiments.build import bench, cell
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.motions import write_motion
+from scenarios.experiments.robot_models import check_same_payload
+from scenarios.experiments.robots import ROBOTS, robot, robot_digests, structure
+from scenarios.experiments.studies.monte_carlo import monte_carlo
+from scenarios.experiments.studies.study import study_identity
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongLength
+from sim.errors import EffectError, RobotError
+from sim.trajectory import at_rest
+
+N = 3
+PAYLOAD = "{ mass = 2.3, com = [0.09, 0.06, 0.11], inertia = { ixx = 0.011, iyy = 0.012, izz = 0.006 } }"
+
+
+def own_scenario(folder: Path, *, robot_name: str = "arm/robot.toml", more: str = "") -> Path:
+    """A robot of three joints, a motion of 6 s and a scenario; returns the scenario's path.
+
+    The first axis is vertical and moves too little to show its gain.
+    """
+    robot_folder(folder / "arm", N)
+    rng = np.random.default_rng(1)
+    motion = at_rest(0.3 - 0.07 * np.arange(N), *(0.2 * rng.normal(size=(2, N, 3))), 6.0)
+    write_motion(motion, folder / "motion.toml", [])
+    path = folder / "own.toml"
+    path.write_text(
+        f'extends = "any-arm"\ndescription = "an invented arm"\nrobot = "{robot_name}"\n'
+        f'[plant]\npayload = {PAYLOAD}\n[experiment]\nmotion = "motion.toml"\n'
+        "sensors = { current_white = 0.01, current_coloured = 0.0 }\n"
+        f"[belief]\npayload = {PAYLOAD}\ncontroller_gain = [1.1, 0.9, 1.2]\n"
+        f"[tolerance]\ngain = [0.05, 0.05, 0.05]\nidentifiable = [false, true, true]\n{more}"
+    )
+    return path
+
+
+def test_a_scenario_of_the_user_s_own_robot_runs_and_finds_its_gains(tmp_path, capsys):
+    status = main(["run", str(own_scenario(tmp_path)), "--json"])
+    result = json.loads(capsys.readouterr().out)
+    assert [gain["true"] for gain in result["gains"]] == [0.8, 0.8 + 0.11, 0.8 + 0.22]
+    assert status == 0
+
+
+def test_the_robot_s_drives_are_those_of_a_scenario_that_states_none(tmp_path):
+    path = own_scenario(tmp_path, more="[plant.errors]\ncoulomb_drift = 0.02\n")
+    prepared = bench(load_scenario(str(path)))
+    plant = prepared.experiments[0].plant
+    assert plant.robot.name == "invented"
+    np.testing.assert_array_equal(plant.drives.rotor_inertia, plant.robot.drives.rotor_inertia)
+    assert prepared.experiments[0].belief.mjcf == tmp_path / "arm" / "arm.xml"
+
+
+def test_a_robot_is_looked_up_beside_the_scenario_not_in_the_working_folder(tmp_path, monkeypatch):
+    path = own_scenario(tmp_path / "there")
+    monkeypatch.chdir(tmp_path)
+    assert cell(load_scenario(str(path))).plant.robot.model == tmp_path / "there" / "arm" / "arm.xml"
+
+
+def test_the_robot_of_a_scenario_that_names_none_is_the_rx_90():
+    assert load_scenario("nominal").table.robot == "rx90"
+    assert robot().name == "rx90"
+
+
+@pytest.mark.parametrize(
+    ("name", "error", "message"),
+    [
+        ("rx91", UnknownName, "unknown robot 'rx91'; did you mean 'rx90'.*; built-in: rx90, "),
+        ("arm", UnknownName, "unknown robot 'arm'; did you mean arm/robot.toml"),
+        ("gone/robot.toml", UnreadableFile, "gone/robot.toml"),
+    ],
+)
+def test_a_robot_that_is_not_there_is_refused_with_what_there_is(tmp_path, name, error, message):
+    with pytest.raises(error, match=message) as caught:
+        cell(load_scenario(str(own_scenario(tmp_path, robot_name=name))))
+    assert "\n" not in str(caught.value)
+
+
+def test_arrays_of_another_robot_are_refused(tmp_path):
+    path = own_scenario(tmp_path)
+    path.write_text(path.read_text().replace("arm/robot.toml", "rx90"))
+    with pytest.raises(WrongLength, match=r"tolerance\.gain has 3 values, but robot rx90 has 6 joints"):
+        bench(load_scenario(str(path)))
+
+
+@pytest.mark.parametrize("error", ["d3_error = 0.001", "gravity_spring = 100.0", "wrist_coupling = 0.1"])
+def test_errors_that_are_one_robot_s_alone_are_refused_on_another(tmp_path, error):
+    path = own_scenario(tmp_path, more=f"[plant.errors]\n{error}\n")
+    with pytest.raises(EffectError, match=f"errors: {error.split()[0]} = .*invented has no"):
+        bench(load_scenario(str(path)))
+
+
+def test_a_study_knows_its_robot_s_files(tmp_path):
+    path = own_scenario(tmp_path)
+    identity = study_identity(monte_carlo(load_scenario(str(path)), 2, 0))["scenario"]["robot"]
+    model, file = tmp_path / "arm" / "arm.xml", tmp_path / "arm" / "robot.toml"
+    assert robot_digests("arm/robot.toml", tmp_path) == identity
+    model.write_text(model.read_text().replace('mass="9.000"', 'mass="9.001"'))
+    os.utime(model, ns=(1, 1))
+    heavier = robot_digests("arm/robot.toml", tmp_path)
+    assert heavier["robot"] == identity["robot"]
+    assert heavier["model"] != identity["model"]
+    file.write_text(file.read_text().replace("[home]", "# another\n[home]"))
+    os.utime(file, ns=(1, 1))
+    changed = robot_digests("arm/robot.toml", tmp_path)
+    assert changed["model"] == heavier["model"]
+    assert changed["robot"] != heavier["robot"]
+
+
+def test_a_model_file_that_changed_is_read_again(tmp_path):
+    path = own_scenario(tmp_path)
+    first = cell(load_scenario(str(path))).structure
+    model = tmp_path / "arm" / "arm.xml"
+    model.write_text(arm_xml(N).replace('axis="0 1 0"', 'axis="1 0 0"'))
+    os.utime(model, ns=(1, 1))
+    again = cell(load_scenario(str(path))).structure
+    np.testing.assert_array_equal(first.arm.axis[1], [0.0, 1.0, 0.0])
+    np.testing.assert_array_equal(again.arm.axis[1], [1.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("moved", [(0.0, 0.001, 0.0), (0.0, 0.0, -0.002)])
+def test_a_last_link_that_the_identification_sees_elsewhere_is_refused(tmp_path, moved):
+    arm = robot(str(robot_folder(tmp_path, N)))
+    found = structure(arm, ()).arm
+    check_same_payload(found, arm)
+    translation = found.translation.copy()
+    translation[-1] += moved
+    with pytest.raises(RobotModelError, match="put a payload on the last link at different places"):
+        check_same_payload(replace(found, translation=translation), arm)
+
+
+def test_a_part_of_scenarios_cannot_be_run_alone():
+    with pytest.raises(UnknownName, match="any-arm is a part of scenarios, to be extended"):
+        load_scenario("any-arm")
+
+
+BUILTIN = sorted(set(ROBOTS) - {"rx90"})
+
+
+def test_there_are_robots_of_six_and_of_seven_joints_and_one_that_slides():
+    robots = {name: robot(name) for name in BUILTIN}
+    assert {name: each.n for name, each in robots.items()} == {"panda": 7, "stanford": 6, "tx40": 6, "ur10e": 6}
+    assert [bool(structure(robots["stanford"], ()).arm.revolute[j]) for j in range(6)] == [
+        True,
+        True,
+        False,
+        True,
+        True,
+        True,
+    ]
+    np.testing.assert_array_equal(robots["tx40"].drives.gain, [35.2, 32.0, 23.9, 9.05, 15.5, 6.56])  # BIRDy's file
+    assert [(c.motor, c.turns_with) for c in robots["tx40"].couplings] == [(5, 4)]
+
+
+@pytest.mark.parametrize("name", BUILTIN)
+def test_a_built_in_robot_has_no_mesh_and_a_source_in_its_model(name):
+    model = (ROBOTS[name].parent / "arm.xml").read_text()
+    assert "mesh" not in model
+    head = model.partition("-->")[0]
+    assert "assumed" in head
+    table = tomllib.loads(ROBOTS[name].read_text())
+    assert all(drive["source"] and drive["origin"] for drive in table["drives"].values())
+
+
+@pytest.mark.parametrize("name", ["ur10e", "stanford"])
+def test_standard_denavit_hartenberg_parameters_lead_to_the_last_link(name):
+    # As published: theta, d, a, alpha; a joint's own value is added to theta, or to d where it slides.
+    half = 0.5 * np.pi
+    tables = {
+        "ur10e": ([0] * 6, [0.1807, 0, 0, 0.17415, 0.11985], [0, -0.6127, -0.57155, 0, 0], [half, 0, 0, half, -half]),
+        "stanford": ([0, 0, -half, 0, 0], [0.412, 0.154, 0, 0, 0], [0] * 5, [-half, half, 0, -half, half]),
+    }
+    theta, d, a, alpha = tables[name]
+    arm = structure(robot(name), ()).arm
+    q = np.array([0.3, -0.5, 0.7, 1.1, -0.4, 0.2])
+    T = np.eye(4)
+    for j in range(5):
+        turn, slide = (q[j], 0.0) if arm.revolute[j] else (0.0, q[j])
+        c, s, ca, sa = np.cos(theta[j] + turn), np.sin(theta[j] + turn), np.cos(alpha[j]), np.sin(alpha[j])
+        T = T @ np.array(
+            [[c, -s * ca, s * sa, a[j] * c], [s, c * ca, -c * sa, a[j] * s], [0, sa, ca, d[j] + slide], [0, 0, 0, 1]]
+        )
+    from scenarios.experiments.robot_models import joint_places
+
+    anchor, axis = joint_places(arm, q)
+    np.testing.assert_allclose(anchor[5], T[:3, 3], rtol=0, atol=1e-6)  # digits of the model file
+    np.testing.assert_allclose(axis[5], T[:3, 2], rtol=0, atol=1e-6)
+
+
+def test_a_robot_file_may_be_anywhere(tmp_path):
+    shutil.copytree(ROBOTS["tx40"].parent, tmp_path / "mine")
+    copied, own = robot("mine/robot.toml", tmp_path), robot("tx40")
+    np.testing.assert_array_equal(copied.drives.gain, own.drives.gain)
+    assert copied.model != own.model
+
+
+def test_every_error_is_one_of_ours(tmp_path):
+    path = own_scenario(tmp_path)
+    (tmp_path / "arm" / "robot.toml").write_text("name = 3")
+    with pytest.raises((RobotError, ScenarioError), match=r"robot\.toml"):
+        cell(load_scenario(str(path)))

@@ -1,0 +1,121 @@
+"""Files of gains: which moved, those of a run, those that bare recordings take."""
+
+import json
+
+import jsonschema
+import numpy as np
+import pytest
+from printed import printed
+from weighed_cell import MODEL, identified, off
+
+from scenarios.cli import main
+from scenarios.experiments.files.gains import read_gains
+from scenarios.json_schemas.write import schemas
+
+
+def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(weighed_cell, capsys):
+    first, text = str(weighed_cell / "gains.toml"), (weighed_cell / "gains.toml").read_text()
+    place = text.index("joint = 3")
+    slides = text[:place] + text[place:].replace("N m / drive unit", "N / drive unit", 1)
+    (weighed_cell / "slides.toml").write_text(slides)
+    assert main(["compare-gains", first, str(weighed_cell / "slides.toml")]) == 2
+    assert "joint 3: its gain is in N m / drive unit in A and in N / drive unit in B" in capsys.readouterr().err
+    assert main(["compare-gains", str(weighed_cell / "slides.toml"), str(weighed_cell / "slides.toml")]) == 0
+    assert "N (m)/unit" in capsys.readouterr().out
+    (weighed_cell / "slides.toml").write_text(text.replace("N m / drive unit", "N / drive unit"))
+    assert main(["compare-gains", str(weighed_cell / "slides.toml"), str(weighed_cell / "slides.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "N/unit" in said
+    assert "N m/unit" not in said
+
+
+def test_gains_that_moved_are_named(weighed_cell, capsys):
+    off(weighed_cell, 3, 1.2, "moved.json")
+    first, second = str(weighed_cell / "gains.toml"), str(weighed_cell / "moved.json")
+    assert main(["compare-gains", first, first, "--json"]) == 0
+    assert not printed(capsys, "compare-gains")["moved"]
+    assert main(["compare-gains", first, second, "--json"]) == 1
+    found = printed(capsys, "compare-gains")
+    assert [each["joint"] for each in found["joints"] if each["moved"]] == [3]
+    np.testing.assert_allclose(found["joints"][2]["rel_change"], 0.2, rtol=1e-9)
+    assert main(["compare-gains", first, second]) == 1
+    said = capsys.readouterr().out
+    assert "MOVED: joint 3 beyond the interval." in said
+    assert "both are from heavy.parquet, unloaded.parquet" in said
+
+
+def test_gains_written_by_hand_are_compared_and_verdicts_have_their_measure(tmp_path, capsys):
+    for name, values, extra in (("A", (2.0, 3.0, 5.0), 'name = "shoulder"'), ("B", (2.05, 3.0, 5.0), "")):
+        entries = [f"[[gains]]\njoint = {k}\nestimate = {x}\nstd = {0.0075 * x}\n" for k, x in enumerate(values, 1)]
+        (tmp_path / f"{name}.toml").write_text(entries[0] + f"{extra}\n" + "".join(entries[1:]))
+    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "shoulder" in said
+    assert "MOVED beyond 2.39 deviations" in said
+    assert "SAME: no gain moved beyond its interval, joint 1 beyond 2 sigma" in said  # 2.3 deviations
+    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml"), "--json"]) == 0
+    assert printed(capsys, "compare-gains")["scale_joints"] == [1, 2, 3]
+
+
+def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):
+    out = tmp_path / "g.json"
+    assert main(["run", str(weighed_cell / "quick.toml"), "--gains-out", str(out)]) in (0, 1)
+    jsonschema.Draft202012Validator(schemas()["gains"]).validate(json.loads(out.read_text()))
+    written = read_gains(out)
+    assert [each.payload for each in written.recordings] == [None, 1, 2]
+    seen = {each.sha256 for each in read_gains(weighed_cell / "gains.toml").recordings}
+    assert seen < {each.sha256 for each in written.recordings}  # simulated or read back, the digest is the same
+    out.write_text("mine")
+    assert main(["run", str(weighed_cell / "quick.toml"), "--gains-out", str(out)]) == 2
+    assert "changed since rx90 run wrote it" in capsys.readouterr().err
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "nominal", "--gains-out", "gains.txt"])
+    assert "expected a file that ends with .json or .toml" in capsys.readouterr().err
+
+
+def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
+    words = [
+        "identify",
+        "--model",
+        MODEL,
+        "--unloaded",
+        str(weighed_cell / "run" / "unloaded.parquet"),
+        "--max-rel-std",
+        "0.5",
+    ]
+    words += ["--option", "friction=viscous-coulomb"]
+    assert main([*words, "--json"]) == 0
+    found = printed(capsys, "identify-bare")
+    assert len(found["joints"]) == 6
+    shown = [each for each in found["joints"] if each["ratio"] is not None]
+    assert len(shown) >= 2
+    assert (found["if_loaded"], found["consistent"]) == (None, None)
+    assert "--gains" in found["consistent_reason"]
+    assert not any("is predicted within" in each for each in found["notes"])
+    reference = found["joints"][found["reference"] - 1]
+    assert (reference["ratio"], reference["rel_std"]) == (1.0, 0.0)
+    assert main([*words, "--gains", str(weighed_cell / "gains.toml")]) == 0
+    said = capsys.readouterr().out
+    assert f"what joint {found['reference']} says" in said
+    assert "Essential base parameters, in SI" in said
+    assert "Links as bodies, in SI" in said
+    assert "If the same motions" not in said
+    payload = str(weighed_cell / "run" / "payload-heavy.toml")
+    assert main([*words, "--gains", str(weighed_cell / "gains.toml"), "--if-loaded", payload, "--json"]) == 0
+    found = printed(capsys, "identify-bare")
+    assert found["if_loaded"]["mass"] > 0.0
+    assert [each["joint"] for each in found["if_loaded"]["joints"]] == [1, 2, 3, 4, 5, 6]
+    assert all((each["rel_std"] is None) == (each["reason"] is not None) for each in found["if_loaded"]["joints"])
+    assert [each["mass"] > 0.0 for each in found["consistent"]["links"]] == [True] * 6
+    assert found["consistent_reason"] is None
+    for more, complaint in (
+        (["--gains-out", str(weighed_cell / "none.toml")], "bare recordings give ratios of gains alone"),
+        (["--method", "ls-2011"], "--method ls-2011 needs a payload"),
+        (["--if-loaded", payload], "takes the size of the gains"),
+    ):
+        assert main([*words, *more]) == 2
+        assert complaint in capsys.readouterr().err
+    assert main([*identified(weighed_cell), "--gains", str(weighed_cell / "gains.toml")]) == 2
+    assert "--gains goes with bare recordings alone" in capsys.readouterr().err
+    assert main([*identified(weighed_cell), "--if-loaded", payload]) == 2
+    assert "--if-loaded goes with bare recordings alone" in capsys.readouterr().err

@@ -1,0 +1,91 @@
+"""`rx90 torque`: currents times gains, with units, intervals and what is missing."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from printed import printed
+
+from ident.recordings.files import read_recording
+from scenarios.cli import main
+from scenarios.experiments.files.gains import read_gains
+
+
+@pytest.mark.parametrize("command", ["torque", "convert"])
+def test_a_log_is_not_written_over_by_what_is_made_of_it(weighed_cell, tmp_path, capsys, command):
+    log = tmp_path / "log.parquet"
+    log.write_bytes((weighed_cell / "run" / "light.parquet").read_bytes())
+    gains = ["--gains", str(weighed_cell / "gains.toml")] if command == "torque" else []
+    assert main([command, str(log), *gains, "--out", str(tmp_path / "." / "log.parquet"), "--force"]) == 2
+    assert f"log.parquet: rx90 {command} reads this file" in capsys.readouterr().err
+    assert log.read_bytes() == (weighed_cell / "run" / "light.parquet").read_bytes()
+
+
+def test_torques_are_written_with_units_and_intervals(weighed_cell, capsys):
+    log, out = weighed_cell / "run" / "light.parquet", weighed_cell / "torque.parquet"
+    words = ["torque", str(log), "--gains", str(weighed_cell / "gains.toml"), "--out", str(out)]
+    assert main(words) == 0
+    said, missing = capsys.readouterr().out, []
+    assert main([*words, "--json"]) == 0
+    document = printed(capsys, "torque")
+    table, recording, gains = pd.read_parquet(out), read_recording(log), read_gains(weighed_cell / "gains.toml")
+    for entry in gains.gains:
+        if not entry.identifiable:
+            assert f"tau{entry.joint}" not in table
+            assert f"joint {entry.joint} has no column" in said
+            missing.append(entry.joint)
+            continue
+        tau, v = table[f"tau{entry.joint}"], recording.v[:, entry.joint - 1]
+        np.testing.assert_allclose(tau, entry.estimate * v, rtol=1e-12)
+        np.testing.assert_allclose(table[f"tau{entry.joint}_high"] - tau, 2.0 * entry.std * np.abs(v), atol=1e-9)
+        np.testing.assert_allclose(tau - table[f"tau{entry.joint}_low"], 2.0 * entry.std * np.abs(v), atol=1e-9)
+    assert [each["joint"] for each in document["missing"]] == missing
+    assert document["joints"] == [entry.joint for entry in gains.gains if entry.identifiable]
+    assert document["samples"] == len(recording.t)
+    assert (
+        main(
+            ["torque", str(log), "--gains", str(weighed_cell / "gains.toml"), "--out", str(weighed_cell / "gains.toml")]
+        )
+        == 2
+    )
+    assert "rx90 torque reads this file" in capsys.readouterr().err
+
+
+SIGNED = (13, 11, 7, -9, 12, 8)
+
+
+def test_torques_of_a_negative_gain_come_with_a_note(weighed_cell, tmp_path, capsys):
+    values = "".join(f"[[gains]]\njoint = {j + 1}\nestimate = {g}\nstd = 0\n" for j, g in enumerate(SIGNED))
+    gains = tmp_path / "gains.toml"
+    gains.write_text(values)
+    words = [
+        "torque",
+        str(weighed_cell / "run" / "light.parquet"),
+        "--gains",
+        str(gains),
+        "--out",
+        str(tmp_path / "t.parquet"),
+    ]
+    assert main(words) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.count("is negative") == said.count("Note: joint 4: the gain is negative") == 1
+    assert main([*words, "--json"]) == 0
+    (note,) = printed(capsys, "torque")["notes"]
+    assert note.startswith("joint 4: ")
+    gains.write_text(values.replace("-9", "9"))
+    assert main([*words, "--json"]) == 0
+    assert printed(capsys, "torque")["notes"] == []
+
+
+def test_torques_of_joints_in_another_order_than_the_gains_are_refused(weighed_cell, capsys):
+    words = ["torque", str(weighed_cell / "run" / "light.parquet"), "--gains", str(weighed_cell / "gains.toml")]
+    turned = "joint2,joint1,joint3,joint4,joint5,joint6"
+    assert main([*words, "--out", str(weighed_cell / "turned.parquet"), "--joints", turned]) == 2
+    assert "joints are said to be joint2, joint1" in capsys.readouterr().err
+    assert not (weighed_cell / "turned.parquet").exists()
+    # Gains written by hand need no names, and then nothing is known of the order.
+    text = (weighed_cell / "gains.toml").read_text()
+    (weighed_cell / "nameless.toml").write_text(
+        "".join(x for x in text.splitlines(True) if not x.startswith('name = "joint'))
+    )
+    words[3] = str(weighed_cell / "nameless.toml")
+    assert main([*words, "--out", str(weighed_cell / "turned.parquet"), "--joints", turned]) == 0

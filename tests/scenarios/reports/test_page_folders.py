@@ -1,0 +1,329 @@
+"""Pages of runs, identifications and checks: what is identified again, which folders are refused."""
+
+import json
+import re
+import shlex
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import page_folders
+import pytest
+from page_parts import identified
+
+from ident.estimation.estimate import RefusedGain
+from ident.estimation.problem import ObservedMotion
+from scenarios.cli import main
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.reports.content import Heading, Line, Mood, Paragraph, Picture, Report, Table
+from scenarios.reports.pages import kind_of, page_of
+from scenarios.reports.pages.fit_rows import begins, fit_rows
+from scenarios.reports.pages.gain_plots import error_plot
+from scenarios.reports.pages.reanalysis import differences, identified_again
+from scenarios.reports.pages.still import with_picture
+from scenarios.reports.plot import Plot
+from scenarios.results.record import digests_of
+from scenarios.results.scene import scene_digest
+from scenarios.support.errors import DamagedResult, ForeignResult
+
+
+def test_results_differ_where_a_number_or_a_refusal_does():
+    refused = RefusedGain(joint="b", reason="said so", predicted_rel_std=0.5)
+    saved = (identified(0.9, 0.01), refused, identified(1.5, 0.02))
+    assert differences(saved, saved) == ()
+    close = (
+        identified(0.9 * (1 + 3e-10), 0.01),
+        RefusedGain(joint="b", reason="other", predicted_rel_std=None),
+        saved[2],
+    )
+    assert differences(saved, close) == ()
+    (first,) = differences(saved, (identified(0.9 * (1 + 3e-9), 0.01), *saved[1:]))
+    assert first == "joint 1: 0.9 with a deviation of 0.01 was saved, now it is 0.9 with a deviation of 0.01"
+    (second,) = differences(saved, (saved[0], identified(1.1, 0.03), saved[2]))
+    assert second == "joint 2: a refusal was saved, now it is 1.1 with a deviation of 0.03"
+    (third,) = differences(saved, (*saved[:2], identified(1.5, 0.03)))
+    assert third.startswith("joint 3: ")
+    assert differences(saved, saved[:2]) == ("3 joints were saved, now there are 2",)
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory):
+    return page_folders.run(tmp_path_factory.mktemp("run"))
+
+
+@pytest.fixture
+def copied(saved, tmp_path):
+    return shutil.copytree(saved, tmp_path / "copied")
+
+
+def test_a_run_identified_again_from_its_folder_is_the_same(saved):
+    again = identified_again(saved)
+    assert again.differences == ()
+    assert [gain.estimate is None for gain in again.result.gains] == [False, False, False, True, False, True]
+    problem, estimate = again.problem, again.estimate
+    logs = [motion.recording for motion in again.motions]
+    start = begins(logs)
+    assert start[0] == 0.0
+    rows = fit_rows(problem, estimate, 1, logs)
+    own = estimate.solution.rows.of(1)
+    np.testing.assert_array_equal(rows.V, estimate.solution.rows.V[own])
+    seen = [motion.observation for motion in problem.motions]
+    for k, observed in enumerate(seen):
+        # Rows of a motion are as far from each other on the page as in the log, and lie inside it.
+        t, log, behind = rows.t[rows.motion == k], logs[k], observed.full_rate
+        np.testing.assert_array_equal(rows.stamp[rows.motion == k], observed.joints[1].t)
+        np.testing.assert_allclose(t - start[k], observed.joints[1].t - log.t[0], rtol=0, atol=1e-9)  # rounding
+        assert start[k] < t[0] < t[-1] < start[k + 1]
+        still = [(a, b) for a, b in rows.still if start[k] <= a < start[k + 1]]
+        shaded = sum(b - a for a, b in still) / behind.period
+        assert round(shaded) == int((~behind.moving[:, 1]).sum())
+        # Where the shading ends, the joint has just passed the speed below which samples are left out.
+        first = (behind.edge + 0.5 * (behind.group - 1)) * log.period  # of the filtered samples, since the log began
+        edge = round((still[0][1] - start[k] - first) / behind.period)
+        assert behind.moving[edge, 1]
+        assert not behind.moving[edge - 1, 1]
+    gain = estimate.joints[1]
+    assert (rows.scale, rows.unit) == (gain.value, "N m")
+    assert fit_rows(problem, estimate, 3, logs).unit == "drive units"
+
+
+def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(saved):
+    again = identified_again(saved)
+    bare, heavy = again.problem.motions
+    joints = tuple(replace(each, t=each.t + 1200.25) for each in heavy.observation.joints)
+    moved = ObservedMotion(replace(heavy.observation, joints=joints), heavy.payload)
+    logs = [motion.recording for motion in again.motions]
+    later = [logs[0], replace(logs[1], t=logs[1].t + 1200.25)]
+    problem, estimate = replace(again.problem, motions=(bare, moved)), again.estimate
+    here, there = fit_rows(again.problem, estimate, 2, logs), fit_rows(problem, estimate, 2, later)
+    np.testing.assert_allclose(there.stamp - here.stamp, 1200.25 * here.motion, rtol=0, atol=1e-9)  # rounding
+    np.testing.assert_allclose(there.t, here.t, rtol=0, atol=1e-9)  # rounding
+    np.testing.assert_allclose(there.still, here.still, rtol=0, atol=1e-9)  # rounding
+
+
+def test_the_page_says_at_the_top_what_is_not_as_it_was_saved(copied):
+    result = json.loads((copied / "result.json").read_text())
+    result["gains"][2]["estimate"] *= 1.001
+    (copied / "result.json").write_text(json.dumps(result))
+    record = json.loads((copied / "record.json").read_text())
+
+    record["files"] |= digests_of(copied, ["result.json"])
+    (copied / "record.json").write_text(json.dumps(record))
+    first, second = page_of(copied).parts[:2]
+    assert first.strong
+    assert second.mood is Mood.BAD
+    assert "the gains are not those of result.json: joint 3: " in second.text
+
+
+def test_verdict_gains_and_refusals_come_first(saved):
+    report = page_of(saved)
+    result = json.loads((saved / "result.json").read_text())
+    headings = [part.text for part in report.parts if isinstance(part, Heading)]
+    assert headings == [
+        "Gains",
+        "Refused or missed, and what would show it",
+        "Diagnoses",
+        "Torques, measured and reconstructed",
+        "What is left: spectrum",
+        "What is left, against position",
+        "What is left, against speed",
+        "Outliers",
+        "Motion, and what it covers",
+        "What was assumed",
+        "To repeat it",
+    ]
+    assert report.document == result
+    commands = [part.text for part in report.parts if isinstance(part, Line)]
+    assert "run" in commands[0].split()
+    plots = [part for part in report.parts if isinstance(part, Plot)]
+    assert sum(plot.zoom for plot in plots) == 6
+    assert "What the intervals are made of" in [plot.title for plot in plots]
+    texts, fit = [part.text for part in report.parts if isinstance(part, Paragraph)], result["fit"]
+    assert f"{fit['rows']} rows by ls-2011, relative residual {100 * fit['rel_error_norm']:.2f} %." in texts
+    reasons = [text.partition(":")[0] for text in texts if re.match(r"Joint \d: ", text)]
+    assert reasons == [f"Joint {gain['joint']}" for gain in result["gains"] if gain["reason"] is not None]
+    told = [[cell.text for cell in row] for part in report.parts if isinstance(part, Table) for row in part.rows]
+    assert result["diagnoses"]
+    for each in result["diagnoses"]:
+        assert [each["name"], each["severity"], each["sentence"]] in [row[1:] for row in told]
+    assert ["Seed", "5"] in told
+    for number, joint in enumerate(identified_again(saved).result.joints, 1):
+        if isinstance(joint, RefusedGain) and joint.predicted_rel_std is not None and 0.1 < joint.predicted_rel_std < 1:
+            torque = f"Joint {number}, to be shown: a payload that puts {10 * joint.predicted_rel_std:.3g} times"
+            assert any(text.startswith(torque) for text in texts)
+    errors = error_plot([gain.verdict for gain in identified_again(saved).result.gains])
+    shown = dict(zip(errors.series[1].x, errors.series[1].y, strict=True))
+    tops = dict(zip(errors.series[1].x, errors.series[1].high, strict=True))
+    # The second motion is drawn behind the first.
+    assert all(plot.references[1].at > 0.9 * max(plot.series[0].x) / 2 for plot in plots if plot.zoom)
+    allowed = [100 * gain["tolerance"] for gain in result["gains"]]
+    assert errors.series[0].high == tuple(allowed)
+    assert errors.series[0].low == tuple(-each for each in allowed)
+    for gain in result["gains"]:
+        if gain["identifiable"]:
+            half = 200 * gain["std"] / gain["true"]
+            assert tops[str(gain["joint"])] == pytest.approx(100 * gain["rel_error"] + half, rel=6e-5)  # five digits
+            assert shown[str(gain["joint"])] == pytest.approx(100 * gain["rel_error"], rel=6e-5)  # five digits
+
+
+def test_the_commands_on_the_page_give_the_same_gains(saved, capsys):
+    command = [part.text for part in page_of(saved).parts if isinstance(part, Line)][1]
+    capsys.readouterr()
+    assert main([*shlex.split(command)[1:], "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    stored = json.loads((saved / "result.json").read_text())
+    assert [gain["estimate"] for gain in found["gains"]] == [
+        # The same files and method; the arm is read from its minimal model.
+        None if gain["estimate"] is None else pytest.approx(gain["estimate"], rel=1e-9)
+        for gain in stored["gains"]
+    ]
+
+
+def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path):
+    folder = page_folders.identification(tmp_path / "again", saved)
+    report = page_of(folder)
+    assert report.title == "Drive gains of rx90 by ls-2011"
+    again = identified_again(folder)
+    assert again.differences == ()
+    assert again.given.observing.cutoff_hz == 14.0
+    assert [motion.recording.name for motion in again.motions] == [
+        str(saved / "unloaded.parquet"),
+        str(saved / "loaded.parquet"),
+    ]
+    assert report.parts[0].text.startswith("4 of 6 gains identified from ")
+    assert "--cutoff-hz 14.0" in [part.text for part in report.parts if isinstance(part, Line)][1]
+
+
+def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatch):
+    sheet = tmp_path / "sheet.toml"
+    known = "\n".join(f'[[gains]]\njoint = {j}\nname = "joint{j}"\nestimate = 1.1\nstd = 0.1\n' for j in range(1, 7))
+    sheet.write_text(known)
+    words = ["--model", str(saved / "robot.xml"), "--unloaded", str(saved / "unloaded.parquet"), "--max-rel-std", "0.5"]
+    words += ["--option", "friction=viscous-coulomb", "--gains", str(sheet), "--if-loaded", str(saved / "payload.toml")]
+    folder = tmp_path / "new"
+    assert main(["identify", *words, "--save", str(folder)]) == 0
+    assert kind_of(folder) == "bare"
+    sheet.unlink()
+    report = page_of(folder)
+    told = json.loads((folder / "result.json").read_text())
+    reference = told["reference"]
+    given = {k: each["ratio"] is not None for k, each in enumerate(told["joints"], 1) if k != reference}
+    assert set(given.values()) == {True, False}
+    assert (told["consistent"], "without masses" in told["consistent_reason"]) == (None, True)  # a folder's model
+    verdict = re.split(" as ratios to that of | they give none", report.parts[0].text)
+    assert [[int(k) for k in re.findall(r"\d", part)] for part in verdict] == [
+        [k for k in given if given[k]],
+        [reference, *(k for k in given if not given[k])],
+        [],
+    ]
+    text = " ".join(part.text for part in report.parts if isinstance(part, Paragraph))
+    assert all((f"Joint {k}: {told['joints'][k - 1]['reason']}." in text) != given[k] for k in given)
+    titles = [part.title for part in report.parts if isinstance(part, Table)]
+    assert any(title.startswith("If the same motions were repeated with the payload of") for title in titles)
+    assert not [part for part in report.parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]
+    again = [part.text for part in report.parts if isinstance(part, Line)][1]
+    given = shlex.split(again)
+    for option in ("--gains", "--if-loaded", "--unloaded"):
+        assert given[given.index(option) + 1].startswith(str(folder))
+    assert "--loaded" not in given
+    path = folder / "result.json"
+    other = next(each for each in told["joints"] if each["ratio"] not in (None, 1.0))
+    other["ratio"] *= 1.0 + 1e-7
+    path.write_text(json.dumps(told))
+    record = json.loads((folder / "record.json").read_text())
+    record["files"] |= digests_of(folder, ["result.json"])
+    (folder / "record.json").write_text(json.dumps(record))
+    (said,) = [part for part in page_of(folder).parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]
+    assert "give other ratios than result.json" in said.text
+    assert report.parts[0].mood is Mood.PLAIN
+    monkeypatch.setattr("scenarios.reports.bare.prediction_warnings", lambda predicted: ["joint 2 is badly predicted"])
+    verdict = page_of(folder).parts[0]
+    assert (verdict.mood, verdict.text.endswith("they give none. Warnings stand below.")) == (Mood.DOUBTFUL, True)
+
+
+def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved, tmp_path):
+    folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"))
+    report = page_of(folder)
+    told = json.loads((folder / "result.json").read_text())
+    verdicts = {"good": "GOOD: ", "weak": "USABLE: ", "wrong": "WRONG: "}
+    assert report.parts[0].text.startswith(verdicts[told["verdict"]])
+    assert not any(isinstance(part, Paragraph) and "A new check" in part.text for part in report.parts)
+    table = next(part for part in report.parts if isinstance(part, Table))
+    order = ["wrong", "weak", "good"]
+    lines = sorted(told["lines"], key=lambda line: order.index(line["verdict"]))
+    assert [row[3].text for row in table.rows] == [line["seen"] for line in lines]
+    currents = [part for part in report.parts if isinstance(part, Plot) and part.zoom]
+    assert len(currents) == 12
+    recording = identified_again(saved).motions[0].recording
+    # The lowest and the highest sample of all are drawn, however few of the others are.
+    assert max(currents[2].series[0].y) == pytest.approx(recording.v[:, 2].max(), rel=6e-5)
+    assert min(currents[2].series[0].y) == pytest.approx(recording.v[:, 2].min(), rel=6e-5)
+    assert len(currents[2].series[0].y) < 0.2 * len(recording.t)
+    words = shlex.split([part.text for part in report.parts if isinstance(part, Line)][1])
+    assert words[:3] == ["rx90", "check", str(folder / "robot.xml")]
+    assert words[words.index("--loaded") + 1 :][:3] == [
+        str(folder / "motion-2.parquet"), "--payload", str(folder / "payload.toml")
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("spoil", "error", "said"),
+    [
+        (lambda folder: (folder / "record.json").unlink(), ForeignResult, "no record.json: half written, or older"),
+        (lambda folder: (folder / "record.json").write_text("{"), ForeignResult, "damaged, or of another version"),
+        (lambda folder: (folder / "record.json").write_text('{"kind": "dream"}'), ForeignResult, "states kind 'dream'"),
+        (lambda folder: (folder / "record.json").write_text('{"kind": "run"}'), ForeignResult, "save it again"),
+        (lambda folder: (folder / "loaded.parquet").unlink(), DamagedResult, "loaded.parquet: No such file"),
+        (
+            lambda folder: (folder / "payload.toml").write_text(""),
+            DamagedResult,
+            "is not the file that record.json names",
+        ),
+        (shutil.rmtree, ForeignResult, "is no folder"),
+        (
+            lambda folder: [path.unlink() for path in folder.iterdir() if path.is_file()],
+            ForeignResult,
+            "holds no result; expected a folder that run, identify",
+        ),
+    ],
+)
+def test_what_is_no_whole_result_of_this_version_is_refused_in_one_line(spoil, error, said, copied, capsys):
+    spoil(copied)
+    with pytest.raises(error) as raised:
+        page_of(copied)
+    assert said in str(raised.value)
+    capsys.readouterr()
+    assert main(["report", str(copied), "--out", str(copied.parent / "out.html")]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.count("\n") == 1
+    assert not (copied.parent / "out.html").exists()
+
+
+def test_where_nothing_can_be_drawn_the_page_has_no_picture(copied, monkeypatch, tmp_path):
+    report = Report("Title", (Paragraph("verdict"), Paragraph("rest")), {})
+    assert with_picture(report, tmp_path) is report
+    monkeypatch.setenv("MUJOCO_GL", "no-such-thing")
+    assert with_picture(report, copied) is report
+
+
+def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, monkeypatch):
+    report = Report("Title", (Paragraph("verdict"), Paragraph("rest")), {})
+    record = json.loads((copied / "record.json").read_text())
+    picture = Picture("the arm", b"\x89PNG", 4, 3)
+    monkeypatch.setattr("scenarios.reports.pages.still.still", lambda named: picture)
+    assert with_picture(report, copied).parts == (report.parts[0], picture, report.parts[1])
+    scenario = load_scenario(record["scenario"])
+    heavier = scenario.table.plant.model_copy(update={"gain": tuple(1.5 + 0.25 * k for k in range(6))})
+    other = replace(scenario, table=scenario.table.model_copy(update={"plant": heavier}))
+    assert scene_digest(scenario) == record["scene"] != scene_digest(other)
+    for key, value, said in (
+        ("scene", "0123456789abcdef", "is another one since it was run"),
+        ("scene", None, "does not say what its scenario looked like"),
+        ("scenario", "no-such", "cannot be read any more: "),
+    ):
+        (copied / "record.json").write_text(json.dumps({**record, key: value}))
+        verdict, told, rest = with_picture(report, copied).parts
+        assert (verdict, rest) == report.parts
+        assert told.text.startswith("No picture of the arm: ")
+        assert said in told.text

@@ -1,0 +1,270 @@
+"""What the plots of pages show, against closed forms."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from page_parts import identified
+from scipy import stats
+
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
+from ident.diagnosis.samples.motion import JointMotion
+from ident.estimation.estimate import RefusedGain
+from scenarios.experiments.judge import GainVerdict
+from scenarios.reports.content import Mood, Paragraph
+from scenarios.reports.motion import coverage_plot as motion_plot
+from scenarios.reports.motion import motion_table
+from scenarios.reports.pages.diagnoses import diagnosis_parts
+from scenarios.reports.pages.fit_rows import FitRows, begins
+from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
+from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
+from scenarios.reports.pages.identification import with_warnings
+from scenarios.reports.pages.provenance import named
+from scenarios.reports.pages.residual_plots import FAR, LISTED, against, outliers, spectrum_plot
+from scenarios.reports.pages.torque_plots import MOST, torque_plot
+
+
+def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
+    refused = RefusedGain(joint="k", reason="none", predicted_rel_std=0.35)
+    plot = share_plot((identified(-0.8, 0.02, 0.03, 0.007), refused))
+    assert plot.x.categories == ("1", "2")
+    assert (plot.y.unit, plot.y.zero) == ("%", True)
+    found = {series.label: (series.x, series.y) for series in plot.series}
+    assert found == {"residual": (("1",), (5.0,)), "payload": (("1",), (6.0,)), "model": (("1",), (1.4,))}
+
+
+def test_a_gain_stands_between_two_deviations_of_all_shares_together():
+    refused = RefusedGain(joint="j", reason="none", predicted_rel_std=0.35)
+    plot = value_plot((refused, identified(-0.8, 0.012, 0.02)), "N/unit")
+    assert (plot.x.categories, plot.y.unit) == (("1", "2"), "N/unit")
+    (shown,) = plot.series
+    # hypot(0.012, 0.02 * 0.8) = 0.02, of which two.
+    assert (shown.x, shown.y, shown.low, shown.high) == (("2",), (-0.8,), (-0.84,), (-0.76,))
+
+
+def test_an_error_stands_between_two_deviations_of_the_injected_gain_over_its_tolerance():
+    def verdict(joint: int, **more) -> GainVerdict:
+        given = {"true": -0.5, "estimate": -0.52, "std": 0.015, "rel_error": 0.04, "z": -1.3}
+        told = {"tolerance": 0.07, "identifiable": True, "passed": True, "reason": None}
+        return GainVerdict(joint=joint, **{**given, **told, **more})
+
+    refused = dict.fromkeys(("estimate", "std", "rel_error", "z"))
+    plot = gain_error_plot([verdict(1, **refused, tolerance=0.03), verdict(2)])
+    tolerance, error = plot.series
+    assert (tolerance.x, tolerance.low, tolerance.high) == (("1", "2"), (-3.0, -7.0), (3.0, 7.0))
+    assert (error.x, error.y, error.low, error.high) == (("2",), (4.0,), (-2.0,), (10.0,))  # 0.015 is 3 % of 0.5
+
+
+def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
+    joints = (
+        identified(0.9, 0.01),
+        RefusedGain(joint="b", reason="", predicted_rel_std=0.35),
+        RefusedGain(joint="c", reason="", predicted_rel_std=None),
+        RefusedGain(joint="d", reason="", predicted_rel_std=0.04),
+        RefusedGain(joint="e", reason="", predicted_rel_std=0.105),
+        RefusedGain(joint="f", reason="", predicted_rel_std=0.1),
+        RefusedGain(joint="g", reason="", predicted_rel_std=1.04),
+    )
+    said = [part.text for part in what_would_show(joints, 0.1)]
+    assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4", "Joint 5", "Joint 6", "Joint 7"]
+    # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
+    assert "3.5 times the torque" in said[0]
+    assert "12 times as many rows" in said[0]
+    assert "say nothing" in said[1]
+    assert "not what it is refused for" in said[2]
+    assert "puts 1.05 times the torque" in said[3]
+    assert "or 1.1 times as many rows" in said[3]
+    assert "not what it is refused for" in said[4]  # as large as is allowed
+    assert "puts 10 times the torque" in said[5]
+
+
+def rows_of(residual: np.ndarray, **more) -> FitRows:
+    n = len(residual)
+    given = {
+        "joint": 2,
+        "scale": 2.5,
+        "unit": "N m",
+        "turning": True,
+        "t": 0.05 * np.arange(n),
+        "stamp": 0.05 * np.arange(n),
+        "V": np.full(n, 4.0),
+        "residual": residual,
+        "q": np.linspace(-1.0, 2.0, n),
+        "dq": np.linspace(3.0, -2.0, n),
+        "motion": np.zeros(n, dtype=np.intp),
+        "sigma": 0.5,
+        "still": ((0.2, 0.3),),
+    }
+    return FitRows(**{**given, **more})
+
+
+def test_a_torque_is_the_gain_times_what_is_measured_and_what_the_model_makes_of_it():
+    residual = np.array([0.5, -0.25, 0.125, 0.0, 0.75, -0.5])
+    plot = torque_plot(rows_of(residual, V=np.arange(1.0, 7.0)), ("bare", "heavy"), (0.0, 0.2, 0.3))
+    measured, predicted, left = plot.series
+    assert measured.y == (2.5, 5.0, 7.5, 10.0, 12.5, 15.0)
+    assert left.y == (1.25, -0.625, 0.3125, 0.0, 1.875, -1.25)
+    np.testing.assert_allclose(predicted.y, np.subtract(measured.y, left.y), rtol=1e-4)  # five digits
+    assert [(each.label, each.at, each.upright) for each in plot.references] == [
+        ("bare", 0.0, True),
+        ("heavy", 0.2, True),
+    ]
+    assert plot.bands == ((0.2, 0.3),)
+    share = np.linalg.norm(residual) / np.linalg.norm(np.arange(1.0, 7.0))
+    assert f"{100 * share:.2g} % of its rms is left. Drawn is every row of 6" in plot.caption
+
+
+def test_a_line_breaks_where_rows_are_left_out_and_between_motions():
+    t = np.array([0.0, 0.05, 0.1, 0.4, 0.45, 0.5])
+    rows = rows_of(np.ones(6), t=t, motion=np.array([0, 0, 0, 0, 1, 1]))
+    at, broken = rows.broken(np.arange(6.0))
+    np.testing.assert_array_equal(np.isnan(broken), [0, 0, 0, 1, 0, 1, 0, 0])
+    np.testing.assert_allclose(at[[3, 5]], [0.25, 0.425], rtol=1e-12)  # half-way, but for rounding
+    one_left_out = rows_of(np.ones(6), t=np.array([0.0, 0.05, 0.1, 0.2, 0.25, 0.3]))
+    np.testing.assert_array_equal(np.isnan(one_left_out.broken(np.arange(6.0))[1]), [0, 0, 0, 1, 0, 0, 0])
+
+
+def test_logs_follow_each_other_each_as_long_as_its_samples_last():
+    logs = [SimpleNamespace(t=np.zeros(count), period=period) for count, period in ((5, 0.1), (8, 0.25))]
+    np.testing.assert_allclose(begins(logs), [0.0, 0.5, 2.5], rtol=1e-12)
+
+
+def test_a_long_line_is_thinned_out_and_its_caption_says_so():
+    plot = torque_plot(rows_of(np.ones(2 * MOST + 1)), ("bare",), (0.0, 1.0))
+    assert len(plot.series[0].y) == math.ceil((2 * MOST + 1) / 3)
+    assert f"one row in 3 of {2 * MOST + 1}" in plot.caption
+
+
+def test_residuals_against_speed_are_in_percent_of_the_rms_current_with_means_of_tenths():
+    rng = np.random.default_rng(3)
+    speed = rng.uniform(-2.0, 3.0, 1000)
+    rows = rows_of(0.2 * speed**2 + 1e-9 * rng.normal(size=1000), dq=speed, V=np.tile([3.0, -5.0], 500))
+    points, means = against(rows, "speed").series
+    assert len(points.x) == 143  # one row in 7
+    np.testing.assert_allclose(points.y, 100 * 0.2 * np.square(points.x) / np.sqrt(17.0), rtol=1e-3)  # five digits
+    assert len(means.x) == 10
+    inside = [low < y < high for low, y, high in zip(means.low, means.y, means.high, strict=True)]
+    assert all(inside)
+    edges = np.quantile(speed, [0.0, 0.1])
+    first = (speed >= edges[0]) & (speed < edges[1])
+    np.testing.assert_allclose(means.x[0], speed[first].mean(), rtol=1e-3)  # five digits, and one row more or less
+    y = 100 * rows.residual[first] / np.sqrt(17.0)
+    np.testing.assert_allclose(means.high[0] - means.y[0], 2 * y.std(ddof=1) / np.sqrt(first.sum()), rtol=0.02)
+
+
+@pytest.mark.parametrize(("turning", "units"), [(True, ("rad", "rad/s")), (False, ("m", "m/s"))])
+def test_a_refused_joint_that_slides_moves_in_metres(turning, units):
+    rows = rows_of(np.sin(np.arange(40.0)), unit="drive units", turning=turning)
+    assert tuple(against(rows, what).x.unit for what in ("position", "speed")) == units
+
+
+def test_logs_of_one_name_in_two_folders_are_told_apart():
+    assert named(["monday/bare.csv", "monday/heavy.csv"]) == ("bare", "heavy")
+    assert named(["monday/bare.csv", "friday/bare.csv"]) == ("monday/bare.csv", "friday/bare.csv")
+
+
+def test_outliers_are_listed_the_farthest_first_with_what_accident_would_give():
+    residual = np.zeros(100)
+    residual[[7, 60]] = -2.25, 3.5  # 4.5 and 7 deviations
+    residual[8] = FAR * 0.5
+    motion = np.repeat([0, 1], 50)
+    stamp = np.r_[0.05 * np.arange(50), 1200.25 + 0.05 * np.arange(50)]  # the second log's clock is another
+    said, table = outliers([rows_of(residual, motion=motion, stamp=stamp)], ("bare", "heavy"))
+    assert said.text.startswith("2 of 100 rows are off by more than 4 ")
+    assert f"{100 * 2 * stats.norm.sf(4):.1f} would be" in said.text
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["3", "heavy", "1200.75", "+7.0", "+8.75 N m"],
+        ["3", "bare", "0.35", "-4.5", "-5.62 N m"],
+    ]
+
+
+@pytest.mark.parametrize(("many", "title"), [(LISTED, "Outliers"), (LISTED + 1, f"The {LISTED} farthest outliers")])
+def test_a_list_of_outliers_that_is_cut_says_so(many, title):
+    residual = np.zeros(100)
+    residual[:many] = 3.0 + 0.01 * np.arange(many)
+    _, table = outliers([rows_of(residual)], ("bare",))
+    assert (table.title, len(table.rows)) == (title, LISTED)
+
+
+def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():
+    rng = np.random.default_rng(5)
+    n, period = 600, 0.05
+    t, motion = np.r_[period * np.arange(n), 40.0 + period * np.arange(n)], np.repeat([0, 1], n)
+    white = rows_of(rng.normal(scale=0.7, size=2 * n), t=t, motion=motion)
+    of_all = SimpleNamespace(
+        joint=np.full(2 * n, 2),
+        motion=motion,
+        position=np.tile(np.arange(n), 2),
+        residual=white.residual,
+        row_period=period,
+    )
+    plot = spectrum_plot(white, of_all)
+    (line,) = plot.series
+    assert 0.0 < line.x[0] < 1.0
+    assert 9.0 < line.x[-1] < 10.0  # half the rate of the rows
+    low, high = (each.at for each in plot.references)
+    # 29 seconds twice: 289 frequencies, 12 to a point, two numbers of either motion to each.
+    assert (low, high) == pytest.approx(tuple(stats.chi2.ppf([0.025, 0.975], 48) / 48), rel=1e-12)
+    inside = sum(low < y < high for y in line.y)
+    assert inside >= 20  # of 24: fewer in one of 200 choices of a seed
+    np.testing.assert_allclose(np.mean(line.y), 1.0, rtol=0.1)  # 576 squares of either sort: 4 % is one deviation
+    wave = rows_of(np.sin(2.0 * np.pi * 3.1 * t), t=t, motion=motion)
+    tall = spectrum_plot(wave, of_all).series[0]
+    assert abs(tall.x[int(np.argmax(tall.y))] - 3.1) < 0.5
+
+
+def test_a_joint_is_shown_in_shares_of_its_range(arm):
+    motion = JointMotion(
+        low=float(arm.lower[1] + 0.25 * (arm.upper[1] - arm.lower[1])),
+        high=float(arm.lower[1] + 0.75 * (arm.upper[1] - arm.lower[1])),
+        covered=0.5,
+        speed=1.0,
+        speed_rms=0.5,
+        acceleration_rms=2.0,
+        slow=0.1,
+        current_rms=3.0,
+    )
+    units = [column.unit for column in motion_table("", [motion] * arm.n, arm).columns]
+    assert units == ["", "", "rad", "rad", "%", "rad/s", "rad/s^2", "% of time", "units"]
+    sliding = SimpleNamespace(revolute=np.array([True, False]), joint_names=("a", "b"))
+    units = [column.unit for column in motion_table("", [motion] * 2, sliding).columns]
+    assert (units[2], units[5], units[6]) == ("rad, m", "rad/s, m/s", "rad/s^2, m/s^2")
+    plot = motion_plot({"first": [motion] * arm.n, "second": [motion] * arm.n}, arm)
+    assert [series.label for series in plot.series] == ["first", "second"]
+    assert (plot.series[1].low[1], plot.series[1].high[1]) == pytest.approx((25.0, 75.0), rel=6e-5)  # five digits
+    assert len({series.tone for series in plot.series}) == 2
+
+
+DOUBT = Diagnosis(name="zero", severity=Severity.WRONG, sentence="the zero of q3 is off", logs=("far/b.csv",))
+GOOD = Diagnosis(name="clipping", sentence="no current is clipped")
+
+
+def test_a_page_lists_every_diagnosis_and_what_is_excluded_and_cannot_be_told():
+    excluded = (
+        Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
+        Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
+    )
+    heading, table, *said = diagnosis_parts(
+        Diagnosed(diagnoses=(DOUBT, GOOD), excluded=excluded, untold=("zero of q1", "whether q4 is negated"))
+    )
+    assert heading.text == "Diagnoses"
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["b.csv", "zero", "wrong", "the zero of q3 is off"],
+        ["-", "clipping", "good", "no current is clipped"],
+    ]
+    assert [cell.mood for row in table.rows for cell in row[2:3]] == [Mood.BAD, Mood.GOOD]
+    assert [part.text for part in said] == [
+        "Excluded: delays beyond 5 ms; another sign (7 of 12 cases).",
+        "Cannot be told: zero of q1; whether q4 is negated.",
+    ]
+    assert diagnosis_parts(Diagnosed()) == []
+
+
+def test_a_verdict_without_a_truth_says_how_many_warnings_there_are():
+    said = Paragraph("6 of 6 gains identified.", strong=True)
+    assert with_warnings(said, Diagnosed(diagnoses=(GOOD,))) == said
+    one = with_warnings(said, Diagnosed(diagnoses=(GOOD, DOUBT)))
+    assert one == Paragraph("6 of 6 gains identified. A warning stands below.", Mood.BAD, strong=True)
+    two = with_warnings(said, Diagnosed(diagnoses=(DOUBT, DOUBT)))
+    assert two.text.endswith("2 warnings stand below.")

@@ -1,0 +1,194 @@
+"""Pages without a browser: what is escaped, what is drawn with what."""
+
+import json
+import math
+from argparse import Namespace
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from page_parts import Elements
+
+from scenarios.command_line.output import show, verdict_first
+from scenarios.reports.content import (
+    Cell,
+    Column,
+    Figure,
+    Heading,
+    Line,
+    Mood,
+    Paragraph,
+    Picture,
+    Report,
+    Table,
+    cells,
+)
+from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
+from scenarios.reports.renderers import Page, renderer
+from scenarios.reports.renderers.html.scripts import script_code, script_json
+from scenarios.reports.renderers.html.specs import STYLES, specification
+
+EVIL = "</script><script>alert(1)</script><!--\"'&<img src=x onerror=alert(2)>{{ 7 * 7 }}"
+DRAWN = Plot(
+    title=EVIL,
+    caption=EVIL,
+    x=Axis(title=EVIL, unit=EVIL, categories=(EVIL, "two")),
+    y=Axis(title=EVIL),
+    series=(
+        Series(label=EVIL, mark=Mark.INTERVALS, x=(EVIL, "two"), y=(1.5, 2.5), low=(1.0, 2.0), high=(2.0, 3.5)),
+        Series(label="bars", mark=Mark.BARS, tone=Tone.SECOND, x=(EVIL,), y=(0.5,)),
+    ),
+    references=(Reference(EVIL, 2.25),),
+)
+
+
+def drawing():
+    from matplotlib.figure import Figure as Drawing
+
+    return Drawing(figsize=(0.5, 0.5))
+
+
+def evil_report() -> Report:
+    table = Table(title=EVIL, columns=(Column(title=EVIL, unit=EVIL, words=True),), rows=(cells(EVIL),))
+    parts = (
+        Paragraph(EVIL, Mood.BAD, strong=True),
+        Heading(EVIL),
+        Line(EVIL),
+        table,
+        Picture(EVIL, b"\x89PNG", 4, 3),
+        Figure(EVIL, EVIL, drawing),
+        DRAWN,
+    )
+    return Report(EVIL, parts, {EVIL: EVIL})
+
+
+def test_no_text_of_a_report_is_html():
+    page = renderer("html")(evil_report(), Page())
+    elements = Elements(page)
+    assert elements.count("script") == 3  # the document, the plots, what draws them
+    assert elements.count("img") == 2
+    assert all(
+        attributes["src"].startswith("data:image/png;base64,") for tag, attributes in elements.found if tag == "img"
+    )
+    assert not any(name.startswith("on") for _, attributes in elements.found for name in attributes)
+    for where in ("h1", "h2", "code", "figcaption", "td", "th"):
+        assert elements.count(where) > 0 or where == "td"
+    # Title twice, paragraph, heading, line, table (title, column, unit, cell), captions, plot (title, caption, label).
+    assert elements.text.count(EVIL) >= 13
+    assert "49" not in elements.text
+
+
+def test_what_stands_between_backticks_is_code_and_as_it_was_elsewhere():
+    said = "mount more, `rx90 payload <b>` designs it; one ` alone stays"
+    table = Table(columns=(Column(title="t", words=True),), rows=(cells("say `iv`"),))
+    report = Report("Title", (Paragraph(said), table), {})
+    page = renderer("html")(report, Page())
+    assert "more, <code>rx90 payload &lt;b&gt;</code> designs it; one ` alone stays</p>" in page
+    assert "say <code>iv</code></t" in page
+    assert "`rx90 payload <b>`" in renderer("text")(report, Page())
+
+
+def test_a_page_asks_for_nothing_from_anywhere():
+    elements = Elements(renderer("html")(evil_report(), Page()))
+    assert elements.count("link") == elements.count("iframe") == 0
+    policy = next(a["content"] for tag, a in elements.found if a.get("http-equiv") == "Content-Security-Policy")
+    assert policy.startswith("default-src 'none';")
+    assert "http" not in policy
+
+
+def test_json_and_code_cannot_end_their_script_and_mean_the_same():
+    text = script_json({EVIL: [EVIL, 0.125, None]})
+    assert not set("<>&") & set(text)
+    assert json.loads(text) == {EVIL: [EVIL, 0.125, None]}
+    assert script_code('a("</script><!--")') == 'a("<\\/script><\\!--")'
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        script_json(float("nan"))
+
+
+def test_a_report_without_plots_has_no_library():
+    page = renderer("html")(Report("Title", (Paragraph("text"),), {}), Page())
+    assert len(page) < 15_000
+    assert Elements(page).count("script") == 1
+
+
+def test_rows_beyond_those_of_a_screen_are_folded_away():
+    table = Table(columns=(Column(title="n"),), rows=tuple(cells(str(k)) for k in range(7)), shown=3, rest="and 4 more")
+    page = renderer("html")(Report("Title", (table,), {}), Page())
+    head, folded = page.split('<details class="rest"><summary>and 4 more</summary>')
+    assert [f">{k}<" in head for k in range(7)] == [True] * 3 + [False] * 4
+    assert [f">{k}<" in folded for k in range(7)] == [False] * 3 + [True] * 4
+    assert (
+        Elements(renderer("html")(Report("T", (Table(columns=table.columns, rows=table.rows),), {}), Page())).count(
+            "details"
+        )
+        == 0
+    )
+
+
+@pytest.mark.parametrize("form", ["text", "markdown"])
+def test_text_leaves_plots_and_pictures_out(form):
+    report = Report("Title", (Paragraph("before"), DRAWN, Picture("seen", b"", 4, 3), Paragraph("after")), {})
+    assert renderer(form)(report, Page()) == renderer(form)(
+        Report("Title", (Paragraph("before"), Paragraph("after")), {}), Page()
+    )
+
+
+def test_numbers_of_a_plot_have_five_digits_and_gaps_where_there_are_none():
+    assert values([1.23456789, -0.000123456, math.nan, math.inf, 1234567.0]) == (
+        1.2346,
+        -0.00012346,
+        None,
+        None,
+        1234600.0,
+    )
+    assert [one_in(count, 100) for count in (1, 100, 101, 200, 201)] == [1, 1, 2, 2, 3]
+
+
+def test_series_that_share_a_joint_stand_beside_each_other_and_stripes_behind_them():
+    spec = specification(DRAWN)
+    offsets = [layer.get("encoding", {}).get("xOffset") for layer in spec["layer"]]
+    assert [each and each["datum"] for each in offsets] == [None, EVIL, "bars"]
+    stripe = Series(label="limit", mark=Mark.INTERVALS, tone=Tone.QUIET, x=("two",), y=(0.0,), low=(-1.0,), high=(1.0,))
+    alone = Plot(title="", caption="", x=DRAWN.x, y=DRAWN.y, series=(stripe, DRAWN.series[1]))
+    behind, _ = specification(alone)["layer"]
+    assert "xOffset" not in behind["encoding"]
+    assert [each["mark"]["type"] for each in behind["layer"]] == ["rule"]
+    quiet = replace(stripe, mark=Mark.BARS, low=(), high=())
+    beside = specification(replace(alone, series=(quiet, DRAWN.series[1])))["layer"]
+    assert [each["encoding"]["xOffset"]["datum"] for each in beside] == ["limit", "bars"]
+
+
+def test_every_tone_differs_from_others_without_its_colour():
+    assert len({(style.dash, style.shape, style.width) for style in STYLES.values()}) == len(STYLES) == len(Tone)
+    fills = sorted(style.fill for style in STYLES.values())
+    assert min(np.diff(fills)) >= 0.15
+
+
+def test_a_cell_keeps_its_mood():
+    table = Table(columns=(Column(title="a"), Column(title="b", words=True)), rows=((Cell("1"), Cell("x", Mood.BAD)),))
+    assert '<td class="bad words">x</td>' in renderer("html")(Report("T", (table,), {}), Page())
+
+
+@pytest.mark.parametrize(
+    ("parts", "first"),
+    [
+        ([("table", Mood.PLAIN, False), ("warned", Mood.DOUBTFUL, True), ("passed", Mood.GOOD, True)], "passed"),
+        ([("table", Mood.PLAIN, False), ("missed", Mood.BAD, True), ("saved", Mood.PLAIN, False)], "missed"),
+        ([("table", Mood.PLAIN, False), ("weak", Mood.DOUBTFUL, True)], "weak"),
+        ([("one half", Mood.GOOD, True), ("missed", Mood.BAD, True)], "missed"),
+        ([("table", Mood.PLAIN, False), ("warned", Mood.DOUBTFUL, True), ("end", Mood.GOOD, False)], "table"),
+    ],
+)
+def test_a_page_from_a_terminal_begins_with_the_verdict_and_loses_nothing(parts, first):
+    paragraphs = tuple(Paragraph(*part) for part in parts)
+    told = verdict_first(Report("T", paragraphs, {}))
+    assert told.parts[0].text == first
+    assert list(told.parts[1:]) == [part for part in paragraphs if part.text != first]
+
+
+def test_only_a_page_has_its_verdict_moved(capsys):
+    report = Report("T", (Paragraph("what was found"), Paragraph("PASSED: all", Mood.GOOD, strong=True)), {})
+    for form, swapped in (("html", True), ("text", False), ("markdown", False)):
+        show(report, Namespace(format=form, json=False))
+        output = capsys.readouterr().out
+        assert (output.index("PASSED") < output.index("what was found")) == swapped

@@ -1,0 +1,162 @@
+import re
+from dataclasses import replace
+
+import pytest
+
+from ident.estimation.estimators.nls import FRICTIONS
+from scenarios.reports.bare import TERMS
+from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Report, Table, cells, percent
+from scenarios.reports.renderers import RENDERERS, Page, renderer
+from scenarios.reports.renderers.text import blocks, fold
+
+COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
+TABLE = Table(
+    title="Gains",
+    columns=COLUMNS,
+    rows=(cells("1", "0.9401234", "passed"), cells("2", "-17.25", "refused")),
+    shown=1,
+    rest="and 1 more",
+)
+REPORT = Report(
+    "What was found",
+    (
+        Heading("First"),
+        TABLE,
+        Paragraph("Words that go on for longer than a narrow page is wide.", Mood.GOOD, strong=True),
+        Line("rx90 identify --model a/very/long/path/that/nobody/may/break.xml --payload p.toml"),
+        Figure(
+            "picture", "What it shows", lambda: pytest.fail("drawn, although nobody wants a picture"), ("svg", "png")
+        ),
+    ),
+    {"answer": 0.125},
+)
+
+
+def test_a_table_is_set_wide_then_close_then_continued_below():
+    widths = (5, 8, 7, 9)  # 29, with gaps 35 or 32
+    assert blocks(widths, 35) == [(2, (0, 1, 2, 3))]
+    assert blocks(widths, 34) == [(1, (0, 1, 2, 3))]
+    assert blocks(widths, 32) == [(1, (0, 1, 2, 3))]
+    assert blocks(widths, 31) == [(2, (0, 1, 2)), (2, (0, 3))]
+    assert blocks(widths, 24) == [(2, (0, 1, 2)), (2, (0, 3))]
+    assert blocks(widths, 23) == [(2, (0, 1)), (2, (0, 2)), (2, (0, 3))]
+    assert blocks(widths, 3) == [(2, (0, 1)), (2, (0, 2)), (2, (0, 3))]
+
+
+@pytest.mark.parametrize("width", [80, 40, 24, 18])
+def test_text_fits_the_page_and_cuts_no_number(width):
+    text = renderer("text")(REPORT, Page(width=width))
+    command = "rx90 identify --model a/very/long/path/that/nobody/may/break.xml --payload p.toml"
+    assert command in text
+    assert all(len(line) <= width for line in text.replace(command, "").splitlines())
+    assert "0.9401234" in text
+    assert "and 1 more" in text
+    assert "-17.25" not in text
+    assert "…" not in text
+    assert "\x1b" not in text
+
+
+def test_words_fold_before_a_table_is_continued_below():
+    columns = (Column(title="What", words=True), Column(title="Count"), Column(title="Seen", words=True))
+    rows = (cells("motor side", "1234567", "the angles are ninety times those of the joint"),)
+    lines = renderer("text")(Report("", (Table(columns=columns, rows=rows),), {}), Page(width=30)).splitlines()
+    assert lines[1:] == [
+        "What          Count  Seen",
+        "motor side  1234567  the",
+        "                     angles",
+        "                     are",
+        "                     ninety",
+        "                     times",
+        "                     those of",
+        "                     the joint",
+    ]
+
+
+def test_the_widest_column_gives_way_as_far_as_it_can():
+    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 30) == {4: 7, 2: 9, 3: 12}
+    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 25) == {4: 7, 2: 9, 3: 9}
+    assert fold({4: (7, 7), 2: (4, 9), 3: (5, 12)}, 22) == {4: 7, 2: 8, 3: 7}
+    assert fold({4: (7, 7), 2: (4, 9), 3: (8, 12)}, 20) == {4: 7, 2: 5, 3: 8}
+    assert fold({4: (17, 17), 2: (4, 9)}, 15) == {4: 17, 2: 4}
+
+
+def test_a_number_wider_than_the_page_is_whole():
+    columns = (Column(title="What", words=True), Column(title="Count"))
+    text = renderer("text")(
+        Report("", (Table(columns=columns, rows=(cells("motor side", "123456789012"),)),), {}), Page(width=11)
+    )
+    assert text.split() == ["Wha", "t", "Count", "mot", "123456789012", "or", "sid", "e"]
+
+
+def test_a_page_of_any_width_breaks_nothing():
+    lines = renderer("text")(REPORT, Page()).splitlines()
+    assert "Words that go on for longer than a narrow page is wide." in lines
+    assert lines[0] == "What was found"
+    assert lines[lines.index("Gains") + 1 : lines.index("Gains") + 4] == [
+        "Joint       Gain  Verdict",
+        "        N m/unit",
+        "    1  0.9401234  passed",
+    ]
+
+
+def test_moods_are_colours_where_there_are_any(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    coloured = renderer("text")(REPORT, Page(width=80, colour=True))
+    assert "\x1b[1;32mWords" in coloured
+    assert re.sub(r"\x1b\[[0-9;]*m", "", coloured).split() == renderer("text")(REPORT, Page(width=80)).split()
+
+
+def test_markdown_has_every_row_and_names_pictures():
+    text = renderer("markdown")(REPORT, Page())
+    assert text.startswith("# What was found\n\n## First\n\n**Gains**\n\n| Joint | Gain [N m/unit] | Verdict |\n")
+    assert "| ---: | ---: | --- |\n| 1 | 0.9401234 | passed |\n| 2 | -17.25 | refused |" in text
+    assert "![What it shows](picture.svg)" in text
+    assert "**Words that go on" in text
+
+
+def test_a_heading_of_two_lines_is_one_line_of_markdown():
+    table = Table(columns=(Column(title="95 %\nbelow", unit="%"),), rows=(cells("1.5"),))
+    text = renderer("markdown")(Report("Title", (table,), {}), Page())
+    assert "| 95 % below [%] |\n| ---: |\n| 1.5 |" in text
+
+
+def test_a_bar_in_a_cell_ends_no_column_of_markdown():
+    text = renderer("markdown")(Report("Title", (Table(columns=COLUMNS[:1], rows=(cells("a|b|c"),)),), {}), Page())
+    assert r"| a\|b\|c |" in text
+
+
+def test_of_a_table_that_is_shown_whole_nothing_is_said_to_be_left():
+    whole, cut = (renderer("text")(Report("T", (replace(TABLE, shown=k),), {}), Page()) for k in (2, 1))
+    assert ("and 1 more" in whole, "and 1 more" in cut) == (False, True)
+
+
+def test_json_is_the_document_and_no_number_that_is_none():
+    assert renderer("json")(REPORT, Page()) == '{\n  "answer": 0.125\n}\n'
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        renderer("json")(Report("", (), {"answer": float("nan")}), Page())
+
+
+@pytest.mark.parametrize("name", RENDERERS)
+def test_every_renderer_draws_an_empty_report(name):
+    assert renderer(name)(Report("Nothing", (), {}), Page(width=20)).endswith("\n")
+
+
+@pytest.mark.parametrize("name", [name for name in RENDERERS if name != "html"])  # a page holds its pictures
+@pytest.mark.parametrize(
+    "page", [Page(), Page(width=20), Page(width=90, colour=True)], ids=["file", "narrow", "terminal"]
+)
+def test_every_renderer_tells_every_kind_of_part_without_drawing_a_picture(name, page):
+    text = renderer(name)(REPORT, page)
+    assert text.endswith("\n")
+    assert "0.125" in text or all(word in text for word in ("What was found", "Joint", "0.9401234", "passed"))
+
+
+def test_a_share_is_told_in_percent_and_none_as_a_dash():
+    assert (percent(0.01234, ".2f"), percent(None), percent(-0.5, "+.1f")) == ("1.23", "-", "-50.0")
+
+
+def test_every_term_of_friction_that_is_told_has_its_meaning():
+    known = {"Fv", "Fc", "off", *(name for terms in FRICTIONS.values() for name in terms)}
+    assert set(TERMS) == known
+    assert all(words.startswith(f"{name}: ") for name, words in TERMS.items())

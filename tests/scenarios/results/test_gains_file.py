@@ -1,0 +1,179 @@
+"""The gains file: written, read back, refused where it cannot be."""
+
+import json
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+from estimates import gain_estimate
+
+import rx90_mjcf
+from ident.estimation.estimators.nls import AllJointsOptions
+from ident.estimation.known_gains import estimated_gains
+from ident.observation.observation import ObserveOptions
+from ident.payload.payload import Payload
+from ident.recordings.files import read_recording, write_recording
+from ident.recordings.motion import Motion
+from ident.recordings.recording import Recording
+from scenarios.experiments.files.gains import SLIDING, TURNING, read_gains
+from scenarios.json_schemas.write import schemas
+from scenarios.results.gains_file import Origin, gains_file, gains_text, recording_digest
+from scenarios.support.errors import WrongGains
+
+REASON = 'no load: "0.1" N m \\ ünï'
+Q = np.sin(np.outer(np.arange(40) / 9.0, [1.0, 1.3, 0.7, 1.1, 0.9, 1.7]))
+LOG = Recording(0.02 * np.arange(40) + 7.3, Q, 2.0 * Q + 0.3, "somewhere/bare.csv")
+HEAVY = Recording(0.02 * np.arange(40) + 9.1, 1.1 * Q, 2.5 * Q + 0.7, "somewhere/heavy.csv")
+MINIMAL = "[[gains]]\njoint = 1\nestimate = 2\nstd = 0.1\n[[gains]]\njoint = 2\nestimate = -3.5\nstd = 0.2\n"
+
+
+@pytest.fixture
+def file(arm):
+    estimate = gain_estimate(2.0, -3.5, None, 0.7, 11.0, 5.0, std=0.1, reason=REASON)
+    correlated = 0.001 * (np.eye(5) + 0.2)
+    estimate = replace(
+        estimate,
+        covariance=correlated,
+        joints=tuple(
+            replace(joint, joint=name)
+            if not hasattr(joint, "std")
+            else replace(
+                joint, joint=name, std=float(np.sqrt(0.0012)) * joint.value**2, payload_rel_std=0.0, model_rel_std=0.0
+            )
+            for joint, name in zip(estimate.joints, arm.joint_names, strict=True)
+        ),
+    )
+    weight = Payload(mass=3.3, mass_std=0.02, known="mass")
+    return estimate, gains_file(
+        estimate,
+        Origin(
+            model=rx90_mjcf.MJCF,
+            arm=replace(arm, revolute=np.array([True, True, True, False, True, True])),
+            motions=[Motion(LOG), Motion(HEAVY, weight), Motion(replace(HEAVY, name="again"), weight)],
+            options=AllJointsOptions(friction="cbrt", gain_joint=2, gain_value=-3.5),
+            observing=ObserveOptions(cutoff_hz=12.0),
+        ),
+    )
+
+
+@pytest.mark.parametrize("ending", [".json", ".toml", ".JSON"])
+def test_what_is_written_is_read_back_to_the_last_digit(file, tmp_path: Path, ending):
+    estimate, written = file
+    path = tmp_path / f"gains{ending}"
+    path.write_text(gains_text(written, ending), encoding="utf-8")
+    read = read_gains(path)
+    assert read == written
+    known = estimated_gains(estimate)
+    np.testing.assert_array_equal(read.known.value, known.value)
+    np.testing.assert_array_equal(read.known.covariance, known.covariance)
+    assert read.known.names == known.names
+    assert read.known.joints.tolist() == [0, 1, 3, 4, 5]
+
+
+def test_it_says_where_gains_come_from(file):
+    _, written = file
+    assert [each.reason for each in written.gains] == [None, None, REASON, None, None, None]
+    assert [each.unit for each in written.gains] == [TURNING] * 3 + [SLIDING] + [TURNING] * 2
+    assert [each.identifiable for each in written.gains] == [True, True, False, True, True, True]
+    assert (written.method, written.robot) == ("ls-2011", "rx90")
+    assert [each.name for each in written.recordings] == ["bare.csv", "heavy.csv", "again"]
+    assert [each.payload for each in written.recordings] == [None, 1, 1]
+    assert written.recordings[1].sha256 == written.recordings[2].sha256 != written.recordings[0].sha256
+    assert [each["mass"] for each in written.payloads] == [3.3]
+    assert written.options.method["friction"] == "cbrt"
+    assert written.options.method["gain_joint"] == 2
+    assert written.options.observe["cutoff_hz"] == 12.0
+    assert "residual_std" in written.gains[0].model_dump(exclude_none=True)
+    assert written.created is not None
+    assert written.created.endswith("+00:00")
+    assert "numpy" in written.versions
+
+
+@pytest.mark.parametrize("ending", [".json", ".toml"])
+def test_it_fits_its_schema_and_a_refused_joint_has_no_number(file, ending):
+    _, written = file
+    text = gains_text(written, ending)
+    table = json.loads(text) if ending == ".json" else tomllib.loads(text)
+    jsonschema.Draft202012Validator(schemas()["gains"]).validate(table)
+    assert set(table["gains"][2]) == {"joint", "name", "unit", "identifiable", "reason"}
+    if ending == ".toml":
+        assert text.startswith("#:schema ")
+
+
+def test_a_recording_has_one_digest_in_whatever_file_it_is(tmp_path: Path):
+    digests = {recording_digest(LOG)}
+    for name in ("a.csv", "a.parquet"):
+        write_recording(LOG, tmp_path / name)
+        digests.add(recording_digest(read_recording(tmp_path / name)))
+    assert len(digests) == 1
+    for field, values in (("t", LOG.t + 1e-9), ("q", LOG.q * 1.0000001), ("v", LOG.v + 1e-9)):
+        assert recording_digest(replace(LOG, **{field: values})) not in digests
+
+
+def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
+    path = tmp_path / "sheet.toml"
+    path.write_text(MINIMAL)
+    known = read_gains(path).known
+    assert known.names == ("1", "2")
+    assert known.value.tolist() == [2.0, -3.5]
+    np.testing.assert_allclose(known.covariance, np.diag([0.01, 0.04]), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[[gains]", "not TOML"),
+        ("", "is empty"),
+        ("format = 2\n" + MINIMAL, "format: input should be 1, got 2"),
+        ("created = true\n" + MINIMAL, "created: input should be a valid string, got True"),
+        ("metod = 'nls'\n" + MINIMAL, "unknown key metod; did you mean 'method'"),
+        (MINIMAL + "estimat = 3", "unknown key gains.2.estimat; did you mean 'estimate'"),
+        ("method = 'x'", "gains: field required"),
+        ("gains = []", "gains: tuple should have at least 1 item"),
+        (MINIMAL.replace("joint = 2", "joint = 3"), r"gains of joints \[1, 3\]; expected 1 to n"),
+        (MINIMAL.replace("joint = 1", "joint = 0"), "gains.1.joint: input should be greater than or equal to 1, got 0"),
+        (MINIMAL.replace("std = 0.2", ""), "gains.2: std is missing; give it, or identifiable = false"),
+        (MINIMAL.replace("estimate = 2\n", ""), "gains.1: estimate is missing"),
+        (MINIMAL.replace("std = 0.2", "std = -0.2"), "gains.2.std: input should be greater than or equal to 0"),
+        (MINIMAL.replace("std = 0.2", "std = nan"), "gains.2.std"),
+        (MINIMAL.replace("estimate = -3.5", "estimate = 0.0"), "joint 2: a gain of 0; refuse the joint instead"),
+        (MINIMAL.replace("estimate = -3.5", "estimate = '3.5'"), "gains.2.estimate: input should be a valid number"),
+        (MINIMAL + "identifiable = false", "gains.2: refused, and has a number"),
+        (MINIMAL + "unit = 'Nm/A'", "gains.2.unit: input should be 'N m / drive unit' or"),
+        ("covariance = [[0.01, 0.0], [0.0, 0.05]]\n" + MINIMAL, "gains.2.std = 0.2, but the covariance has 0.2236"),
+        ("covariance = [[0.01]]\n" + MINIMAL, r"covariance: rows of \[1\] numbers; expected 2 of 2"),
+        ("covariance = [[0.01, 0.0], [0.0]]\n" + MINIMAL, r"covariance: rows of \[2, 1\] numbers"),
+        ("covariance = [[0.01, 0.03], [0.03, 0.04]]\n" + MINIMAL, "negative eigenvalue"),
+        (MINIMAL + "[model]\nname = 'x'\nsha256 = 'abc'", "model.sha256: string should match pattern"),
+    ],
+)
+def test_what_is_no_gains_file_is_refused_in_one_line(tmp_path: Path, text, words):
+    path = tmp_path / "g.toml"
+    path.write_text(text)
+    with pytest.raises(WrongGains, match=words) as caught:
+        read_gains(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"{", "not JSON: Expecting property name"),
+        (b"\xff\xfe{}", "not JSON: byte 0 is not UTF-8"),
+        (b"[1, 2]", "input should be an object"),
+        (b"[" * 100000, "not JSON that can be meant"),
+        (b'{"gains": [{"joint": 1, "estimate": NaN, "std": 0.1}]}', "gains.1.estimate"),
+    ],
+)
+def test_what_is_no_json_is_refused_in_one_line(tmp_path: Path, content, words):
+    path = tmp_path / "g.json"
+    path.write_bytes(content)
+    with pytest.raises(WrongGains, match=words) as caught:
+        read_gains(path)
+    assert "\n" not in str(caught.value)
+    with pytest.raises(WrongGains, match="no such file"):
+        read_gains(tmp_path / "none.json")

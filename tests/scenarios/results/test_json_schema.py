@@ -1,0 +1,157 @@
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+from urllib.request import urlopen
+from zipfile import ZipFile
+
+import jsonschema
+import pytest
+from hatchling.build import build_wheel
+from places import ROOT
+from plants import short_motion
+from quick import quick_scenario
+
+import rx90_mjcf
+from scenarios.cli import main
+from scenarios.experiments.files.motions import MOTIONS, write_motion
+from scenarios.experiments.files.schema_line import ENDING, FOLDER
+from scenarios.experiments.files.tables import CATALOG
+from scenarios.experiments.robots import ROBOTS
+from scenarios.json_schemas.results import RESULTS
+from scenarios.json_schemas.write import schemas
+
+NAMES = ("scenario", "payload", "motion", "answer", "problem", "robot", "gains", *RESULTS)
+SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}
+PRINTED = ("answer", "gains", *RESULTS)
+UNIT = re.compile(r"\[[^\]`]+\]|in (products of )?`unit`|in what `measure` says")
+"""How a description states a unit, or the key that does."""
+DIMENSIONLESS = re.compile(r"relative|share|probability|deviations|ratio|sum of the squared|logarithm")
+TOML = [(path, "scenario") for path in sorted(CATALOG.glob("*.toml"))]
+TOML += [(path, "payload") for path in rx90_mjcf.PAYLOADS.values()]
+TOML += [(path, "motion") for path in sorted(MOTIONS.glob("*.toml"))]
+TOML += [(path, "robot") for path in ROBOTS.values()]
+
+
+def checked(value: object, name: str) -> None:
+    jsonschema.Draft202012Validator(SHIPPED[name]).validate(value)
+
+
+def test_the_shipped_schemas_are_those_that_would_be_generated():
+    assert schemas() == SHIPPED  # if not: make schemas
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_schema_is_one(name):
+    jsonschema.Draft202012Validator.check_schema(SHIPPED[name])
+
+
+def tables(name: str) -> dict[str, dict[str, Any]]:
+    """The objects of a schema by their names."""
+    whole = SHIPPED[name]
+    return {whole["title"]: whole} | whole.get("$defs", {})
+
+
+def numbers(value: dict[str, Any]) -> bool:
+    """Whether a key's value may be a number, or rows of numbers."""
+    inner = [value["items"]] if "items" in value else value.get("anyOf", [])
+    return value.get("type") == "number" or any(map(numbers, inner))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_schema_describes_every_key(name):
+    bare = [
+        (at, key)
+        for at, each in tables(name).items()
+        for key, value in each.get("properties", {}).items()
+        if not value.get("description", "").strip()
+    ]
+    assert not bare
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_a_number_that_is_printed_has_its_unit_or_is_said_to_have_none(name):
+    told = {
+        (at, key): value["description"]
+        for at, each in tables(name).items()
+        for key, value in each.get("properties", {}).items()
+        if numbers(value)
+    }
+    assert not [at for at, text in told.items() if not UNIT.search(text) and not DIMENSIONLESS.search(text.lower())]
+
+
+@pytest.mark.parametrize(("path", "name"), TOML, ids=lambda x: getattr(x, "name", x))
+def test_a_shipped_file_fits_the_schema_that_its_first_line_names(path: Path, name: str):
+    marker, place = path.read_text().splitlines()[0].split(" ")
+    assert marker == "#:schema"
+    assert (path.parent / place).resolve() == FOLDER / f"{name}{ENDING}"
+    checked(tomllib.loads(path.read_text()), name)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("scenario", 'extends = "nominal"\n[plant]\ngian = [1]'),
+        ("scenario", 'extends = "nominal"\n[experiment]\nstep = "fast"'),
+        ("scenario", 'extends = "nominal"\n[plant.errors]\nstribek = 0.1'),
+        ("scenario", '[random.it]\ndistribution = "norm"'),
+        ("scenario", "robot = 3"),
+        ("robot", 'name = "mine"'),
+        ("payload", "mass_std = 0.1"),
+        ("payload", "mass = -1.0"),
+        ("payload", "mass = 1.0\nmas_std = 0.1"),
+        ("payload", "mass = 1.0\ncom = [0.1, 0.2]"),
+        ("motion", "duration = 4.0\ncenter = [0.3]\nsine = [[0.1]]"),
+        ("motion", "duration = 4.0\ncenter = [0.3]\nsine = [0.1]\ncosine = [[0.2]]"),
+        ("motion", "duration = 601.0\ncenter = [0.3]\nsine = [[0.1]]\ncosine = [[0.2]]"),
+        ("motion", "duration = 4.0\ncenter = [0.3]\nsine = [[0.1]]\ncosine = [[0.2]]\nharmonics = 1"),
+    ],
+)
+def test_a_wrong_file_does_not_fit(name, text):
+    with pytest.raises(jsonschema.ValidationError):
+        checked(tomllib.loads(text), name)
+
+
+def test_the_result_of_a_run_fits_its_schema(tmp_path, capsys):
+    main(["run", str(quick_scenario(tmp_path)), "--seed", "3", "--save", str(tmp_path / "run"), "--json"])
+    result = json.loads(capsys.readouterr().out)
+    checked(result, "result")
+    del result["gains"][2]["std"]
+    with pytest.raises(jsonschema.ValidationError, match="'std' is a required property"):
+        checked(result, "result")
+    main(
+        ["identify", "--model", str(rx90_mjcf.MJCF), "--json"]
+        + [w for n in ("unloaded", "loaded") for w in (f"--{n}", str(tmp_path / "run" / f"{n}.parquet"))]
+        + ["--payload", str(tmp_path / "run" / "payload.toml")]
+    )
+    checked(json.loads(capsys.readouterr().out), "result")
+    fits_the_schema_that_it_names(tmp_path / "run" / "payload.toml", "payload")
+
+
+def fits_the_schema_that_it_names(path: Path, name: str) -> None:
+    """For a file that a command wrote, wherever that is."""
+    marker, place = path.read_text().splitlines()[0].split(" ")
+    assert marker == "#:schema"
+    with urlopen(place) as schema:
+        assert json.load(schema) == SHIPPED[name]
+    checked(tomllib.loads(path.read_text()), name)
+
+
+def test_a_motion_that_is_written_fits_the_schema_that_it_names(tmp_path):
+    path = tmp_path / "a motion.toml"
+    write_motion(short_motion(6.5, 0.25), path, ["Found by: nobody"])
+    fits_the_schema_that_it_names(path, "motion")
+
+
+def test_an_installed_package_holds_the_schemas_and_every_other_file_that_it_reads(tmp_path, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    with ZipFile(tmp_path / build_wheel(str(tmp_path))) as wheel:
+        held = {name: wheel.read(name) for name in wheel.namelist()}
+    packages = [ROOT / name for name in ("rx90_mjcf", "ident", "sim", "scenarios")]
+    files = [
+        path for package in packages for ending in ("json", "toml", "xml") for path in package.rglob(f"*.{ending}")
+    ]
+    assert {path.name for path in files} >= {"motion.schema.json", "drive-gains.toml", "robot.toml", "rx90.xml"}
+    for path in files:
+        assert held[path.relative_to(ROOT).as_posix()] == path.read_bytes()

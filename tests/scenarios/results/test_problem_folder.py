@@ -1,0 +1,173 @@
+"""A problem folder holds what identification needs, and nothing of the truth."""
+
+import json
+from dataclasses import replace
+
+import jsonschema
+import mujoco
+import numpy as np
+import pytest
+from quick import quick_scenario
+
+from ident.estimation.estimate import IdentifiedGain
+from ident.estimation.gain_options import GainOptions
+from ident.identification import identify_motions
+from ident.observation.observation import ObserveOptions
+from ident.payload.files import read_payload
+from ident.preparation import SIMULATED
+from ident.support.errors import IdentificationError
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.run import Run, as_identified, run
+from scenarios.json_schemas.write import schemas
+from scenarios.results.problem_folder import PROBLEM, is_problem, read_problem, write_problem
+from scenarios.support.errors import ForeignProblem
+
+OBSERVING = ObserveOptions(reversal_speed=0.13, cutoff_hz=14.0)
+GAINS = GainOptions(max_rel_std=0.21, uncertainty="serial")
+DIFFERENT = """
+[belief]
+couplings = [[5, 6]]
+[belief.payloads]
+light = { mass = 2.3, com = [0.01, 0.02, 0.1], inertia = { ixx = 0.004, iyy = 0.005, izz = 0.006 } }
+[plant.payloads]
+light = { mass = 2.3, com = [0.01, 0.02, 0.1], inertia = { ixx = 0.004, iyy = 0.005, izz = 0.006 } }
+"""
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory) -> Run:
+    """Light, bare, loaded, light: four motions, two mountings, the first of them twice."""
+    path = quick_scenario(tmp_path_factory.mktemp("quick"), DIFFERENT)
+    text = path.read_text().replace("[experiment]", '[experiment]\nprotocol = ["light", "bare", "loaded", "light"]')
+    path.write_text(text)
+    return run(bench(load_scenario(str(path))), 5)
+
+
+@pytest.fixture(scope="module")
+def folder(done, tmp_path_factory):
+    place = tmp_path_factory.mktemp("problems") / "one"
+    write_problem(
+        place,
+        done.bench.experiments[0].plant.robot,
+        ((5, 6),),
+        as_identified(done.bench, done.recordings),
+        observing=OBSERVING,
+        gains=GAINS,
+    )
+    return place
+
+
+def test_what_is_read_back_is_what_identification_was_given(done, folder):
+    found, given = read_problem(folder), as_identified(done.bench, done.recordings)
+    assert (found.observing, found.gains) == (OBSERVING, GAINS)
+    assert found.arm.couplings == ((4, 5),)
+    assert found.folder == folder
+    assert len(found.motions) == 4
+    for one, other in zip(found.motions, given, strict=True):
+        np.testing.assert_array_equal(one.recording.t, other.recording.t)
+        np.testing.assert_array_equal(one.recording.q, other.recording.q)
+        np.testing.assert_array_equal(one.recording.v, other.recording.v)
+        assert one.payload == other.payload
+
+
+def test_motions_of_one_mounting_share_one_payload_and_others_do_not(folder):
+    payloads = [motion.payload for motion in read_problem(folder).motions]
+    assert payloads[0] is payloads[1]  # both of the light one, together where the first is
+    assert payloads[2] is None
+    assert payloads[3] is not None
+    assert payloads[3] is not payloads[0]
+
+
+def test_the_same_estimate_comes_from_the_folder_to_the_last_digit(done, folder):
+    found = read_problem(folder)
+    options = {"method": "nls", "observing": OBSERVING, "gains": GAINS, "policy": SIMULATED}
+    direct = identify_motions(as_identified(done.bench, done.recordings), done.bench.structure, **options)
+    read = identify_motions(found.motions, found.arm, **options)
+    pairs = list(zip(direct.estimate.joints, read.estimate.joints, strict=True))
+    assert any(isinstance(one, IdentifiedGain) for one, _ in pairs)
+    assert all(one == other for one, other in pairs)
+
+
+def test_nothing_of_the_truth_is_in_the_folder(done, folder):
+    assert {path.name for path in folder.iterdir()} == {
+        PROBLEM, "robot.xml", "payload-1.toml", "payload-2.toml", *(f"motion-{k}.parquet" for k in (1, 2, 3, 4))
+    }  # fmt: skip
+    texts = "".join(path.read_text() for path in folder.iterdir() if path.suffix != ".parquet")
+    for gain in done.bench.true_gain[:4]:
+        assert f"{gain:g}" not in texts
+    assert done.bench.scenario.name not in texts
+    spec = mujoco.MjSpec.from_file(str(folder / "robot.xml"))
+    for body in spec.bodies[3:]:
+        assert body.mass == 1.0
+        np.testing.assert_array_equal(body.inertia, [1.0, 1.0, 1.0])
+
+
+def test_a_robot_under_another_gravity_keeps_it(tmp_path, done):
+    text = done.bench.experiments[0].plant.robot.model.read_text()
+    tilted = tmp_path / "tilted.xml"
+    tilted.write_text(text.replace('gravity="0 0 -9.81"', 'gravity="1.5 -2 -9.4"'))
+    motions = as_identified(done.bench, done.recordings)
+    robot = replace(done.bench.experiments[0].plant.robot, model=tilted)
+    write_problem(tmp_path / "p", robot, (), motions, observing=OBSERVING, gains=GAINS)
+    np.testing.assert_array_equal(read_problem(tmp_path / "p").arm.gravity, [1.5, -2.0, -9.4])
+
+
+def test_the_file_fits_its_schema(folder):
+    jsonschema.Draft202012Validator(schemas()["problem"]).validate(json.loads((folder / PROBLEM).read_text()))
+
+
+def test_payload_deviations_are_kept(tmp_path, done):
+    motions = as_identified(done.bench, done.recordings)
+    weighed = replace(motions[0].payload, mass_std=0.0123, known="mass")
+    write_problem(
+        tmp_path / "p",
+        done.bench.experiments[0].plant.robot,
+        (),
+        [motions[2], replace(motions[0], payload=weighed)],
+        observing=OBSERVING,
+        gains=GAINS,
+    )
+    assert read_payload(tmp_path / "p" / "payload-1.toml") == weighed
+
+
+WRONG = [
+    ("{", "invalid JSON"),
+    ("[]", "input should be an object"),
+    ({"format": 2}, "format: input should be 1"),
+    ({"robot": {"model": "../robot.xml"}}, "robot.model: string should match pattern"),
+    ({"robot": {"model": "robot.xml", "gain": [1.0]}}, "robot.gain: extra inputs are not permitted"),
+    ({"truth": {}}, "truth: extra inputs are not permitted"),
+    ({"motions": []}, "motions: tuple should have at least 1 item"),
+    ({"motions": [{"payload": "payload-1.toml"}]}, "motions.0.recording: field required"),
+    ({"observe": {"cutof_hz": 3.0}}, "observe: unknown option 'cutof_hz'"),
+    ({"gains": {"max_rel_std": -1.0}}, "gains: max_rel_std = -1: expected a number above 0"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), WRONG, ids=lambda value: None)
+def test_a_problem_file_that_says_what_cannot_be_is_refused_with_its_place(change, message, folder, tmp_path):
+    known = json.loads((folder / PROBLEM).read_text())
+    for path in folder.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    text = change if isinstance(change, str) else json.dumps({**known, **change})
+    (tmp_path / PROBLEM).write_text(text)
+    with pytest.raises(ForeignProblem, match=PROBLEM) as caught:
+        read_problem(tmp_path)
+    assert message.lower() in str(caught.value).lower()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_folder_without_problem_file_is_none(tmp_path, folder):
+    assert is_problem(folder)
+    assert not is_problem(tmp_path)
+    with pytest.raises(ForeignProblem, match="No such file"):
+        read_problem(tmp_path)
+
+
+def test_a_recording_that_is_not_there_is_named(folder, tmp_path):
+    for path in folder.iterdir():
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "motion-3.parquet").unlink()
+    with pytest.raises(IdentificationError, match=r"motion-3\.parquet"):
+        read_problem(tmp_path)

@@ -1,0 +1,192 @@
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from here import HERE
+from places import ROOT
+from quick import RANDOM, quick_scenario
+from rich.console import Console
+from study_tasks import double, double_or_die, slow_double
+
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.studies.monte_carlo import monte_carlo
+from scenarios.experiments.studies.study import carry_out
+from scenarios.experiments.workers.dask import _Cores, dask_workers
+from scenarios.experiments.workers.execute import GivenUp, completed
+from scenarios.support.errors import SchedulerGone, SchedulerSilent
+
+START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
+
+
+@contextmanager
+def cluster(folder: Path, workers: int = 2):
+    """A scheduler and worker processes of one thread on loopback; yields the scheduler's file and process."""
+    file = folder / "scheduler.json"
+    environment = os.environ | {
+        "PYTHONPATH": str(ROOT / "tests" / "helpers"),
+        "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0",
+    }
+    common = ["--scheduler-file", str(file), "--host", "127.0.0.1", "--no-dashboard"]
+    worker = ["worker", "--nthreads", "1", "--local-directory", str(folder)]
+    started = []
+    try:
+        for arguments in (["scheduler", "--port", "0"], *[worker] * workers):
+            with (folder / f"{len(started)}.log").open("w") as log:
+                command = [sys.executable, "-c", START, *arguments, *common]
+                started.append(
+                    subprocess.Popen(command, stdout=log, stderr=log, env=environment, start_new_session=True)
+                )
+        deadline = time.monotonic() + 60.0
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        yield file, started[0]
+    finally:
+        for process in reversed(started):  # a worker has a child that works and is started anew
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    with cluster(tmp_path_factory.mktemp("cluster")) as (file, _):
+        yield file
+
+
+@pytest.fixture
+def workers(scheduler):
+    with dask_workers(str(scheduler)) as workers:
+        yield workers
+
+
+def test_a_cluster_is_an_executor_like_any_other(workers):
+    assert dict(completed(workers, double, range(40), tick=lambda: None)) == {x: 2 * x for x in range(40)}
+
+
+def test_a_study_on_a_cluster_has_the_rows_of_one_at_home(workers, tmp_path):
+    study = monte_carlo(load_scenario(str(quick_scenario(tmp_path, RANDOM))), 4, seed=5)
+    there = carry_out(study, tmp_path / "cluster", workers, command="", console=Console(quiet=True)).table()
+    here = carry_out(study, tmp_path / "home", HERE, command="", console=Console(quiet=True)).table()
+    pd.testing.assert_frame_equal(there, here, check_exact=True)
+
+
+def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
+    found = dict(completed(workers, double_or_die, range(11, 16), tick=lambda: None))
+    assert found.pop(13) == GivenUp("WorkerDied", "its worker died")
+    assert found == {x: 2 * x for x in range(11, 16) if x != 13}
+
+
+def test_a_scheduler_that_dies_ends_the_study_and_makes_no_rows(tmp_path, caplog):
+    with cluster(tmp_path, workers=1) as (file, process), dask_workers(str(file)) as workers:
+        found = completed(workers, slow_double, range(100), tick=lambda: None)
+        next(found)
+        os.killpg(process.pid, signal.SIGKILL)
+        with pytest.raises(SchedulerGone, match="the scheduler that hands out the work is gone"):
+            dict(found)
+
+
+def test_a_command_whose_scheduler_dies_says_one_line_and_ends_with_2(tmp_path):
+    folder = tmp_path / "out"
+    with cluster(tmp_path, workers=1) as (file, process):
+        words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "4000", "--out", str(folder), "--dask", str(file)]
+        command = subprocess.Popen(
+            [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT
+        )
+        deadline = time.monotonic() + 120.0
+        while not list(folder.glob("study.json")) and time.monotonic() < deadline:
+            assert command.poll() is None
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGKILL)
+        _, errors = command.communicate(timeout=120.0)
+    assert command.returncode == 2
+    said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
+    assert said == ["rx90: the scheduler that hands out the work is gone; what is finished is kept, repeat the command"]
+
+
+def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
+    with (
+        pytest.raises(SchedulerSilent, match=r"scheduler\.json: no such scheduler file"),
+        dask_workers(str(tmp_path / "scheduler.json")),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"address_": "tcp://127.0.0.1:8786"}'])
+def test_a_scheduler_file_without_an_address_is_refused(text, tmp_path, monkeypatch):
+    monkeypatch.setattr("scenarios.experiments.workers.dask.WRITTEN_WITHIN", 0.05)
+    (tmp_path / "s.json").write_text(text)
+    with pytest.raises(SchedulerSilent, match=r"s\.json: no scheduler file"), dask_workers(str(tmp_path / "s.json")):
+        pass
+
+
+@pytest.mark.parametrize("address", ["tls://127.0.0.1:1", "foo://127.0.0.1:1", "nonsense", "tcp://127.0.0.1"])
+def test_an_address_that_cannot_be_one_is_refused(address):
+    with pytest.raises(SchedulerSilent, match=f"no Dask scheduler answers at {address}: .*"), dask_workers(address):
+        pass
+
+
+def test_a_port_that_takes_the_connection_and_says_nothing_ends_the_command_with_2(tmp_path):
+    changed = (
+        "import sys, scenarios.experiments.workers.dask as dask; dask.PATIENCE = 0.3; from scenarios.cli import main"
+    )
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "2", "--out", str(tmp_path / "out"), "--dask"]
+        done = subprocess.run(
+            [sys.executable, "-c", f"{changed}; sys.exit(main(sys.argv[1:]))", *words, address],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=ROOT,
+            timeout=60.0,
+        )
+    assert (done.returncode, done.stderr) == (2, f"rx90: no Dask scheduler answers at {address} within 0.3 s\n")
+
+
+def test_a_scheduler_that_is_not_there_is_waited_for_as_long_as_stated(monkeypatch):
+    monkeypatch.setattr("scenarios.experiments.workers.dask.PATIENCE", 0.3)
+    with socket.socket() as nobody:
+        nobody.bind(("127.0.0.1", 0))  # a port of its own that no one listens at
+        address = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
+        began = time.monotonic()
+        with pytest.raises(SchedulerSilent, match=f"no Dask scheduler answers at {address}"), dask_workers(address):
+            pass
+    assert time.monotonic() - began < 20.0  # unless told, Dask waits for 30 s
+
+
+def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(monkeypatch):
+    now, asked = [100.0], []
+    monkeypatch.setattr("scenarios.experiments.workers.dask.time.monotonic", lambda: now[0])
+
+    class Client:
+        def ncores(self):
+            asked.append(now[0])
+            if now[0] > 105.0:
+                raise OSError("gone")
+            return {"a": 7, "b": 11 * len(asked)}
+
+    cores = _Cores(Client())
+    assert [cores.count(), cores.count()] == [18, 18]
+    now[0] = 100.9
+    assert cores.count() == 18
+    now[0] = 101.1
+    assert [cores.count(), cores.count()] == [29, 29]
+    assert asked == [100.0, 101.1]
+    now[0] = 106.0
+    with pytest.raises(SchedulerGone):
+        cores.count()
+
+
+def test_an_empty_cluster_counts_as_the_fewest_workers_that_tasks_are_handed_out_for():
+    class Client:
+        def ncores(self):
+            return {"a": 3}
+
+    assert _Cores(Client()).count() == 16

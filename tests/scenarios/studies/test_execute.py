@@ -1,0 +1,151 @@
+import argparse
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+from study_tasks import die_once, double, double_or_die, fail, fail_above_4, refuse
+
+from scenarios.experiments.workers import WORKERS
+from scenarios.experiments.workers.choice import add_worker_options, open_workers, worker_words
+from scenarios.experiments.workers.execute import GivenUp, completed
+from scenarios.experiments.workers.kinds import Workers
+from scenarios.experiments.workers.processes import local_processes
+from scenarios.support.errors import UnfitWorker, WorkersLost
+
+
+def threads(count: int) -> Workers:
+    return Workers(lambda: ThreadPoolExecutor(count), lambda: count)
+
+
+def results(workers: Workers, function, tasks) -> dict:
+    return dict(completed(workers, function, tasks, tick=lambda: None))
+
+
+def test_every_task_comes_back_once_from_any_executor():
+    assert results(threads(3), double, range(50)) == {x: 2 * x for x in range(50)}
+
+
+def test_tasks_are_taken_as_workers_become_free():
+    taken = []
+    tasks = (taken.append(x) or x for x in range(100))
+    started = completed(threads(2), double, tasks, tick=lambda: None)
+    next(started)
+    assert len(taken) < 10
+    started.close()
+
+
+def test_a_task_that_kills_its_worker_is_given_up_and_the_others_are_not():
+    with local_processes(2) as workers:
+        found = results(workers, double_or_die, range(8, 20))
+    assert found.pop(13) == GivenUp("WorkerDied", "its worker died")
+    assert found == {x: 2 * x for x in range(8, 20) if x != 13}
+
+
+def test_a_task_whose_worker_died_of_something_else_is_done_again(tmp_path):
+    tasks = [(str(tmp_path / "marker"), x) for x in range(8)]
+    with local_processes(2) as workers:
+        assert results(workers, die_once, tasks) == {task: 2 * task[1] for task in tasks}
+
+
+def test_whatever_a_task_fails_of_is_its_reason():
+    assert results(threads(1), fail, [4]) == {
+        4: GivenUp("WorkerFailed", "its worker failed: ValueError: cannot double 4")
+    }
+
+
+def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
+    with pytest.raises(UnfitWorker, match="another version"):
+        results(threads(2), refuse, range(4))
+
+
+def test_workers_that_never_bring_anything_back_end_it():
+    with pytest.raises(WorkersLost, match="of the first 3 chunks of trials none came back: its worker failed: Value"):
+        results(threads(1), fail, range(100))
+
+
+def test_failures_after_a_success_do_not_end_it():
+    found = results(threads(1), fail_above_4, range(4, 9))
+    assert found[4] == 8
+    assert sum(isinstance(outcome, GivenUp) for outcome in found.values()) == 4
+
+
+def test_time_passes_while_nothing_finishes():
+    ticks = []
+    found = completed(threads(1), time.sleep, [1.2], tick=lambda: ticks.append(1))
+    assert list(found) == [(1.2, None)]
+    assert len(ticks) >= 2
+
+
+def test_worker_processes_are_gone_afterwards():
+    before = set(multiprocessing.active_children())
+    with local_processes(2) as workers:
+        workers.open().submit(time.sleep, 60.0)
+    deadline = time.monotonic() + 10.0
+    while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert set(multiprocessing.active_children()) == before
+
+
+def test_workers_end_when_the_process_that_started_them_is_killed():
+    code = (
+        "import os, signal\n"
+        "from scenarios.experiments.workers.processes import local_processes\n"
+        "if __name__ == '__main__':\n"
+        "    with local_processes(1) as workers:\n"
+        "        print(workers.open().submit(os.getpid).result(), flush=True)\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    killed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    deadline = time.monotonic() + 10.0
+    while alive(int(killed.stdout)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not alive(int(killed.stdout))
+
+
+def alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("name", WORKERS)
+def test_a_kind_of_workers_has_one_option_that_is_off_unless_given_and_whose_words_ask_for_it_again(name):
+    kind = WORKERS[name]
+    parser = argparse.ArgumentParser()
+    add_worker_options(parser)
+    text = "3"  # a number of processes, or a name of anything
+    options = parser.parse_args([f"--{kind.option}", text])
+    assert worker_words(options) == [f"--{kind.option}", text]
+    assert parser.parse_args(worker_words(options)) == options
+    assert worker_words(parser.parse_args([])) == []
+    assert kind.help in " ".join(parser.format_help().split())
+    assert f"--{kind.option} {kind.metavar}" in parser.format_help()
+
+
+def test_an_option_of_two_words_asks_for_its_kind_of_workers(monkeypatch):
+    opened = []
+    kind = replace(WORKERS["dask"], option="my-cluster", open=lambda value: opened.append(value))
+    monkeypatch.setitem(WORKERS, "mine", kind)
+    parser = argparse.ArgumentParser()
+    add_worker_options(parser)
+    options = parser.parse_args(["--my-cluster", "here"])
+    open_workers(options)
+    assert opened == ["here"]
+    assert worker_words(options) == ["--my-cluster", "here"]
+
+
+def test_two_kinds_of_workers_at_once_are_refused(capsys):
+    parser = argparse.ArgumentParser()
+    add_worker_options(parser)
+    with pytest.raises(SystemExit):
+        parser.parse_args(["--jobs", "2", "--dask", "tcp://here:1"])
+    assert "not allowed with" in capsys.readouterr().err

@@ -1,0 +1,197 @@
+"""Studies that are killed or stopped from outside, as processes of their own.
+
+Nothing here waits for a fixed time: the moment is one that the study's folder shows, and a deadline is for a machine so
+busy that the rest of the suite would have failed on it.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from places import ROOT
+from quick import RANDOM, quick_scenario
+from rich.console import Console
+from signals import as_in_the_foreground, as_under_a_supervisor_that_ignores
+
+from scenarios.cli import main
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.studies.monte_carlo import monte_carlo
+from scenarios.experiments.studies.study import carry_out
+from scenarios.experiments.workers.kinds import Workers
+
+DEADLINE = 120.0
+TRIALS, PARTS = 8, 8
+"""On two workers, four chunks a worker."""
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory) -> Path:
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM)
+
+
+def rx90(*words: object) -> list[str]:
+    return [sys.executable, "-m", "scenarios", *map(str, words)]
+
+
+def started(words: list[str], prepared: Callable[[], None] = as_in_the_foreground) -> subprocess.Popen:
+    """A command in a session of its own, as a terminal starts it."""
+    return subprocess.Popen(
+        words,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        cwd=ROOT,
+        preexec_fn=prepared,
+    )
+
+
+def parts(folder: Path) -> dict[str, int]:
+    """The parts of a study and when they were written."""
+    return {path.name: path.stat().st_mtime_ns for path in (folder / "trials").glob("*.parquet")}
+
+
+def wait_until(reached: Callable[[], object], process: subprocess.Popen) -> None:
+    deadline = time.monotonic() + DEADLINE
+    while not reached() and time.monotonic() < deadline:
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.005)
+    assert reached()
+
+
+def test_a_killed_study_goes_on_and_ends_with_the_rows_of_one_that_was_not(scenario, tmp_path):
+    more = ("-n", TRIALS, "--seed", 5)
+    for attempt in range(5):  # a kill that comes after the last part is no test
+        folder = tmp_path / f"killed-{attempt}"
+        killed = started(rx90("monte-carlo", scenario, "--out", folder, *more, "--jobs", 2))
+        wait_until(lambda: parts(folder), killed)  # noqa: B023 (called at once)
+        os.killpg(killed.pid, signal.SIGKILL)
+        assert killed.wait() == -signal.SIGKILL
+        killed.stderr.close()
+        kept = parts(folder)
+        if len(kept) < PARTS:
+            break
+    assert 0 < len(kept) < PARTS
+    assert main(["monte-carlo", str(scenario), "--out", str(folder), *map(str, more), "--jobs", "1"]) in (0, 1)
+    study, here = (
+        monte_carlo(load_scenario(str(scenario)), TRIALS, 5),
+        Workers(lambda: ThreadPoolExecutor(1), lambda: 1),
+    )
+    carry_out(study, tmp_path / "whole", here, command="", console=Console(quiet=True))
+    assert parts(folder).items() >= kept.items()  # what was finished is not done again
+    again, whole = (
+        pd.read_parquet(place / "trials").sort_values(["trial", "joint"], ignore_index=True)
+        for place in (folder, tmp_path / "whole")
+    )
+    assert again["trial"].nunique() == TRIALS
+    pd.testing.assert_frame_equal(again, whole, check_exact=True)
+    assert {"summary.parquet", "errors.png", "z-scores.png"} <= {path.name for path in folder.iterdir()}
+
+
+def group(process: subprocess.Popen, number: int) -> None:
+    """As a terminal sends it: to every process."""
+    os.killpg(process.pid, number)
+
+
+def alone(process: subprocess.Popen, number: int) -> None:
+    """As `kill` sends it."""
+    os.kill(process.pid, number)
+
+
+@pytest.mark.parametrize(
+    ("send", "number", "status", "moment"),
+    [
+        (group, signal.SIGINT, 130, "study.json"),
+        pytest.param(group, signal.SIGINT, 130, "trials/*.parquet", marks=pytest.mark.slow),
+        (alone, signal.SIGTERM, 143, "trials/*.parquet"),
+        pytest.param(group, signal.SIGHUP, 129, "trials/*.parquet", marks=pytest.mark.slow),
+    ],
+)
+def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(
+    scenario, tmp_path, send, number, status, moment
+):
+    running = started(rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 40, "--jobs", 2))
+    wait_until(lambda: list((tmp_path / "s").glob(moment)), running)
+    kept = parts(tmp_path / "s")
+    send(running, number)
+    _, errors = running.communicate(timeout=DEADLINE)
+    assert running.returncode == status
+    said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
+    assert said == [
+        f"rx90: stopped; what is finished is kept, go on with: rx90 monte-carlo {scenario} -n 40 "
+        f"--out {tmp_path / 's'} --seed 0 --jobs 2"
+    ]
+    assert parts(tmp_path / "s").items() >= kept.items()
+
+
+def of_its_session(process: subprocess.Popen) -> bool:
+    """Whether a process of the command is left."""
+    try:
+        os.killpg(process.pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_workers_that_cannot_be_asked_to_end_are_ended(scenario, tmp_path):
+    words = rx90("monte-carlo", scenario, "--out", tmp_path / "s", "-n", 40, "--jobs", 2)
+    running = started(words, as_under_a_supervisor_that_ignores)
+    wait_until(lambda: parts(tmp_path / "s"), running)
+    group(running, signal.SIGINT)
+    _, errors = running.communicate(timeout=DEADLINE)
+    assert running.returncode == 130
+    assert [line.partition(";")[0] for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")] == [
+        "rx90: stopped"
+    ]
+    deadline = time.monotonic() + DEADLINE
+    while of_its_session(running) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert not of_its_session(running)
+
+
+def test_a_folder_full_of_other_modules_fools_neither_command_nor_workers(scenario, tmp_path):
+    for name in ("sim", "ident", "rx90_mjcf", "random", "queue", "tomllib"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('imported from the working folder')")
+    command = rx90("monte-carlo", scenario, "-n", 2, "--jobs", 2, "--out", tmp_path / "out")
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path, env=environment)
+    assert "working folder" not in done.stdout + done.stderr
+    rows = pd.read_parquet(tmp_path / "out" / "trials")
+    assert rows["trial"].nunique() == 2
+    assert not rows["failure"].isin(["WorkerDied", "WorkerFailed"]).any()
+
+
+STUCK = """
+import threading
+from scenarios.command_line import study_arguments as study
+study.PATIENCE = 0.2
+threading.Thread(target=threading.Event().wait).start()  # Python would wait for it for ever
+with study.interruptible("rx90 again"):
+    raise KeyboardInterrupt
+"""
+
+
+def test_an_interrupted_study_ends_though_a_thread_of_it_does_not():
+    done = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, timeout=60.0, cwd=ROOT)
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "rx90: stopped; what is finished is kept, go on with: rx90 again\n"
+
+
+CUT_OFF = """
+import multiprocessing, os
+from scenarios.experiments.workers.processes import prepare_processes
+lock = multiprocessing.get_context(prepare_processes()).Lock()
+os._exit(130)
+"""
+
+
+def test_a_process_that_ends_at_once_leaves_no_complaint_about_what_it_held():
+    done = subprocess.run([sys.executable, "-c", CUT_OFF], capture_output=True, text=True, timeout=60.0, cwd=ROOT)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

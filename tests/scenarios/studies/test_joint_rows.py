@@ -1,0 +1,152 @@
+from itertools import pairwise
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pytest
+from scipy import stats
+from study_tables import gathered
+
+from scenarios.experiments.studies.folder import study_folder
+from scenarios.experiments.studies.joint_rows import COLUMNS, rows_in, study_rows
+from scenarios.experiments.studies.parts import LOST, WHOLE, Part
+from scenarios.experiments.studies.statistics import joint_statistics
+from scenarios.experiments.trials import CONTRACT
+from scenarios.support.errors import DamagedFolder
+
+WANTED = 0.7
+KEPT = ["true", "claimed", "rel_error"]
+JOINTS = (5, 2, 3)
+"""Out of order, as rows may be; joint 3 is refused always, joint 2 now and then."""
+
+
+def lopsided() -> pd.DataFrame:
+    """Thirty-seven trials of three joints: refused, failed for two reasons, passed and not, a z that is not there."""
+    rng, trials = np.random.default_rng(23), np.arange(37)
+    failed = {4: "Saturated", 11: "Saturated", 30: "WrongValue"}
+    tables = []
+    for joint in JOINTS:
+        true = (-1.0) ** joint * rng.uniform(0.7, 2.9, len(trials))
+        error, std = rng.normal(0.004, 0.013, len(trials)), np.abs(true) * rng.uniform(0.006, 0.019, len(trials))
+        found = ~np.isin(trials, list(failed)) & (joint != 3) & ((joint != 2) | (trials % 7 != 6))
+        numbers = {"true": true, "std": std, "rel_error": error, "z": error * true / std}
+        numbers = {name: np.where(found, values, np.nan) for name, values in numbers.items()}
+        table = pd.DataFrame({"trial": trials, "joint": joint, **numbers})
+        table["true"] = true  # known of refused trials too
+        table["identifiable"], table["passed"] = found, found & (np.abs(error) < 0.0125 + 0.001 * joint)
+        table["failure"], table["tolerance"] = table["trial"].map(failed), 0.0125 + 0.001 * joint
+        tables.append(table)
+    rows = pd.concat(tables, ignore_index=True)
+    rows.loc[(rows["trial"] == 8) & (rows["joint"] == 5), "z"] = np.nan  # a claimed deviation of nothing
+    return rows.sample(frac=1.0, random_state=7)
+
+
+def as_part(rows: pd.DataFrame) -> pa.Table:
+    return pa.Table.from_pandas(rows.reindex(columns=CONTRACT.names), CONTRACT, preserve_index=False)
+
+
+def expected(rows: pd.DataFrame) -> dict[int, dict[str, object]]:
+    """The same sums from one table of everything, as pandas makes them."""
+    found = {}
+    for joint, group in rows.groupby("joint"):
+        gains = group[group["identifiable"]]
+        error, n = gains["rel_error"], len(gains)
+        low, high = stats.beta.ppf([0.025, 0.975], *_clopper_pearson(int(group["passed"].sum()), len(group)))
+        found[joint] = {
+            "trials": group["trial"].nunique(),
+            "failed": int(group["failure"].notna().sum()),
+            "refused": int((group["failure"].isna() & ~group["identifiable"]).sum()),
+            "bias": error.mean() if n else None,
+            "bias_std": error.sem() if n else None,
+            "spread": error.std() if n else None,
+            "p95": error.abs().quantile(0.95) if n else None,
+            "claimed": ((gains["std"] / gains["true"]) ** 2).mean() ** 0.5 if n else None,
+            "cover_1": gains["z"].between(-1.0, 1.0).mean() if n else None,
+            "cover_2": gains["z"].between(-2.0, 2.0).mean() if n else None,
+            "pass_rate": group["passed"].mean(),
+            "pass_low": 0.0 if not group["passed"].any() else low,
+            "pass_high": high,
+        }
+    return found
+
+
+def _clopper_pearson(passed: int, trials: int) -> tuple[list[float], list[float]]:
+    return [passed, passed + 1], [trials - passed + 1, trials - passed]
+
+
+def assert_as_expected(found, rows: pd.DataFrame) -> None:
+    sums = expected(rows)
+    statistics = joint_statistics(found.joints, wanted=WANTED, false_alarm=0.01)
+    assert [each.joint for each in statistics] == sorted(sums)
+    for each in statistics:
+        for name, value in sums[each.joint].items():
+            if value is None:
+                assert getattr(each, name) is None
+            else:
+                # Sums in another order: rounding alone; the beta function's inverse is good to 1e-10.
+                rtol = 1e-9 if name in ("pass_low", "pass_high") else 1e-12
+                np.testing.assert_allclose(getattr(each, name), value, rtol=rtol, err_msg=f"{each.joint} {name}")
+    kinds = rows[rows["joint"] == min(JOINTS)]["failure"].value_counts()
+    assert found.failures == kinds.to_dict()
+
+
+def test_a_study_in_several_parts_is_summed_up_as_one_table_of_everything(tmp_path):
+    rows = lopsided()
+    with study_folder(tmp_path, {}, count=37, command="", rows_per_trial=3) as folder:
+        for first, last, ending in ((20, 29, WHOLE), (0, 3, WHOLE), (4, 19, WHOLE), (31, 36, WHOLE), (30, 30, LOST)):
+            folder.write_part(Part(range(first, last + 1), ending), as_part(rows[rows["trial"].between(first, last)]))
+        found = rows_in(folder)
+    assert_as_expected(found, rows)
+    five = rows[(rows["joint"] == 5) & rows["identifiable"]]
+    (of_five,) = [joint for joint in found.joints if joint.joint == 5]
+    for name, values in {**five, "claimed": (five["std"] / five["true"]).abs()}.items():
+        if name in ("true", "rel_error", "z", "claimed"):
+            np.testing.assert_array_equal(np.sort(getattr(of_five, name)), np.sort(values))
+    # A row's numbers stay together, and trials in the order of the parts.
+    gains = {tuple(row) for row in five.assign(claimed=five["std"] / five["true"].abs())[KEPT].to_numpy()}
+    assert {tuple(row) for row in np.column_stack([getattr(of_five, name) for name in KEPT])} == gains
+    trial = dict(zip(five["rel_error"], five["trial"], strict=True))
+    part = np.searchsorted([0, 4, 20, 30, 31], [trial[error] for error in of_five.rel_error], side="right")
+    assert (np.diff(part) >= 0).all()
+    assert (of_five.tolerance, found.joints[0].tolerance) == (0.0175, 0.0145)
+
+
+def test_a_joint_that_begins_late_and_a_cut_between_joints_are_no_other_study():
+    rows = lopsided().sort_values(["joint", "trial"], ascending=False)
+    cuts = (0, 5, 37, 61, len(rows))
+    tables = [as_part(rows[a:b]).select(COLUMNS) for a, b in pairwise(cuts)]
+    assert_as_expected(study_rows(tables, trials=37), rows)
+
+
+def test_a_study_of_failed_trials_alone_has_joints_and_no_gain():
+    rows = lopsided().query("trial == 11")
+    found = gathered(rows)
+    assert [(joint.joint, joint.trials, joint.failed, joint.gains) for joint in found.joints] == [
+        (joint, 1, 1, 0) for joint in sorted(JOINTS)
+    ]
+    assert found.failures == {"Saturated": 1}
+
+
+def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
+    rows = lopsided().query("trial < 2")
+    with study_folder(tmp_path, {}, count=2, command="", rows_per_trial=3) as folder:
+        folder.write_part(Part(range(2), WHOLE), as_part(rows))
+        path = folder.trials / "00000000-00000001.parquet"
+        content = path.read_bytes()
+        path.write_bytes(content[:4] + bytes(400) + content[404:])
+        with pytest.raises(DamagedFolder, match=r"00000000-00000001\.parquet: is damaged, move it away: "):
+            rows_in(folder)
+
+
+def test_every_third_injected_gain_is_kept_where_a_picture_shows_a_third(monkeypatch):
+    monkeypatch.setattr("scenarios.experiments.studies.joint_rows.SHOWN", 11)  # of 37 trials
+    rows = lopsided()
+    cuts = (0, 19, 40, 44, len(rows))
+    (five,) = [
+        joint
+        for joint in study_rows([as_part(rows[a:b]) for a, b in pairwise(cuts)], trials=37).joints
+        if joint.joint == 5
+    ]
+    true = dict(zip(rows["rel_error"], rows["true"], strict=True))
+    assert (five.step, five.gains, len(five.true)) == (3, 34, 12)
+    assert five.true.tolist() == [true[error] for error in five.rel_error[::3]]

@@ -1,0 +1,340 @@
+import json
+import subprocess
+import sys
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from quick import RANDOM, quick_scenario
+from rich.console import Console
+
+import scenarios.experiments.studies.study as module
+from ident import identification
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.estimation.estimate import IdentifiedGain
+from scenarios.cli import main
+from scenarios.experiments import trials
+from scenarios.experiments.build import bench
+from scenarios.experiments.files.draws import drawn_settings
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.run import motion_streams, run
+from scenarios.experiments.studies.monte_carlo import monte_carlo
+from scenarios.experiments.studies.study import carry_out
+from scenarios.experiments.workers import tasks
+from scenarios.experiments.workers.kinds import Workers
+from scenarios.support.errors import OtherStudy, StudyTooLarge, UnfitWorker
+
+CONTRACT = [
+    "trial",
+    "seed",
+    "joint",
+    "true",
+    "estimate",
+    "std",
+    "rel_error",
+    "z",
+    "tolerance",
+    "identifiable",
+    "passed",
+    "reason",
+]
+QUIET = Console(quiet=True)
+STREAMS = ["encoder", "white", "clock"]
+"""Coloured noise shares the generator of white noise unless it is given one."""
+
+
+def threads(count: int) -> Workers:
+    return Workers(lambda: ThreadPoolExecutor(count), lambda: count)
+
+
+def rows_of(folder: Path) -> pd.DataFrame:
+    """As any user reads a study."""
+    return pd.read_parquet(folder / "trials").sort_values(["trial", "joint"], ignore_index=True)
+
+
+def command(scenario: Path, folder: Path, *more: str) -> list[str]:
+    return [sys.executable, "-m", "scenarios", "monte-carlo", str(scenario), "--out", str(folder), *more]
+
+
+@pytest.fixture(scope="module")
+def scenario(tmp_path_factory) -> Path:
+    return quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM)
+
+
+@pytest.fixture(scope="module")
+def reference(scenario, tmp_path_factory) -> pd.DataFrame:
+    """Twelve trials, uninterrupted, one after the other."""
+    folder = tmp_path_factory.mktemp("reference")
+    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
+    carry_out(study, folder, threads(1), command="", console=QUIET)
+    return rows_of(folder)
+
+
+def test_a_study_has_a_row_a_trial_and_joint_with_the_promised_columns(reference):
+    assert list(reference.columns)[: len(CONTRACT)] == CONTRACT
+    assert reference["trial"].tolist() == np.repeat(np.arange(12), 6).tolist()
+    assert reference["joint"].tolist() == list(range(1, 7)) * 12
+    assert (reference["seed"] == reference["trial"] + 5).all()
+    found = reference[reference["identifiable"]]
+    np.testing.assert_allclose(found["rel_error"], found["estimate"] / found["true"] - 1.0, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found["z"], (found["estimate"] - found["true"]) / found["std"], rtol=1e-9)
+    np.testing.assert_array_equal(
+        reference["true"], [row[f"plant.gain.{row['joint']}"] for _, row in reference.iterrows()]
+    )
+
+
+def test_a_trial_that_fails_is_rows_with_its_reason(reference):
+    heavy = reference[reference["plant.payload.mass"] == 95.0]
+    assert 0 < heavy["trial"].nunique() < 12
+    assert (heavy["failure"] == "Saturated").all()
+    assert heavy["reason"].str.match(r"loaded: drive of joint\d at its limit").all()
+    assert not heavy["passed"].any()
+    assert heavy["estimate"].isna().all()
+    assert reference[reference["plant.payload.mass"] != 95.0]["failure"].isna().all()
+
+
+def test_a_row_s_seed_repeats_its_trial(reference, scenario, capsys):
+    row = reference[reference["identifiable"]].iloc[0]
+    main(["run", str(scenario), "--seed", str(row["seed"]), "--json"])
+    again = json.loads(capsys.readouterr().out)["gains"][row["joint"] - 1]
+    assert (again["true"], again["estimate"], again["std"]) == (row["true"], row["estimate"], row["std"])
+
+
+def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, reference, tmp_path):
+    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
+    carry_out(study, tmp_path, threads(2), command="", console=QUIET)
+    assert len(list((tmp_path / "trials").iterdir())) > 4
+    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
+
+
+class Dying(Executor):
+    """Workers of which every one dies at trial 3."""
+
+    def submit(self, function, task, /) -> Future:
+        future = Future()
+        if any(trial.number == 3 for trial in task.trials):
+            future.set_exception(OSError("out of memory"))
+        else:
+            future.set_result(function(task))
+        return future
+
+
+def test_trials_whose_worker_dies_are_rows_that_say_so(scenario, reference, tmp_path):
+    study = monte_carlo(load_scenario(str(scenario)), 6, seed=5)
+    carry_out(study, tmp_path, Workers(Dying, lambda: 1, OSError), command="", console=QUIET)
+    rows = rows_of(tmp_path)
+    died = rows["failure"] == "WorkerDied"
+    assert set(rows[died]["trial"]) == {2, 3}  # they were one chunk
+    assert (rows[died]["reason"] == "its worker died").all()
+    assert (tmp_path / "trials" / "00000002-00000003.lost.parquet").is_file()
+    same = rows[~died].reset_index(drop=True)
+    expected = reference[reference["trial"].isin(same["trial"])].reset_index(drop=True)
+    pd.testing.assert_frame_equal(same, expected, check_exact=True)
+
+
+def test_trials_lost_with_their_worker_are_tried_again_by_the_same_command(scenario, reference, tmp_path):
+    study = monte_carlo(load_scenario(str(scenario)), 6, seed=5)
+    carry_out(study, tmp_path, Workers(Dying, lambda: 1, OSError), command="", console=QUIET)
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "trials").glob("*[0-9].parquet")}
+    carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept  # what was finished is not done again
+    expected = reference[reference["trial"] < 6].reset_index(drop=True)
+    pd.testing.assert_frame_equal(rows_of(tmp_path), expected, check_exact=True)
+
+
+def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_is_not(
+    scenario, reference, tmp_path, monkeypatch
+):
+    def failing(prepared, seed):
+        if seed == 6:
+            raise MemoryError("no room for trial 1")
+        return drawn_settings(prepared, seed)
+
+    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
+    monkeypatch.setattr(module, "CHUNK", 12)
+    monkeypatch.setattr(module, "CHUNKS_EACH", 1)
+    with monkeypatch.context() as patched:
+        patched.setattr(trials, "drawn_settings", failing)
+        carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+    names = sorted(path.name for path in (tmp_path / "trials").iterdir())
+    assert names == ["00000000-00000000.parquet", "00000001-00000001.lost.parquet", "00000002-00000011.parquet"]
+    assert rows_of(tmp_path)["trial"].tolist() == np.repeat(np.arange(12), 6).tolist()
+    carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+    pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
+    assert (rows_of(tmp_path)["failure"] == "Saturated").any()
+
+
+@pytest.mark.parametrize(
+    ("count", "seed", "message"),
+    [
+        (10**8 + 1, 0, "a study has 100000000 trials at most; ask for fewer"),
+        (10**23, 0, "a study has 100000000 trials at most; ask for fewer"),
+        (3, 2**31 - 2, r"3 trials from seed 2147483646 need seeds beyond 2\^31 - 1"),
+    ],
+)
+def test_more_trials_than_a_study_can_have_are_refused(count, seed, message):
+    with pytest.raises(StudyTooLarge, match=message):
+        monte_carlo(load_scenario("nominal"), count, seed)
+
+
+def test_as_many_trials_as_a_study_can_have_are_not():
+    assert monte_carlo(load_scenario("nominal"), 10**8, 5).trial(10**8 - 1).seed == 10**8 + 4
+    assert monte_carlo(load_scenario("nominal"), 2, 2**31 - 2).trial(1).seed == 2**31 - 1
+
+
+def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkeypatch):
+    study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
+    monkeypatch.setattr(tasks, "versions", lambda: {"mujoco": "4.0"})
+    monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
+    with pytest.raises(UnfitWorker, match=r"a worker has mujoco 4\.0, the study was begun with 3\.0"):
+        carry_out(study, tmp_path, threads(1), command="", console=QUIET)
+
+
+def test_an_error_that_nobody_foresaw_costs_its_own_trial_alone(scenario, monkeypatch):
+    def failing(prepared, seed):
+        if seed == 6:
+            raise MemoryError("no room for trial 1")
+        return drawn_settings(prepared, seed)
+
+    loaded = load_scenario(str(scenario))
+    study = monte_carlo(loaded, 4, seed=5)
+    monkeypatch.setattr(trials, "drawn_settings", failing)
+    some = [study.trial(number) for number in range(4)]
+    together = trials.run_trials(loaded, some, study.schema, threads=1).to_pandas()
+    apart = [trials.run_trials(loaded, [trial], study.schema, threads=1).to_pandas() for trial in some]
+    pd.testing.assert_frame_equal(together, pd.concat(apart, ignore_index=True), check_exact=True)
+    assert together.loc[together["failure"] == "MemoryError", "trial"].tolist() == [1] * 6
+
+
+def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scenario):
+    loaded = load_scenario(str(scenario))
+    wrong, good = (
+        trials.Trial(number=number, seed=seed, settings={"plant.payload.mass": mass}, labels={"which": which})
+        for number, seed, mass, which in ((7, 23, -4.5, "built"), (3, 31, 6.9, "simulated"))
+    )
+    schema = trials.trial_schema(loaded, ["plant.payload.mass"], ["which"])
+    table = trials.run_trials(loaded, [wrong, good], schema, threads=1).to_pandas()
+    assert table["trial"].tolist() == [7] * 6 + [3] * 6
+    failed, done = table[:6], table[6:]
+    assert failed["joint"].tolist() == [1, 2, 3, 4, 5, 6]
+    assert failed["tolerance"].tolist() == [0.2, 0.03, 0.03, 0.2, 0.03, 0.03]
+    for column, value in {
+        "seed": 23,
+        "failure": "WrongValue",
+        "identifiable": False,
+        "passed": False,
+        "plant.payload.mass": -4.5,
+        "which": "built",
+    }.items():
+        assert failed[column].tolist() == [value] * 6
+    assert failed["reason"].str.contains(r"plant\.payload\.mass: .* got -4\.5").all()
+    assert failed[["true", "estimate", "std", "rel_error", "z", "payload_std"]].isna().all(axis=None)
+    assert done["failure"].isna().all()
+    assert done["passed"].all()
+
+
+def test_two_trials_that_fail_are_no_pass(tmp_path, capsys):
+    path = quick_scenario(
+        tmp_path, "[plant.payload]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
+    )
+    assert main(["monte-carlo", str(path), "-n", "2", "--jobs", "1", "--out", str(tmp_path / "out")]) == 1
+    output = capsys.readouterr().out
+    assert "2 trials failed: Saturated." in output
+    assert "MISSED on joint 1, 2, 3, 4, 5, 6 (too few trials to judge a pass rate)." in output
+
+
+def test_a_reader_who_leaves_is_no_missed_tolerance():
+    pipe = subprocess.run(
+        ["bash", "-c", f"{sys.executable} -m scenarios list | true; echo ${{PIPESTATUS[0]}}"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert pipe.stdout.strip() in ("141", "0")  # 0 if it had written before the reader left
+    assert pipe.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["-n", "0"], "argument -n: expected 1 or more"),
+        (["-n", "many"], "argument -n: 'many' is no whole number"),
+        (["-n", "5", "--jobs", "1", "--dask", "tcp://127.0.0.1:1"], "not allowed with argument"),
+    ],
+)
+def test_bad_options_are_one_line_and_exit_status_2(scenario, tmp_path, more, message):
+    done = subprocess.run(command(scenario, tmp_path, *more), capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_scheduler_that_is_not_there_is_one_line_and_exit_status_2(scenario, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("scenarios.experiments.workers.dask.PATIENCE", 2.0)
+    words = ["monte-carlo", str(scenario), "--out", str(tmp_path / "study"), "-n", "5", "--dask", "tcp://127.0.0.1:1"]
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no Dask scheduler answers at tcp://127.0.0.1:1" in line
+
+
+def test_a_folder_that_cannot_be_made_is_one_line_and_exit_status_2(scenario, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["monte-carlo", str(scenario), "-n", "2", "--out", str(tmp_path / "file" / "study")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_a_changed_motion_is_another_study(tmp_path):
+    path = quick_scenario(tmp_path)
+    for text in ("", "# another comment is another file\n"):
+        (tmp_path / "short.toml").write_text((tmp_path / "short.toml").read_text() + text)
+        study = monte_carlo(load_scenario(str(path)), 1, seed=0)
+        if text:
+            with pytest.raises(OtherStudy, match=r"another study: scenario\.motions\.short\.toml is"):
+                carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)
+        else:
+            carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)
+
+
+def test_what_is_drawn_makes_another_study_and_what_is_not_does_not(tmp_path):
+    plain, random = (
+        monte_carlo(load_scenario(str(quick_scenario(tmp_path, more))), 1, seed=0) for more in ("", RANDOM)
+    )
+    wider = monte_carlo(
+        load_scenario(str(quick_scenario(tmp_path, RANDOM.replace("scale = 0.1", "scale = 0.2")))), 1, 0
+    )
+    identities = [json.dumps(module.study_identity(study)) for study in (plain, random, wider)]
+    assert len(set(identities)) == 3
+    source = '[sources."one more"]\ntarget = "plant.gain"\ndistribution = "norm"\n'
+    more = monte_carlo(load_scenario(str(quick_scenario(tmp_path, source))), 1, seed=0)
+    assert json.dumps(module.study_identity(more)) == identities[0]  # Monte Carlo draws no sources
+
+
+def test_both_motions_and_every_sensor_have_noise_of_their_own():
+    pair = [[motion[name].random() for name in STREAMS] for motion in motion_streams(5, {}, 2)]
+    again = [[motion[name].random() for name in STREAMS] for motion in motion_streams(5, {"white": 9}, 2)]
+    assert len({number for motion in pair for number in motion}) == 2 * len(STREAMS)
+    changed = {STREAMS[k] for m in range(2) for k in range(len(STREAMS)) if pair[m][k] != again[m][k]}
+    assert changed == {"white"}
+    assert again[0][STREAMS.index("white")] != again[1][STREAMS.index("white")]
+
+
+def test_a_scenario_that_cannot_run_at_all_is_an_error_not_a_failed_study(tmp_path, capsys):
+    path = quick_scenario(tmp_path, '[random.it]\ntarget = "plant.gian"\ndistribution = "norm"\n')
+    assert main(["monte-carlo", str(path), "-n", "2", "--out", str(tmp_path / "out")]) == 2
+    assert "no 'gian' in plant; did you mean 'gain'?" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_trial_is_refused_where_the_run_of_its_seed_is(tmp_path, monkeypatch):
+    wrong = Diagnosis(name="x", severity=Severity.WRONG, sentence="joints 2 and 3 are off", joints=(1, 2))
+    monkeypatch.setattr(identification, "symptoms", lambda estimate, causes: Diagnosed(diagnoses=(wrong,)))
+    scenario = load_scenario(str(quick_scenario(tmp_path, method="nls")))
+    refused = run(bench(scenario), 3).estimate.joints
+    assert [each.reason for each in refused[1:3]] == [wrong.sentence] * 2
+    rows = trials.run_trials(
+        scenario, [trials.Trial(number=0, seed=3)], trials.trial_schema(scenario, (), ()), threads=1
+    ).to_pandas()
+    assert rows["identifiable"].tolist() == [isinstance(each, IdentifiedGain) for each in refused]
+    assert rows["reason"][1:3].tolist() == [wrong.sentence] * 2

@@ -1,0 +1,240 @@
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from printed import printed
+from quick import quick_scenario
+
+from scenarios.cli import main
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.studies.budget import budgets, sobol_indices
+from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity
+from scenarios.experiments.studies.sources import settings_with, sources_of
+from scenarios.experiments.studies.study import study_identity
+from scenarios.reports.content import Paragraph
+from scenarios.reports.sensitivity import BudgetResult, sensitivity_report, silent_sources
+from scenarios.support.errors import NoDesign, NoSources
+
+
+def two_sources(folder: Path) -> Scenario:
+    path = folder / "two.toml"
+    names = "\n".join(
+        f'[sources.{name}]\ntarget = "{target}"\n{rest}'
+        for name, target, rest in (
+            ("mass", "plant.payload.mass", 'distribution = "norm"\nparameters = { scale = 0.1 }\napply = "add"'),
+            ("white", "experiment.sensors.current_white", 'stream = "white"\noff = 0.0'),
+        )
+    )
+    # `extends` would bring the sources of the scenario it extends along.
+    from scenarios.experiments.files.tables import CATALOG
+
+    method = '[identification]\nmethod = "ls-2011"\n'
+    path.write_text((CATALOG / "nominal.toml").read_text().partition("# Error sources")[0] + method + names)
+    return load_scenario(str(path))
+
+
+def test_the_built_in_scenarios_declare_sources_that_can_be_switched():
+    for name in ("nominal", "paper-noise"):
+        sources = sources_of(load_scenario(name))
+        assert len(sources.names) >= 16
+        switched = settings_with(sources, {})
+        settings = switched.settings
+        assert switched.streams == {}
+        assert settings["experiment.sensors.current_white"] == 0.0
+        assert settings["plant.payload.mass"] == 7.025
+        half = {k: np.full(w, 0.5) for k, w in sources.width.items()}
+        noises = {"encoder", "white", "coloured", "clock", "current_sensor", "drive_clocks", "samples"}
+        assert set(settings_with(sources, half).streams) == noises
+
+
+def test_a_source_alone_moves_its_own_places_and_no_other(tmp_path):
+    sources = sources_of(two_sources(tmp_path))
+    off = settings_with(sources, {}).settings
+    heavy = settings_with(sources, {"mass": np.array([0.8])}).settings
+    assert heavy["plant.payload.mass"] != off["plant.payload.mass"] == 7.025
+    assert heavy["experiment.sensors.current_white"] == 0.0
+    noisy = settings_with(sources, {"white": np.array([0.25])})
+    assert noisy.settings == {"plant.payload.mass": 7.025, "experiment.sensors.current_white": 0.05}
+    assert noisy.streams == {"white": 2**29}
+
+
+def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
+    study = sensitivity(two_sources(tmp_path), repeats=4, samples=8, seed=3)
+    trials = [study.trial(number) for number in range(study.count)]
+    labels = pd.DataFrame([trial.labels for trial in trials])
+    counts = labels.value_counts(["design", "source"])
+    assert counts[ALONE, NONE] == 1
+    assert counts[ALONE, "mass"] == counts[ALONE, "white"] == 4
+    assert counts[ALONE, ALL] == 16
+    assert [counts[SOBOL, source] for source in ("A", "B", "mass", "white")] == [8] * 4
+    assert study.count == 1 + 2 * 4 + 16 + 4 * 8
+    rows = {(t.labels["source"], t.labels["sample"]): t for t in trials if t.labels["design"] == SOBOL}
+    for sample in map(str, range(8)):
+        A, B, mass, white = (rows[source, sample] for source in ("A", "B", "mass", "white"))
+        place = "plant.payload.mass"
+        assert mass.settings[place] == B.settings[place] != A.settings[place] == white.settings[place]
+        assert white.streams == B.streams != A.streams == mass.streams
+
+
+@pytest.mark.parametrize("number", [0, 1, 3, 12, 2**17, 2**40])
+def test_numbers_that_are_no_power_of_two_are_refused(number):
+    with pytest.raises(NoDesign, match=f"samples = {number}: expected a power of 2"):
+        sensitivity(load_scenario("nominal"), repeats=4, samples=number, seed=0)
+
+
+def test_a_scenario_without_sources_is_refused(tmp_path):
+    plain = two_sources(tmp_path)
+    bare = Scenario(plain.name, plain.folder, plain.table.model_copy(update={"sources": {}}))
+    with pytest.raises(NoSources, match="declares no error sources"):
+        sensitivity(bare, repeats=4, samples=4, seed=0)
+
+
+def test_the_command_makes_a_budget_of_both_sources(tmp_path, capsys):
+    quick_scenario(tmp_path)
+    path = tmp_path / "two.toml"
+    two_sources(tmp_path)
+    text = path.read_text().replace('motion = "drive-gains"', 'motion = "short.toml"')
+    path.write_text(text.replace("[true, true, true, true, true, false]", "[true, true, true, false, true, false]"))
+    words = ["sensitivity", str(path), "--repeats", "2", "--samples", "4", "--seed", "3", "--jobs", "1"]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 0
+    rows = pd.read_parquet(tmp_path / "out" / "trials")
+    assert rows["trial"].nunique() == 1 + 2 * (2 + 4) + 4 * 4
+    assert set(rows["source"]) == {NONE, ALL, "mass", "white", "A", "B"}
+    alone = rows[(rows["design"] == ALONE) & (rows["source"] == "mass")]
+    assert (alone["plant.payload.mass"] != 7.025).all()
+    assert (alone["experiment.sensors.current_white"] == 0.0).all()
+    output = capsys.readouterr().out
+    assert "29 trials, 2 error sources" in output
+    assert "mass" in output
+    assert "white" in output
+    assert main([*words, "--out", str(tmp_path / "out"), "--json"]) == 0  # nothing is left to run
+    assert printed(capsys, "sensitivity")["trials"] == 29
+
+
+def test_sobol_indices_of_a_sum_and_a_product_are_the_known_ones(rng):
+    # y = 2 a + b + c d with unit normal inputs: variance 4 + 1 + 1; c and d have total order 1/6 and no first order.
+    def y(x: np.ndarray) -> np.ndarray:
+        return 2 * x[:, 0] + x[:, 1] + x[:, 2] * x[:, 3]
+
+    n = 2**13
+    A, B = rng.normal(size=(2, n, 4))
+    AB = []
+    for k in range(4):
+        mixed = A.copy()
+        mixed[:, k] = B[:, k]
+        AB.append(y(mixed))
+    first, total = sobol_indices(y(A), y(B), np.array(AB), seed=0)
+    # 8192 samples know an index to about 0.02; four of them.
+    np.testing.assert_allclose([i.value for i in first], [4 / 6, 1 / 6, 0, 0], atol=0.08)
+    np.testing.assert_allclose([i.value for i in total], [4 / 6, 1 / 6, 1 / 6, 1 / 6], atol=0.08)
+    for index in (*first, *total):
+        assert index.low <= index.value <= index.high
+
+
+def rows_of(study, error) -> pd.DataFrame:
+    """Rows as a study would write them, for a made-up error of joint 1."""
+    rows = []
+    for number in range(study.count):
+        trial = study.trial(number)
+        rows.append({"trial": number, "joint": 1, **trial.labels, "rel_error": error(trial)})
+    return pd.DataFrame(rows)
+
+
+def made_up(trial) -> float:
+    """The mass error itself, and a hundredth of a number from the seed of the noise."""
+    noise = (trial.streams["white"] / 2**31 - 0.5) if trial.streams else 0.0
+    return (trial.settings["plant.payload.mass"] - 7.025) + 0.01 * noise
+
+
+def test_the_budget_finds_the_costs_that_were_put_in(tmp_path):
+    study = sensitivity(two_sources(tmp_path), repeats=64, samples=256, seed=1)
+    (budget,) = budgets(rows_of(study, made_up), ["mass", "white"], [1], seed=0)
+    mass, white = budget.costs
+    assert (mass.source, white.source) == ("mass", "white")
+    # Scrambled Sobol points of 64 are far better than random ones, which would know a deviation to 9 %.
+    np.testing.assert_allclose(mass.rms.value, 0.1, rtol=0.05)
+    np.testing.assert_allclose(white.rms.value, 0.01 / np.sqrt(12), rtol=0.05)
+    np.testing.assert_allclose(budget.together, budget.summed, rtol=0.05)  # a sum of independent errors
+    assert budget.floor == 0.0
+    assert budget.samples == 256
+    np.testing.assert_allclose(mass.total.value, 1.0, atol=0.15)
+    assert white.total.value < 0.01
+    assert budget.lost == 0
+
+
+def test_lost_trials_shorten_the_sobol_design_and_are_counted(tmp_path):
+    study = sensitivity(two_sources(tmp_path), repeats=4, samples=16, seed=1)
+    rows = rows_of(study, made_up)
+    lost = rows.index[(rows["design"] == SOBOL) & (rows["source"] == "mass") & (rows["sample"] == "3")]
+    rows.loc[lost, "rel_error"] = np.nan
+    (budget,) = budgets(rows, ["mass", "white"], [1], seed=0)
+    assert (budget.samples, budget.lost) == (8, 1)
+    rows["rel_error"] = np.nan
+    (budget,) = budgets(rows, ["mass", "white"], [1], seed=0)
+    assert budget.costs == ()
+    assert (budget.samples, budget.floor) == (0, None)
+
+
+def test_first_and_total_order_of_an_interaction_stand_where_they_belong(tmp_path):
+    # A product of two independent errors of mean zero: alone neither costs anything, together each is all of it.
+    def product(trial) -> float:
+        white = (trial.streams["white"] / 2**31 - 0.5) if trial.streams else 0.0
+        return (trial.settings["plant.payload.mass"] - 7.025) * white
+
+    study = sensitivity(two_sources(tmp_path), repeats=4, samples=256, seed=1)
+    (budget,) = budgets(rows_of(study, product), ["mass", "white"], [1], seed=0)
+    for cost in budget.costs:
+        # Of 256 scrambled Sobol points an index is known to some 0.1.
+        assert abs(cost.first.value) < 0.3
+        assert cost.total.value > 0.7
+
+
+def test_motions_that_a_source_chooses_from_are_part_of_the_study(tmp_path):
+    from scenarios.experiments.files.tables import CATALOG
+
+    motion = (CATALOG / "motions" / "drive-gains.toml").read_text()
+    (tmp_path / "other.toml").write_text(motion)
+    path = tmp_path / "chooses.toml"
+    source = '[sources.motion]\ntarget = "experiment.motion"\nchoice = ["drive-gains", "other.toml"]\n'
+    path.write_text((CATALOG / "nominal.toml").read_text().partition("# Error sources")[0] + source)
+    study = sensitivity(load_scenario(str(path)), repeats=2, samples=2, seed=3)
+    before = study_identity(study)
+    (tmp_path / "other.toml").write_text(motion + "# another\n")
+    assert study_identity(study) != before
+
+
+def test_a_source_without_a_single_gain_is_named(tmp_path):
+    scenario = two_sources(tmp_path)
+    rows = pd.DataFrame(
+        [
+            {"joint": 2, "design": ALONE, "source": source, "sample": "0", "rel_error": error}
+            for source, error in ((NONE, 0.001), (ALL, 0.02), ("mass", 0.013), ("white", np.nan))
+        ]
+    )
+    (budget,) = budgets(rows, ["mass", "white"], [2], seed=0)
+    report = sensitivity_report(BudgetResult(scenario=scenario, trials=4, budgets=(budget,)))
+    words = [part.text for part in report.parts if isinstance(part, Paragraph)]
+    assert "No trial gave a gain with one of these alone, so their cost is unknown: white." in words
+    assert report.document["joints"][0]["silent"] == ["white"]
+    assert silent_sources(budgets(rows.fillna(0.01), ["mass", "white"], [2], seed=0)[0], scenario) == []
+
+
+def test_what_to_buy_down_first_stands_out(tmp_path):
+    scenario = two_sources(tmp_path)
+    study = sensitivity(scenario, repeats=4, samples=8, seed=1)
+    rows = rows_of(study, lambda trial: trial.settings["plant.payload.mass"] - 7.025)
+    found = budgets(rows, ["mass", "white"], [1], seed=0)
+    report = sensitivity_report(BudgetResult(scenario=scenario, trials=study.count, budgets=tuple(found)))
+    strong = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
+    assert strong == ["Buy down first: mass (joint 1)."]
+
+
+def test_shares_add_up_to_one_and_intervals_hold_their_value_however_small_the_errors(tmp_path):
+    study = sensitivity(two_sources(tmp_path), repeats=64, samples=8, seed=1)
+    (budget,) = budgets(rows_of(study, lambda trial: 1e-3 * made_up(trial)), ["mass", "white"], [1], seed=0)
+    squares = np.array([cost.rms.value for cost in budget.costs]) ** 2
+    np.testing.assert_allclose([cost.share for cost in budget.costs], squares / squares.sum(), rtol=1e-12)
+    for cost in budget.costs:
+        assert cost.rms.low < cost.rms.value < cost.rms.high

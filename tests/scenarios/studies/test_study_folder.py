@@ -1,0 +1,181 @@
+import json
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pytest
+
+from scenarios.experiments.studies.folder import _refuse_other, study_folder
+from scenarios.experiments.studies.parts import LOST, WHOLE, Part
+from scenarios.support.errors import DamagedFolder, FolderInUse, ForeignFolder, OtherStudy
+
+IDENTITY = {"study": "monte-carlo", "scenario": {"name": "x", "table": {"plant": {"gain": [1.0, 2.0]}}}, "seed": 0}
+
+
+def opened(path, identity=IDENTITY, count=10):
+    return study_folder(path, identity, count=count, command="rx90 x", rows_per_trial=2)
+
+
+def whole(first: int, last: int) -> Part:
+    return Part(range(first, last + 1), WHOLE)
+
+
+def lost(first: int, last: int) -> Part:
+    return Part(range(first, last + 1), LOST)
+
+
+def part(first: int, last: int) -> pa.Table:
+    numbers = np.repeat(np.arange(first, last + 1), 2)
+    return pa.table({"trial": numbers, "joint": np.tile([1, 2], last - first + 1), "z": numbers + 0.5})
+
+
+def test_what_is_written_is_there_and_the_rest_is_missing(tmp_path):
+    with opened(tmp_path / "study") as folder:
+        folder.write_part(whole(4, 5), part(4, 5))
+        folder.write_part(whole(0, 2), part(0, 2))
+        assert folder.missing(8) == [range(3, 4), range(6, 8)]
+    with opened(tmp_path / "study") as folder:
+        assert folder.missing(6) == [range(3, 4)]
+        table = folder.table()
+    assert table["trial"].tolist() == [0, 0, 1, 1, 2, 2, 4, 4, 5, 5]
+    pd.testing.assert_frame_equal(
+        table, pd.read_parquet(tmp_path / "study" / "trials").sort_values(["trial", "joint"], ignore_index=True)
+    )
+
+
+def test_lost_trials_are_there_for_readers_and_missing_for_the_next_to_work(tmp_path):
+    with opened(tmp_path) as folder:
+        folder.write_part(whole(0, 2), part(0, 2))
+        folder.write_part(lost(3, 4), part(3, 4))
+        folder.write_part(whole(5, 5), part(5, 5))
+    assert sorted(set(pd.read_parquet(tmp_path / "trials")["trial"])) == [0, 1, 2, 3, 4, 5]
+    with opened(tmp_path) as folder:
+        assert folder.missing(8) == [range(3, 5), range(6, 8)]
+        assert folder.table()["trial"].tolist() == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]
+        folder.forget_lost()
+        assert folder.table()["trial"].tolist() == [0, 0, 1, 1, 2, 2, 5, 5]
+        folder.write_part(whole(3, 4), part(3, 4))
+        assert folder.missing(6) == []
+
+
+def test_a_hundred_million_missing_trials_take_no_memory(tmp_path):
+    with opened(tmp_path) as folder:
+        folder.write_part(whole(7, 7), part(7, 7))
+        assert folder.missing(10**8) == [range(7), range(8, 10**8)]
+
+
+def test_the_record_names_scenario_seed_versions_and_command(tmp_path):
+    with opened(tmp_path):
+        record = json.loads((tmp_path / "study.json").read_text())
+    assert record["scenario"] == IDENTITY["scenario"]
+    assert (record["seed"], record["trials"], record["command"]) == (0, 10, "rx90 x")
+    assert {"python", "mujoco", "numpy", "pin"} <= set(record["versions"])
+
+
+def test_a_study_can_grow_and_its_record_keeps_the_largest_number(tmp_path):
+    for count in (10, 30, 20):
+        with opened(tmp_path, count=count):
+            pass
+    assert json.loads((tmp_path / "study.json").read_text())["trials"] == 30
+
+
+def test_the_folder_of_another_study_is_refused_with_the_difference(tmp_path):
+    with opened(tmp_path):
+        pass
+    other = json.loads(json.dumps(IDENTITY))
+    other["scenario"]["table"]["plant"]["gain"] = [1.0, 3.0]
+    with (
+        pytest.raises(OtherStudy, match=r"another study: scenario\.table\.plant\.gain is \[1\.0, 2\.0\] there and \[1"),
+        opened(tmp_path, other),
+    ):
+        pass
+    record = json.loads((tmp_path / "study.json").read_text())
+    record["versions"]["mujoco"] = "3.0"
+    (tmp_path / "study.json").write_text(json.dumps(record))
+    with pytest.raises(OtherStudy, match=r'versions\.mujoco is "3\.0" there'), opened(tmp_path):
+        pass
+
+
+def test_a_folder_that_is_no_study_is_refused_and_left_alone(tmp_path):
+    (tmp_path / "thesis.tex").write_text("x")
+    with pytest.raises(ForeignFolder, match=r"holds 'thesis\.tex' but no study\.json"), opened(tmp_path):
+        pass
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", '{"trials": "many"}'])
+def test_a_damaged_record_is_refused(tmp_path, text):
+    (tmp_path / "study.json").write_text(text)
+    with pytest.raises(DamagedFolder, match=r"study\.json: not the record of a study"), opened(tmp_path):
+        pass
+
+
+def test_strange_or_damaged_parts_are_refused(tmp_path):
+    with opened(tmp_path) as folder:
+        for name in ("notes.parquet", "notes.txt"):
+            (folder.trials / name).write_bytes(b"x")
+            with pytest.raises(ForeignFolder, match=rf"{name}: no part of a study; move it away"):
+                folder.parts()
+            (folder.trials / name).unlink()
+        folder.write_part(whole(0, 2), part(0, 2).slice(0, 5))
+        with pytest.raises(DamagedFolder, match="5 rows, not those of trials 0 to 2"):
+            folder.parts()
+
+
+def test_a_part_under_another_name_or_twice_is_refused(tmp_path):
+    with opened(tmp_path) as folder:
+        folder.write_part(whole(0, 3), part(0, 3))
+        good = folder.trials / "00000000-00000003.parquet"
+        for name in ("00000004-00000007.parquet", "0-3.parquet", "00000000-00000003.copy.parquet", "00000000-00000003"):
+            (folder.trials / name).write_bytes(good.read_bytes())
+            with pytest.raises(DamagedFolder, match=rf"{name}: holds trials 0 to 3; move it away"):
+                folder.missing(10)
+            (folder.trials / name).unlink()
+        folder.write_part(whole(3, 4), part(3, 4))
+        with pytest.raises(DamagedFolder, match=r"00000003-00000004\.parquet: its trials are in 0"):
+            folder.missing(10)
+
+
+def test_one_study_is_open_in_one_place_at_a_time(tmp_path):
+    with opened(tmp_path), pytest.raises(FolderInUse, match="another process is at work"), opened(tmp_path):
+        pass
+
+
+def test_what_a_crash_left_half_written_is_cleared_away(tmp_path):
+    with opened(tmp_path) as folder:
+        folder.write_part(whole(0, 0), part(0, 0))
+    (tmp_path / ".unfinished").write_bytes(b"half a part")
+    with opened(tmp_path) as folder:
+        assert folder.missing(2) == [range(1, 2)]
+        assert not (tmp_path / ".unfinished").exists()
+
+
+def test_a_full_disk_is_one_line_and_the_finished_parts_stay(tmp_path):
+    # A limit on the size of files stands in for a full disk: the same failing write.
+    code = (
+        "import resource, signal, sys\n"
+        "sys.path.insert(0, sys.argv[2])\n"
+        "from pathlib import Path\n"
+        "from test_study_folder import opened, part, whole\n"
+        "with opened(Path(sys.argv[1])) as folder:\n"
+        "    folder.write_part(whole(0, 0), part(0, 0))\n"
+        "    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "    resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))\n"
+        "    folder.write_part(whole(1, 1), part(1, 1))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path), str(__file__).rpartition("/")[0]], capture_output=True, text=True
+    )
+    assert "00000001-00000001.parquet: cannot be written: File too large; what is finished is kept" in done.stderr
+    assert [path.name for path in (tmp_path / "trials").iterdir()] == ["00000000-00000000.parquet"]
+    assert not (tmp_path / ".unfinished").exists()
+
+
+@pytest.mark.parametrize(("there", "here"), [({"gain": 0.9}, None), (None, {"gain": 0.9}), ({"gain": 0.9}, 2.5)])
+def test_a_table_that_another_study_has_no_table_for_is_a_difference_like_any_other(tmp_path, there, here):
+    words = [re.escape("absent" if x is None else json.dumps(x)) for x in (there, here)]
+    with pytest.raises(OtherStudy, match=rf"another study: table\.plant is {words[0]} there and {words[1]} here"):
+        _refuse_other(tmp_path, {"table": {"plant": there}}, {"table": {"plant": here}})

@@ -1,0 +1,286 @@
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
+from scipy import signal
+
+import rx90_mjcf
+from ident.payload.payload import standard_parameters
+from sim import effects as effects_package
+from sim import feedforward_currents as needed_module
+from sim.compile import lean_model
+from sim.effects import EFFECTS, ModelErrors
+from sim.errors import LooseTransmission, NoCurrent, SequenceError
+from sim.feedforward_currents import inertia_along, states_of
+from sim.feedforward_currents import needed_currents as needed_in_turn
+from sim.plant import PayloadBody
+from sim.record import record
+from sim.rigid import frictionless
+from sim.sensors import SensorOptions
+
+RATE = 200.0
+BODY = PayloadBody(mass=5.3, com=(0.05, -0.03, 0.14), inertia=(0.0125, 0.0118, 0.009, 0.0006, -0.0004, 0.0003))
+GAIN = np.array([-0.9, 1.2, 1.1, 0.8, -1.3, 1.4])
+COMPLIANCE = (2e-5, 2.5e-5, 6e-5, 1e-4, 1.2e-4, 2e-4)
+SPLINE = 2e-4
+"""Largest error of a spline through 20 samples a period of the fastest harmonic, as a share of the largest torque."""
+
+
+def plant_with(**errors):
+    return nominal_plant(BODY, ModelErrors(**errors), gain=GAIN)
+
+
+def motion_of(loaded: bool = True, earlier: int = 0, **errors):
+    return experiment(plant=plant_with(**errors), loaded=loaded, earlier=earlier, trajectory=short_motion(4.0, 0.2))
+
+
+def arm_with_payload() -> pin.Model:
+    arm = pin.buildModelFromMJCF(str(rx90_mjcf.MJCF))
+    arm.armature = np.zeros(6)
+    chi = standard_parameters(BODY.mass, BODY.com, BODY.inertia)[[9, 6, 7, 8, 0, 1, 3, 2, 4, 5]]
+    arm.appendBodyToJoint(6, pin.Inertia.FromDynamicParameters(chi), pin.SE3.Identity())
+    return arm
+
+
+def needed_currents(motion, rate):
+    return needed_in_turn([motion], rate)[0]
+
+
+def states(motion, rate=RATE):
+    t = states_of(motion.trajectory, rate).t
+    return t, *motion.trajectory(t)
+
+
+def link_torque(q, dq, ddq):
+    arm = arm_with_payload()
+    data = arm.createData()
+    return np.array([pin.rnea(arm, data, *each) for each in zip(q, dq, ddq, strict=True)])
+
+
+def drive_torque(motion, v):
+    """Torque behind amplifier offset and asymmetry, before friction."""
+    d = motion.plant.drives
+    return d.gain * (v - d.amplifier_offset) - d.coulomb_asymmetry
+
+
+def rigid_torque(motion):
+    _, q, dq, ddq = states(motion)
+    return link_torque(q, dq, ddq) + motion.plant.drives.rotor_inertia * ddq
+
+
+def check(torque, expected):
+    np.testing.assert_allclose(torque, expected, rtol=0, atol=SPLINE * np.abs(expected).max())
+
+
+def test_a_plain_plant_needs_pinocchio_s_torque_its_rotors_and_its_friction():
+    motion, d = motion_of(), RX90.drives
+    _, _, dq, _ = states(motion)
+    expected = rigid_torque(motion) + d.viscous_friction * dq + d.coulomb_friction * np.sign(dq)
+    check(drive_torque(motion, needed_currents(motion, RATE)), expected)
+
+
+def friction_of(motion):
+    """Torque beside links and rotors: what friction is."""
+    return drive_torque(motion, needed_currents(motion, RATE)) - rigid_torque(motion)
+
+
+def test_friction_of_a_later_motion_has_drifted_once_a_motion_before():
+    d, (_, _, dq, _) = RX90.drives, states(motion_of())
+    expected = 1.05**2 * d.coulomb_friction * np.sign(dq) + 0.97**2 * d.viscous_friction * dq
+    found = friction_of(motion_of(earlier=2, coulomb_drift=0.05, viscous_drift=-0.03))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=SPLINE * np.abs(rigid_torque(motion_of())).max())
+
+
+def test_friction_by_direction_and_near_standstill_is_that_of_its_equation():
+    d, (_, _, dq, _) = RX90.drives, states(motion_of())
+    found = friction_of(motion_of(coulomb_by_direction=0.3, viscous_by_direction=-0.2, stribeck=0.15))
+    dry = d.coulomb_friction * (1.0 + 0.15 * np.exp(-((dq / 0.1) ** 2))) * (1.0 + 0.15 * np.sign(dq))
+    expected = dry * np.sign(dq) + d.viscous_friction * (1.0 - 0.1 * np.sign(dq)) * dq
+    np.testing.assert_allclose(found, expected, rtol=0, atol=SPLINE * np.abs(rigid_torque(motion_of())).max())
+
+
+def test_load_friction_takes_its_share_of_the_torque_that_the_current_gives():
+    c, d, motion = 0.07, RX90.drives, motion_of(load_friction=0.07)
+    _, _, dq, _ = states(motion)
+    plain = rigid_torque(motion) + d.viscous_friction * dq + d.coulomb_friction * np.sign(dq)
+    motor = drive_torque(motion, needed_currents(motion, RATE)) + d.coulomb_asymmetry  # g (v - v0)
+    # c |motor| sign(dq) + plain + Fcoff = motor: 1 - c where the motor drives, 1 + c where it brakes.
+    driving = np.sign(plain + d.coulomb_asymmetry) * np.sign(dq)
+    check(motor, (plain + d.coulomb_asymmetry) / (1.0 - c * driving))
+
+
+def test_friction_by_transmitted_torque_takes_its_share_of_what_the_links_take_over():
+    d, (_, q, dq, ddq) = RX90.drives, states(motion_of())
+    dry = d.coulomb_friction + 0.08 * np.abs(link_torque(q, dq, ddq))
+    found = friction_of(motion_of(transmitted_friction=0.08))
+    expected = dry * np.sign(dq) + d.viscous_friction * dq
+    np.testing.assert_allclose(found, expected, rtol=0, atol=SPLINE * np.abs(rigid_torque(motion_of())).max())
+
+
+def test_friction_that_eats_all_torque_is_refused():
+    with pytest.raises(NoCurrent, match="motion: no current moves the arm: friction grows with it"):
+        needed_currents(motion_of(load_friction=1.3), RATE)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"load_friction": 0.07, "stribeck": 0.15},
+        {"presliding": 4e-3, "wrist_coupling": 0.4, "transmitted_friction": 0.08},
+        {"motor_warming": 70.0, "warming_time": 3.0, "gain_by_temperature": -0.003, "viscous_by_temperature": -0.02},
+        {"cogging": 0.02, "torque_ripple": 0.04, "motor_waves": 9.0, "viscous_curve": 0.6},
+    ],
+    ids=" ".join,
+)
+def test_an_effect_that_is_asked_moment_by_moment_gives_the_same(effects, monkeypatch):
+    motion = motion_of(**effects)
+    at_once = needed_currents(motion, 50.0)
+    slow = {name: replace(effect, instant=False, along=None) for name, effect in EFFECTS.items()}
+    monkeypatch.setattr(needed_module, "EFFECTS", slow)
+    np.testing.assert_allclose(needed_currents(motion, 50.0), at_once, rtol=1e-12)  # rounding
+    assert effects_package.EFFECTS is EFFECTS
+
+
+def test_links_behind_elastic_transmissions_give_way_by_what_they_carry():
+    motion = motion_of(joint_compliance=COMPLIANCE)
+    slow = 30.0  # what gives way in turns must lie below the resonances
+    t, q, dq, ddq = states(motion, slow)
+    d, C = RX90.drives, np.array(COMPLIANCE)
+    lag = 0.1 * np.sqrt(C * d.rotor_inertia)  # damping over stiffness [s]: 2 zeta sqrt(Ke Ia) / Ke, zeta = 0.05
+    period, inner = t[1] - t[0], slice(None, -1)
+    q, dq, ddq = q[inner], dq[inner], ddq[inner]
+
+    def rate(x, order):
+        w = 2j * np.pi * np.fft.rfftfreq(len(x), period)[:, None]
+        return np.fft.irfft(w**order * np.fft.rfft(x, axis=0), len(x), axis=0)
+
+    carried = link_torque(q, dq, ddq)
+    for _ in range(6):  # by a thirtieth of itself each
+        w = 2j * np.pi * np.fft.rfftfreq(len(q), period)[:, None]
+        give = np.fft.irfft(C * np.fft.rfft(carried, axis=0) / (1.0 + lag * w), len(q), axis=0)
+        carried = link_torque(q - give, dq - rate(give, 1), ddq - rate(give, 2))
+    friction = d.viscous_friction * dq + d.coulomb_friction * np.sign(dq)
+    found = drive_torque(motion, needed_currents(motion, slow))[inner]
+    stiff = link_torque(q, dq, ddq) + d.rotor_inertia * ddq + friction
+    difference = carried + d.rotor_inertia * ddq + friction - stiff
+    # The difference is what counts; yielding four times leaves 1 % of it.
+    assert np.abs(difference).max() > 0.5
+    np.testing.assert_allclose(found - stiff, difference, rtol=0, atol=0.03 * np.abs(difference).max())
+
+
+def test_the_inertia_along_a_motion_is_pinocchio_s_with_rotors():
+    motion = motion_of()
+    arm, (_, q, _, _) = arm_with_payload(), states(motion)
+    found = inertia_along(motion, RATE)
+    data = arm.createData()
+    expected = np.empty_like(found)
+    for k, each in enumerate(q):
+        M = np.triu(pin.crba(arm, data, each))
+        expected[k] = M + np.triu(M, 1).T + np.diag(RX90.drives.rotor_inertia)
+    # Straight lines between ten samples a period: their sag is (pi / 10)^2 / 2 of what varies.
+    np.testing.assert_allclose(found, expected, rtol=0, atol=0.05 * np.ptp(expected, axis=0).max())
+
+
+def test_plants_that_differ_in_friction_and_drives_alone_share_their_rigid_model():
+    def rigid(loaded=True, **changes):
+        return frictionless(lean_model(nominal_plant(BODY, **changes), loaded=loaded, step=1e-3))
+
+    assert rigid() == rigid(gain=GAIN, coulomb_friction=2.0 * RX90.drives.coulomb_friction)
+    assert rigid() != rigid(loaded=False)
+    assert rigid() != rigid(rotor_inertia=1.01 * RX90.drives.rotor_inertia)
+
+
+def test_a_payload_counts_where_it_is_mounted_and_only_there():
+    def needed(loaded, mass):
+        motion = motion_of(loaded=loaded)
+        plant = replace(motion.plant, payload=replace(BODY, mass=mass))
+        return needed_currents(replace(motion, plant=plant), RATE)
+
+    np.testing.assert_array_equal(needed(False, 2.3), needed(False, 3.1))
+    assert np.abs(needed(True, 2.3) - needed(True, 3.1)).max() > 1.0
+
+
+def driven(motions):
+    """What is logged of motions under a controller that knows the drives: as good as perfect."""
+    believed = replace(BELIEF, gain=tuple(GAIN.tolist()))
+    silent = [replace(each, sensors=SensorOptions(), belief=believed) for each in motions]
+    return [recording.v for recording in record(silent, streams(*range(len(silent))), threads=1)]
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"transmitted_friction": 0.08},
+        {"presliding": 8e-3},
+        {"viscous_curve": 0.6},
+        {"torque_ripple": 0.04, "cogging": 0.01, "motor_waves": 9.0},
+    ],
+    ids=" ".join,
+)
+def test_what_a_motion_needs_is_what_a_closed_loop_commands(effects):
+    plain, rich = (motion_of(**each) for each in ({}, effects))
+    loop = np.subtract(*(driven([each])[0] for each in (rich, plain)))
+    needed = needed_currents(rich, 1000.0) - needed_currents(plain, 1000.0)
+    # Below 10 Hz, as identification looks at it, on the joints whose loops keep up with friction that jumps.
+    low = signal.butter(2, 10.0, fs=1000.0, output="sos")
+    loop, needed = (signal.sosfiltfilt(low, each, axis=0)[200:-200, :3] for each in (loop, needed))
+    share = np.sum(loop * needed, axis=0) / np.sum(needed**2, axis=0)
+    alike = np.sum(loop * needed, axis=0) / np.linalg.norm(loop, axis=0) / np.linalg.norm(needed, axis=0)
+    np.testing.assert_allclose(share, 1.0, rtol=0.08)
+    assert (alike > 0.85).all()
+
+
+def test_drives_are_as_warm_as_the_motions_before_and_the_warm_up_have_left_them():
+    hot = {"motor_warming": 300.0, "warming_time": 7.0, "gain_by_temperature": -0.003, "viscous_by_temperature": -0.02}
+    motions = [
+        replace(motion_of(loaded=bool(k), earlier=k, **hot), name=f"motion {k}", warm_up=11.0, pause=2.0)
+        for k in range(3)
+    ]
+    needed = needed_in_turn(motions, 200.0)
+    cold = [needed_in_turn([replace(motion_of(loaded=bool(k)), warm_up=11.0)], 200.0)[0] for k in range(3)]
+    simulated, without = driven(motions), driven([motion_of(loaded=bool(k), earlier=k) for k in range(3)])
+    for one, other, found, plain in zip(needed, cold, simulated, without, strict=True):
+        warmth = np.sum((one - other) * other, axis=0) / np.sum(other**2, axis=0)
+        expected = np.sum((found - plain) * plain, axis=0) / np.sum(plain**2, axis=0)
+        assert np.abs(expected).max() > 0.02
+        np.testing.assert_allclose(warmth, expected, rtol=0.03, atol=1e-3)
+    with pytest.raises(SequenceError, match="the experiment before it is not the motion before it"):
+        needed_in_turn(motions[1:], 200.0)
+
+
+def warming_up(plain, drives, x):
+    """Currents of drives that weaken by 0.4 % a kelvin, beside those of cold ones, and how warm they become [K]."""
+    v = np.empty_like(plain)
+    for k, cold in enumerate(plain):
+        v[k] = drives.amplifier_offset + (cold - drives.amplifier_offset) / (1.0 - 0.004 * x)
+        settled = 300.0 * (v[k] / drives.current_limit) ** 2
+        x = settled + (x - settled) * np.exp(-1.0 / RATE / 2.5)
+    return v, x
+
+
+def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_pause():
+    hot = {"motor_warming": 300.0, "warming_time": 2.5, "gain_by_temperature": -0.004}
+    motions = [
+        replace(motion_of(loaded=bool(k), earlier=k, **hot), name=f"motion {k}", warm_up=3.1, pause=0.7)
+        for k in range(2)
+    ]
+    d, x = motions[0].plant.drives, np.zeros(6)
+    bare, loaded = (needed_currents(motion_of(loaded=each), RATE) for each in (False, True))
+    for share in (0.5, 1.0):  # a warm-up under the load of its middle
+        load = np.mean((warming_up(bare, d, x)[0] / d.current_limit) ** 2, axis=0)
+        x = 300.0 * load * (1.0 - np.exp(-share * 3.1 / 2.5))
+    expected = list[np.ndarray]()
+    for plain in (bare, loaded):
+        v, x = warming_up(plain, d, x)
+        expected.append(v)
+        x = x * np.exp(-0.7 / 2.5)
+    for found, v, plain in zip(needed_in_turn(motions, RATE), expected, (bare, loaded), strict=True):
+        assert np.abs(v - plain).max() > 0.01 * np.abs(plain).max()
+        np.testing.assert_allclose(found, v, rtol=0, atol=1e-8 * np.abs(v).max())  # a search that ends at 1e-10
+
+
+def test_play_that_a_motion_goes_through_is_refused():
+    with pytest.raises(LooseTransmission, match="joint 1 hangs loose in its backlash"):
+        needed_currents(motion_of(joint_compliance=COMPLIANCE, backlash=1e-3), RATE)

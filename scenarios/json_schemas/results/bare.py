@@ -4,10 +4,10 @@ from pydantic import Field
 
 from scenarios.gains_in_use.model_update.link_document import Links
 from scenarios.json_schemas.results.diagnoses import Diagnosed
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class BareParameter(OpenObject):
+class BareParameter(ResultModel):
     """A parameter that bare motions show.
 
     Attributes:
@@ -23,7 +23,7 @@ class BareParameter(OpenObject):
     std: float
 
 
-class BareJoint(OpenObject):
+class BareJoint(ResultModel):
     """A joint's gain over that of the reference joint, and its friction in drive units.
 
     Attributes:
@@ -48,7 +48,7 @@ class BareJoint(OpenObject):
     friction: list[BareParameter]
 
 
-class ExpectedJoint(OpenObject):
+class ExpectedJoint(ResultModel):
     """What a payload would make of a joint's gain.
 
     Attributes:
@@ -62,7 +62,7 @@ class ExpectedJoint(OpenObject):
     reason: str | None
 
 
-class ExpectedGains(OpenObject):
+class ExpectedGains(ResultModel):
     """What to expect of the gains if the same motions were repeated with a payload.
 
     Attributes:

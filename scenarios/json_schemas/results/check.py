@@ -5,10 +5,10 @@ from typing import Literal
 from pydantic import Field
 
 from scenarios.json_schemas.results.diagnoses import Diagnosed
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class CheckLine(OpenObject):
+class CheckLine(ResultModel):
     """A line of a check; `log` and `joint` are null where it is about all of them.
 
     Attributes:
@@ -28,7 +28,7 @@ class CheckLine(OpenObject):
     advice: str | None
 
 
-class CheckJoint(OpenObject):
+class CheckJoint(ResultModel):
     """How a joint moved in a log.
 
     Attributes:
@@ -49,7 +49,7 @@ class CheckJoint(OpenObject):
     current_rms: float = Field(ge=0.0, description="[drive units]")
 
 
-class CheckLog(OpenObject):
+class CheckLog(ResultModel):
     """A log; without joints if it cannot be filtered.
 
     Attributes:
@@ -61,7 +61,7 @@ class CheckLog(OpenObject):
     joints: list[CheckJoint]
 
 
-class CheckReadings(OpenObject):
+class CheckReadings(ResultModel):
     """Other readings of all logs together."""
 
     better: list[str] = Field(description="that predict the currents better than the logs as they are")

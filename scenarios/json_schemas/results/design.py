@@ -2,10 +2,10 @@
 
 from pydantic import Field
 
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class NewRobot(OpenObject):
+class NewRobot(ResultModel):
     """What `rx90 new-robot --json` prints.
 
     Attributes:
@@ -24,7 +24,7 @@ class NewRobot(OpenObject):
     files: list[str]
 
 
-class DesignedJoint(OpenObject):
+class DesignedJoint(ResultModel):
     """What a joint sees of a payload.
 
     Attributes:
@@ -42,7 +42,7 @@ class DesignedJoint(OpenObject):
     shown: bool
 
 
-class DesignedPayload(OpenObject):
+class DesignedPayload(ResultModel):
     """A payload and what the joints see of it.
 
     Attributes:
@@ -54,7 +54,7 @@ class DesignedPayload(OpenObject):
     joints: list[DesignedJoint]
 
 
-class PayloadDesign(OpenObject):
+class PayloadDesign(ResultModel):
     """What `rx90 payload --json` prints.
 
     Attributes:

@@ -4,10 +4,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class DiagnosisEffect(OpenObject):
+class DiagnosisEffect(ResultModel):
     """What a fault does to a gain; to the joint's current where `deviations` is null.
 
     Attributes:
@@ -21,7 +21,7 @@ class DiagnosisEffect(OpenObject):
     deviations: float | None
 
 
-class ResultDiagnosis(OpenObject):
+class ResultDiagnosis(ResultModel):
     """One thing that was looked at, and what was found.
 
     Attributes:
@@ -54,7 +54,7 @@ class ResultDiagnosis(OpenObject):
     asked: bool
 
 
-class ResultExclusion(OpenObject):
+class ResultExclusion(ResultModel):
     """A family of faults that the logs exclude.
 
     Attributes:
@@ -70,7 +70,7 @@ class ResultExclusion(OpenObject):
     unit: str | None
 
 
-class Diagnosed(OpenObject):
+class Diagnosed(ResultModel):
     """What is said of logs and of an estimate.
 
     Attributes:

@@ -3,10 +3,10 @@
 from pydantic import Field
 
 from scenarios.gains_in_use.model_update.places import Change
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class Torques(OpenObject):
+class Torques(ResultModel):
     """What `rx90 torque --json` prints.
 
     Attributes:
@@ -21,7 +21,7 @@ class Torques(OpenObject):
     notes: list[str] = Field(description="on gains that look odd")
 
 
-class Patched(OpenObject):
+class Patched(ResultModel):
     """What `rx90 patch --json` prints.
 
     Attributes:
@@ -37,7 +37,7 @@ class Patched(OpenObject):
     notes: list[str]
 
 
-class Moved(OpenObject):
+class Moved(ResultModel):
     """A gain that may have changed, by its logarithm.
 
     Attributes:
@@ -65,7 +65,7 @@ class MovedJoint(Moved):
     apart: Moved
 
 
-class ChiSquare(OpenObject):
+class ChiSquare(ResultModel):
     """A test of all joints together.
 
     Attributes:
@@ -79,7 +79,7 @@ class ChiSquare(OpenObject):
     p: float
 
 
-class GainComparison(OpenObject):
+class GainComparison(ResultModel):
     """What `rx90 compare-gains --json` prints.
 
     Attributes:

@@ -2,10 +2,10 @@
 
 from pydantic import Field
 
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class ListedScenario(OpenObject):
+class ListedScenario(ResultModel):
     """A built-in scenario.
 
     Attributes:
@@ -17,7 +17,7 @@ class ListedScenario(OpenObject):
     description: str
 
 
-class ListedScenarios(OpenObject):
+class ListedScenarios(ResultModel):
     """What `rx90 list --json` prints.
 
     Attributes:
@@ -27,7 +27,7 @@ class ListedScenarios(OpenObject):
     scenarios: list[ListedScenario]
 
 
-class Written(OpenObject):
+class Written(ResultModel):
     """What `rx90 recipe --json` and `rx90 view --render FILE --json` print."""
 
     out: str = Field(description="the file that was written")

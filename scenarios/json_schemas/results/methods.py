@@ -4,10 +4,10 @@ from pydantic import Field
 
 from scenarios.benchmark.comparison.statistics import MethodSummary
 from scenarios.benchmark.methods.answers import AnswerRow
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class ComparedScenario(OpenObject):
+class ComparedScenario(ResultModel):
     """How methods did on a scenario.
 
     Attributes:
@@ -23,7 +23,7 @@ class ComparedScenario(OpenObject):
     methods: list[MethodSummary]
 
 
-class Comparison(OpenObject):
+class Comparison(ResultModel):
     """What `rx90 compare --json` prints of scenarios, and with --open of sealed problems.
 
     Attributes:
@@ -35,7 +35,7 @@ class Comparison(OpenObject):
     scenarios: list[ComparedScenario]
 
 
-class Answers(OpenObject):
+class Answers(ResultModel):
     """What `rx90 compare --json` prints of problem folders.
 
     Attributes:
@@ -45,7 +45,7 @@ class Answers(OpenObject):
     answers: list[AnswerRow]
 
 
-class KeptPromise(OpenObject):
+class KeptPromise(ResultModel):
     """A promise that any method should keep.
 
     Attributes:
@@ -58,7 +58,7 @@ class KeptPromise(OpenObject):
     kept: bool
 
 
-class Contract(OpenObject):
+class Contract(ResultModel):
     """What `rx90 compare --check M --json` prints.
 
     Attributes:
@@ -72,7 +72,7 @@ class Contract(OpenObject):
     checks: list[KeptPromise]
 
 
-class SealedProblems(OpenObject):
+class SealedProblems(ResultModel):
     """What `rx90 compare --seal DIR --json` prints.
 
     Attributes:

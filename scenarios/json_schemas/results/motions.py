@@ -2,10 +2,10 @@
 
 from pydantic import Field
 
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class Converted(OpenObject):
+class Converted(ResultModel):
     """What `rx90 convert --json` prints.
 
     Attributes:
@@ -29,7 +29,7 @@ class Converted(OpenObject):
     notes: list[str]
 
 
-class Sampled(OpenObject):
+class Sampled(ResultModel):
     """What `rx90 trajectory --json` prints; a number a joint.
 
     Attributes:
@@ -50,7 +50,7 @@ class Sampled(OpenObject):
     beyond_limits: list[str]
 
 
-class Searched(OpenObject):
+class Searched(ResultModel):
     """What `rx90 excite --json` prints.
 
     Attributes:

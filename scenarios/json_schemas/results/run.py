@@ -5,10 +5,10 @@ from typing import Any
 from pydantic import Field
 
 from scenarios.json_schemas.results.diagnoses import Diagnosed
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class ResultGain(OpenObject):
+class ResultGain(ResultModel):
     """One joint's gain; what needs a truth is null where there is none.
 
     Attributes:
@@ -47,7 +47,7 @@ class ResultGain(OpenObject):
     predicted_rel_std: float | None = None
 
 
-class ResultFit(OpenObject):
+class ResultFit(ResultModel):
     """How well the data are explained.
 
     Attributes:
@@ -65,7 +65,7 @@ class ResultFit(OpenObject):
     sigma: float
 
 
-class ResultTiming(OpenObject):
+class ResultTiming(ResultModel):
     """Wall times [s].
 
     Attributes:
@@ -77,7 +77,7 @@ class ResultTiming(OpenObject):
     identify_s: float
 
 
-class ResultFinding(OpenObject):
+class ResultFinding(ResultModel):
     """A diagnosis that was compared by its predictions of the currents, in short.
 
     Attributes:

@@ -5,10 +5,10 @@ from pydantic import Field
 from scenarios.experiments.studies.budget import SourceCost
 from scenarios.experiments.studies.statistics import JointStatistics
 from scenarios.json_schemas.results.diagnoses import ResultExclusion
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class Cost(OpenObject):
+class Cost(ResultModel):
     """What an error source costs a gain, as shares of it.
 
     Attributes:
@@ -24,7 +24,7 @@ class Cost(OpenObject):
     rms: float
 
 
-class PredictedBudgetJoint(OpenObject):
+class PredictedBudgetJoint(ResultModel):
     """A joint's budget.
 
     Attributes:
@@ -41,7 +41,7 @@ class PredictedBudgetJoint(OpenObject):
     within: float = Field(description="probability that the error is within the tolerance")
 
 
-class PredictedBudget(OpenObject):
+class PredictedBudget(ResultModel):
     """What `rx90 predict --json` prints.
 
     Attributes:
@@ -65,7 +65,7 @@ class PredictedBudget(OpenObject):
     untold: list[str]
 
 
-class StudyResult(OpenObject):
+class StudyResult(ResultModel):
     """What `rx90 monte-carlo --json` prints.
 
     Attributes:
@@ -84,7 +84,7 @@ class StudyResult(OpenObject):
     failures: dict[str, int] = Field(description="trials without any estimate, by kind")
 
 
-class BudgetJoint(OpenObject):
+class BudgetJoint(ResultModel):
     """What a joint's gain errs by, as shares of it.
 
     Attributes:
@@ -107,7 +107,7 @@ class BudgetJoint(OpenObject):
     silent: list[str] = Field(description="sources none of whose own trials gave the joint a gain")
 
 
-class Budget(OpenObject):
+class Budget(ResultModel):
     """What `rx90 sensitivity --json` prints.
 
     Attributes:
@@ -121,7 +121,7 @@ class Budget(OpenObject):
     joints: list[BudgetJoint]
 
 
-class Claim(OpenObject):
+class Claim(ResultModel):
     """A claim of the paper.
 
     Attributes:
@@ -133,7 +133,7 @@ class Claim(OpenObject):
     holds: bool
 
 
-class PaperGain(OpenObject):
+class PaperGain(ResultModel):
     """The drive gain of one joint by eq. 27.
 
     Attributes:
@@ -153,7 +153,7 @@ class PaperGain(OpenObject):
     reason: str | None
 
 
-class PaperFit(OpenObject):
+class PaperFit(ResultModel):
     """How well a case explains its rows (table 4).
 
     Attributes:
@@ -173,7 +173,7 @@ class PaperFit(OpenObject):
     sigma: float
 
 
-class PaperPayload(OpenObject):
+class PaperPayload(ResultModel):
     """A payload identified with given gains.
 
     Attributes:
@@ -200,7 +200,7 @@ class PaperCase(PaperPayload):
     case: int = Field(ge=1)
 
 
-class PaperResult(OpenObject):
+class PaperResult(ResultModel):
     """What `rx90 paper --json` prints.
 
     Attributes:

@@ -3,10 +3,10 @@
 from pydantic import Field
 
 from scenarios.json_schemas.results.diagnoses import Diagnosed
-from scenarios.json_schemas.results.open_object import OpenObject
+from scenarios.support.result_model import ResultModel
 
 
-class Deviations(OpenObject):
+class Deviations(ResultModel):
     """A number and what its deviation is made of; null where the data do not show it.
 
     Attributes:
@@ -73,7 +73,7 @@ class Weighed(Deviations):
     reason: str | None
 
 
-class Departure(OpenObject):
+class Departure(ResultModel):
     """A joint whose mass departs from that of the others.
 
     Attributes:
@@ -87,7 +87,7 @@ class Departure(OpenObject):
     rel_std: float
 
 
-class CommonError(OpenObject):
+class CommonError(ResultModel):
     """A mass on which joints agree, and which the scale does not say: no single gain is to blame.
 
     Attributes:
@@ -126,7 +126,7 @@ class Verification(Diagnosed):
     notes: list[str]
 
 
-class PredictedJoint(OpenObject):
+class PredictedJoint(ResultModel):
     """How well a joint's currents are predicted from other parts of the motions.
 
     Attributes:

@@ -9,7 +9,8 @@ from ident.diagnosis.excitation import excitation, predicted_rel_std
 from ident.diagnosis.friction_sign import friction_sign
 from ident.diagnosis.gain_symptoms import symptoms
 from ident.diagnosis.joint_limits import beyond_reach
-from ident.diagnosis.plausibility import check_joints
+from ident.diagnosis.link_masses import link_mass_consistency
+from ident.diagnosis.plausibility import check_joints, check_load
 from ident.diagnosis.samples.motion import JointMotion, joint_motions
 from ident.diagnosis.samples.temperature import Warmth, temperature
 from ident.estimation.estimate import GainEstimate
@@ -66,6 +67,7 @@ def check(
     about: Array | None = None,
     warmths: Sequence[Warmth] = (),
     undelay: bool = False,
+    links: Array | None = None,
 ) -> Checked:
     """Check recordings of one arm.
 
@@ -79,6 +81,8 @@ def check(
         about: What the gains are about [N m / drive unit], shape (n,), None where nobody knows.
         warmths: Temperatures of those that have them.
         undelay: Whether a delay of the currents that is common to all of them is measured and undone.
+        links: Standard parameters of every link as its model draws it, shape (n, 10), to hold the gains against; None
+            where nobody knows them.
 
     Raises:
         RecordingError: If a recording has other joints than the arm.
@@ -105,15 +109,20 @@ def check(
     if payload is not None and about is not None and not with_payload[0]:
         predicted = predicted_rel_std(problem.motions[0].observation, payload, about, gains)
         found.append(excitation(prepared.motions[0].recording.name, predicted, gains))
-    estimate = None
-    if loaded is not None and any(loaded) and not all(loaded):
+    estimate, refused = None, None
+    if any(with_payload) and not all(with_payload):
         try:
             estimate = _estimate(problem)
-        except IdentificationError:
-            estimate = None  # what is wrong with the logs is said all the same
+            check_load(estimate)
+        except IdentificationError as error:
+            refused = error
     doubts = diagnose(prepared.logs(), estimate, _estimate)
     told = joined(doubts, Diagnosed(diagnoses=tuple(found)))
-    told = told if estimate is None else joined(told, symptoms(estimate, told))
+    if estimate is not None:
+        weight = None if links is None else link_mass_consistency(problem, estimate, links)
+        told = joined(told, symptoms(estimate, told), more=() if weight is None else (weight,))
+    if refused is not None and told.severity is not Severity.WRONG:  # a cause is said instead of what follows from it
+        told = joined(told, more=(Diagnosis(name="load", severity=Severity.WRONG, sentence=str(refused)),))
     return Checked(logs=logs, found=told, observing=prepared.observing)
 
 

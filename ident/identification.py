@@ -104,6 +104,8 @@ def identify_motions(
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:
         raise_for(prepared, diagnose(prepared.logs()) if policy.doubt else Diagnosed())
+        if prepared.diagnoses:
+            raise type(error)(f"{error}; {prepared.diagnoses[0].sentence}") from error
         raise error
     if policy.doubt:
         found = diagnose(prepared.logs(), estimate, again)

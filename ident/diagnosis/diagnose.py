@@ -69,7 +69,7 @@ def horizon(logs: Logs) -> Diagnosed:
 
 def _horizon(seen: Survey, base: Stated | None) -> Diagnosed:
     excluded = (*exclusions(seen), *(() if base is None else centres_excluded(base)))
-    return Diagnosed(excluded=excluded, untold=tuple(untold(seen, excluded)))
+    return Diagnosed(excluded=excluded, untold=tuple(untold(seen, base)))
 
 
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:

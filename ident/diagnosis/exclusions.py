@@ -129,12 +129,12 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
             yield Exclusion(family=family, sentence=f"{words}{many}")
 
 
-def untold(seen: Survey, excluded: Sequence[Exclusion] = ()) -> Iterator[str]:
+def untold(seen: Survey, base: Stated | None = None) -> Iterator[str]:
     """What cannot be checked from these logs: by joint, then the rest.
 
     Args:
         seen: What all alternatives say of them.
-        excluded: What they exclude.
+        base: What was found from them, for how much it matters; None where nothing was.
     """
     open_ones = [each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE]
     n = seen.logs.structure.arm.n
@@ -146,13 +146,29 @@ def untold(seen: Survey, excluded: Sequence[Exclusion] = ()) -> Iterator[str]:
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
             what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
             yield f"half a turn of q{j + 1}" if half else f"{what} of q{j + 1}"
-    for scales in (each for each in excluded if each.family == "current scale" and each.joints):
-        open_scales = [j for j in range(n) if j not in scales.joints]
-        if open_scales:
-            yield f"scale of v{_numbers(open_scales)} in one log"
-    rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family != "clock"]
+    yield from _open_scales(seen, base)
+    bounded = {each for each in SIZED if _sizes(seen, each, of_joints=False, one_log=False)} | {"clock"}
+    rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family not in bounded]
     if rest:
         yield f"whether {_few([each.words for each in rest])}"
+
+
+def _open_scales(seen: Survey, base: Stated | None) -> Iterator[str]:
+    """Scales of currents in one log that are not bounded, and what a hundredth of one moves a gain by."""
+    for of_joints, words in ((True, "scale of v{joints} in one log"), (False, "scale of all currents in one log")):
+        own = [each for each in seen.directions if each.family == "current scale" and bool(each.joints) == of_joints]
+        bounded = _sizes(seen, "current scale", of_joints=of_joints, one_log=True)
+        own = [each for each in own if (each.joints, "%") not in bounded]
+        if own:
+            moved = 0.0 if base is None else _moved_by_a_hundredth(own, base)
+            matters = f" (1 % moves a gain by {moved:.2g} %)" if moved else ""
+            yield f"{words.format(joints=_numbers(sorted({j for each in own for j in each.joints})))}{matters}"
+
+
+def _moved_by_a_hundredth(scales: Sequence[Direction], base: Stated) -> float:
+    """Largest change of a gain [%] by 1 % of any of the scales."""
+    found = (effect for each in scales for effect in base.effects(0.01 * base.stacked(each.columns)[:, 0]))
+    return max((abs(effect.percent) for effect in found), default=0.0)
 
 
 def _loss(each: Screened) -> float:

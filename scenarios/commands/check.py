@@ -50,6 +50,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.recordings.motion import Motion
     from ident.recordings.temperatures import read_temperatures
     from scenarios.experiments.named_robot import named_robot
+    from scenarios.gains_in_use.model_masses import model_links
     from scenarios.reports.check import check_report
     from scenarios.results.log_folder import Done
     from scenarios.support.errors import WrongFiles
@@ -81,6 +82,7 @@ def main(options: argparse.Namespace) -> Status:
             about=robot.gain,
             warmths=warmths,
             undelay=policy_of(options).undelay,
+            links=model_links(robot.model, robot.flange) if options.loaded else None,
         )
     report = check_report(checked, robot.structure.arm, every=options.all)
     if saving is not None:

@@ -46,7 +46,8 @@ def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
         more = f" and {len(diagnosis.rivals) - 1} more" if diagnosis.rivals[1:] else ""
         return f"{place}{diagnosis.sentence}. It may as well be: {diagnosis.rivals[0]}{more}."
     advice = "" if diagnosis.advice is None else f" {diagnosis.advice[0].upper()}{diagnosis.advice[1:]}."
-    return f"{place}{diagnosis.sentence}.{advice}"
+    stop = "" if diagnosis.sentence.endswith("?") else "."
+    return f"{place}{diagnosis.sentence}{stop}{advice}"
 
 
 def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool = False) -> list[Paragraph]:

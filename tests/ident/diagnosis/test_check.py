@@ -1,8 +1,11 @@
 """A check of several logs: what it says, in which order, of what it cannot filter."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from known_logs import BRICK, UR_GAIN
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, known_logs, ur_like
+from pinocchio_arms import standard_parameters_of
 
 from ident.check import check, worst_first
 from ident.diagnosis.diagnosis import Diagnosis, Severity
@@ -80,6 +83,29 @@ def test_lost_and_repeated_samples_spoil_the_rows_beside_them(ur_log):
     rows[600] = 599
     again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows])
     np.testing.assert_array_equal(np.flatnonzero(SPOILING["repeated samples"](again).any(axis=1)), [599, 600])
+
+
+@pytest.mark.parametrize("payloads", [(None, None), (BRICK, BRICK)])
+def test_a_payload_that_was_never_mounted_or_never_taken_off_is_wrong(ur, payloads):
+    logs = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(4), middle=UR_MIDDLE)
+    other = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(5), middle=UR_MIDDLE)
+    pair = [logs[payloads[0] is not None], other[payloads[1] is not None]]
+    found = check(pair, ur, observing=OPTIONS, gains=LIMITS, loaded=[False, True], payload=BRICK).found
+    assert found.diagnoses[0].name == "load"
+    assert found.diagnoses[0].severity is Severity.WRONG
+    sound = check(list(logs), ur, observing=OPTIONS, gains=LIMITS, loaded=[False, True], payload=BRICK).found
+    assert sound.severity is not Severity.WRONG
+
+
+def test_masses_of_a_model_that_gains_contradict_are_said(ur):
+    logs = known_logs(ur_like(), BRICK, UR_GAIN, np.random.default_rng(4), middle=UR_MIDDLE)
+    asked = {"observing": OPTIONS, "gains": LIMITS, "loaded": [False, True]}
+    links = standard_parameters_of(ur_like())
+    heavier = replace(BRICK, mass=2.2 * BRICK.mass, inertia=tuple(2.2 * each for each in BRICK.inertia))
+    for payload, doubted in ((BRICK, False), (heavier, True)):
+        found = check(list(logs), ur, payload=payload, links=links, **asked).found
+        weight = next(each for each in found.diagnoses if each.name == "link masses")
+        assert (weight.severity is not Severity.GOOD) == doubted
 
 
 def test_how_well_a_payload_will_show_is_predicted_of_a_first_log_that_is_bare(ur, ur_log):

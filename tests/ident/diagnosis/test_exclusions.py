@@ -16,6 +16,7 @@ from ident.diagnosis.estimate_model import Stated, stated
 from ident.diagnosis.exclusions import SIZES, SURELY_WORSE, bound, centres_excluded, exclusions, untold
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.screening import Screened
+from ident.estimation.estimate import GainEstimate
 from ident.payload.payload import Payload
 
 
@@ -27,6 +28,10 @@ def logs(ur) -> Logs:
 @pytest.fixture(scope="module")
 def seen(logs) -> Survey:
     return survey(logs)
+
+
+def gains_of(estimate: GainEstimate) -> np.ndarray:
+    return np.array([each.value for each in estimate.joints])
 
 
 def direction(seen: Survey, family: str, joints: tuple[int, ...], logs: tuple[int, ...] = (0, 1)):
@@ -98,11 +103,51 @@ def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):
     assert scales.sentence == f"errors of one current's scale in one log beyond {each} %"
 
 
-def test_a_scale_that_is_not_excluded_is_said_to_be_untold(seen):
-    scales = next(each for each in exclusions(seen) if each.family == "current scale")
-    some = replace(scales, joints=(0, 2, 3))
-    assert "scale of v2, 5, 6 in one log" in list(untold(seen, [some]))
-    assert not any(each.startswith("scale") for each in untold(seen, [replace(scales, joints=tuple(range(6)))]))
+def test_a_scale_that_is_not_excluded_is_said_to_be_untold_with_what_it_moves(axes):
+    recorded = logs_of(Truth(), seed=3)
+    logs = doubted(axes, recorded)
+    seen, base = survey(logs), stated(logs.problem, all_joints(logs.problem))
+    plain = [each for each in untold(seen) if each.startswith("scale")]
+    faint = [
+        replace(each, columns=tuple(None if own is None else 1e-6 * own for own in each.columns))
+        for each in seen.directions
+        if each.family == "current scale" and each.joints in ((), (0,), (2,))
+    ]
+    others = [each for each in seen.directions if each.joints not in ((), (0,), (2,))]
+    assert plain == ["scale of v1 to 3 in one log", "scale of all currents in one log"]  # nothing excludes them
+    bounded = replace(seen, directions=(*faint, *others))
+    assert "scale of v1 to 3 in one log" in list(untold(bounded))
+    by_one_percent = []
+    for joint in range(3):
+        v = recorded[1].v.copy()
+        v[:, joint] *= 1.01
+        scaled = [recorded[0], replace(recorded[1], v=v)]
+        moved = gains_of(all_joints(problem_of(axes, scaled))) / gains_of(base.estimate) - 1.0
+        by_one_percent.append(100.0 * np.abs(moved).max())
+    told = next(each for each in untold(seen, base) if each.startswith("scale of v"))
+    np.testing.assert_allclose(float(told.split()[-2]), max(by_one_percent), rtol=0.1)
+
+
+def test_a_scale_that_is_excluded_is_not_said_to_be_untold(seen):
+    large = [
+        replace(each, columns=tuple(None if own is None else 1e3 * own for own in each.columns))
+        for each in seen.directions
+        if each.family == "current scale" and each.joints != (4,)
+    ]
+    rest = [each for each in seen.directions if each.family == "current scale" and each.joints == (4,)]
+    faint = [replace(each, columns=tuple(None if x is None else 1e-6 * x for x in each.columns)) for each in rest]
+    assert [each for each in untold(replace(seen, directions=(*large, *faint))) if "scale" in each] == [
+        "scale of v5 in one log"
+    ]
+
+
+def test_what_is_bounded_is_not_said_to_be_untold(seen):
+    lengths = [each for each in seen.gross if each.alternative.family == "lengths"]
+    assert lengths
+    kept = replace(seen, gross=tuple(replace(each, gain=0.0 * each.gain) for each in lengths))
+    assert not any(each.startswith("whether") for each in untold(kept))
+    open_ones = [each for each in seen.directions if each.family != "lengths"]
+    assert any(each.startswith("whether") for each in untold(replace(kept, directions=tuple(open_ones))))
 
 
 def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not(seen):
@@ -135,7 +180,7 @@ def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
     def said(*hidden: float) -> list[str]:
         gain = {size: -0.9 if size in hidden else -1.1 for size in zeros}
         gross = tuple(Screened(each, np.array([SURELY_WORSE * gain[size]])) for size, each in zeros.items())
-        return list(untold(replace(seen, gross=gross)))
+        return list(untold(replace(seen, gross=gross, directions=())))
 
     assert said(-180.0) == ["half a turn of q5"]
     assert said(-180.0, 90.0) == ["zero of q5"]

@@ -50,6 +50,7 @@ pictures: .venv/ready  # needs an off-screen OpenGL, MUJOCO_GL=egl or osmesa
 	$(BIN)/python docs/arm.py
 	$(BIN)/python docs/case.py
 	$(BIN)/python docs/accuracy.py
+	$(BIN)/python docs/architecture.py
 
 excitation: .venv/ready  # random against searched motions, on every built-in robot; ten minutes, goes on from what out/excitation holds
 	$(BIN)/python docs/excitation.py

@@ -116,6 +116,7 @@ def followed(plain, tmp_path_factory) -> Followed:
         savemat(work / f"{new}.mat", {"t": log.t, "q": log.q, "v": log.v})
     shutil.copy(rx90_mjcf.MJCF, work / "arm.xml")
     write_recording(Recording(log.t, -log.q, log.v), work / "mirrored.parquet")
+    write_recording(Recording(log.t[700:], log.q[700:], log.v[700:]), work / "late.parquet")
     for recipe in RECIPES.values():
         follow(recipe, packages, work)
     shutil.copy(plain.bench.scenario.folder / "short.toml", packages / "scenarios/catalog/motions/drive-gains.toml")
@@ -128,6 +129,7 @@ def followed(plain, tmp_path_factory) -> Followed:
         "mirrored": [
             ["rx90", "check", "arm.xml", "bare.parquet", "--loaded", "mirrored.parquet", "--payload", "payload.toml"]
         ],
+        "late": [["rx90", "check", "arm.xml", "late.parquet"]],
         "taken": [["rx90", "run", name, "--json"] for name in TAKEN],
         "help": [["rx90", "identify", "--help"], ["rx90", "monte-carlo", "--help"], ["rx90"]],
     }
@@ -139,6 +141,11 @@ def test_a_fault_of_a_new_family_is_excluded_where_logs_show_it_and_named_where_
     (excluded,) = [line for line in followed.said("fault family").splitlines() if line.startswith("Excluded: ")]
     assert "another handedness" in excluded
     assert "all positions are negated in " in followed.said("mirrored")  # in one log, which is as good as in the other
+
+
+def test_a_check_finds_what_it_looks_for_and_nothing_else(followed):
+    assert "the log begins while" not in followed.said("check")
+    assert re.search(r"^WARNING: the log begins while q\d.* moves\. Start the log", followed.said("late"), re.MULTILINE)
 
 
 def estimates(result: str) -> list[float | None]:
@@ -155,7 +162,16 @@ def slope(x: np.ndarray, y: np.ndarray) -> float:
 
 
 def test_there_is_a_recipe_for_every_kind_at_the_cost_of_two_files():
-    kinds = ("estimator", "uncertainty", "fault family", "log format", "constant effect", "varying effect", "sensor")
+    kinds = (
+        "estimator",
+        "uncertainty",
+        "fault family",
+        "check",
+        "log format",
+        "constant effect",
+        "varying effect",
+        "sensor",
+    )
     costs = dict.fromkeys(kinds, 2)
     costs |= {"robot": 0, "report renderer": 2, "executor": 2, "kind of method": 2, "command": 2}
     assert {name: recipe.cost for name, recipe in RECIPES.items()} == costs

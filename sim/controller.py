@@ -15,10 +15,10 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.support.arrays import Array
+from ident.support.ranges import refuse_outside
 from sim.compile import bare_arm
 from sim.drives import LARGEST
 from sim.errors import ControllerError
-from sim.ranges import refuse_outside
 from sim.silenced_mujoco import quiet
 from sim.trajectory import FourierTrajectory
 
@@ -52,7 +52,7 @@ class ControllerOptions:
         Raises:
             ControllerError: If one is not finite or outside its annotated range.
         """
-        refuse_outside(self, "controller", ControllerError)
+        refuse_outside(self, ControllerError, "controller")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,7 +8,8 @@ from places import ROOT
 ALLOWED = {
     "rx90_mjcf": {"rx90_mjcf"},
     "ident": {"ident"},
-    "sim": {"sim", "rx90_mjcf", "ident.recordings.recording", "ident.support.arrays", "ident.support.toml_files"},
+    "sim": {"sim", "rx90_mjcf", "ident.recordings.recording"}
+    | {f"ident.support.{name}" for name in ("arrays", "ranges", "toml_files")},
     "scenarios": {"scenarios", "sim", "ident", "rx90_mjcf"},
 }
 FOLDERS = {

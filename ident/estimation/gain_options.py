@@ -1,9 +1,14 @@
 """When a gain counts as identifiable, and how its uncertainty is found."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
+
+from annotated_types import Interval, Unit
 
 from ident.estimation.uncertainty import UNCERTAINTIES
-from ident.support.options import NAMES, check_range, unknown_name
+from ident.support.errors import OptionError
+from ident.support.options import NAMES, unknown_name
+from ident.support.ranges import refuse_outside
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,10 +24,10 @@ class GainOptions:
         uncertainty: How the covariance is found.
     """
 
-    max_rel_std: float = 0.1
-    noise_floor: float = 0.05
-    serial_s: float = 1.0
-    rank_tol: float = 1e-7
+    max_rel_std: Annotated[float, Interval(gt=0.0, le=1e6)] = 0.1
+    noise_floor: Annotated[float, Interval(ge=0.0, le=1e3)] = 0.05
+    serial_s: Annotated[float, Interval(ge=0.0, le=1e3), Unit("s")] = 1.0
+    rank_tol: Annotated[float, Interval(gt=0.0, lt=1.0)] = 1e-7
     uncertainty: str = field(default="cautious", metadata={NAMES: UNCERTAINTIES})
 
     def __post_init__(self) -> None:
@@ -31,9 +36,6 @@ class GainOptions:
         Raises:
             OptionError: If one makes no sense.
         """
-        check_range("max_rel_std", self.max_rel_std, above=0.0, upto=1e6)
-        check_range("noise_floor", self.noise_floor, least=0.0, upto=1e3)
-        check_range("serial_s", self.serial_s, least=0.0, upto=1e3, unit="s")
-        check_range("rank_tol", self.rank_tol, above=0.0, below=1.0)
+        refuse_outside(self, OptionError)
         if self.uncertainty not in UNCERTAINTIES:
             raise unknown_name("uncertainty", self.uncertainty, UNCERTAINTIES)

@@ -6,9 +6,11 @@ column, so that every row is still a linear combination of exact equations (pape
 """
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import scipy
+from annotated_types import Interval, Unit
 
 from ident.model.parameters import STANDARD
 from ident.model.regressor import BLOCK, regressor_blocks
@@ -30,7 +32,8 @@ from ident.recordings.intervals import intervals_of
 from ident.recordings.recording import JITTER_TOL, Recording, resampled
 from ident.support.arrays import Array, Indices, Mask, readonly
 from ident.support.errors import OptionError, RecordingError
-from ident.support.options import MEASURED, check_range
+from ident.support.options import MEASURED
+from ident.support.ranges import refuse_outside
 
 PIECE = 128
 """Samples that D is applied to at once: D is banded, and long pieces multiply mostly zeros."""
@@ -63,12 +66,14 @@ class ObserveOptions:
         min_weight: Rows that lose more than the rest of their filter's weight to reversals are left out.
     """
 
-    cutoff_hz: float = 15.0
-    decimation_cutoff_hz: float = 10.0
-    rows_per_second: float = 20.0
-    reversal_speed: float = 0.1
-    current_delay: float = field(default=0.0, metadata={MEASURED: "a delay common to all logs and joints"})
-    min_weight: float = 0.5
+    cutoff_hz: Annotated[float, Interval(ge=1e-3, le=1e5), Unit("Hz")] = 15.0
+    decimation_cutoff_hz: Annotated[float, Interval(ge=1e-3, le=1e5), Unit("Hz")] = 10.0
+    rows_per_second: Annotated[float, Interval(ge=1e-3, le=1e5), Unit("Hz")] = 20.0
+    reversal_speed: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.1
+    current_delay: Annotated[float, Interval(ge=-LONGEST_DELAY, le=LONGEST_DELAY), Unit("s")] = field(
+        default=0.0, metadata={MEASURED: "a delay common to all logs and joints"}
+    )
+    min_weight: Annotated[float, Interval(ge=-1.0, le=1.0)] = 0.5
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -76,11 +81,7 @@ class ObserveOptions:
         Raises:
             OptionError: If one makes no sense.
         """
-        for name in ("cutoff_hz", "decimation_cutoff_hz", "rows_per_second"):
-            check_range(name, getattr(self, name), least=1e-3, upto=1e5, unit="Hz")
-        check_range("reversal_speed", self.reversal_speed, least=0.0, upto=10.0)
-        check_range("current_delay", self.current_delay, least=-LONGEST_DELAY, upto=LONGEST_DELAY, unit="s")
-        check_range("min_weight", self.min_weight, least=-1.0, upto=1.0)
+        refuse_outside(self, OptionError)
         if self.rows_per_second > 3.0 * self.decimation_cutoff_hz:
             raise OptionError(
                 f"rows_per_second = {self.rows_per_second:g}: rows closer than a third of the period of "

@@ -5,8 +5,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import TypeVar, Union, get_args, get_origin, get_type_hints
 
-import numpy as np
-
 from ident.support.errors import OptionError
 from ident.support.naming import nearest
 
@@ -20,43 +18,6 @@ MEASURED = "measured"
 def unknown_name(option: str, value: str, known: Iterable[str]) -> OptionError:
     """What is wrong with an option whose value is none of its names."""
     return OptionError(f"{option} = {value!r}: expected one of {', '.join(known)}{nearest(value, known)}")
-
-
-def check_range(
-    name: str,
-    value: float,
-    *,
-    least: float | None = None,
-    above: float | None = None,
-    below: float | None = None,
-    upto: float | None = None,
-    unit: str = "",
-) -> None:
-    """Refuse a number outside its range, or none.
-
-    Args:
-        name: Of the option.
-        value: To check.
-        least: Smallest value that is allowed.
-        above: Value that it must exceed.
-        below: Value that it must stay under.
-        upto: Largest value that is allowed.
-        unit: Of the numbers, for the message.
-
-    Raises:
-        OptionError: Naming option, value and range.
-    """
-    bounds = {"at least": least, "above": above, "below": below, "at most": upto}
-    fits = (
-        np.isfinite(value)
-        and (least is None or value >= least)
-        and (above is None or value > above)
-        and (below is None or value < below)
-        and (upto is None or value <= upto)
-    )
-    if not fits:
-        wanted = " and ".join(f"{word} {bound:g}" for word, bound in bounds.items() if bound is not None)
-        raise OptionError(f"{name} = {value:g}: expected a number {wanted}{' ' if unit else ''}{unit}")
 
 
 def options_from_table(kind: type[Options], table: Mapping[str, object]) -> Options:

@@ -12,9 +12,9 @@ from typing import Generic, TypeVar
 import mujoco
 
 from ident.support.arrays import Array
+from ident.support.ranges import refuse_outside
 from sim.drives import DriveTruth
 from sim.errors import EffectError
-from sim.ranges import refuse_outside
 from sim.robot import Robot
 
 V = TypeVar("V", contravariant=True)
@@ -30,7 +30,7 @@ class Values:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        refuse_outside(self, "errors", EffectError)
+        refuse_outside(self, EffectError, "errors")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

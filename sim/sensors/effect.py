@@ -12,8 +12,8 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from ident.support.arrays import Array
+from ident.support.ranges import refuse_outside
 from sim.errors import SensorError
-from sim.ranges import refuse_outside
 
 V = TypeVar("V", contravariant=True)
 
@@ -28,7 +28,7 @@ class Values:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        refuse_outside(self, "sensors", SensorError)
+        refuse_outside(self, SensorError, "sensors")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,8 +6,10 @@ through its neighbours.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
+from annotated_types import Interval, Unit
 
 from ident.estimation.all_joints.body import BODIES
 from ident.estimation.all_joints.fixed_terms import fit_as_named
@@ -18,7 +20,8 @@ from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
 from ident.support.errors import OptionError
-from ident.support.options import NAMES, check_range, unknown_name
+from ident.support.options import NAMES, unknown_name
+from ident.support.ranges import refuse_outside
 
 NAME = "nls"
 AUTO = "auto"
@@ -62,9 +65,9 @@ class AllJointsOptions:
     compliance: bool = False
     payload_body: str = field(default="free", metadata={NAMES: BODIES})
     loss: str = field(default="squares", metadata={NAMES: LOSSES})
-    prior_std: float = 1.0
+    prior_std: Annotated[float, Interval(gt=0.0, le=100.0)] = 1.0
     gain_joint: int | None = None
-    gain_value: float | None = None
+    gain_value: Annotated[float | None, Interval(ge=-1e9, le=1e9), Unit("N m / drive unit")] = None
 
     def __post_init__(self) -> None:
         """Check the values.
@@ -75,11 +78,11 @@ class AllJointsOptions:
         for name, known in (("friction", FRICTIONS), ("payload_body", BODIES), ("loss", LOSSES)):
             if getattr(self, name) not in known:
                 raise unknown_name(name, getattr(self, name), known)
-        check_range("prior_std", self.prior_std, above=0.0, upto=100.0)
+        refuse_outside(self, OptionError)
         if (self.gain_joint is None) != (self.gain_value is None):
             raise OptionError("gain_joint and gain_value belong together: the number of a joint and its gain")
-        if self.gain_value is not None:
-            check_range("gain_value", abs(self.gain_value), above=0.0, upto=1e9, unit="N m / drive unit")
+        if self.gain_value == 0.0:
+            raise OptionError("gain_value = 0: expected a gain that is not zero")
 
 
 def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimate:

@@ -37,7 +37,7 @@ def test_without_payload_and_given_gain_the_scale_is_free(bare):
     [
         ({"gain_joint": 3}, "gain_joint and gain_value belong together"),
         ({"gain_value": 3.0}, "gain_joint and gain_value belong together"),
-        ({"gain_joint": 2, "gain_value": 0.0}, "gain_value = 0: expected a number above 0"),
+        ({"gain_joint": 2, "gain_value": 0.0}, "gain_value = 0: expected a gain that is not zero"),
     ],
 )
 def test_half_a_given_gain_is_none(given, words):

@@ -1,12 +1,15 @@
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 import pytest
+from annotated_types import Interval, Unit
 
 from ident.estimation.gain_options import GainOptions
 from ident.observation.observation import ObserveOptions
 from ident.support.errors import OptionError
-from ident.support.options import check_range, options_from_table, options_from_words, table_from_words
+from ident.support.options import options_from_table, options_from_words, table_from_words
+from ident.support.ranges import refuse_outside
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,11 +96,23 @@ def test_options_take_numbers_in_their_range_and_no_others(kind, name, inside, o
             replace(kind(), **{name: value})
 
 
+@dataclass
+class Ranged:
+    delay: Annotated[float, Interval(ge=-0.5, le=2.0), Unit("s")] = 0.3
+    tol: Annotated[float, Interval(gt=0.2, lt=0.7)] = 0.4
+
+
 def test_a_range_says_what_it_wants():
-    with pytest.raises(OptionError, match=r"^delay = 3: expected a number at least 0 and at most 2 s$"):
-        check_range("delay", 3.0, least=0.0, upto=2.0, unit="s")
-    with pytest.raises(OptionError, match=r"^tol = 1: expected a number above 0 and below 1$"):
-        check_range("tol", 1.0, above=0.0, below=1.0)
+    for inside in (Ranged(delay=-0.5), Ranged(delay=2.0), Ranged(tol=0.21), Ranged(tol=0.69)):
+        refuse_outside(inside, OptionError)
+    with pytest.raises(OptionError, match=r"^delay = 3: expected -0\.5 to 2 s$"):
+        refuse_outside(Ranged(delay=3.0), OptionError)
+    with pytest.raises(OptionError, match=r"^motor: tol = 0\.7: expected more than 0\.2 to less than 0\.7$"):
+        refuse_outside(Ranged(tol=0.7), OptionError, "motor")
+    with pytest.raises(OptionError, match=r"^tol = 0\.2: "):
+        refuse_outside(Ranged(tol=0.2), OptionError)
+    with pytest.raises(OptionError, match=r"^tol = nan: expected a finite number$"):
+        refuse_outside(Ranged(tol=float("nan")), OptionError)
 
 
 def test_an_uncertainty_that_does_not_exist_is_named_with_those_that_do():

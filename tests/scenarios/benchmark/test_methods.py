@@ -110,7 +110,7 @@ UNKNOWN = [
     ("", "unknown method ''"),
     ("ls-2011,friction=load", "unknown option 'friction'; known: none"),
     ("nls,friction=glue", "friction = 'glue': expected one of auto"),
-    ("nls,max_rel_std=-1", "max_rel_std = -1: expected a number above 0"),
+    ("nls,max_rel_std=-1", "max_rel_std = -1: expected more than 0"),
     ("nls,reversal_speed", "option 'reversal_speed': expected KEY=VALUE"),
     ("nowhere_at_all:f", "No module named 'nowhere_at_all'"),
     ("method_stubs:absent", "module method_stubs has no function absent"),

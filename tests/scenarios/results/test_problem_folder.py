@@ -141,7 +141,7 @@ WRONG = [
     ({"motions": []}, "motions: tuple should have at least 1 item"),
     ({"motions": [{"payload": "payload-1.toml"}]}, "motions.0.recording: field required"),
     ({"observe": {"cutof_hz": 3.0}}, "observe: unknown option 'cutof_hz'"),
-    ({"gains": {"max_rel_std": -1.0}}, "gains: max_rel_std = -1: expected a number above 0"),
+    ({"gains": {"max_rel_std": -1.0}}, "gains: max_rel_std = -1: expected more than 0"),
 ]
 
 

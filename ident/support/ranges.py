@@ -1,6 +1,6 @@
 """Ranges that stand beside the values they hold for: `Annotated[float, Interval(ge=0.0, le=1.0), Unit("m")]`.
 
-Scenario files and their schema read the same annotations.
+Options, model errors and sensors are checked by them; scenario files and their schema read the same annotations.
 """
 
 from collections.abc import Mapping
@@ -14,30 +14,29 @@ from annotated_types import Interval, Unit
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-    from sim.errors import PlantError
 
-
-def refuse_outside(values: "DataclassInstance", place: str, error: "type[PlantError]") -> None:
+def refuse_outside(values: "DataclassInstance", error: type[Exception], place: str = "") -> None:
     """Check every number of a dataclass against its annotated range.
 
     Args:
         values: A dataclass whose fields are numbers, or not numbers and left alone.
-        place: What it is part of, for the message.
         error: Raised.
+        place: What it is part of, for the message.
 
     Raises:
-        PlantError: As `error`, if a number is not finite or outside its range.
+        Exception: As `error`, if a number is not finite or outside its range.
     """
+    within = f"{place}: " if place else ""
     ranges = _ranges(type(values))
     for field in fields(values):
         value = getattr(values, field.name)
         if not isinstance(value, float | int):
             continue
         if not isfinite(value):
-            raise error(f"{place}: {field.name} = {value}: expected a finite number")
+            raise error(f"{within}{field.name} = {value}: expected a finite number")
         if field.name in ranges and not _inside(value, ranges[field.name][0]):
             interval, unit = ranges[field.name]
-            raise error(f"{place}: {field.name} = {value:g}: expected {_words(interval)}{unit}")
+            raise error(f"{within}{field.name} = {value:g}: expected {_words(interval)}{unit}")
 
 
 @lru_cache(maxsize=64)
@@ -53,12 +52,13 @@ def _ranges(kind: type) -> Mapping[str, tuple[Interval, str]]:
 
 def _inside(value: float, interval: Interval) -> bool:
     above = value >= _number(interval.ge) if interval.gt is None else value > _number(interval.gt)
-    return above and value <= _number(interval.le)
+    return above and (value <= _number(interval.le) if interval.lt is None else value < _number(interval.lt))
 
 
 def _words(interval: Interval) -> str:
     low = f"{_number(interval.ge):g}" if interval.gt is None else f"more than {_number(interval.gt):g}"
-    return f"{low} to {_number(interval.le):g}"
+    high = f"{_number(interval.le):g}" if interval.lt is None else f"less than {_number(interval.lt):g}"
+    return f"{low} to {high}"
 
 
 def _number(bound: Any) -> float:  # annotated_types knows bounds of any type

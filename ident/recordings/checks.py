@@ -93,7 +93,6 @@ def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[L
     yield from _clock_faults(recording, t_unit)
     for j in range(recording.n):
         yield from _step_faults(recording, j)
-    yield from _magnitude_faults(recording)
     for j in range(recording.n):
         yield from _current_faults(recording, j)
     fastest = FASTEST * float(np.median(np.diff(recording.t)))
@@ -161,15 +160,6 @@ def _step_faults(recording: Recording, j: int) -> Iterator[LogFault]:
     more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
     sentence = f"{what}, faster than {FASTEST:g} rad/s or m/s{more}"
     yield LogFault(j, sentence, "no joint moves like that, remove or repair those samples")
-
-
-def _magnitude_faults(recording: Recording) -> Iterator[LogFault]:
-    """Currents none of which is ever negative though all joints go to and fro: their signs are lost."""
-    v, step = recording.v, np.diff(recording.q, axis=0)
-    to_and_fro = bool(((step > 0.0).any(axis=0) & (step < 0.0).any(axis=0)).all())
-    if recording.n > 1 and to_and_fro and bool((v >= 0.0).all()):
-        sentence = "no current of any joint is ever negative, though all joints move to and fro"
-        yield LogFault(None, sentence, "log currents with their signs, not their magnitudes")
 
 
 def _few_spikes(v: Array) -> Mask:

@@ -1,4 +1,4 @@
-"""Columns that are not what their names say: one written twice, a speed or a position in place of a current."""
+"""Columns that are not what their names say: one written twice, a speed in place of a current, currents without sign."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -19,8 +19,13 @@ What friction that is viscous alone leaves of a current is noise and steps of dr
 
 
 def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
-    """Which columns are copies of others."""
+    """Which columns are copies of others, and whether all currents lack their signs."""
     found: list[Diagnosis] = []
+    step = np.diff(recording.q, axis=0)
+    to_and_fro = ((step > 0.0).any(axis=0) & (step < 0.0).any(axis=0)).all()  # where friction has either sign
+    if recording.n > 1 and to_and_fro and (recording.v >= 0.0).all():
+        sentence = "v of every joint is never negative, though all joints move to and fro: magnitudes, not currents"
+        found.append(_wrong(recording, tuple(range(recording.n)), sentence))
     for kind, x in (("q", recording.q), ("v", recording.v)):
         left = _left(x, x)
         found += [
@@ -44,7 +49,11 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
 
 
 def _wrong(recording: Recording, joints: tuple[int, ...], sentence: str) -> Diagnosis:
-    advice = "log the current, measured or commanded" if sentence[0] == "v" else "log the position of each joint"
+    advice = (
+        "log the current, measured or commanded, with its sign"
+        if sentence[0] == "v"
+        else "log the position of each joint"
+    )
     return Diagnosis(
         name="columns",
         severity=Severity.WRONG,

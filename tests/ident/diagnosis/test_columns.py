@@ -46,6 +46,20 @@ def test_a_coarse_current_is_not_clipped(ur_log):
     assert {each.severity for each in clipping(Recording(ur_log.t, ur_log.q, coarse), OPTIONS)} == {Severity.GOOD}
 
 
+def test_currents_without_a_sign_are_named_where_all_joints_move_to_and_fro(ur_log):
+    def named(q: np.ndarray, v: np.ndarray) -> list[tuple[int, ...]]:
+        found = columns(Recording(ur_log.t, q, v), OPTIONS)
+        return [each.joints for each in found if "never negative" in each.sentence]
+
+    sized = np.abs(ur_log.v)
+    assert named(ur_log.q, sized) == [(0, 1, 2, 3, 4, 5)]
+    held = np.column_stack((sized[:, :5], ur_log.v[:, 5]))  # gravity may hold all others one way
+    assert named(ur_log.q, held) == []
+    one_way = np.column_stack((ur_log.q[:, :5], 0.4 * ur_log.t))
+    assert named(one_way, sized) == []
+    assert named(ur_log.q, ur_log.v) == []
+
+
 @pytest.mark.parametrize("what", ["position", "speed", "acceleration"])
 def test_motion_in_place_of_a_current_is_named(ur_log, what):
     rate = np.gradient(ur_log.q[:, 2], ur_log.t)

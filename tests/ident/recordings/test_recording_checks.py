@@ -31,15 +31,6 @@ def test_a_smooth_motion_passes():
     check_log(log())
 
 
-def test_currents_without_a_sign_are_named_where_all_joints_move_to_and_fro():
-    both = np.column_stack((np.cos(1.3 * T), np.sin(2.7 * T)))
-    with pytest.raises(RecordingError, match=r"^log: no current of any joint is ever negative.*signs"):
-        check_log(log(v=np.abs(both)))
-    check_log(log(v=np.column_stack((np.abs(both[:, 0]), both[:, 1]))))  # gravity may hold one
-    one_way = np.column_stack((0.4 * T, Q[:, 1]))
-    check_log(log(q=one_way, v=np.abs(both)))
-
-
 CLOCKS = {
     SLOWEST * OUTSIDE: "milliseconds",
     99.9: "milliseconds",

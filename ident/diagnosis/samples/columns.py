@@ -1,4 +1,4 @@
-"""Columns that are not what their names say: one written twice, a speed in place of a current, currents without sign."""
+"""Columns that are not what their names say: copies, a speed in place of a current, currents without signs."""
 
 from dataclasses import replace
 from itertools import combinations

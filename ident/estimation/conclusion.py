@@ -49,7 +49,7 @@ def concluded(
         joints[j] = IdentifiedGain(
             joint=problem.joint_name(j),
             value=gain,
-            std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
+            residual_std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
             payload_rel_std=float(stated[k]),
             model_rel_std=float(granted[k]),
             predicted_rel_std=expected,

@@ -17,15 +17,16 @@ class IdentifiedGain:
     Attributes:
         joint: Name of the joint.
         value: Joint torque per unit of current reference [N m / drive unit].
-        std: Its standard deviation from the residuals [N m / drive unit].
-        payload_rel_std: Relative standard deviation from the payload's own uncertainty, not contained in `std`.
-        model_rel_std: Relative standard deviation from what the model takes for granted, not contained in `std`.
-        predicted_rel_std: Relative standard deviation to expect of data like these, never less than `std` implies.
+        residual_std: Share of its standard deviation from the residuals [N m / drive unit].
+        payload_rel_std: Share from the payload's own uncertainty, relative.
+        model_rel_std: Share from what the model takes for granted, relative.
+        predicted_rel_std: Relative standard deviation to expect of data like these, never less than `residual_std`
+            implies.
     """
 
     joint: str
     value: float
-    std: float
+    residual_std: float
     payload_rel_std: float
     model_rel_std: float
     predicted_rel_std: float
@@ -41,9 +42,9 @@ class IdentifiedGain:
         return self.model_rel_std * abs(self.value)
 
     @property
-    def total_std(self) -> float:
+    def std(self) -> float:
         """Standard deviation from residuals, payload and model together [N m / drive unit]."""
-        return float(np.linalg.norm((self.std, self.payload_std, self.model_std)))
+        return float(np.linalg.norm((self.residual_std, self.payload_std, self.model_std)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -46,7 +46,7 @@ def interval(joint: JointResult) -> tuple[str, ...]:
     """The cells of `INTERVAL`."""
     if not isinstance(joint, IdentifiedGain):
         return (NONE,) * len(INTERVAL)
-    shares = (joint.total_std, joint.std, joint.payload_std, joint.model_std)
+    shares = (joint.std, joint.residual_std, joint.payload_std, joint.model_std)
     return tuple(percent(2.0 * std / abs(joint.value), ".2f") for std in shares)
 
 

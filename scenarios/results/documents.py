@@ -61,7 +61,7 @@ def estimate_document(found: Identification, identify_s: float) -> dict[str, obj
             "joint": number,
             "true": None,
             "estimate": joint.value if isinstance(joint, IdentifiedGain) else None,
-            "std": joint.total_std if isinstance(joint, IdentifiedGain) else None,
+            "std": joint.std if isinstance(joint, IdentifiedGain) else None,
             "rel_error": None,
             "z": None,
             "tolerance": None,
@@ -96,10 +96,10 @@ def _more(joint: JointResult) -> dict[str, object]:
     gain = joint if isinstance(joint, IdentifiedGain) else None
     return {
         "name": joint.joint,
-        "residual_std": gain and gain.std,
+        "residual_std": gain and gain.residual_std,
         "payload_std": gain and gain.payload_std,
         "model_std": gain and gain.model_std,
-        "total_std": gain and gain.total_std,
+        "total_std": gain and gain.std,
         "predicted_rel_std": joint.predicted_rel_std,
     }
 

@@ -49,7 +49,7 @@ class StoredGain(_Table):
         return IdentifiedGain(
             joint=self.name,
             value=self.estimate,
-            std=self.residual_std,
+            residual_std=self.residual_std,
             payload_rel_std=self.payload_std / size,
             model_rel_std=self.model_std / size,
             predicted_rel_std=self.predicted_rel_std,

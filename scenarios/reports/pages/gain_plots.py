@@ -41,7 +41,7 @@ def value_plot(joints: Sequence[JointResult], unit: str) -> Plot:
             intervals(
                 "gain, 2 sigma",
                 [name for name, _ in found],
-                [about(gain.value, 2.0 * gain.total_std) for _, gain in found],
+                [about(gain.value, 2.0 * gain.std) for _, gain in found],
                 Tone.FIRST,
             ),
         ),
@@ -53,7 +53,7 @@ def share_plot(joints: Sequence[JointResult]) -> Plot:
     names = tuple(str(k) for k in range(1, len(joints) + 1))
     found = [(str(k), joint) for k, joint in enumerate(joints, 1) if isinstance(joint, IdentifiedGain)]
     shares = {
-        "residual": [joint.std / abs(joint.value) for _, joint in found],
+        "residual": [joint.residual_std / abs(joint.value) for _, joint in found],
         "payload": [joint.payload_rel_std for _, joint in found],
         "model": [joint.model_rel_std for _, joint in found],
     }

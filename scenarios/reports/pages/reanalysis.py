@@ -101,10 +101,10 @@ def differences(saved: tuple[JointResult, ...], now: tuple[JointResult, ...]) ->
 
 
 def _numbers(joint: JointResult) -> tuple[float, float]:
-    return (joint.value, joint.total_std) if isinstance(joint, IdentifiedGain) else (0.0, 0.0)
+    return (joint.value, joint.std) if isinstance(joint, IdentifiedGain) else (0.0, 0.0)
 
 
 def _words(joint: JointResult) -> str:
     if not isinstance(joint, IdentifiedGain):
         return "a refusal"
-    return f"{joint.value:.6g} with a deviation of {joint.total_std:.3g}"
+    return f"{joint.value:.6g} with a deviation of {joint.std:.3g}"

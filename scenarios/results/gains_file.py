@@ -28,7 +28,7 @@ from scenarios.experiments.files.gains import (
 )
 from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.files.toml_values import toml_value
-from scenarios.results.documents import to_json
+from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 

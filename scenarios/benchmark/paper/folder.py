@@ -17,9 +17,9 @@ from ident.support.naming import one_line
 from scenarios.benchmark.paper.experiment import PaperRun
 from scenarios.benchmark.paper.stored import StoredPaper, stored_paper
 from scenarios.benchmark.paper.torques import CaseTorques, case_torques
-from scenarios.results.documents import to_json
 from scenarios.results.record import digests_of
 from scenarios.support.errors import DamagedResult, ForeignResult
+from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 PARAMETERS, ROWS, PAPER = "parameters.parquet", "rows.parquet", "paper.json"

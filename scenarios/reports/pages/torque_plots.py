@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
+from scenarios.results.fit_rows import FitRows
 
 MOST = 1600
 """Rows of a line; more than that are as wide as a screen."""

@@ -176,7 +176,13 @@ def read_fit(folder: Path) -> Fit:
         at = columns["joint"] == each.joint + 1
         arrays = {own: columns[name][at] for own, name in COLUMNS.items()}
         rows.append(FitRows(**dict(each), motion=columns["motion"][at] - 1, **arrays))
-    return Fit(**dict(about) | {"rows": tuple(rows)})
+    return Fit(
+        rows=tuple(rows),
+        correlation=about.correlation,
+        row_period=about.row_period,
+        motions=about.motions,
+        begins=about.begins,
+    )
 
 
 def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]) -> FitRows:

@@ -41,7 +41,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
         x=Axis(title="time", unit="s"),
         y=Axis(title="torque" if rows.unit == "N m" else "force" if rows.unit == "N" else "current", unit=rows.unit),
         series=tuple(series),
-        bands=tuple((round(a, 3), round(b, 3)) for a, b in rows.still),
+        bands=tuple((float(a), float(b)) for a, b in np.round(rows.still, 3)),
         bands_label="beside a reversal, left out",
         references=tuple(
             Reference(name, round(at, 3), upright=True) for name, at in zip(motions, begins, strict=False)

@@ -24,7 +24,8 @@ from ident.support.naming import one_line
 from scenarios.results.models.check import CheckLog
 from scenarios.support.errors import ForeignResult
 
-ROWS = "rows.parquet"
+ROWS = "fit-rows.parquet"
+"""No name of a recording: a hyphen in these stands before a number (`scenarios.experiments.files.mountings`)."""
 COLUMNS = {"t": "t", "stamp": "time", "V": "v", "residual": "residual", "q": "q", "dq": "dq"}
 """Columns of the file by the arrays of `FitRows`; beside them `joint` and `motion`, both from 1."""
 ABOUT = b"rx90"

@@ -124,11 +124,11 @@ def test_a_page_is_drawn_from_what_was_saved_and_identifies_nothing(saved, monke
 
 def test_a_folder_without_rows_is_of_an_older_version(copied):
     record = json.loads((copied / "record.json").read_text())
-    del record["files"]["rows.parquet"]
+    del record["files"]["fit-rows.parquet"]
     (copied / "record.json").write_text(json.dumps(record))
-    (copied / "rows.parquet").unlink()
+    (copied / "fit-rows.parquet").unlink()
     with pytest.raises(
-        ForeignResult, match=r"holds no rows\.parquet: an older version of rx90 wrote it; save it again"
+        ForeignResult, match=r"holds no fit-rows\.parquet: an older version of rx90 wrote it; save it again"
     ):
         page_of(copied)
 
@@ -284,8 +284,12 @@ def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
         (lambda folder: (folder / "record.json").write_text('{"kind": "dream"}'), ForeignResult, "states kind 'dream'"),
         (lambda folder: (folder / "record.json").write_text('{"kind": "run"}'), ForeignResult, "save it again"),
         (lambda folder: (folder / "loaded.parquet").unlink(), DamagedResult, "loaded.parquet: No such file"),
-        (lambda folder: (folder / "rows.parquet").unlink(), DamagedResult, "rows.parquet: No such file"),
-        (lambda folder: (folder / "rows.parquet").write_bytes(b"PAR1"), DamagedResult, "is not the file that record"),
+        (lambda folder: (folder / "fit-rows.parquet").unlink(), DamagedResult, "rows.parquet: No such file"),
+        (
+            lambda folder: (folder / "fit-rows.parquet").write_bytes(b"PAR1"),
+            DamagedResult,
+            "is not the file that record",
+        ),
         (
             lambda folder: (folder / "payload.toml").write_text(""),
             DamagedResult,

@@ -210,7 +210,7 @@ def _answer(name: str, motions: Sequence[Motion], structure: Structure) -> Run:
 
 
 def _numbers(gain: IdentifiedGain) -> tuple[float, float, float]:
-    return gain.value, gain.total_std, gain.predicted_rel_std * abs(gain.value)
+    return gain.value, gain.std, gain.predicted_rel_std * abs(gain.value)
 
 
 def run_sound(case: SoundCase) -> Run:

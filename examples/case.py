@@ -94,7 +94,7 @@ def _(bare, cell, loaded):
     found = identify(bare, loaded, cell.structure, cell.payloads["loaded"])
     for each in found.estimate.joints:
         if isinstance(each, IdentifiedGain):
-            print(f"{each.value:.4f} N m/unit, 2 sigma {200.0 * each.total_std / abs(each.value):.2f} %")
+            print(f"{each.value:.4f} N m/unit, 2 sigma {200.0 * each.std / abs(each.value):.2f} %")
         else:
             print(f"refused: {each.reason}")
     return IdentifiedGain, found, identify

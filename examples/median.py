@@ -25,4 +25,4 @@ def _together(answers: tuple[object, ...]) -> dict[str, object]:
     told = [each for each in answers if isinstance(each, IdentifiedGain)]
     if len(told) < len(answers):
         return {"reason": next(each.reason for each in answers if not isinstance(each, IdentifiedGain))}
-    return {"estimate": median(each.value for each in told), "std": max(each.total_std for each in told)}
+    return {"estimate": median(each.value for each in told), "std": max(each.std for each in told)}

@@ -18,7 +18,7 @@ from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
-from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for, refusal_of
+from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, raise_for, refusal_of
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
@@ -36,12 +36,14 @@ class Identification:
         notes: What the method decided, and what was done to the recordings.
         found: What is said of the logs and of the estimate: what is wrong, excluded, and cannot be told.
         observing: Filters and thresholds, with the delay that was undone.
+        prepared: The logs, as they were estimated from; None of what was identified elsewhere.
     """
 
     estimate: GainEstimate
     notes: tuple[str, ...]
     found: Diagnosed
     observing: ObserveOptions = OBSERVE_DEFAULTS
+    prepared: Prepared | None = None
 
 
 def identify(
@@ -116,7 +118,7 @@ def identify_motions(
     weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
     found = joined(found, more=() if weight is None else (weight,))
     kept = without_spoilt(estimate, found.diagnoses)
-    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing)
+    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing, prepared)
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:

@@ -245,7 +245,7 @@ def test_an_uncertainty_decides_about_deviations_from_command_line_and_scenario(
     for gain, joint, factor in zip(gains, serial.joints, correction, strict=True):
         if gain["std"] is not None:
             # All joints together: a gain feels the residuals of its neighbours too, whose share is a little another.
-            np.testing.assert_allclose(gain["residual_std"], joint.std * factor, rtol=3e-3)
+            np.testing.assert_allclose(gain["residual_std"], joint.residual_std * factor, rtol=3e-3)
             compared += 1
     assert compared > 2
     assert [g["std"] for g in json.loads(followed.said("taken", 0))["gains"]] == [g["std"] for g in gains]

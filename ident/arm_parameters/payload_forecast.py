@@ -65,7 +65,7 @@ def expected_if_loaded(
         if j not in gains.joints and not (beside and ratios.given[j]):
             found.append(ExpectedGain(joint=j, rel_std=None, reason=UNKNOWN))
         elif isinstance(each, IdentifiedGain):
-            found.append(ExpectedGain(joint=j, rel_std=abs(each.total_std / each.value), reason=None))
+            found.append(ExpectedGain(joint=j, rel_std=abs(each.std / each.value), reason=None))
         else:
             found.append(ExpectedGain(joint=j, rel_std=None, reason=each.reason))
     return tuple(found)

@@ -152,7 +152,7 @@ def claimed(gain: IdentifiedGain, left: float = 1.0) -> float:
         gain: The gain.
         left: Share of the residual that would be left.
     """
-    total = float(np.linalg.norm((left * gain.std, gain.payload_std, gain.model_std)))
+    total = float(np.linalg.norm((left * gain.residual_std, gain.payload_std, gain.model_std)))
     return max(total / abs(gain.value), FINEST)
 
 

@@ -4,12 +4,11 @@ Each raises one error that says what the data look like and what to do, before o
 otherwise look like an answer.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
 
-from ident.estimation.cross_validation import JointPrediction
 from ident.estimation.estimate import GainEstimate, RefusedGain
 from ident.estimation.gain_signs import FRICTION_Z, joint_signs
 from ident.model.arm import Arm
@@ -124,16 +123,19 @@ def check_swapped(estimate: GainEstimate) -> None:
         )
 
 
-def prediction_warnings(found: Sequence[JointPrediction]) -> tuple[str, ...]:
+def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:
     """A warning on every joint whose currents the other parts of the motions predict badly.
 
     Motions of good recordings predict each other within a tenth: 9.0 % at most with the noise of the paper, 6.9 % of
     real ones whose model holds.
+
+    Args:
+        shares: Norm of the prediction's error over that of the currents, by joint from 0.
     """
     return tuple(
-        f"joint {each.joint + 1} is predicted within {100.0 * each.share:.0f} % of its current only, good recordings "
+        f"joint {joint + 1} is predicted within {100.0 * share:.0f} % of its current only, good recordings "
         "within 10 %: the model does not hold, and what is said of this joint is no result; is a coupling missing "
         "(--coupling), or is it another friction, sign, column or base?"
-        for each in found
-        if each.share > LARGE_RESIDUAL
+        for joint, share in shares.items()
+        if share > LARGE_RESIDUAL
     )

@@ -17,18 +17,42 @@ class IdentifiedGain:
     Attributes:
         joint: Name of the joint.
         value: Joint torque per unit of current reference [N m / drive unit].
-        std: Its standard deviation from the residuals [N m / drive unit].
-        payload_rel_std: Relative standard deviation from the payload's own uncertainty, not contained in `std`.
-        model_rel_std: Relative standard deviation from what the model takes for granted, not contained in `std`.
-        predicted_rel_std: Relative standard deviation to expect of data like these, never less than `std` implies.
+        residual_std: Share of its standard deviation from the residuals [N m / drive unit].
+        payload_rel_std: Share from the payload's own uncertainty, relative.
+        model_rel_std: Share from what the model takes for granted, relative.
+        predicted_rel_std: Relative standard deviation to expect of data like these, never less than `residual_std`
+            implies.
     """
 
     joint: str
     value: float
-    std: float
+    residual_std: float
     payload_rel_std: float
     model_rel_std: float
     predicted_rel_std: float
+
+    @classmethod
+    def of(
+        cls, solution: "GainSolution", k: int, *, joint: str, covariance: Array, predicted_rel_std: float
+    ) -> "IdentifiedGain":
+        """The gain of a solution's joint.
+
+        Args:
+            solution: Of k joints.
+            k: Place of the joint among them.
+            joint: Its name.
+            covariance: Of the values 1/g, from the residuals, shape (k, k).
+            predicted_rel_std: To expect of data like these.
+        """
+        gain = 1.0 / float(solution.inverse[k])
+        return cls(
+            joint=joint,
+            value=gain,
+            residual_std=float(np.sqrt(covariance[k, k])) * gain**2,  # g = 1/x: std(g) = g^2 std(x)
+            payload_rel_std=float(solution.payload_rel_std[k]),
+            model_rel_std=float(solution.model_rel_std[k]),
+            predicted_rel_std=predicted_rel_std,
+        )
 
     @property
     def payload_std(self) -> float:
@@ -41,9 +65,9 @@ class IdentifiedGain:
         return self.model_rel_std * abs(self.value)
 
     @property
-    def total_std(self) -> float:
+    def std(self) -> float:
         """Standard deviation from residuals, payload and model together [N m / drive unit]."""
-        return float(np.linalg.norm((self.std, self.payload_std, self.model_std)))
+        return float(np.linalg.norm((self.residual_std, self.payload_std, self.model_std)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,6 +153,16 @@ class GainSolution:
     softened: Array | None = None
     load_friction: LoadFriction | None = None
     stiff: "GainSolution | None" = None
+
+    @property
+    def payload_rel_std(self) -> Array:
+        """Relative standard deviation of each gain from what is stated of the payloads, shape (k,)."""
+        return np.linalg.norm(self.payload, axis=1)
+
+    @property
+    def model_rel_std(self) -> Array:
+        """Relative standard deviation of each gain from what the model takes for granted, shape (k,)."""
+        return np.linalg.norm(self.model, axis=1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

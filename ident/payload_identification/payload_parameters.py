@@ -30,26 +30,26 @@ class PayloadParameter:
     Attributes:
         name: One of `INERTIAL`.
         value: Estimate, or the value that was given [kg m^2, kg m or kg].
-        std: Standard deviation from the residual (eq. 20), 0 if given.
-        gain_std: Standard deviation from the uncertainty of the gains, 0 if given.
+        residual_std: Share of its standard deviation from the residual (eq. 20), 0 if given.
+        gain_std: Share from the uncertainty of the gains, 0 if given.
         known: Whether it was given.
     """
 
     name: str
     value: float
-    std: float
+    residual_std: float
     gain_std: float
     known: bool
 
     @property
-    def total_std(self) -> float:
+    def std(self) -> float:
         """Standard deviation from residual and gains together."""
-        return float(np.hypot(self.std, self.gain_std))
+        return float(np.hypot(self.residual_std, self.gain_std))
 
     @property
     def rel_std(self) -> float:
-        """Relative standard deviation (eq. 21, as a share), inf for an estimate of zero."""
-        return self.std / abs(self.value) if self.value else float("inf")
+        """Relative standard deviation from the residual (eq. 21, as a share), inf for an estimate of zero."""
+        return self.residual_std / abs(self.value) if self.value else float("inf")
 
     @property
     def essential(self) -> bool:
@@ -148,7 +148,11 @@ def payload_parameters(
     return PayloadEstimate(
         parameters=tuple(
             PayloadParameter(
-                name=name, value=float(chi[k]), std=float(std[k]), gain_std=float(gain_spread[k]), known=bool(given[k])
+                name=name,
+                value=float(chi[k]),
+                residual_std=float(std[k]),
+                gain_std=float(gain_spread[k]),
+                known=bool(given[k]),
             )
             for k, name in enumerate(INERTIAL)
         ),

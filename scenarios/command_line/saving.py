@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from ident.estimation.gain_options import GainOptions
+    from ident.identification import Identification
     from ident.observation.observation import ObserveOptions
     from ident.payload.payload import Payload
     from ident.recordings.motion import Motion
@@ -74,6 +75,7 @@ def save_identified(
     own: object,
     payload: "Payload | None" = None,
     believed: "Path | None" = None,
+    found: "Identification | None" = None,
 ) -> None:
     """Write the folder of an identification, if one is asked for.
 
@@ -89,14 +91,17 @@ def save_identified(
         own: The method's own options.
         payload: That would be mounted on a bare flange.
         believed: File of gains that were given with bare motions.
+        found: The gains, where they were found.
 
     Raises:
         OSError: If it cannot be written.
     """
     if held is None:
         return
+    from scenarios.results.fit_rows import fit_of
     from scenarios.results.log_folder import Done
 
+    prepared = None if found is None else found.prepared
     done = Done(
         kind=kind,
         title=title,
@@ -112,5 +117,6 @@ def save_identified(
         options=own,
         payload=payload,
         believed=believed,
+        fit=None if found is None or prepared is None else fit_of(prepared, found.estimate),
     )
     save(done, held)

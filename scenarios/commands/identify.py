@@ -93,7 +93,7 @@ def main(options: argparse.Namespace) -> Status:
     title = f"Drive gains of {structure.arm.name} by {options.method}"
     save_identified(
         options, saving, report, kind="identification", title=title, motions=motions, observing=found.observing,
-        gains=limits, own=own,
+        gains=limits, own=own, found=found,
     )  # fmt: skip
     show(report, options)
     return Status.PASSED

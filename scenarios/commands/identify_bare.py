@@ -50,7 +50,7 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
     from ident.support.options import options_from_words
     from scenarios.command_line.options import chosen, policy_of
     from scenarios.experiments.files.gains import read_gains
-    from scenarios.gains_in_use.bare import bare_answer
+    from scenarios.gains_in_use.bare import bare_answer, bare_result
     from scenarios.gains_in_use.model_update.known_links import known_links
     from scenarios.reports.bare import bare_report
 
@@ -69,7 +69,8 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
         payload=payload,
         policy=policy_of(options),
     )
-    report = bare_report(answer, known_links(answer.in_si, structure, options.model, options.flange), structure.arm)
+    links = known_links(answer.in_si, structure, options.model, options.flange)
+    report = bare_report(bare_result(answer, links, structure.arm), structure.arm.revolute)
     save_identified(
         options,
         saving,

@@ -51,6 +51,12 @@ class Bench:
         """The payload of each motion as believed, None for a bare flange; motions of one mounting share one object."""
         return tuple(self.payloads.get(name) for name in self.protocol)
 
+    @property
+    def true_payloads(self) -> dict[str, PayloadBody]:
+        """The payloads that are really mounted, by mounting."""
+        pairs = zip(self.protocol, self.experiments, strict=True)
+        return {carried: experiment.plant.payload for carried, experiment in pairs if experiment.loaded}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cell:

@@ -99,7 +99,7 @@ def judge_claims(claims: Sequence[Claim], true_gain: Array, tolerance: Tolerance
 def _claim(joint: JointResult) -> Claim:
     if isinstance(joint, RefusedGain):
         return Claim(None, None, joint.reason)
-    return Claim(joint.value, joint.total_std, None)
+    return Claim(joint.value, joint.std, None)
 
 
 def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refusal_in: str | None) -> GainVerdict:

@@ -10,7 +10,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import GainEstimate
 from ident.identification import identify_motions
-from ident.preparation import SIMULATED
+from ident.preparation import SIMULATED, Prepared
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
@@ -43,6 +43,7 @@ class Run:
         simulate_s: Wall time of the simulation, its share of the batch [s].
         identify_s: Wall time of the identification [s].
         found: What is said of the estimate.
+        prepared: The recordings, as they were estimated from.
     """
 
     bench: Bench
@@ -54,6 +55,7 @@ class Run:
     simulate_s: float
     identify_s: float
     found: Diagnosed = field(default_factory=Diagnosed)
+    prepared: Prepared | None = None
 
 
 def run(prepared: Bench, seed: int, *, stages: Stages = SILENT) -> Run:
@@ -233,4 +235,5 @@ def _identified(prepared: Bench, seed: int, simulated: Simulated) -> Run | Ident
         simulate_s=simulated.simulate_s,
         identify_s=identify_s,
         found=found.found,
+        prepared=found.prepared,
     )

@@ -261,7 +261,7 @@ def _shares(gain: JointResult) -> dict[str, object]:
     """What the deviation of a gain consists of."""
     if not isinstance(gain, IdentifiedGain):
         return {}
-    return {"residual_std": gain.std, "payload_std": gain.payload_std, "model_std": gain.model_std}
+    return {"residual_std": gain.residual_std, "payload_std": gain.payload_std, "model_std": gain.model_std}
 
 
 def setting_columns(settings: Mapping[str, Value]) -> dict[str, object]:

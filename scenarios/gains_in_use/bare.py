@@ -8,15 +8,21 @@ from ident.arm_parameters.payload_forecast import ExpectedGain, expected_if_load
 from ident.arm_parameters.ratio_discrepancies import OffRatio, off_ratios
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
+from ident.diagnosis.plausibility import prediction_warnings
 from ident.estimation.cross_validation import JointPrediction, predicted
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.known_gains import KnownGains
+from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
 from ident.recordings.motion import Motion
+from scenarios.gains_in_use.model_update.values import Unknown
+from scenarios.results.models.bare import BareJoint, BareParameter, BareResult, ExpectedGains, ExpectedJoint
+from scenarios.results.models.diagnoses import diagnosed_values
+from scenarios.results.models.links import Links
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -103,3 +109,49 @@ def bare_answer(
         said=joined(said, more=prepared.diagnoses),
         observing=prepared.observing,
     )
+
+
+def bare_result(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> BareResult:
+    """What bare recordings say, as `rx90 identify --json` prints it.
+
+    Args:
+        answer: What they say.
+        links: Physically consistent set, or why there is none.
+        arm: The arm.
+    """
+    found, in_si = answer.found, answer.in_si
+    ratios = found.ratios
+    assert ratios is not None, "asked of motions whose gains are not held"
+    moved = {each.joint: each for each in answer.off}
+    share = {each.joint: each for each in answer.predicted}
+    return BareResult(
+        reference=ratios.reference + 1,
+        joints=[
+            BareJoint(
+                joint=j + 1,
+                name=arm.joint_names[j],
+                ratio=float(ratios.value[j]) if ratios.given[j] else None,
+                rel_std=float(ratios.rel_std[j]) if ratios.given[j] else None,
+                predicted_rel_std=float(ratios.rel_std[j]),
+                reason=ratios.reason(j),
+                off=moved[j].rel if j in moved else None,
+                off_std=moved[j].std if j in moved else None,
+                predicted_rel_error=share[j].share if j in share else None,
+                fitted_rel_error=share[j].fitted if j in share else None,
+                friction=[BareParameter.of(each) for each in found.friction[j]],
+            )
+            for j in range(arm.n)
+        ],
+        base_parameters=[BareParameter.of(each) for each in found.inertial],
+        base_parameters_si=None if in_si is None else [BareParameter.of(each) for each in in_si.inertial],
+        if_loaded=None if answer.if_loaded is None else _expected(answer.if_loaded),
+        consistent=None if isinstance(links, Unknown) else links,
+        consistent_reason=links.reason if isinstance(links, Unknown) else None,
+        notes=[*prediction_warnings({j: each.share for j, each in share.items()}), *found.selected.remarks],
+        **diagnosed_values(answer.said),
+    )
+
+
+def _expected(found: IfLoaded) -> ExpectedGains:
+    joints = [ExpectedJoint(joint=each.joint + 1, rel_std=each.rel_std, reason=each.reason) for each in found.gains]
+    return ExpectedGains(mass=found.payload.mass, joints=joints)

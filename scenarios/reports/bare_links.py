@@ -1,10 +1,9 @@
 """What `rx90 identify` says of links that bodies can have."""
 
 from ident.support.arrays import Array
-from scenarios.gains_in_use.model_update.link_document import Links
 from scenarios.gains_in_use.model_update.link_values import FAR
-from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.reports.content import Column, Mood, Paragraph, Part, Table, cells
+from scenarios.results.models.links import Links
 
 COLUMNS = (
     Column(title="Joint"),
@@ -14,15 +13,16 @@ COLUMNS = (
 )
 
 
-def links_parts(links: Links | Unknown, revolute: Array) -> list[Part]:
+def links_parts(links: Links | None, reason: str | None, revolute: Array) -> list[Part]:
     """The set as a table, and how far data had to give way; why there is none.
 
     Args:
-        links: The set.
+        links: The set, None where there is none.
+        reason: Why there is none.
         revolute: Whether each joint turns, shape (n,).
     """
-    if isinstance(links, Unknown):
-        return [Paragraph(f"No mass, centre and inertia of every link: {links.reason}.")]
+    if links is None:
+        return [Paragraph(f"No mass, centre and inertia of every link: {reason}.")]
     rows = tuple(
         cells(
             str(each.joint),

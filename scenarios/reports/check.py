@@ -10,7 +10,7 @@ from ident.model.arm import Arm
 from scenarios.reports.content import Paragraph, Part, Report
 from scenarios.reports.diagnoses import MOODS, doubt_paragraphs, every_line, horizon_paragraphs
 from scenarios.reports.motion import motion_table
-from scenarios.results.check_document import check_document
+from scenarios.results.models.check import Check
 
 
 def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
@@ -21,22 +21,20 @@ def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
         arm: That moved.
         every: Whether good lines and motions are listed too.
     """
-    found = checked.found
+    found, result = checked.found, Check.of(checked, arm)
     parts: list[Part] = list(findings(found, hint="" if every else "; --all lists them"))
     if every:
         parts.append(every_line(found.diagnoses))
         parts += [
-            motion_table(f"Motion of {PurePath(log.recording.name).name}", log.motions, arm)
-            for log in checked.logs
-            if log.motions is not None
+            motion_table(f"Motion of {PurePath(log.log).name}", log.joints, arm) for log in result.logs if log.joints
         ]
-    return Report(verdict(found, arm), tuple(parts), check_document(checked, arm), MOODS[found.severity])
+    return Report(verdict(found, arm.name), tuple(parts), result.model_dump(mode="json"), MOODS[found.severity])
 
 
-def verdict(found: Diagnosed, arm: Arm) -> str:
-    """One line: how the logs are to be taken, with the number that matters most."""
+def verdict(found: Diagnosed, robot: str) -> str:
+    """One line: how the logs of a robot are to be taken, with the number that matters most."""
     count = {severity: sum(each.severity is severity for each in found.diagnoses) for severity in Severity}
-    checks, of = len(found.diagnoses), f"logs of {arm.name}"
+    checks, of = len(found.diagnoses), f"logs of {robot}"
     warnings = _many(count[Severity.WEAK], "warning")
     if found.severity is Severity.GOOD:
         return f"GOOD: {_many(checks, 'check')} of {of}, no fault"

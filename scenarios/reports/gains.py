@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.estimation.estimate import FoundParameter, IdentifiedGain, JointResult
 from ident.model.parameters import UNITS
 from ident.support.arrays import Array
 from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
+from scenarios.results.models.gains import ResultGain, ResultParameter
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
@@ -42,12 +42,12 @@ def meaning(revolute: Array) -> Paragraph:
     return Paragraph(f"Gains in N m per drive unit{apart}. {MEANING}")
 
 
-def interval(joint: JointResult) -> tuple[str, ...]:
+def interval(gain: ResultGain) -> tuple[str, ...]:
     """The cells of `INTERVAL`."""
-    if not isinstance(joint, IdentifiedGain):
+    shares = (gain.std, gain.residual_std, gain.payload_std, gain.model_std)
+    if gain.estimate is None:
         return (NONE,) * len(INTERVAL)
-    shares = (joint.total_std, joint.std, joint.payload_std, joint.model_std)
-    return tuple(percent(2.0 * std / abs(joint.value), ".2f") for std in shares)
+    return tuple(percent(None if std is None else 2.0 * std / abs(gain.estimate), ".2f") for std in shares)
 
 
 def sentence(text: str) -> str:
@@ -65,9 +65,9 @@ def reason_paragraph(joint: int, reason: str) -> Paragraph:
     return Paragraph(sentence(f"Joint {joint}: {reason}"))
 
 
-def payload_tables(found: Sequence[FoundParameter]) -> list[Table]:
+def payload_tables(found: Sequence[ResultParameter]) -> list[Table]:
     """The payload parameters that a method found on its way, in a table if there are any."""
-    rows = tuple(cells(p.name, f"{p.value:.4f}", f"{2.0 * p.std:.4f}", UNITS[p.name]) for p in found)
+    rows = tuple(cells(p.parameter, f"{p.estimate:.4f}", f"{2.0 * p.std:.4f}", UNITS[p.parameter]) for p in found)
     columns = (
         Column(title="Payload", words=True),
         Column(title="Found"),

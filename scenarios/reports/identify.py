@@ -3,15 +3,15 @@
 from collections.abc import Sequence
 
 from ident.diagnosis.alternative import two_digits
-from ident.diagnosis.diagnosis import SPOILS, Diagnosed, Severity
-from ident.estimation.estimate import IdentifiedGain, JointResult, RefusedGain
+from ident.diagnosis.diagnosis import SPOILS, Severity
 from ident.identification import Identification, refused_for_faults
 from ident.model.arm import Arm
 from ident.support.arrays import Array
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
-from scenarios.results.documents import estimate_document
+from scenarios.results.models.gains import ResultGain
+from scenarios.results.models.run import Result
 
 
 def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Report:
@@ -22,24 +22,23 @@ def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Repor
         arm: Whose gains they are.
         identify_s: Wall time [s].
     """
-    estimate = found.estimate
+    result, estimate = Result.of_identification(found, identify_s), found.estimate
     shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
-    parts: list[Part] = [identified_table(estimate.joints, shares, arm.revolute)]
-    parts += note_paragraphs(found.notes, found.found, arm.revolute)
+    parts: list[Part] = [identified_table(result.gains, shares, arm.revolute)]
+    parts += note_paragraphs(result.notes, found.found, arm.revolute)
     parts += horizon_paragraphs(found.found)
-    refused = [(k, joint) for k, joint in enumerate(estimate.joints, 1) if isinstance(joint, RefusedGain)]
-    parts += [reason_paragraph(k, joint.reason) for k, joint in refused]
-    parts += kept_paragraphs(estimate.joints, found.found)
-    parts += payload_tables(estimate.payload)
-    parts.append(summary(estimate.joints, estimate.rows, estimate.rel_error_norm, found.found))
-    return Report(f"Drive gains by {estimate.method}", tuple(parts), estimate_document(found, identify_s))
+    parts += [reason_paragraph(gain.joint, gain.reason) for gain in result.gains if gain.reason is not None]
+    parts += kept_paragraphs(result)
+    parts += payload_tables(result.payload)
+    parts.append(summary(result))
+    return Report(f"Drive gains by {estimate.method}", tuple(parts), result.model_dump(mode="json"))
 
 
-def identified_table(joints: Sequence[JointResult], unexplained: Sequence[float | None], revolute: Array) -> Table:
+def identified_table(gains: Sequence[ResultGain], unexplained: Sequence[float | None], revolute: Array) -> Table:
     """Identified gains.
 
     Args:
-        joints: One a joint.
+        gains: One a joint.
         unexplained: Norm of each joint's residual over that of its currents, None where it has no row.
         revolute: Whether each joint turns, shape (n,).
     """
@@ -51,43 +50,43 @@ def identified_table(joints: Sequence[JointResult], unexplained: Sequence[float 
         Column(title="Unexplained", unit="% of rms"),
         Column(title="Verdict", words=True),
     )
-    rows = (_row(k, *pair) for k, pair in enumerate(zip(joints, unexplained, strict=True), 1))
+    rows = (_row(*pair) for pair in zip(gains, unexplained, strict=True))
     return Table(columns=columns, rows=tuple(rows))
 
 
-def summary(joints: Sequence[JointResult], rows: int, rel_error_norm: float, found: Diagnosed) -> Paragraph:
+def summary(result: Result) -> Paragraph:
     """How many gains there are, how good the fit is, and which gains a fault costs, in a sentence."""
-    many = sum(isinstance(joint, IdentifiedGain) for joint in joints)
+    fit, many = result.fit, sum(gain.identifiable for gain in result.gains)
     said = (
-        f"{many} of {len(joints)} gains identified from {rows} rows, relative residual {100.0 * rel_error_norm:.2f} %"
+        f"{many} of {len(result.gains)} gains identified from {fit.rows} rows, "
+        f"relative residual {100.0 * fit.rel_error_norm:.2f} %"
     )
-    lost = [str(j + 1) for j in refused_for_faults(found.diagnoses)]
+    lost = [str(j + 1) for j in refused_for_faults(result.found.diagnoses)]
     if not lost:
         return Paragraph(f"{said}.", strong=True)
     which = f"joint{'s' if lost[1:] else ''} {', '.join(lost)}"
     return Paragraph(f"{said}; refused for a fault of the logs: {which}.", Mood.BAD, strong=True)
 
 
-def kept_paragraphs(joints: Sequence[JointResult], found: Diagnosed) -> list[Paragraph]:
+def kept_paragraphs(result: Result) -> list[Paragraph]:
     """Gains that are kept beside a fault, and that it moves by less than would refuse them."""
     moved = [
         f"joint {each.joint + 1} by {two_digits(each.percent, sign='+')} %"
-        for wrong in found.diagnoses
+        for wrong in result.found.diagnoses
         if wrong.severity is Severity.WRONG
         for each in wrong.effects
-        if each.matters and isinstance(joints[each.joint], IdentifiedGain)
+        if each.matters and result.gains[each.joint].identifiable
     ]
     told = f"Kept, moved by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
     return [Paragraph(told, Mood.DOUBTFUL)] if moved else []
 
 
-def _row(number: int, joint: JointResult, unexplained: float | None) -> tuple[Cell, ...]:
-    given = isinstance(joint, IdentifiedGain)
+def _row(gain: ResultGain, unexplained: float | None) -> tuple[Cell, ...]:
     return cells(
-        str(number),
-        joint.joint,
-        f"{joint.value:.4f}" if given else NONE,
-        *interval(joint),
+        str(gain.joint),
+        gain.name or "",
+        number(gain.estimate, ".4f"),
+        *interval(gain),
         percent(unexplained, ".1f"),
-        Cell("identified", Mood.GOOD) if given else Cell("refused", Mood.DOUBTFUL),
+        Cell("identified", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.DOUBTFUL),
     )

@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ident.diagnosis.samples.motion import JointMotion
 from ident.model.arm import Arm
 from scenarios.reports.content import Cell, Column, Table, cells, number, percent
 from scenarios.reports.plot import TONES, Axis, Plot, Series, intervals
+from scenarios.results.models.check import CheckJoint
 
 
-def motion_table(title: str, motions: Sequence[JointMotion], arm: Arm) -> Table:
+def motion_table(title: str, motions: Sequence[CheckJoint], arm: Arm) -> Table:
     """A row a joint.
 
     Args:
@@ -39,7 +39,7 @@ def length_units(arm: Arm) -> list[str]:
     return [unit for unit, there in (("rad", arm.revolute.any()), ("m", not arm.revolute.all())) if there]
 
 
-def coverage_plot(recorded: Mapping[str, Sequence[JointMotion]], arm: Arm) -> Plot:
+def coverage_plot(recorded: Mapping[str, Sequence[CheckJoint]], arm: Arm) -> Plot:
     """What of each joint's range every recording shows; positions themselves where the model states no range.
 
     Args:
@@ -67,7 +67,7 @@ def coverage_plot(recorded: Mapping[str, Sequence[JointMotion]], arm: Arm) -> Pl
     )
 
 
-def _motion_row(j: int, name: str, motion: JointMotion) -> tuple[Cell, ...]:
+def _motion_row(j: int, name: str, motion: CheckJoint) -> tuple[Cell, ...]:
     ends = (number(float(np.round(end, 3)), ".3f") for end in (motion.low, motion.high))
     return cells(
         str(j + 1),

@@ -7,7 +7,7 @@ from scenarios.prediction.budget import PredictedBudget
 from scenarios.prediction.predictor import Cost
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
-from scenarios.results.documents import diagnosed_document
+from scenarios.results.models.diagnoses import diagnosed_values
 
 MEANING = (
     "Root mean square of the relative error that each source makes alone, at its declared size, to first order. All "
@@ -67,7 +67,7 @@ def _document(budget: PredictedBudget) -> dict[str, object]:
         ],
         "refused": [{"joint": joint + 1, "reason": reason} for joint, reason in budget.refused.items()],
         "unpredicted": [{"source": each.source, "reason": each.reason} for each in budget.unpredicted],
-        "excluded": diagnosed_document(budget.horizon)["excluded"],
+        "excluded": diagnosed_values(budget.horizon)["excluded"],
         "untold": list(budget.horizon.untold),
     }
 

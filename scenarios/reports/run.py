@@ -2,54 +2,53 @@
 
 from collections.abc import Sequence
 
-from ident.estimation.estimate import JointResult
 from ident.support.arrays import Array
-from scenarios.experiments.judge import GainVerdict
 from scenarios.experiments.run import Run
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
-from scenarios.results.documents import run_document
+from scenarios.results.models.gains import ResultGain
+from scenarios.results.models.run import Result
 
 
 def run_report(run: Run) -> Report:
     """The table of injected against identified gains, the reasons, and the verdict."""
     scenario, revolute = run.bench.scenario, run.bench.structure.arm.revolute
-    parts: list[Part] = [judged_table(run.verdict.gains, run.estimate.joints, revolute)]
-    parts += note_paragraphs(run.notes, run.found, revolute)
+    result = Result.of_run(run)
+    parts: list[Part] = [judged_table(result.gains, revolute)]
+    parts += note_paragraphs(result.notes, run.found, revolute)
     parts += horizon_paragraphs(run.found)
-    parts += [reason_paragraph(gain.joint, gain.reason) for gain in run.verdict.gains if gain.reason is not None]
-    parts += payload_tables(run.estimate.payload)
+    parts += [reason_paragraph(gain.joint, gain.reason) for gain in result.gains if gain.reason is not None]
+    parts += payload_tables(result.payload)
     parts.append(
         Paragraph(
-            f"{run.estimate.rows} rows, relative residual {100.0 * run.estimate.rel_error_norm:.2f} %; "
+            f"{result.fit.rows} rows, relative residual {100.0 * result.fit.rel_error_norm:.2f} %; "
             f"simulated in {run.simulate_s:.2f} s, identified in {run.identify_s:.2f} s."
         )
     )
-    parts.append(conclusion(run.verdict.gains))
+    parts.append(conclusion(result.gains))
     title = f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}"
-    return Report(title, tuple(parts), run_document(run))
+    return Report(title, tuple(parts), result.model_dump(mode="json"))
 
 
-def judged_table(gains: Sequence[GainVerdict], joints: Sequence[JointResult], revolute: Array) -> Table:
+def judged_table(gains: Sequence[ResultGain], revolute: Array) -> Table:
     """Injected against identified gains.
 
     Args:
-        gains: The verdict on each joint.
-        joints: What was identified of it, in the same order.
+        gains: One a joint, judged.
         revolute: Whether each joint turns, shape (n,).
     """
     rows = tuple(
         cells(
             str(gain.joint),
-            f"{gain.true:.4f}",
+            number(gain.true, ".4f"),
             number(gain.estimate, ".4f"),
-            *interval(joint),
+            *interval(gain),
             percent(gain.rel_error, "+.3f"),
-            f"{100.0 * gain.tolerance:.3g}",
+            percent(gain.tolerance, ".3g"),
             _verdict(gain),
         )
-        for gain, joint in zip(gains, joints, strict=True)
+        for gain in gains
     )
     columns = (
         Column(title="Joint"),
@@ -63,13 +62,13 @@ def judged_table(gains: Sequence[GainVerdict], joints: Sequence[JointResult], re
     return Table(columns=columns, rows=rows)
 
 
-def _verdict(gain: GainVerdict) -> Cell:
+def _verdict(gain: ResultGain) -> Cell:
     if not gain.passed:
         return Cell("MISSED", Mood.BAD)
     return Cell("passed", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.GOOD)
 
 
-def conclusion(gains: Sequence[GainVerdict]) -> Paragraph:
+def conclusion(gains: Sequence[ResultGain]) -> Paragraph:
     """Whether all joints passed, in a sentence."""
     missed = [str(gain.joint) for gain in gains if not gain.passed]
     if missed:

@@ -28,7 +28,7 @@ from scenarios.experiments.files.gains import (
 )
 from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.files.toml_values import toml_value
-from scenarios.results.documents import to_json
+from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 
@@ -119,8 +119,8 @@ def _entry(j: int, joint: JointResult, *, turning: bool) -> GainEntry:
 def _numbers(gain: IdentifiedGain) -> dict[str, float]:
     return {
         "estimate": gain.value,
-        "std": gain.total_std,
-        "residual_std": gain.std,
+        "std": gain.std,
+        "residual_std": gain.residual_std,
         "payload_std": gain.payload_std,
         "model_std": gain.model_std,
     }

@@ -11,9 +11,10 @@ from ident.observation.observation import ObserveOptions
 from ident.payload.files import write_payload
 from ident.payload.payload import Payload
 from ident.recordings.motion import Motion
-from scenarios.results.documents import to_json
+from scenarios.results.fit_rows import ROWS, Fit, write_fit
 from scenarios.results.problem_folder import MODELS, RobotTable, motion_files, write_model, write_motions
 from scenarios.results.record import RECORD, RESULT, Kind, RecordFile, digests_of, now, write_record
+from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 ASKED = "payload.toml"
@@ -42,6 +43,7 @@ class Done:
         payload: That a check was asked about, or that would be mounted on a bare flange.
         about: What the gains of a check are about [N m / drive unit].
         believed: File of gains that were given with bare motions.
+        fit: What gains were found from.
     """
 
     kind: Kind
@@ -59,15 +61,16 @@ class Done:
     payload: Payload | None = None
     about: tuple[float, ...] | None = None
     believed: Path | None = None
+    fit: Fit | None = None
 
 
 def log_files(motions: int) -> tuple[str, ...]:
     """Names of the files that may be written of so many recordings."""
-    return (*motion_files(motions), ASKED, *BELIEVED.values(), *MODELS, RESULT, RECORD)
+    return (*motion_files(motions), ASKED, *BELIEVED.values(), *MODELS, RESULT, ROWS, RECORD)
 
 
 def save_logs(done: Done, folder: Path) -> None:
-    """Write recordings, payloads, the arm and the result, and the record of all that.
+    """Write recordings, payloads, the arm, the result and its rows, and the record of all that.
 
     Raises:
         OSError: If the folder cannot be written.
@@ -80,8 +83,12 @@ def save_logs(done: Done, folder: Path) -> None:
     if done.believed is not None and believed is not None:
         (folder / believed).write_bytes(done.believed.read_bytes())
     (folder / RESULT).write_text(to_json(done.document) + "\n", encoding="utf-8")
+    if done.fit is not None:
+        write_fit(done.fit, folder)
     named = [name for each in motions for name in (each.recording, each.payload) if name is not None]
-    named += [model, RESULT, *([] if done.payload is None else [ASKED]), *([] if believed is None else [believed])]
+    there = {ASKED: done.payload, ROWS: done.fit}
+    named += [model, RESULT, *(name for name, what in there.items() if what is not None)]
+    named += [] if believed is None else [believed]
     record = RecordFile(
         format=1,
         kind=done.kind,

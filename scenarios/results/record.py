@@ -9,21 +9,22 @@ import shlex
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeVar
 
-from pydantic import Field, JsonValue
+from pydantic import Field, JsonValue, ValidationError
 
 from ident.recordings.files import read_unchecked
 from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
 from ident.support.naming import one_line
 from scenarios.results.command_words import coupling_words, motion_words, option_words
-from scenarios.results.documents import to_json
 from scenarios.results.problem_folder import GivenProblem, Name, ProblemFile, given_problem, read_stated
 from scenarios.support.errors import DamagedResult, ForeignProblem, ForeignResult
+from scenarios.support.result_model import ResultModel, to_json
 
 RECORD, RESULT = "record.json", "result.json"
 Kind = Literal["run", "identification", "check", "bare"]
+Kept = TypeVar("Kept", bound=ResultModel)
 
 
 class RecordFile(ProblemFile):
@@ -98,6 +99,20 @@ def read_record(folder: Path) -> RecordFile:
             f"{one_line(folder / RECORD)}: {len(record.sources)} sources of {len(record.motions)} motions"
         )
     return record
+
+
+def read_result(folder: Path, kind: type[Kept]) -> Kept:
+    """Read the result of a folder.
+
+    Raises:
+        ForeignResult: If it is none of that kind, or one of another version.
+    """
+    path = folder / RESULT
+    try:
+        return kind.model_validate_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, ValidationError) as error:
+        first = one_line(" ".join(str(error).splitlines()[:3]))
+        raise ForeignResult(f"{one_line(path)}: no result of this version of rx90: {first}; save it again") from error
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:

@@ -12,17 +12,19 @@ from scenarios.experiments.files.mountings import BARE, LOADED, grouped
 from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.run import Run, as_identified
 from scenarios.results.command_words import coupling_words, motion_words, option_words
-from scenarios.results.documents import run_document, to_json, true_bodies
+from scenarios.results.fit_rows import ROWS, fit_of, write_fit
 from scenarios.results.gains_file import Origin
+from scenarios.results.models.run import Result
 from scenarios.results.problem_folder import MODELS, MotionTable, RobotTable, write_model
 from scenarios.results.record import RECORD, RESULT, RecordFile, digests_of, now, write_record
+from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 
 def run_files(prepared: Bench) -> tuple[str, ...]:
-    """Names of the files that are written: a recording a motion, a payload a mounting, the arm, truth and result."""
+    """Names of the files that are written: recordings, payloads, the arm, truth, result and its rows."""
     recordings = [f"{experiment.name}.parquet" for experiment in prepared.experiments]
-    return (*recordings, *map(payload_file, prepared.payloads), *MODELS, "truth.json", RESULT, RECORD)
+    return (*recordings, *map(payload_file, prepared.payloads), *MODELS, "truth.json", RESULT, ROWS, RECORD)
 
 
 def payload_file(mounting: str) -> str:
@@ -31,7 +33,7 @@ def payload_file(mounting: str) -> str:
 
 
 def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = None, scene: str | None = None) -> None:
-    """Write recordings, believed payloads, the arm, truth and result, and the record of all that.
+    """Write recordings, believed payloads, the arm, truth, result and its rows, and the record of all that.
 
     `identify_command` gives the same estimate on them, to the last digit.
 
@@ -50,14 +52,16 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     for mounting, payload in run.bench.payloads.items():
         write_payload(payload, folder / payload_file(mounting), comment=schema_line("payload"))
     drives = run.bench.experiments[0].plant.drives
-    bodies = {mounting: asdict(body) for mounting, body in true_bodies(run.bench).items()}
+    bodies = {mounting: asdict(body) for mounting, body in run.bench.true_payloads.items()}
     truth = {
         "drives": {field.name: getattr(drives, field.name).tolist() for field in fields(drives)},
         **({"payload": bodies[LOADED]} if LOADED in bodies else {}),
         "payloads": bodies,
     }
     (folder / "truth.json").write_text(to_json(truth) + "\n", encoding="utf-8")
-    (folder / RESULT).write_text(to_json(run_document(run)) + "\n", encoding="utf-8")
+    (folder / RESULT).write_text(to_json(Result.of_run(run).model_dump(mode="json")) + "\n", encoding="utf-8")
+    assert run.prepared is not None, "a run has what it was identified from"
+    write_fit(fit_of(run.prepared, run.estimate), folder)
     robot = run.bench.experiments[0].plant.robot
     model = write_model(robot.model, robot.flange, folder)
     record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named, "scene": scene})

@@ -6,7 +6,7 @@ from scenarios.experiments.files.motions import motion_digest
 from scenarios.experiments.files.resolved import stated_table
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.robots import robot_digests
-from scenarios.results.documents import to_json
+from scenarios.support.result_model import to_json
 
 SEEN = ("robot", "experiment", "plant")
 """Tables of a scenario that a picture of it shows, or that move what it shows."""

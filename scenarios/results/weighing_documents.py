@@ -11,7 +11,7 @@ from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.payload_body import FoundBody, Quantity
 from ident.payload_identification.payload_estimate import FoundPayload
 from ident.payload_identification.verification import Verification, Weighed
-from scenarios.results.documents import diagnosed_document
+from scenarios.results.models.diagnoses import diagnosed_values
 
 
 def verification_document(found: Verification, diagnosed: Diagnosed) -> dict[str, object]:
@@ -27,7 +27,7 @@ def verification_document(found: Verification, diagnosed: Diagnosed) -> dict[str
         "payload": [_quantity(each) for each in found.body.quantities],
         "common": None if common is None else _common(common),
         "notes": list(found.remarks),
-        **diagnosed_document(diagnosed),
+        **diagnosed_values(diagnosed),
     }
 
 
@@ -46,7 +46,7 @@ def prediction_document(identified: Identification, found: Sequence[JointPredict
             }
             for each in found
         ],
-        **diagnosed_document(identified.found),
+        **diagnosed_values(identified.found),
     }
 
 
@@ -73,7 +73,7 @@ def payload_document(
         "possible": body.possible,
         "joints": [_weighed(each) for each in joints],
         "notes": list(found.selected.remarks),
-        **diagnosed_document(diagnosed),
+        **diagnosed_values(diagnosed),
     }
 
 

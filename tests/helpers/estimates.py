@@ -15,7 +15,7 @@ def gain_estimate(*gains: float | None, std: float, reason: str) -> GainEstimate
         else IdentifiedGain(
             joint=f"j{k}",
             value=gain,
-            std=std,
+            residual_std=std,
             payload_rel_std=0.02,
             model_rel_std=0.03,
             predicted_rel_std=std / abs(gain),

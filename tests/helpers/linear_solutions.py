@@ -59,7 +59,7 @@ def linear_estimate(solution: GainSolution, *, rel_std: float) -> GainEstimate:
         IdentifiedGain(
             joint=f"joint{j + 1}",
             value=float(1.0 / solution.inverse[j]),
-            std=rel_std / abs(float(solution.inverse[j])),
+            residual_std=rel_std / abs(float(solution.inverse[j])),
             payload_rel_std=0.0,
             model_rel_std=0.0,
             predicted_rel_std=0.7 * rel_std,

@@ -28,7 +28,7 @@ def least_squares(problem: GivenProblem) -> list[dict]:
         policy=SIMULATED,
     )
     return [
-        {"estimate": joint.value, "std": joint.total_std} if hasattr(joint, "value") else {"reason": joint.reason}
+        {"estimate": joint.value, "std": joint.std} if hasattr(joint, "value") else {"reason": joint.reason}
         for joint in found.estimate.joints
     ]
 

@@ -34,7 +34,7 @@ def identified(value: float, std: float, payload: float = 0.0, model: float = 0.
     return IdentifiedGain(
         joint="j",
         value=value,
-        std=std,
+        residual_std=std,
         payload_rel_std=payload,
         model_rel_std=model,
         predicted_rel_std=std / abs(value),

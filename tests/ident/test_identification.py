@@ -35,11 +35,11 @@ def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(ur, logs):
     found = identify(*logs, ur, BRICK)
     for joint, true in zip(found.estimate.joints, UR_GAIN, strict=True):
         assert isinstance(joint, IdentifiedGain)
-        assert abs(joint.value - true) < 4.0 * joint.total_std  # six joints: by chance once in 2600 seeds
+        assert abs(joint.value - true) < 4.0 * joint.std  # six joints: by chance once in 2600 seeds
     assert [(each.name, each.joints) for each in found.found.doubts] == [("negative gain", (1,))]
     signs = joint_signs(found.estimate)
     np.testing.assert_array_equal(np.sign(signs.friction_z), np.sign(UR_GAIN))
-    std = np.array([joint.std / abs(joint.value) for joint in found.estimate.joints])
+    std = np.array([joint.residual_std / abs(joint.value) for joint in found.estimate.joints])
     np.testing.assert_allclose(np.abs(signs.load_z), 1.0 / std, rtol=1e-9)
 
 
@@ -51,7 +51,7 @@ def test_positions_that_are_not_the_joint_s_own_give_no_wrong_gain(ur, logs, cha
         return
     for joint, true in zip(found, UR_GAIN, strict=True):
         if isinstance(joint, IdentifiedGain):
-            assert abs(joint.value - true) < 4.0 * joint.total_std
+            assert abs(joint.value - true) < 4.0 * joint.std
 
 
 def test_a_base_on_the_wall_gives_no_gain(logs):
@@ -165,7 +165,7 @@ def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints
     gains = {j: each for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
     assert set(gains) == {1, 2}
     for j, gain in gains.items():
-        assert abs(gain.value - UR_GAIN[j]) < 3.0 * gain.total_std  # two joints: by chance once in 180 seeds
+        assert abs(gain.value - UR_GAIN[j]) < 3.0 * gain.std  # two joints: by chance once in 180 seeds
 
 
 @pytest.mark.parametrize("seed", [1, 5])  # nls finds 1/g 9.7 and 10.2 deviations from zero

@@ -14,7 +14,7 @@ from pathlib import Path
 from ident.estimation.estimators import ESTIMATORS
 from ident.support.errors import IdentificationError
 from scenarios.benchmark.methods import estimator, function
-from scenarios.results.documents import estimate_document
+from scenarios.results.models.run import Result
 from scenarios.results.problem_folder import GivenProblem, read_problem
 
 LATE = (
@@ -47,7 +47,8 @@ def _document(text: str, problem: GivenProblem) -> object:
     try:
         if text.partition(",")[0] not in ESTIMATORS:
             return function.answered(text, problem)
-        return estimate_document(estimator.identified(text, problem), time.perf_counter() - started)
+        found = estimator.identified(text, problem)
+        return Result.of_identification(found, time.perf_counter() - started).model_dump(mode="json")
     except IdentificationError as error:  # data refused as a whole are every joint refused
         refused = {"std": None, "estimate": None, "identifiable": False, "reason": str(error)}
         return {"gains": [{"joint": joint, **refused} for joint in range(1, problem.arm.n + 1)]}

@@ -17,9 +17,9 @@ from ident.support.naming import one_line
 from scenarios.benchmark.paper.experiment import PaperRun
 from scenarios.benchmark.paper.stored import StoredPaper, stored_paper
 from scenarios.benchmark.paper.torques import CaseTorques, case_torques
-from scenarios.results.documents import to_json
 from scenarios.results.record import digests_of
 from scenarios.support.errors import DamagedResult, ForeignResult
+from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 PARAMETERS, ROWS, PAPER = "parameters.parquet", "rows.parquet", "paper.json"
@@ -99,7 +99,16 @@ def write_raw_numbers(run: PaperRun, folder: Path, *, command: str) -> None:
         OSError: If they cannot be written.
     """
     parameters = [
-        {"case": name, **asdict(p), "total_std": p.total_std, "essential": p.essential}
+        {
+            "case": name,
+            "name": p.name,
+            "value": p.value,
+            "std": p.residual_std,
+            "gain_std": p.gain_std,
+            "known": p.known,
+            "total_std": p.std,
+            "essential": p.essential,
+        }
         for name, case in _cases(run)
         for p in case.parameters
     ]
@@ -152,7 +161,7 @@ def _gain(joint: int, found: JointResult, true: float) -> dict[str, object]:
         "joint": joint,
         "true": true,
         "estimate": found.value if known else None,
-        "std": found.std if known else None,
+        "std": found.residual_std if known else None,
         "identifiable": known,
         "reason": None if known else found.reason,
     }
@@ -164,7 +173,7 @@ def _estimate(case: PayloadEstimate, true: Array) -> dict[str, object]:
             "parameter": p.name,
             "true": float(value),
             "estimate": p.value,
-            "std": p.total_std,
+            "std": p.std,
             "tolerance": None,
             "passed": None,
             "known": p.known,

@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
 from ident.support.toml_files import LARGEST
-from scenarios.gains_in_use.model_update.link_document import Links
+from scenarios.results.models.links import Links
 from scenarios.support.errors import WrongBareFile
 
 

@@ -10,8 +10,8 @@ from ident.model.structure import Structure
 from ident.payload.payload import standard_parameters
 from ident.support.errors import NoBody
 from scenarios.gains_in_use.model_update.drawn_links import drawn_links
-from scenarios.gains_in_use.model_update.link_document import Links, links_document
 from scenarios.gains_in_use.model_update.values import Unknown
+from scenarios.results.models.links import Links, links_document
 from sim.errors import ModelFileError
 
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))

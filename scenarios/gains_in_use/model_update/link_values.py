@@ -8,7 +8,7 @@ from ident.arm_parameters.links import DrawnLinks
 from ident.model.arm import Arm
 from ident.support.arrays import Array
 from scenarios.gains_in_use.model_update.bare_file import BareFile
-from scenarios.gains_in_use.model_update.link_document import Links, same_frames
+from scenarios.results.models.links import Links, same_frames
 from scenarios.support.errors import WrongBareFile
 
 SAME = 1e-6

@@ -5,16 +5,16 @@ Every object may have more keys than these; those that stand here are a contract
 
 from pydantic import BaseModel
 
-from scenarios.json_schemas.results.bare import BareResult
-from scenarios.json_schemas.results.check import Check
 from scenarios.json_schemas.results.design import NewRobot, PayloadDesign
 from scenarios.json_schemas.results.gains import GainComparison, Patched, Torques
 from scenarios.json_schemas.results.listing import ListedScenarios, Written
 from scenarios.json_schemas.results.methods import Answers, Comparison, Contract, SealedProblems
 from scenarios.json_schemas.results.motions import Converted, Sampled, Searched
-from scenarios.json_schemas.results.run import Result
 from scenarios.json_schemas.results.studies import Budget, PaperResult, PredictedBudget, StudyResult
 from scenarios.json_schemas.results.weighing import CrossValidation, FoundPayload, Verification
+from scenarios.results.models.bare import BareResult
+from scenarios.results.models.check import Check
+from scenarios.results.models.run import Result
 
 RESULTS: dict[str, type[BaseModel]] = {
     "result": Result,

@@ -4,7 +4,7 @@ from pydantic import Field
 
 from scenarios.experiments.studies.budget import SourceCost
 from scenarios.experiments.studies.statistics import JointStatistics
-from scenarios.json_schemas.results.diagnoses import ResultExclusion
+from scenarios.results.models.diagnoses import ResultExclusion
 from scenarios.support.result_model import ResultModel
 
 

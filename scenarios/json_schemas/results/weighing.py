@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from scenarios.json_schemas.results.diagnoses import Diagnosed
+from scenarios.results.models.diagnoses import DiagnosedResult
 from scenarios.support.result_model import ResultModel
 
 
@@ -103,7 +103,7 @@ class CommonError(ResultModel):
     apart: list[Departure]
 
 
-class Verification(Diagnosed):
+class Verification(DiagnosedResult):
     """What `rx90 verify --gains G --json` prints.
 
     Attributes:
@@ -145,7 +145,7 @@ class PredictedJoint(ResultModel):
     gain_changes: list[float]
 
 
-class CrossValidation(Diagnosed):
+class CrossValidation(DiagnosedResult):
     """What `rx90 verify --json` prints without gains.
 
     Attributes:
@@ -157,7 +157,7 @@ class CrossValidation(Diagnosed):
     joints: list[PredictedJoint]
 
 
-class FoundPayload(Diagnosed):
+class FoundPayload(DiagnosedResult):
     """What `rx90 payload-of --json` prints.
 
     Attributes:

@@ -2,19 +2,18 @@
 
 from collections.abc import Sequence
 
-from ident.estimation.estimate import IdentifiedGain, JointResult
-from scenarios.experiments.judge import GainVerdict
 from scenarios.reports.content import Paragraph
 from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, about, intervals, values
+from scenarios.results.models.gains import ResultGain
 
 JOINT = "joint"
 
 
-def error_plot(gains: Sequence[GainVerdict]) -> Plot:
+def error_plot(gains: Sequence[ResultGain]) -> Plot:
     """Errors with their intervals beside the tolerance; a joint without a gain has its tolerance alone."""
     names = tuple(str(gain.joint) for gain in gains)
-    found = [(gain, gain.rel_error, gain.std or 0.0) for gain in gains if gain.rel_error is not None]
-    errors = [about(100.0 * off, 200.0 * std / abs(gain.true)) for gain, off, std in found]
+    found = [gain for gain in gains if gain.rel_error is not None]
+    errors = [about(100.0 * (g.rel_error or 0.0), 200.0 * (g.std or 0.0) / abs(g.true or 1.0)) for g in found]
     return Plot(
         title="Error of each gain, with its interval",
         caption="Point: identified less injected gain. Bar: two standard deviations either way, all shares together. "
@@ -22,53 +21,51 @@ def error_plot(gains: Sequence[GainVerdict]) -> Plot:
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="error", unit="%", zero=True),
         series=(
-            intervals("tolerance", names, [about(0.0, 100.0 * gain.tolerance) for gain in gains], Tone.QUIET),
-            intervals("error, 2 sigma", [str(gain.joint) for gain, _, _ in found], errors, Tone.FIRST),
+            intervals("tolerance", names, [about(0.0, 100.0 * (gain.tolerance or 0.0)) for gain in gains], Tone.QUIET),
+            intervals("error, 2 sigma", [str(gain.joint) for gain in found], errors, Tone.FIRST),
         ),
     )
 
 
-def value_plot(joints: Sequence[JointResult], unit: str) -> Plot:
+def value_plot(gains: Sequence[ResultGain], unit: str) -> Plot:
     """Gains with their intervals."""
-    names = tuple(str(k) for k in range(1, len(joints) + 1))
-    found = [(str(k), joint) for k, joint in enumerate(joints, 1) if isinstance(joint, IdentifiedGain)]
+    found = [(str(gain.joint), gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
     return Plot(
         title="Gains, with their intervals",
         caption="Bar: two standard deviations either way, all shares together. Refused joints have no number.",
-        x=Axis(title=JOINT, categories=names),
+        x=Axis(title=JOINT, categories=tuple(str(gain.joint) for gain in gains)),
         y=Axis(title="gain", unit=unit),
         series=(
             intervals(
                 "gain, 2 sigma",
-                [name for name, _ in found],
-                [about(gain.value, 2.0 * gain.total_std) for _, gain in found],
+                [name for name, _, _ in found],
+                [about(value, 2.0 * std) for _, value, std in found],
                 Tone.FIRST,
             ),
         ),
     )
 
 
-def share_plot(joints: Sequence[JointResult]) -> Plot:
+def share_plot(gains: Sequence[ResultGain]) -> Plot:
     """What each interval is made of."""
-    names = tuple(str(k) for k in range(1, len(joints) + 1))
-    found = [(str(k), joint) for k, joint in enumerate(joints, 1) if isinstance(joint, IdentifiedGain)]
+    found = [(gain, abs(gain.estimate)) for gain in gains if gain.estimate is not None]
     shares = {
-        "residual": [joint.std / abs(joint.value) for _, joint in found],
-        "payload": [joint.payload_rel_std for _, joint in found],
-        "model": [joint.model_rel_std for _, joint in found],
+        "residual": [(gain.residual_std or 0.0) / size for gain, size in found],
+        "payload": [(gain.payload_std or 0.0) / size for gain, size in found],
+        "model": [(gain.model_std or 0.0) / size for gain, size in found],
     }
     tones = (Tone.FIRST, Tone.SECOND, Tone.THIRD)
     return Plot(
         title="What the intervals are made of",
         caption="Two standard deviations of each share alone; the interval is the root of the sum of their squares.",
-        x=Axis(title=JOINT, categories=names),
+        x=Axis(title=JOINT, categories=tuple(str(gain.joint) for gain in gains)),
         y=Axis(title="2 sigma", unit="%", zero=True),
         series=tuple(
             Series(
                 label=label,
                 mark=Mark.BARS,
                 tone=tone,
-                x=tuple(name for name, _ in found),
+                x=tuple(str(gain.joint) for gain, _ in found),
                 y=values([200.0 * share for share in numbers]),
             )
             for (label, numbers), tone in zip(shares.items(), tones, strict=True)
@@ -76,17 +73,17 @@ def share_plot(joints: Sequence[JointResult]) -> Plot:
     )
 
 
-def what_would_show(joints: Sequence[JointResult], allowed: float) -> list[Paragraph]:
+def what_would_show(gains: Sequence[ResultGain], allowed: float) -> list[Paragraph]:
     """For each refused joint, what data would show its gain.
 
     Args:
-        joints: One a joint.
+        gains: One a joint.
         allowed: Largest predicted relative deviation of a gain that is not refused.
     """
     return [
-        Paragraph(f"Joint {number}, to be shown: {_advice(joint.predicted_rel_std, allowed)}.")
-        for number, joint in enumerate(joints, 1)
-        if not isinstance(joint, IdentifiedGain)
+        Paragraph(f"Joint {gain.joint}, to be shown: {_advice(gain.predicted_rel_std, allowed)}.")
+        for gain in gains
+        if not gain.identifiable
     ]
 
 

@@ -11,10 +11,10 @@ from scenarios.benchmark.paper.stored import PaperCase, StoredPaper
 from scenarios.benchmark.paper.torques import CaseTorques
 from scenarios.reports.content import Figure, Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
-from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.pages.torque_plots import TOLD, torque_plot
 from scenarios.reports.paper import paper_report
 from scenarios.reports.plot import Axis, Plot, Reference, Tone, about, intervals
+from scenarios.results.fit_rows import FitRows
 
 DRAWN = 2
 """The case that figure 3 shows."""

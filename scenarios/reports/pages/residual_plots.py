@@ -5,12 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import signal, stats
 
-from ident.diagnosis.autocorrelation import lag_one
-from ident.estimation.rows import Rows
 from ident.support.arrays import Array
 from scenarios.reports.content import Column, Paragraph, Part, Table, cells
-from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
+from scenarios.results.fit_rows import FitRows
 
 POINTS, BINS, BANDS = 150, 10, 24
 """Points of a cloud, bins of its means, frequencies of a spectrum."""
@@ -28,17 +26,18 @@ FAR = 4.0
 LISTED = 12
 
 
-def spectrum_plot(rows: FitRows, all_rows: Rows) -> Plot:
+def spectrum_plot(rows: FitRows, row_period: float, correlation: float) -> Plot:
     """Spectrum of a residual over that of unrelated rows of the same size (Lomb and Scargle).
 
     Args:
         rows: Of the joint.
-        all_rows: Of the estimate.
+        row_period: Time from one row to the next [s].
+        correlation: Of a row's residual with that of the next.
     """
     found: list[Array] = []
     lengths = [float(np.ptp(rows.t[rows.motion == k])) for k in np.unique(rows.motion)]
     step = 1.0 / max(lengths)
-    frequency = np.arange(step, 0.5 / all_rows.row_period, step)
+    frequency = np.arange(step, 0.5 / row_period, step)
     for k in np.unique(rows.motion):
         at = rows.motion == k
         power = signal.lombscargle(rows.t[at], rows.residual[at], 2.0 * np.pi * frequency)
@@ -50,7 +49,7 @@ def spectrum_plot(rows: FitRows, all_rows: Rows) -> Plot:
     low, high = (float(stats.chi2.ppf(q, freedom) / freedom) for q in (0.025, 0.975))
     return Plot(
         title=f"Joint {rows.joint + 1}",
-        caption=f"Correlation of a row with the next: {lag_one(all_rows, rows.joint):+.2f}.",
+        caption=f"Correlation of a row with the next: {correlation:+.2f}.",
         x=Axis(title="frequency", unit="Hz"),
         y=Axis(title="over white", log=True),
         series=(

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenarios.reports.pages.fit_rows import FitRows
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, one_in, values
+from scenarios.results.fit_rows import FitRows
 
 MOST = 1600
 """Rows of a line; more than that are as wide as a screen."""
@@ -41,7 +41,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
         x=Axis(title="time", unit="s"),
         y=Axis(title="torque" if rows.unit == "N m" else "force" if rows.unit == "N" else "current", unit=rows.unit),
         series=tuple(series),
-        bands=tuple((round(a, 3), round(b, 3)) for a, b in rows.still),
+        bands=tuple((float(a), float(b)) for a, b in np.round(rows.still, 3)),
         bands_label="beside a reversal, left out",
         references=tuple(
             Reference(name, round(at, 3), upright=True) for name, at in zip(motions, begins, strict=False)

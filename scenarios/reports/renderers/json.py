@@ -2,7 +2,7 @@
 
 from scenarios.reports.content import Report
 from scenarios.reports.renderers import Page
-from scenarios.results.documents import to_json
+from scenarios.support.result_model import to_json
 
 
 def render(report: Report, page: Page) -> str:

@@ -45,7 +45,7 @@ def test_what_is_expected_is_what_a_loaded_motion_gives(structure, payload, chi,
     expected = expected_if_loaded(bare, OPTIONS, payload, arm_in_SI(bare, OPTIONS, gains), gains, ratios)
     carrying = exact_problem(structure, [(chi, payload, payload)], GAIN, rng, noise=NOISE, rows=300, options=TRUSTING)
     found = all_joints_gains(replace(bare, motions=(*bare.motions, *carrying.motions)), OPTIONS)
-    seen = np.array([abs(each.total_std / each.value) for each in found.joints])
+    seen = np.array([abs(each.std / each.value) for each in found.joints])
     # Other states and noise of 300 rows, a share of currents that a light payload hardly raises.
     np.testing.assert_allclose([each.rel_std for each in expected], seen, rtol=0.35)
     assert [each.joint for each in expected] == list(range(6))

@@ -57,7 +57,7 @@ def test_a_common_delay_is_undone_and_the_gains_are_those_of_sound_logs(axes, pa
     assert said.sentence == f"the currents are logged {abs(said.value):.1f} +- {said.std:.1f} ms {way}: corrected"
     np.testing.assert_allclose(corrected.observing.current_delay, -1e-3 * said.value, rtol=1e-12)
     for mine, right in zip(corrected.estimate.joints, sound.joints, strict=True):
-        assert abs(mine.value - right.value) < right.total_std  # the same noise: what differs is the delay left
+        assert abs(mine.value - right.value) < right.std  # the same noise: what differs is the delay left
     late = found(axes, spoilt, DOUBTED)  # without asking it is named, and not undone
     (told,) = [each for each in late.found.diagnoses if each.name == "delay"]
     assert told.advice.endswith("--current-delay auto")

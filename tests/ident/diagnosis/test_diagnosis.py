@@ -53,7 +53,7 @@ def test_gains_that_others_contradict_are_off_by_their_ratio():
     found = {each.joint: each for each in between(now, right)}
     assert sorted(found) == [0, 1, 2, 3]
     np.testing.assert_allclose(found[0].percent, 30.0, rtol=1e-9)
-    np.testing.assert_allclose(found[0].deviations, 0.3 / (now.joints[0].total_std / 2.6), rtol=1e-9)
+    np.testing.assert_allclose(found[0].deviations, 0.3 / (now.joints[0].std / 2.6), rtol=1e-9)
     np.testing.assert_allclose(found[2].percent, 0.0, atol=1e-9)
     for j in (1, 3):  # a gain that ought to be refused is no result, nor is a refusal of one that ought to be found
         np.testing.assert_allclose(found[j].percent, 1000.0, rtol=1e-9)
@@ -63,8 +63,8 @@ def test_gains_that_others_contradict_are_off_by_their_ratio():
 def test_what_a_fault_adds_to_a_claim_does_not_make_its_effect_small(mine, theirs):
     now, right = gain_estimate(2.6, std=mine, reason=""), gain_estimate(2.5, std=theirs, reason="")
     (found,) = between(now, right)
-    surer = min((now.joints[0], right.joints[0]), key=lambda each: each.total_std / each.value)
-    np.testing.assert_allclose(found.deviations, 0.04 * surer.value / surer.total_std, rtol=1e-9)
+    surer = min((now.joints[0], right.joints[0]), key=lambda each: each.std / each.value)
+    np.testing.assert_allclose(found.deviations, 0.04 * surer.value / surer.std, rtol=1e-9)
 
 
 def test_effects_are_not_held_against_claims_that_no_weight_allows():
@@ -92,11 +92,9 @@ def test_a_gross_fault_spoils_a_gain_however_much_it_inflates_the_claim(axes, me
     moved = {each.joint: each for each in found.effects}[0]
     share = now[0].value / right[0].value - 1.0
     np.testing.assert_allclose(moved.percent, 100.0 * share, rtol=0.3)  # the delay found is not quite that put in
-    np.testing.assert_allclose(
-        moved.deviations, moved.percent / 100.0 / (right[0].total_std / right[0].value), rtol=0.3
-    )
+    np.testing.assert_allclose(moved.deviations, moved.percent / 100.0 / (right[0].std / right[0].value), rtol=0.3)
     if method == "ls-2011":
-        assert now[0].total_std / now[0].value > 5.0 * right[0].total_std / right[0].value
+        assert now[0].std / now[0].value > 5.0 * right[0].std / right[0].value
         assert share < 3.0 * now[0].predicted_rel_std
 
 

@@ -78,8 +78,8 @@ def test_what_is_claimed_is_what_is_printed_and_no_less_than_a_payload_is_weighe
     gain = made[0].estimate.joints[0]
     np.testing.assert_allclose(claimed(gain), 0.04, rtol=1e-12)
     np.testing.assert_allclose(claimed(replace(gain, predicted_rel_std=0.09)), 0.04, rtol=1e-12)
-    finer = replace(gain, std=0.0003 * abs(gain.value))
-    assert claimed(finer) == FINEST > finer.total_std / abs(finer.value)
+    finer = replace(gain, residual_std=0.0003 * abs(gain.value))
+    assert claimed(finer) == FINEST > finer.std / abs(finer.value)
     np.testing.assert_allclose(claimed(replace(gain, value=-gain.value)), 0.04, rtol=1e-12)
 
 

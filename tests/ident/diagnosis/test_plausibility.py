@@ -3,7 +3,6 @@ import pytest
 from exact import drive_gains, exact_observation, lopsided
 
 from ident.diagnosis.plausibility import check_different, check_load, check_positions, prediction_warnings
-from ident.estimation.cross_validation import JointPrediction
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.gain_options import GainOptions
 from ident.recordings.recording import Recording
@@ -108,10 +107,7 @@ def test_a_position_below_the_range_is_as_wrong_as_one_above(arm):
 
 
 def test_a_joint_that_the_other_parts_of_the_motions_do_not_predict_is_warned_of():
-    shares = (0.09, 0.149, 0.151, 0.63)
-    none = np.zeros(0)
-    found = [JointPrediction(joint=j, share=x, fitted=0.01, gain_change=none) for j, x in enumerate(shares)]
-    words = prediction_warnings(found)
+    words = prediction_warnings({0: 0.09, 1: 0.149, 2: 0.151, 3: 0.63})
     assert [each.partition(":")[0] for each in words] == [
         "joint 3 is predicted within 15 % of its current only, good recordings within 10 %",
         "joint 4 is predicted within 63 % of its current only, good recordings within 10 %",

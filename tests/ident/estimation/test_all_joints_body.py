@@ -75,7 +75,7 @@ def test_gains_are_those_with_the_nearest_possible_payload(thin):
     joint = int(np.argmax(np.abs(moved)))
     assert f"joint {joint + 1} by {100.0 * abs(moved[joint]):.2g} %" in held.remarks[0]
     np.testing.assert_allclose(
-        [a.std / a.value for a in held.joints], [a.std / a.value for a in free.joints], rtol=1e-12
+        [a.residual_std / a.value for a in held.joints], [a.residual_std / a.value for a in free.joints], rtol=1e-12
     )
     # A second implementation: the fit of all rows with the nearest payload told as known.
     unknown = len(ready.shared.arm) + np.arange(9)

@@ -68,12 +68,12 @@ def test_gross_outliers_hardly_move_gains_and_are_told(structure, heavy, rng):
 
     clean = found(motions, heavy, "squares")
     squares, tamed = (found(with_currents(motions, spoilt), heavy, loss) for loss in ("squares", "student"))
-    std = np.array([joint.std for joint in clean.joints]) / np.abs(GAIN)
+    std = np.array([joint.residual_std for joint in clean.joints]) / np.abs(GAIN)
     off = [np.abs(values(each) / GAIN - 1.0) / std for each in (squares, tamed)]
     assert off[0].max() > 20.0
     assert off[1].max() < 4.0  # of six gains; the loss costs a tenth in deviation
     # Deviations are those of data without outliers, not of the squares of these.
-    told = np.array([joint.std for joint in tamed.joints]) / np.abs(GAIN)
+    told = np.array([joint.residual_std for joint in tamed.joints]) / np.abs(GAIN)
     np.testing.assert_allclose(told / std, 1.1, atol=0.25)
     share = float(tamed.remarks[-1].removeprefix("by the loss of student ").split()[0])
     assert 2.0 <= share < 4.0
@@ -109,7 +109,7 @@ def test_deviations_are_those_of_the_maximum_likelihood_where_student_s_noise_is
 
     motions = with_currents(motions, noisy)
     squares, tamed = (found(motions, heavy, loss) for loss in ("squares", "student"))
-    ratio = [a.std / b.std for a, b in zip(tamed.joints, squares.joints, strict=True)]
+    ratio = [a.residual_std / b.residual_std for a, b in zip(tamed.joints, squares.joints, strict=True)]
     # Variance f / (f - 2) by squares, (f + 3) / (f + 1) by the likelihood, f = 4; that s is not its own costs 1 %,
     # the square sum of 1800 rows of infinite fourth moment is uncertain by some 5 %.
     np.testing.assert_allclose(ratio, np.sqrt(1.4 / 2.0), rtol=0.1)

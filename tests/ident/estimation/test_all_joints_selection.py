@@ -55,7 +55,7 @@ def off(estimate: GainEstimate) -> np.ndarray:
 
 def total(estimate: GainEstimate) -> np.ndarray:
     """Relative deviations of the gains, all shares together."""
-    return np.array([np.hypot(joint.std, joint.model_std) / abs(joint.value) for joint in estimate.joints])
+    return np.array([np.hypot(joint.residual_std, joint.model_std) / abs(joint.value) for joint in estimate.joints])
 
 
 def remarked(estimate: GainEstimate, words: str) -> str:

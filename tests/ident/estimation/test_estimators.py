@@ -76,7 +76,7 @@ def each(observation: Observation, change) -> Observation:
 
 
 def stds(estimate: GainEstimate) -> np.ndarray:
-    return np.array([joint.std if isinstance(joint, IdentifiedGain) else np.nan for joint in estimate.joints])
+    return np.array([joint.residual_std if isinstance(joint, IdentifiedGain) else np.nan for joint in estimate.joints])
 
 
 def test_its_options_are_a_frozen_dataclass_with_defaults(method):
@@ -264,8 +264,8 @@ def test_the_stated_uncertainty_of_the_mass_reaches_every_gain(method, noisy, he
     )
     for joint in estimate.joints:
         assert isinstance(joint, IdentifiedGain)
-        parts = joint.std**2 + joint.payload_std**2 + joint.model_std**2
-        np.testing.assert_allclose(joint.total_std**2, parts, rtol=1e-12)
+        parts = joint.residual_std**2 + joint.payload_std**2 + joint.model_std**2
+        np.testing.assert_allclose(joint.std**2, parts, rtol=1e-12)
         np.testing.assert_allclose(joint.payload_std, joint.payload_rel_std * abs(joint.value), rtol=1e-12)
 
 

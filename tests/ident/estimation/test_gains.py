@@ -43,7 +43,7 @@ def test_mass_scaled_by_k_scales_every_gain_by_k(structure, payload, rng):
     before, after = drive_gains(*pair, heavy, TRUSTING), drive_gains(*pair, scaled_mass(heavy, 1.7), TRUSTING)
     np.testing.assert_allclose(values(after), 1.7 * values(before), rtol=EXACT)
     for a, b in zip(after.joints, before.joints, strict=True):
-        np.testing.assert_allclose(a.std, 1.7 * b.std, rtol=EXACT)
+        np.testing.assert_allclose(a.residual_std, 1.7 * b.residual_std, rtol=EXACT)
 
 
 def test_currents_scaled_by_k_divide_every_gain_by_k(structure, payload, rng):
@@ -87,7 +87,7 @@ def test_standard_deviations_are_those_of_white_noise(structure, payload):
     for seed in range(200):
         pair = exact_pair(structure, heavy, GAIN, np.random.default_rng(seed), noise=0.01, rows=120)
         estimate = drive_gains(*pair, heavy, GainOptions(max_rel_std=10.0, uncertainty="larger"))
-        z.append([(joint.value - true) / joint.std for joint, true in zip(estimate.joints, GAIN, strict=True)])
+        z.append([(joint.value - true) / joint.residual_std for joint, true in zip(estimate.joints, GAIN, strict=True)])
     assert abs(np.sqrt(np.mean(np.square(z))) - 1.0) < 4 * 0.0204
 
 

@@ -48,8 +48,8 @@ def test_deviations_carry_the_errors_of_the_steps_before(structure, payload):
         estimate, known = sequential_gains(*motions, light, options), drive_gains(*motions, heavy, options)
         for j in (3, 4, 5):
             error = estimate.joints[j].value - GAIN[j]
-            z.append(error / estimate.joints[j].std)
-            dropped.append(error / known.joints[j].std)
+            z.append(error / estimate.joints[j].residual_std)
+            dropped.append(error / known.joints[j].residual_std)
     rms = np.sqrt(np.mean(np.square(z)))
     assert abs(rms - 1.0) < 0.19
     assert np.sqrt(np.mean(np.square(dropped))) > 1.2 * rms

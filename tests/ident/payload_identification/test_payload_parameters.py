@@ -59,7 +59,7 @@ def test_weights_make_sigma_one_and_deviations_those_of_the_draws(structure, chi
     for seed in range(200):
         rows = system(structure, chi, np.random.default_rng(seed), noise=0.02, rows=150)
         found = payload_parameters(rows, GAIN, gain_std=NONE, known={}, weighted=True)
-        z.append((values(found) - chi) / [p.std for p in found.parameters])
+        z.append((values(found) - chi) / [p.residual_std for p in found.parameters])
         sigma.append(found.sigma)
     assert abs(np.sqrt(np.mean(np.square(z))) - 1.0) < 0.08
     np.testing.assert_allclose(np.mean(sigma), 1.0, atol=0.01)
@@ -72,7 +72,7 @@ def test_uncertainty_of_a_gain_is_the_change_it_causes(structure, chi, rng):
     before, after = (payload_parameters(rows, g, gain_std=h, known={}, weighted=False) for g in (GAIN, GAIN + h))
     changes = np.abs(values(after) - values(before))
     np.testing.assert_allclose([p.gain_std for p in before.parameters], changes, rtol=1e-6, atol=1e-12)
-    np.testing.assert_allclose(np.sqrt(np.diag(before.covariance)), [p.total_std for p in before.parameters], rtol=1e-9)
+    np.testing.assert_allclose(np.sqrt(np.diag(before.covariance)), [p.std for p in before.parameters], rtol=1e-9)
 
 
 def test_essential_parameters_are_those_with_a_relative_deviation_under_ten_percent(structure, payload, rng):
@@ -81,7 +81,7 @@ def test_essential_parameters_are_those_with_a_relative_deviation_under_ten_perc
         system(structure, axisymmetric, rng, noise=0.02), GAIN, gain_std=NONE, known={}, weighted=True
     )
     for parameter in found.parameters:
-        assert parameter.essential == (parameter.std < 0.1 * abs(parameter.value))
+        assert parameter.essential == (parameter.residual_std < 0.1 * abs(parameter.value))
     assert found["M"].essential
     assert not found["MX"].essential
 
@@ -104,5 +104,5 @@ def test_what_is_given_is_certain_and_what_is_found_is_not(structure, chi, rng):
     rows = system(structure, chi, rng, noise=0.01)
     found = payload_parameters(rows, GAIN, gain_std=0.01 * np.abs(GAIN), known=given, weighted=True)
     for name in INERTIAL:
-        certain = {found[name].std, found[name].gain_std, found[name].total_std} == {0.0}
+        certain = {found[name].residual_std, found[name].gain_std, found[name].std} == {0.0}
         assert certain == (name in given)

@@ -101,7 +101,7 @@ def test_the_paper_is_told_with_the_numbers_of_the_experiment(repeated):
     for gain, joint, true in zip(document["gains"], repeated.gains.joints, repeated.true_gain, strict=True):
         assert gain["true"] == true
         if isinstance(joint, IdentifiedGain):
-            assert (gain["estimate"], gain["std"], gain["reason"]) == (joint.value, joint.std, None)
+            assert (gain["estimate"], gain["std"], gain["reason"]) == (joint.value, joint.residual_std, None)
         else:
             assert (gain["estimate"], gain["std"], gain["reason"]) == (None, None, joint.reason)
     for case, estimate in zip(document["cases"], repeated.cases, strict=True):
@@ -154,7 +154,7 @@ def test_plots_of_the_paper_show_the_gains_masses_and_torques_that_are_stored(wr
     five = {"rtol": 6e-5}  # digits of a plot
     ours = gains.series[0]
     np.testing.assert_allclose(ours.y, [joint.value for joint in found], **five)
-    np.testing.assert_allclose(ours.high, [joint.value + 2.0 * joint.std for joint in found], **five)
+    np.testing.assert_allclose(ours.high, [joint.value + 2.0 * joint.residual_std for joint in found], **five)
     np.testing.assert_allclose(masses.series[0].low, [c["M"].value - 2.0 * c["M"].std for c in repeated.cases], **five)
     assert masses.references[0].at == 7.025
     rows = pd.read_parquet(written / "rows.parquet")

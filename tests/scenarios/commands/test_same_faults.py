@@ -15,8 +15,9 @@ from weighed_cell import MODEL, TWO_WEIGHTS
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios.cli import main
-from scenarios.reports.content import Paragraph, Table
+from scenarios.reports.content import Table
 from scenarios.reports.pages import page_of
+from scenarios.results.fit_rows import read_fit
 
 BARE, FAULTY, PAYLOAD, GAINS = "{}/bare.parquet", "{}/faulty.parquet", "{}/payload-light.toml", "{}/gains.toml"
 PAIR = ("--unloaded", BARE, "--loaded", FAULTY, "--payload", PAYLOAD)
@@ -102,7 +103,7 @@ def test_wrapped_angles_are_unwrapped_with_a_warning_and_cost_nothing(command, c
     assert (warning["name"], warning["joints"]) == ("wrapped", [6])
 
 
-def test_a_saved_identification_of_faulty_logs_is_identified_again_the_same(cell, tmp_path):
+def test_the_page_of_faulty_logs_tells_their_faults_and_is_drawn_from_what_lies_between_gaps(cell, tmp_path):
     log = FAULTS["scaled"][0](read_recording(cell / "light.parquet"))
     gap = np.setdiff1d(np.arange(len(log.t)), range(9000, 9900))
     q = np.mod(log.q + np.pi, 2.0 * np.pi) - np.pi
@@ -113,7 +114,13 @@ def test_a_saved_identification_of_faulty_logs_is_identified_again_the_same(cell
     table = next(part for part in report.parts if isinstance(part, Table) and part.columns[0].title == "Log")
     doubts = {row[1].text for row in table.rows if row[2].text != "good"}
     assert doubts == {"current scale", "missing samples", "wrapped"}
-    assert not any("are not those of" in part.text for part in report.parts if isinstance(part, Paragraph))
+    fit = read_fit(tmp_path / "saved")
+    assert [Path(motion.log).name for motion in fit.motions] == [
+        "bare.parquet",
+        "faulty.parquet, part 1",
+        "faulty.parquet, part 2",
+    ]
+    assert set(fit.rows[0].motion.tolist()) == {0, 1, 2}
 
 
 @pytest.mark.parametrize(

@@ -85,7 +85,7 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_
     result = run(scenario, 0)
     for j, joint in enumerate(result.estimate.joints[:5]):
         residual = result.estimate.residual_share(j)
-        found = joint.std / joint.value / residual
+        found = joint.residual_std / joint.value / residual
         assert 0.9 < found / (predicted[j] / 0.02) < 1.6
 
 

@@ -85,6 +85,7 @@ def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path,
         "robot.xml",
         "truth.json",
         "result.json",
+        "fit-rows.parquet",
         "record.json",
         ".rx90.json",
     }

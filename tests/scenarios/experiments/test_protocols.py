@@ -15,7 +15,7 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.mountings import grouped, motion_names, mountings
 from scenarios.experiments.files.settings import value_at, with_settings
 from scenarios.experiments.run import run
-from scenarios.results.documents import run_document, to_json
+from scenarios.results.models.run import Result
 from scenarios.support.errors import ScenarioError, UnknownPlace
 
 
@@ -134,8 +134,7 @@ def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_paylo
     several = run(bench_of(tmp_path, FOUR), 0)
     truths = []
     for each in (repeated, several):
-        document = run_document(replace(each, estimate=replace(each.estimate, payload=found)))
-        truths.append(json.loads(to_json(document))["payload"][0]["true"])
+        truths.append(Result.of_run(replace(each, estimate=replace(each.estimate, payload=found))).payload[0].true)
     assert truths == [7.025, None]
 
 

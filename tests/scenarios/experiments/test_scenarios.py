@@ -252,7 +252,7 @@ def test_save_writes_the_promised_files(saved):
     folder, result = saved
     names = {path.name for path in folder.iterdir()}
     files = {"unloaded.parquet", "loaded.parquet", "payload.toml", "truth.json", "result.json", ".rx90.json"}
-    assert names == files | {"robot.xml", "record.json"}
+    assert names == files | {"robot.xml", "record.json", "fit-rows.parquet"}
     assert json.loads((folder / "result.json").read_text()) == result
     truth = json.loads((folder / "truth.json").read_text())
     assert truth["drives"]["gain"] == [gain["true"] for gain in result["gains"]]

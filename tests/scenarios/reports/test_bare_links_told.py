@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scenarios.gains_in_use.model_update.link_document import Links
 from scenarios.reports.bare_links import links_parts
+from scenarios.results.models.links import Links
 
 
 @pytest.mark.parametrize(
@@ -12,5 +12,5 @@ from scenarios.reports.bare_links import links_parts
 )
 def test_the_motor_of_a_sliding_joint_has_a_mass(turns, unit):
     links = Links.model_construct(links=[], farthest_parameter="MX2", farthest_deviations=0.4)
-    table = links_parts(links, np.array(turns))[0]
+    table = links_parts(links, None, np.array(turns))[0]
     assert {each.title: each.unit for each in table.columns}["Motor"] == unit

@@ -13,8 +13,9 @@ from scenarios.reports.content import Mood
 from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs, words_of
 from scenarios.reports.gains import note_paragraphs
 from scenarios.reports.identify import kept_paragraphs, summary
-from scenarios.results.documents import estimate_document, to_json
-from scenarios.results.stored_result import read_result
+from scenarios.results.models.run import Result
+from scenarios.results.record import RESULT, read_result
+from scenarios.support.result_model import to_json
 
 DOUBT = Diagnosis(
     name="zero",
@@ -72,16 +73,21 @@ def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them()
     wrong = replace(
         DOUBT, severity=Severity.WRONG, effects=tuple(Effect(joint=j, percent=p, deviations=d) for j, p, d in effects)
     )
-    joints = gain_estimate(None, 4.4, 5.5, std=0.1, reason="").joints
-    (told,) = kept_paragraphs(joints, Diagnosed(diagnoses=(wrong,)))
+
+    def result(said: Diagnosed) -> Result:
+        found = gain_estimate(None, 4.4, 5.5, std=0.1, reason="")
+        return Result.of_identification(Identification(found, (), said), 0.1)
+
+    told_wrong = result(Diagnosed(diagnoses=(wrong,)))
+    (told,) = kept_paragraphs(told_wrong)
     assert told.text == "Kept, moved by less than 3 standard deviations: joint 2 by +0.62 %."
-    assert kept_paragraphs(joints, FOUND) == []
-    said = summary(joints, 480, 0.0167, Diagnosed(diagnoses=(wrong,)))
+    assert kept_paragraphs(result(FOUND)) == []
+    said = summary(told_wrong)
     assert said.text == (
-        "2 of 3 gains identified from 480 rows, relative residual 1.67 %; refused for a fault of the logs: joint 1."
+        "2 of 3 gains identified from 6 rows, relative residual 5.00 %; refused for a fault of the logs: joint 1."
     )
     assert said.mood is Mood.BAD
-    assert summary(joints, 480, 0.0167, FOUND).text.endswith("relative residual 1.67 %.")
+    assert summary(result(FOUND)).text.endswith("relative residual 5.00 %.")
 
 
 def test_what_was_asked_is_told_though_it_is_good():
@@ -93,7 +99,7 @@ def test_what_was_asked_is_told_though_it_is_good():
 
 def test_programs_are_given_every_diagnosis_with_joints_from_1_and_predictions_in_short(tmp_path):
     found = Identification(gain_estimate(3.3, 4.4, 5.5, std=0.1, reason=""), ("clock jitters",), FOUND)
-    document = estimate_document(found, 0.1)
+    document = Result.of_identification(found, 0.1).model_dump(mode="json")
     assert document["notes"] == ["clock jitters"]
     assert document["consistency"] == [
         {
@@ -113,5 +119,8 @@ def test_programs_are_given_every_diagnosis_with_joints_from_1_and_predictions_i
 
 def test_what_was_said_is_read_back_as_it_was(tmp_path: Path):
     found = Identification(gain_estimate(3.3, 4.4, 5.5, std=0.1, reason=""), ("clock jitters",), FOUND)
-    (tmp_path / "result.json").write_text(to_json(estimate_document(found, 0.1)))
-    assert read_result(tmp_path / "result.json").found == FOUND
+    result = Result.of_identification(found, 0.1)
+    (tmp_path / RESULT).write_text(to_json(result.model_dump(mode="json")))
+    again = read_result(tmp_path, Result)
+    assert again == result
+    assert again.found == FOUND

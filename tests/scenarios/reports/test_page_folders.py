@@ -1,49 +1,31 @@
-"""Pages of runs, identifications and checks: what is identified again, which folders are refused."""
+"""Pages of runs, identifications and checks: what they are drawn from, which folders are refused."""
 
 import json
 import re
 import shlex
 import shutil
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import page_folders
 import pytest
-from page_parts import identified
 
-from ident.estimation.estimate import RefusedGain
+from ident.estimation.estimators import estimator
 from ident.estimation.problem import ObservedMotion
+from ident.preparation import SIMULATED, prepare
+from ident.recordings.files import read_recording
 from scenarios.cli import main
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.reports.content import Heading, Line, Mood, Paragraph, Picture, Report, Table
 from scenarios.reports.pages import kind_of, page_of
-from scenarios.reports.pages.fit_rows import begins, fit_rows
 from scenarios.reports.pages.gain_plots import error_plot
-from scenarios.reports.pages.reanalysis import differences, identified_again
 from scenarios.reports.pages.still import with_picture
 from scenarios.reports.plot import Plot
-from scenarios.results.record import digests_of
+from scenarios.results.fit_rows import begins, fit_of, fit_rows, read_fit
+from scenarios.results.models.run import Result
+from scenarios.results.record import read_record, read_result, recorded_problem
 from scenarios.results.scene import scene_digest
 from scenarios.support.errors import DamagedResult, ForeignResult
-
-
-def test_results_differ_where_a_number_or_a_refusal_does():
-    refused = RefusedGain(joint="b", reason="said so", predicted_rel_std=0.5)
-    saved = (identified(0.9, 0.01), refused, identified(1.5, 0.02))
-    assert differences(saved, saved) == ()
-    close = (
-        identified(0.9 * (1 + 3e-10), 0.01),
-        RefusedGain(joint="b", reason="other", predicted_rel_std=None),
-        saved[2],
-    )
-    assert differences(saved, close) == ()
-    (first,) = differences(saved, (identified(0.9 * (1 + 3e-9), 0.01), *saved[1:]))
-    assert first == "joint 1: 0.9 with a deviation of 0.01 was saved, now it is 0.9 with a deviation of 0.01"
-    (second,) = differences(saved, (saved[0], identified(1.1, 0.03), saved[2]))
-    assert second == "joint 2: a refusal was saved, now it is 1.1 with a deviation of 0.03"
-    (third,) = differences(saved, (*saved[:2], identified(1.5, 0.03)))
-    assert third.startswith("joint 3: ")
-    assert differences(saved, saved[:2]) == ("3 joints were saved, now there are 2",)
 
 
 @pytest.fixture(scope="module")
@@ -56,12 +38,45 @@ def copied(saved, tmp_path):
     return shutil.copytree(saved, tmp_path / "copied")
 
 
-def test_a_run_identified_again_from_its_folder_is_the_same(saved):
-    again = identified_again(saved)
-    assert again.differences == ()
-    assert [gain.estimate is None for gain in again.result.gains] == [False, False, False, True, False, True]
-    problem, estimate = again.problem, again.estimate
-    logs = [motion.recording for motion in again.motions]
+def identified_again(folder):
+    """Logs and estimate of a run, from its folder."""
+    given = recorded_problem(folder, read_record(folder))
+    prepared = prepare(given.motions, given.arm, observing=given.observing, gains=given.gains, policy=SIMULATED)
+    method = estimator("ls-2011")
+    return prepared, method.estimate(prepared.problem, method.options())
+
+
+def test_the_rows_of_a_run_are_saved_as_they_were_found(saved):
+    prepared, estimate = identified_again(saved)
+    found, fit = fit_of(prepared, estimate), read_fit(saved)
+    assert [each.estimate is None for each in read_result(saved, Result).gains] == [
+        False,
+        False,
+        False,
+        True,
+        False,
+        True,
+    ]
+    assert [each.joint for each in fit.rows] == sorted(estimate.solution.rows.unknowns)
+    for here, there in zip(fit.rows, found.rows, strict=True):
+        for field in fields(here):
+            # The arm is read from its minimal model, whose numbers are rounded.
+            np.testing.assert_allclose(
+                *(np.array(getattr(rows, field.name)) if field.name != "unit" else 0.0 for rows in (here, there)),
+                rtol=1e-9, atol=1e-9,
+            )  # fmt: skip
+        assert here.unit == there.unit
+    np.testing.assert_allclose(fit.correlation, found.correlation, rtol=1e-6)
+    assert (fit.row_period, fit.begins) == (found.row_period, found.begins)
+    assert [[each.joint for each in log.joints] for log in fit.motions] == [[1, 2, 3, 4, 5, 6]] * 2
+    for joint in range(6):
+        share = estimate.residual_share(joint)
+        assert fit.residual_share(joint) == (None if share is None else pytest.approx(share, rel=1e-9))
+
+
+def test_rows_lie_on_the_axis_of_time_as_far_apart_as_in_their_logs(saved):
+    prepared, estimate = identified_again(saved)
+    problem, logs = prepared.problem, [motion.recording for motion in prepared.motions]
     start = begins(logs)
     assert start[0] == 0.0
     rows = fit_rows(problem, estimate, 1, logs)
@@ -88,31 +103,34 @@ def test_a_run_identified_again_from_its_folder_is_the_same(saved):
 
 
 def test_a_log_whose_clock_does_not_begin_at_zero_keeps_its_own_time_and_its_place_on_the_axis(saved):
-    again = identified_again(saved)
-    bare, heavy = again.problem.motions
+    prepared, estimate = identified_again(saved)
+    bare, heavy = prepared.problem.motions
     joints = tuple(replace(each, t=each.t + 1200.25) for each in heavy.observation.joints)
     moved = ObservedMotion(replace(heavy.observation, joints=joints), heavy.payload)
-    logs = [motion.recording for motion in again.motions]
+    logs = [motion.recording for motion in prepared.motions]
     later = [logs[0], replace(logs[1], t=logs[1].t + 1200.25)]
-    problem, estimate = replace(again.problem, motions=(bare, moved)), again.estimate
-    here, there = fit_rows(again.problem, estimate, 2, logs), fit_rows(problem, estimate, 2, later)
+    problem = replace(prepared.problem, motions=(bare, moved))
+    here, there = fit_rows(prepared.problem, estimate, 2, logs), fit_rows(problem, estimate, 2, later)
     np.testing.assert_allclose(there.stamp - here.stamp, 1200.25 * here.motion, rtol=0, atol=1e-9)  # rounding
     np.testing.assert_allclose(there.t, here.t, rtol=0, atol=1e-9)  # rounding
     np.testing.assert_allclose(there.still, here.still, rtol=0, atol=1e-9)  # rounding
 
 
-def test_the_page_says_at_the_top_what_is_not_as_it_was_saved(copied):
-    result = json.loads((copied / "result.json").read_text())
-    result["gains"][2]["estimate"] *= 1.001
-    (copied / "result.json").write_text(json.dumps(result))
-    record = json.loads((copied / "record.json").read_text())
+def test_a_page_is_drawn_from_what_was_saved_and_identifies_nothing(saved, monkeypatch):
+    for name in ("ident.preparation.prepare", "ident.preparation.examined"):
+        monkeypatch.setattr(name, None)
+    assert sum(isinstance(part, Plot) and part.zoom for part in page_of(saved).parts) == 6
 
-    record["files"] |= digests_of(copied, ["result.json"])
+
+def test_a_folder_without_rows_is_of_an_older_version(copied):
+    record = json.loads((copied / "record.json").read_text())
+    del record["files"]["fit-rows.parquet"]
     (copied / "record.json").write_text(json.dumps(record))
-    first, second = page_of(copied).parts[:2]
-    assert first.strong
-    assert second.mood is Mood.BAD
-    assert "the gains are not those of result.json: joint 3: " in second.text
+    (copied / "fit-rows.parquet").unlink()
+    with pytest.raises(
+        ForeignResult, match=r"holds no fit-rows\.parquet: an older version of rx90 wrote it; save it again"
+    ):
+        page_of(copied)
 
 
 def test_verdict_gains_and_refusals_come_first(saved):
@@ -147,11 +165,11 @@ def test_verdict_gains_and_refusals_come_first(saved):
     for each in result["diagnoses"]:
         assert [each["name"], each["severity"], each["sentence"]] in [row[1:] for row in told]
     assert ["Seed", "5"] in told
-    for number, joint in enumerate(identified_again(saved).result.joints, 1):
-        if isinstance(joint, RefusedGain) and joint.predicted_rel_std is not None and 0.1 < joint.predicted_rel_std < 1:
-            torque = f"Joint {number}, to be shown: a payload that puts {10 * joint.predicted_rel_std:.3g} times"
+    for gain in read_result(saved, Result).gains:
+        if gain.estimate is None and gain.predicted_rel_std is not None and 0.1 < gain.predicted_rel_std < 1:
+            torque = f"Joint {gain.joint}, to be shown: a payload that puts {10 * gain.predicted_rel_std:.3g} times"
             assert any(text.startswith(torque) for text in texts)
-    errors = error_plot([gain.verdict for gain in identified_again(saved).result.gains])
+    errors = error_plot(read_result(saved, Result).gains)
     shown = dict(zip(errors.series[1].x, errors.series[1].y, strict=True))
     tops = dict(zip(errors.series[1].x, errors.series[1].high, strict=True))
     # The second motion is drawn behind the first.
@@ -183,13 +201,15 @@ def test_identified_logs_are_saved_with_all_that_it_takes(saved, tmp_path):
     folder = page_folders.identification(tmp_path / "again", saved)
     report = page_of(folder)
     assert report.title == "Drive gains of rx90 by ls-2011"
-    again = identified_again(folder)
-    assert again.differences == ()
-    assert again.given.observing.cutoff_hz == 14.0
-    assert [motion.recording.name for motion in again.motions] == [
+    assert recorded_problem(folder, read_record(folder)).observing.cutoff_hz == 14.0
+    assert [motion.log for motion in read_fit(folder).motions] == [
         str(saved / "unloaded.parquet"),
         str(saved / "loaded.parquet"),
     ]
+    result, fit = read_result(folder, Result), read_fit(folder)
+    table = next(part for part in report.parts if isinstance(part, Table))
+    for gain, row in zip(result.gains, table.rows, strict=True):
+        assert row[7].text == f"{100 * fit.residual_share(gain.joint - 1):.1f}"
     assert report.parts[0].text.startswith("4 of 6 gains identified from ")
     assert "--cutoff-hz 14.0" in [part.text for part in report.parts if isinstance(part, Line)][1]
 
@@ -226,35 +246,25 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     for option in ("--gains", "--if-loaded", "--unloaded"):
         assert given[given.index(option) + 1].startswith(str(folder))
     assert "--loaded" not in given
-    path = folder / "result.json"
-    other = next(each for each in told["joints"] if each["ratio"] not in (None, 1.0))
-    other["ratio"] *= 1.0 + 1e-7
-    path.write_text(json.dumps(told))
-    record = json.loads((folder / "record.json").read_text())
-    record["files"] |= digests_of(folder, ["result.json"])
-    (folder / "record.json").write_text(json.dumps(record))
-    (said,) = [part for part in page_of(folder).parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]
-    assert "give other ratios than result.json" in said.text
     assert report.parts[0].mood is Mood.PLAIN
     monkeypatch.setattr("scenarios.reports.bare.prediction_warnings", lambda predicted: ["joint 2 is badly predicted"])
     verdict = page_of(folder).parts[0]
     assert (verdict.mood, verdict.text.endswith("they give none. Warnings stand below.")) == (Mood.DOUBTFUL, True)
 
 
-def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved, tmp_path):
+def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
     folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"))
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())
     verdicts = {"good": "GOOD: ", "weak": "USABLE: ", "wrong": "WRONG: "}
     assert report.parts[0].text.startswith(verdicts[told["verdict"]])
-    assert not any(isinstance(part, Paragraph) and "A new check" in part.text for part in report.parts)
     table = next(part for part in report.parts if isinstance(part, Table))
     order = ["wrong", "weak", "good"]
     lines = sorted(told["lines"], key=lambda line: order.index(line["verdict"]))
     assert [row[3].text for row in table.rows] == [line["seen"] for line in lines]
     currents = [part for part in report.parts if isinstance(part, Plot) and part.zoom]
     assert len(currents) == 12
-    recording = identified_again(saved).motions[0].recording
+    recording = read_recording(saved / "unloaded.parquet")
     # The lowest and the highest sample of all are drawn, however few of the others are.
     assert max(currents[2].series[0].y) == pytest.approx(recording.v[:, 2].max(), rel=6e-5)
     assert min(currents[2].series[0].y) == pytest.approx(recording.v[:, 2].min(), rel=6e-5)
@@ -274,6 +284,12 @@ def test_a_check_made_again_says_the_same_and_a_changed_result_is_noticed(saved,
         (lambda folder: (folder / "record.json").write_text('{"kind": "dream"}'), ForeignResult, "states kind 'dream'"),
         (lambda folder: (folder / "record.json").write_text('{"kind": "run"}'), ForeignResult, "save it again"),
         (lambda folder: (folder / "loaded.parquet").unlink(), DamagedResult, "loaded.parquet: No such file"),
+        (lambda folder: (folder / "fit-rows.parquet").unlink(), DamagedResult, "rows.parquet: No such file"),
+        (
+            lambda folder: (folder / "fit-rows.parquet").write_bytes(b"PAR1"),
+            DamagedResult,
+            "is not the file that record",
+        ),
         (
             lambda folder: (folder / "payload.toml").write_text(""),
             DamagedResult,

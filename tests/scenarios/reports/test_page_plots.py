@@ -10,24 +10,29 @@ from scipy import stats
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Exclusion, Severity
 from ident.diagnosis.samples.motion import JointMotion
-from ident.estimation.estimate import RefusedGain
-from scenarios.experiments.judge import GainVerdict
+from ident.estimation.estimate import JointResult, RefusedGain
 from scenarios.reports.content import Mood, Paragraph
 from scenarios.reports.motion import coverage_plot as motion_plot
 from scenarios.reports.motion import motion_table
 from scenarios.reports.pages.diagnoses import diagnosis_parts
-from scenarios.reports.pages.fit_rows import FitRows, begins
 from scenarios.reports.pages.gain_plots import error_plot as gain_error_plot
 from scenarios.reports.pages.gain_plots import share_plot, value_plot, what_would_show
 from scenarios.reports.pages.identification import with_warnings
 from scenarios.reports.pages.provenance import named
 from scenarios.reports.pages.residual_plots import FAR, LISTED, against, outliers, spectrum_plot
 from scenarios.reports.pages.torque_plots import MOST, torque_plot
+from scenarios.results.fit_rows import FitRows, begins
+from scenarios.results.models.check import CheckLog
+from scenarios.results.models.gains import ResultGain
+
+
+def gains(*found: JointResult) -> list[ResultGain]:
+    return [ResultGain.of(number, each) for number, each in enumerate(found, 1)]
 
 
 def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
     refused = RefusedGain(joint="k", reason="none", predicted_rel_std=0.35)
-    plot = share_plot((identified(-0.8, 0.02, 0.03, 0.007), refused))
+    plot = share_plot(gains(identified(-0.8, 0.02, 0.03, 0.007), refused))
     assert plot.x.categories == ("1", "2")
     assert (plot.y.unit, plot.y.zero) == ("%", True)
     found = {series.label: (series.x, series.y) for series in plot.series}
@@ -36,7 +41,7 @@ def test_shares_of_an_interval_are_two_deviations_in_percent_of_the_gain():
 
 def test_a_gain_stands_between_two_deviations_of_all_shares_together():
     refused = RefusedGain(joint="j", reason="none", predicted_rel_std=0.35)
-    plot = value_plot((refused, identified(-0.8, 0.012, 0.02)), "N/unit")
+    plot = value_plot(gains(refused, identified(-0.8, 0.012, 0.02)), "N/unit")
     assert (plot.x.categories, plot.y.unit) == (("1", "2"), "N/unit")
     (shown,) = plot.series
     # hypot(0.012, 0.02 * 0.8) = 0.02, of which two.
@@ -44,10 +49,10 @@ def test_a_gain_stands_between_two_deviations_of_all_shares_together():
 
 
 def test_an_error_stands_between_two_deviations_of_the_injected_gain_over_its_tolerance():
-    def verdict(joint: int, **more) -> GainVerdict:
+    def verdict(joint: int, **more) -> ResultGain:
         given = {"true": -0.5, "estimate": -0.52, "std": 0.015, "rel_error": 0.04, "z": -1.3}
         told = {"tolerance": 0.07, "identifiable": True, "passed": True, "reason": None}
-        return GainVerdict(joint=joint, **{**given, **told, **more})
+        return ResultGain(joint=joint, **{**given, **told, **more})
 
     refused = dict.fromkeys(("estimate", "std", "rel_error", "z"))
     plot = gain_error_plot([verdict(1, **refused, tolerance=0.03), verdict(2)])
@@ -66,7 +71,7 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
         RefusedGain(joint="f", reason="", predicted_rel_std=0.1),
         RefusedGain(joint="g", reason="", predicted_rel_std=1.04),
     )
-    said = [part.text for part in what_would_show(joints, 0.1)]
+    said = [part.text for part in what_would_show(gains(*joints), 0.1)]
     assert [text[:7] for text in said] == ["Joint 2", "Joint 3", "Joint 4", "Joint 5", "Joint 6", "Joint 7"]
     # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
     assert "3.5 times the torque" in said[0]
@@ -192,14 +197,8 @@ def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():
     n, period = 600, 0.05
     t, motion = np.r_[period * np.arange(n), 40.0 + period * np.arange(n)], np.repeat([0, 1], n)
     white = rows_of(rng.normal(scale=0.7, size=2 * n), t=t, motion=motion)
-    of_all = SimpleNamespace(
-        joint=np.full(2 * n, 2),
-        motion=motion,
-        position=np.tile(np.arange(n), 2),
-        residual=white.residual,
-        row_period=period,
-    )
-    plot = spectrum_plot(white, of_all)
+    plot = spectrum_plot(white, period, -0.016)
+    assert plot.caption.endswith(": -0.02.")
     (line,) = plot.series
     assert 0.0 < line.x[0] < 1.0
     assert 9.0 < line.x[-1] < 10.0  # half the rate of the rows
@@ -210,7 +209,7 @@ def test_the_spectrum_of_unrelated_rows_lies_about_one_between_its_lines():
     assert inside >= 20  # of 24: fewer in one of 200 choices of a seed
     np.testing.assert_allclose(np.mean(line.y), 1.0, rtol=0.1)  # 576 squares of either sort: 4 % is one deviation
     wave = rows_of(np.sin(2.0 * np.pi * 3.1 * t), t=t, motion=motion)
-    tall = spectrum_plot(wave, of_all).series[0]
+    tall = spectrum_plot(wave, period, 0.6).series[0]
     assert abs(tall.x[int(np.argmax(tall.y))] - 3.1) < 0.5
 
 
@@ -225,12 +224,13 @@ def test_a_joint_is_shown_in_shares_of_its_range(arm):
         slow=0.1,
         current_rms=3.0,
     )
-    units = [column.unit for column in motion_table("", [motion] * arm.n, arm).columns]
+    joints = CheckLog.of("log", [motion] * arm.n).joints
+    units = [column.unit for column in motion_table("", joints, arm).columns]
     assert units == ["", "", "rad", "rad", "%", "rad/s", "rad/s^2", "% of time", "units"]
     sliding = SimpleNamespace(revolute=np.array([True, False]), joint_names=("a", "b"))
-    units = [column.unit for column in motion_table("", [motion] * 2, sliding).columns]
+    units = [column.unit for column in motion_table("", joints[:2], sliding).columns]
     assert (units[2], units[5], units[6]) == ("rad, m", "rad/s, m/s", "rad/s^2, m/s^2")
-    plot = motion_plot({"first": [motion] * arm.n, "second": [motion] * arm.n}, arm)
+    plot = motion_plot({"first": joints, "second": joints}, arm)
     assert [series.label for series in plot.series] == ["first", "second"]
     assert (plot.series[1].low[1], plot.series[1].high[1]) == pytest.approx((25.0, 75.0), rel=6e-5)  # five digits
     assert len({series.tone for series in plot.series}) == 2

@@ -41,7 +41,11 @@ def file(arm):
             replace(joint, joint=name)
             if not hasattr(joint, "std")
             else replace(
-                joint, joint=name, std=float(np.sqrt(0.0012)) * joint.value**2, payload_rel_std=0.0, model_rel_std=0.0
+                joint,
+                joint=name,
+                residual_std=float(np.sqrt(0.0012)) * joint.value**2,
+                payload_rel_std=0.0,
+                model_rel_std=0.0,
             )
             for joint, name in zip(estimate.joints, arm.joint_names, strict=True)
         ),

@@ -1,9 +1,10 @@
-"""JSON Schema of what bare motions alone say of gains."""
+"""What bare motions alone say of gains."""
 
 from pydantic import Field
 
-from scenarios.gains_in_use.model_update.link_document import Links
-from scenarios.json_schemas.results.diagnoses import Diagnosed
+from ident.arm_parameters.parameter_values import Parameter
+from scenarios.results.models.diagnoses import DiagnosedResult
+from scenarios.results.models.links import Links
 from scenarios.support.result_model import ResultModel
 
 
@@ -22,6 +23,11 @@ class BareParameter(ResultModel):
     estimate: float
     std: float
 
+    @classmethod
+    def of(cls, found: Parameter) -> "BareParameter":
+        """A parameter as it was found."""
+        return cls(parameter=found.name, unit=found.unit, estimate=found.value, std=found.std)
+
 
 class BareJoint(ResultModel):
     """A joint's gain over that of the reference joint, and its friction in drive units.
@@ -34,6 +40,9 @@ class BareJoint(ResultModel):
         predicted_rel_std: The same, of a refused ratio too.
         reason: Why there is no ratio, null if there is one.
         off_std: Standard deviation of `off`, a share too, that of the given gains included.
+        predicted_rel_error: Norm of the error of its currents' prediction, each part of the motions from the others,
+            relative to that of the currents; null where it has no row.
+        fitted_rel_error: The same of the residual, relative too, where all parts are fitted to.
         friction: Friction and offset of the joint.
     """
 
@@ -45,6 +54,8 @@ class BareJoint(ResultModel):
     reason: str | None
     off: float | None = Field(description="share by which given gains contradict the ratio")
     off_std: float | None
+    predicted_rel_error: float | None = None
+    fitted_rel_error: float | None = None
     friction: list[BareParameter]
 
 
@@ -74,7 +85,7 @@ class ExpectedGains(ResultModel):
     joints: list[ExpectedJoint]
 
 
-class BareResult(Diagnosed):
+class BareResult(DiagnosedResult):
     """What `rx90 identify --json` prints of bare recordings alone.
 
     Attributes:

@@ -1,0 +1,251 @@
+"""The rows that a fit was found from, with their places in time, position and speed: what its page is drawn from.
+
+They are saved beside the result, a row a row, so that a page identifies nothing again.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from ident.diagnosis.autocorrelation import lag_one
+from ident.diagnosis.samples.motion import joint_motions
+from ident.estimation.estimate import GainEstimate, IdentifiedGain
+from ident.estimation.problem import Problem
+from ident.observation.observation import Observation
+from ident.preparation import Prepared
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Indices
+from ident.support.naming import one_line
+from scenarios.results.models.check import CheckLog
+from scenarios.support.errors import ForeignResult
+
+ROWS = "fit-rows.parquet"
+"""No name of a recording: a hyphen in these stands before a number (`scenarios.experiments.files.mountings`)."""
+COLUMNS = {"t": "t", "stamp": "time", "V": "v", "residual": "residual", "q": "q", "dq": "dq"}
+"""Columns of the file by the arrays of `FitRows`; beside them `joint` and `motion`, both from 1."""
+ABOUT = b"rx90"
+"""Key of the file's metadata whose value is all that is no row, in JSON."""
+GAP = 1.5
+"""Rows further apart than this many periods are not joined."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class FitRows:
+    """Rows of one joint, motions one after the other.
+
+    Attributes:
+        joint: The joint, from 0.
+        scale: Of a current to what is drawn: the gain, or 1 where it is refused.
+        unit: Of that.
+        turning: Whether the joint turns; else it slides.
+        t: Time since the first log began, pauses between logs left out [s], shape (r,).
+        stamp: Time that the log of each row has in the middle of its filter [s], shape (r,).
+        V: Currents [drive units], shape (r,).
+        residual: What the model leaves of them, shape (r,).
+        q, dq: Position and speed of the joint, shape (r,); empty where nothing is drawn against them.
+        motion: Number of each row's motion, shape (r,).
+        sigma: Standard deviation of the residual [drive units].
+        still: Stretches beside a reversal, whose samples are left out, from and to [s].
+    """
+
+    joint: int
+    scale: float
+    unit: str
+    turning: bool
+    t: Array
+    stamp: Array
+    V: Array
+    residual: Array
+    q: Array
+    dq: Array
+    motion: Indices
+    sigma: float
+    still: tuple[tuple[float, float], ...]
+
+    def broken(self, values: Array) -> tuple[Array, Array]:
+        """Times and values with NaN where rows are left out or a motion ends, for a line that is drawn."""
+        step = np.diff(self.t)
+        gaps = np.flatnonzero((step > GAP * np.median(step)) | (np.diff(self.motion) > 0)) + 1
+        return np.insert(self.t, gaps, self.t[gaps] - 0.5 * step[gaps - 1]), np.insert(values, gaps, np.nan)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fit:
+    """What an estimate was found from, as it is drawn.
+
+    Attributes:
+        rows: Of each joint that has some.
+        correlation: Of the residual of a row with that of the next, of the same joints.
+        row_period: Time from one row to the next [s].
+        motions: How joints moved in each log, or in what lies between two of its gaps.
+        begins: When each motion begins on the axis of time, and when the last one ends [s].
+    """
+
+    rows: tuple[FitRows, ...]
+    correlation: tuple[float, ...]
+    row_period: float
+    motions: tuple[CheckLog, ...]
+    begins: tuple[float, ...]
+
+    def residual_share(self, joint: int) -> float | None:
+        """Norm of the residual of a joint, from 0, over that of its currents; None where it has no row."""
+        own = [each for each in self.rows if each.joint == joint]
+        return float(np.linalg.norm(own[0].residual) / np.linalg.norm(own[0].V)) if own else None
+
+
+class _Joint(BaseModel):
+    """What a joint's `FitRows` has beside its arrays."""
+
+    model_config = ConfigDict(from_attributes=True)
+    joint: int
+    scale: float
+    unit: str
+    turning: bool
+    sigma: float
+    still: tuple[tuple[float, float], ...]
+
+
+class _About(BaseModel):
+    """What a `Fit` has beside its rows."""
+
+    model_config = ConfigDict(from_attributes=True)
+    rows: tuple[_Joint, ...]
+    correlation: tuple[float, ...]
+    row_period: float
+    motions: tuple[CheckLog, ...]
+    begins: tuple[float, ...]
+
+
+def fit_of(prepared: Prepared, estimate: GainEstimate) -> Fit:
+    """What an estimate was found from.
+
+    Args:
+        prepared: The logs.
+        estimate: What was found from them.
+    """
+    problem, all_rows = prepared.problem, estimate.solution.rows
+    logs = [motion.recording for motion in prepared.motions]
+    joints, arm = sorted(all_rows.unknowns), problem.structure.arm
+    return Fit(
+        rows=tuple(fit_rows(problem, estimate, joint, logs) for joint in joints),
+        correlation=tuple(lag_one(all_rows, joint) for joint in joints),
+        row_period=all_rows.row_period,
+        motions=tuple(CheckLog.of(each.name, joint_motions(each, arm, prepared.observing)) for each in logs),
+        begins=begins(logs),
+    )
+
+
+def write_fit(fit: Fit, folder: Path) -> None:
+    """Write `ROWS`.
+
+    Raises:
+        OSError: If it cannot be written.
+    """
+    counts = [len(each.t) for each in fit.rows]
+    columns: dict[str, Array | Indices] = {
+        "joint": np.repeat([each.joint + 1 for each in fit.rows], counts),
+        "motion": np.concatenate([each.motion + 1 for each in fit.rows]),
+    }
+    columns |= {name: np.concatenate([getattr(each, own) for each in fit.rows]) for own, name in COLUMNS.items()}
+    about = _About.model_validate(fit).model_dump_json()
+    pq.write_table(pa.table(columns).replace_schema_metadata({ABOUT: about}), folder / ROWS)
+
+
+def read_fit(folder: Path) -> Fit:
+    """Read `ROWS`.
+
+    Raises:
+        ForeignResult: If it is not there, or one of another version.
+    """
+    path = folder / ROWS
+    if not path.is_file():
+        raise ForeignResult(f"{one_line(folder)}: holds no {ROWS}: an older version of rx90 wrote it; save it again")
+    try:
+        table = pq.read_table(path)
+        about = _About.model_validate_json((table.schema.metadata or {})[ABOUT])
+        columns = {name: table[name].to_numpy() for name in ("joint", "motion", *COLUMNS.values())}
+    except (OSError, KeyError, pa.ArrowException, ValidationError) as error:
+        first = one_line(" ".join(str(error).splitlines()[:2]))
+        raise ForeignResult(f"{one_line(path)}: no rows of this version of rx90: {first}; save it again") from error
+    rows: list[FitRows] = []
+    for each in about.rows:
+        at = columns["joint"] == each.joint + 1
+        arrays = {own: columns[name][at] for own, name in COLUMNS.items()}
+        rows.append(FitRows(**dict(each), motion=columns["motion"][at] - 1, **arrays))
+    return Fit(
+        rows=tuple(rows),
+        correlation=about.correlation,
+        row_period=about.row_period,
+        motions=about.motions,
+        begins=about.begins,
+    )
+
+
+def fit_rows(problem: Problem, estimate: GainEstimate, joint: int, logs: Sequence[Recording]) -> FitRows:
+    """The rows of a joint.
+
+    Args:
+        problem: The motions.
+        estimate: What was found from them.
+        joint: The joint, from 0.
+        logs: What each motion was observed in.
+    """
+    rows, gain = estimate.solution.rows, estimate.joints[joint]
+    own = rows.of(joint)
+    turning = bool(problem.structure.arm.revolute[joint])
+    known = isinstance(gain, IdentifiedGain)
+    motion, stamp, still = rows.motion[own], np.empty(own.stop - own.start), list[tuple[float, float]]()
+    first = np.array([log.t[0] for log in logs])
+    later = np.array(begins(logs)[:-1]) - first  # place on the axis less time in the log, (motions,)
+    for k in np.unique(motion).tolist():
+        seen, at = problem.motions[k].observation, motion == k
+        observed = seen.joints[joint]
+        stamp[at] = observed.t[np.searchsorted(observed.position, rows.position[own][at])]
+        still += [(a + float(later[k]), b + float(later[k])) for a, b in _still(seen, joint)]
+    q, dq = _states(problem, joint, motion, rows.position[own])
+    return FitRows(
+        joint=joint,
+        scale=gain.value if known else 1.0,
+        unit=("N m" if turning else "N") if known else "drive units",
+        turning=turning,
+        t=stamp + later[motion],
+        stamp=stamp,
+        V=rows.V[own],
+        residual=rows.residual[own],
+        q=q,
+        dq=dq,
+        motion=motion,
+        sigma=rows.sigma(joint),
+        still=tuple(still),
+    )
+
+
+def _states(problem: Problem, joint: int, motion: Indices, position: Indices) -> tuple[Array, Array]:
+    """Position and speed of a joint in the middle of its rows' filters, each of shape (r,)."""
+    q, dq = np.empty(len(motion)), np.empty(len(motion))
+    for k in np.unique(motion).tolist():
+        behind, own = problem.motions[k].observation.full_rate, motion == k
+        assert behind is not None, "asked of motions that were recorded"
+        at = position[own] * behind.decimator.factor + len(behind.decimator.kernel) // 2
+        q[own], dq[own] = behind.q[at, joint], behind.dq[at, joint]
+    return q, dq
+
+
+def begins(logs: Sequence[Recording]) -> tuple[float, ...]:
+    """When each log begins if each follows the one before, and when the last one ends [s]."""
+    return tuple(np.cumsum([0.0, *(len(log.t) * log.period for log in logs)]).tolist())
+
+
+def _still(seen: Observation, joint: int) -> list[tuple[float, float]]:
+    """Stretches of a log whose samples are left out for a joint, from and to, in the log's own time [s]."""
+    behind, observed = seen.full_rate, seen.joints[joint]
+    assert behind is not None, "asked of motions that were recorded"
+    middle = 0.5 * (len(behind.decimator.kernel) - 1) * behind.period
+    first = observed.t[0] - middle - observed.position[0] * observed.row_period  # of the filtered samples
+    edges = np.flatnonzero(np.diff(np.concatenate(([True], behind.moving[:, joint], [True])).astype(int)))
+    return [(first + a * behind.period, first + b * behind.period) for a, b in edges.reshape(-1, 2).tolist()]

@@ -1,0 +1,148 @@
+"""The result of a check of logs."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Literal
+
+from pydantic import Field
+
+from ident.check import Checked
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.diagnosis.samples.motion import JointMotion
+from ident.model.arm import Arm
+from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
+from scenarios.support.result_model import ResultModel
+
+LIMITS, FRICTION = "joint limits", "friction sign"
+"""Names of diagnoses of joints that are where they cannot be, and of friction that drives."""
+
+
+class CheckLine(ResultModel):
+    """A line of a check; `log` and `joint` are null where it is about all of them.
+
+    Attributes:
+        log: Name of the log.
+        what: What was looked at.
+        joint: Its number, from 1.
+        verdict: On this line.
+        seen: What was found, in words.
+        advice: What to do.
+    """
+
+    log: str | None
+    what: str
+    joint: int | None = Field(ge=1)
+    verdict: Literal["good", "weak", "wrong"]
+    seen: str
+    advice: str | None
+
+    @classmethod
+    def of(cls, found: Diagnosis) -> "CheckLine":
+        """A diagnosis as a line."""
+        return cls(
+            log=found.logs[0] if len(found.logs) == 1 else None,
+            what=found.name,
+            joint=found.joints[0] + 1 if len(found.joints) == 1 else None,
+            verdict=found.severity.value,
+            seen=found.sentence,
+            advice=found.advice,
+        )
+
+
+class CheckJoint(ResultModel):
+    """How a joint moved in a log.
+
+    Attributes:
+        joint: Its number, from 1.
+        high: Largest position [rad or m].
+        speed_rms: Rms of the speed [rad/s or m/s].
+        acceleration_rms: Rms of the acceleration [rad/s^2 or m/s^2].
+    """
+
+    joint: int = Field(ge=1)
+    low: float = Field(description="[rad or m]")
+    high: float
+    covered: float | None = Field(description="share of the joint's range, null where no limits are stated")
+    speed: float = Field(ge=0.0, description="largest [rad/s or m/s]")
+    speed_rms: float = Field(ge=0.0)
+    acceleration_rms: float = Field(ge=0.0)
+    slow: float = Field(ge=0.0, le=1.0, description="share of the time beside reversals")
+    current_rms: float = Field(ge=0.0, description="[drive units]")
+
+
+class CheckLog(ResultModel):
+    """A log; without joints if it cannot be filtered.
+
+    Attributes:
+        log: Its name.
+        joints: One entry a joint.
+    """
+
+    log: str
+    joints: list[CheckJoint]
+
+    @classmethod
+    def of(cls, log: str, motions: Sequence[JointMotion]) -> "CheckLog":
+        """A log by its name and the motion of each joint, none if it cannot be filtered."""
+        joints = [CheckJoint(joint=number, **asdict(each)) for number, each in enumerate(motions, 1)]
+        return cls(log=log, joints=joints)
+
+
+class CheckReadings(ResultModel):
+    """Other readings of all logs together."""
+
+    better: list[str] = Field(description="that predict the currents better than the logs as they are")
+    same: list[str] = Field(description="that these logs cannot tell from the logs as they are")
+    out_of_reach: list[int] = Field(description="joints beyond their limits")
+    driven_by_friction: list[int] = Field(description="joints whose positions or currents have the wrong sign")
+
+    @classmethod
+    def of(cls, found: Diagnosed) -> "CheckReadings":
+        """What is said of all logs together."""
+        wrong = [each for each in found.diagnoses if each.severity is Severity.WRONG]
+        return cls(
+            better=[each.sentence for each in wrong if each.z is not None],
+            same=list(found.untold),
+            out_of_reach=_joints(found, LIMITS),
+            driven_by_friction=_joints(found, FRICTION),
+        )
+
+
+def _joints(found: Diagnosed, name: str) -> list[int]:
+    return sorted({joint + 1 for each in found.doubts if each.name == name for joint in each.joints})
+
+
+class Check(DiagnosedResult):
+    """What `rx90 check --json` prints.
+
+    Attributes:
+        robot: Its name.
+        verdict: The worst of all lines.
+        lines: What was looked at.
+        logs: How joints moved.
+        readings: Other readings of all logs together.
+    """
+
+    robot: str
+    verdict: Literal["good", "weak", "wrong"]
+    lines: list[CheckLine]
+    logs: list[CheckLog]
+    readings: CheckReadings
+
+    @classmethod
+    def of(cls, checked: Checked, arm: Arm) -> "Check":
+        """What a check found.
+
+        Args:
+            checked: The logs, and what is said of them.
+            arm: That moved.
+        """
+        found = checked.found
+        return cls(
+            robot=arm.name,
+            verdict=found.severity.value,
+            lines=[CheckLine.of(each) for each in found.diagnoses],
+            logs=[CheckLog.of(each.recording.name, each.motions or ()) for each in checked.logs],
+            readings=CheckReadings.of(found),
+            **diagnosed_values(found),
+        )

@@ -1,0 +1,176 @@
+"""The result of a run or an identification."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from pydantic import Field
+
+from ident.diagnosis.candidates import SHOWN
+from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
+from ident.estimation.estimate import FoundParameter, GainEstimate
+from ident.identification import Identification
+from ident.model.parameters import INERTIAL
+from ident.payload.payload import standard_parameters
+from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
+from scenarios.results.models.gains import ResultGain, ResultParameter
+from scenarios.support.result_model import ResultModel
+
+if TYPE_CHECKING:  # a process that only identifies needs no simulator
+    from scenarios.experiments.run import Run
+
+
+class ResultFit(ResultModel):
+    """How well the data are explained.
+
+    Attributes:
+        method: Name of the estimator.
+        rows: Of the linear systems of all joints.
+        error_norm: Norm of the residuals of all joints [drive units].
+        rel_error_norm: The same as a share of the norm of the currents.
+        sigma: Standard deviation of the residuals of all joints [drive units].
+    """
+
+    method: str
+    rows: int
+    error_norm: float
+    rel_error_norm: float
+    sigma: float
+
+    @classmethod
+    def of(cls, estimate: GainEstimate) -> "ResultFit":
+        """How well an estimate explains its rows."""
+        return cls(
+            method=estimate.method,
+            rows=estimate.rows,
+            error_norm=estimate.error_norm,
+            rel_error_norm=estimate.rel_error_norm,
+            sigma=estimate.sigma,
+        )
+
+
+class ResultTiming(ResultModel):
+    """Wall times [s].
+
+    Attributes:
+        simulate_s: For all motions [s].
+        identify_s: For the estimate [s].
+    """
+
+    simulate_s: float | None
+    identify_s: float
+
+
+class ResultFinding(ResultModel):
+    """A diagnosis that was compared by its predictions of the currents, in short.
+
+    Attributes:
+        statistic: What was found, in what `measure` says.
+        failed: Whether it matters.
+    """
+
+    check: str = Field(description="name of the diagnosis")
+    joint: int = Field(ge=1, description="the joint that is affected most")
+    statistic: float
+    threshold: float = Field(description="above it the statistic is no accident, in what `measure` says")
+    measure: str = Field(description="what both are")
+    sentence: str | None = Field(description="what it means, null where it does not matter")
+    change: float | None = Field(description="of that joint's gain [%], null where no gain is moved")
+    failed: bool
+
+    @classmethod
+    def of(cls, found: Diagnosis) -> "ResultFinding":
+        """A diagnosis in short, one that has a z."""
+        assert found.z is not None, "asked of what was compared"
+        worst, matters = found.worst, found.severity is not Severity.GOOD
+        return cls(
+            check=found.name,
+            joint=(worst.joint if worst else found.joints[0] if found.joints else 0) + 1,
+            statistic=found.z,
+            threshold=SHOWN,
+            measure="standard errors of the gain in predictions",
+            sentence=found.sentence if matters else None,
+            change=worst.percent if worst else None,
+            failed=matters,
+        )
+
+
+class Result(DiagnosedResult):
+    """What `rx90 run --json` and `rx90 identify --json` print.
+
+    Attributes:
+        scenario: Its name.
+        seed: Of every random number.
+        passed: The verdict.
+        gains: One a joint, in their order.
+        payload: The payload's parameters, where they are found too.
+        fit: How well the data are explained.
+        timing: Wall times.
+        notes: What the method chose and what one should know.
+        consistency: Diagnoses that were compared by their predictions, in short.
+    """
+
+    scenario: str | None
+    seed: int | None
+    passed: bool | None
+    gains: list[ResultGain]
+    payload: list[ResultParameter]
+    fit: ResultFit
+    timing: ResultTiming
+    notes: list[str] = Field(default_factory=list[str])
+    consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
+
+    @classmethod
+    def of_run(cls, run: "Run") -> "Result":
+        """What a run found, beside the truth."""
+        bodies = list(run.bench.true_payloads.values())
+        true = {}  # of several, a name does not say whose it is
+        if len(bodies) == 1:
+            values = standard_parameters(bodies[0].mass, bodies[0].com, bodies[0].inertia).tolist()
+            true = dict(zip(map(str, INERTIAL), values, strict=True))
+        judged = enumerate(zip(run.estimate.joints, run.verdict.gains, strict=True), 1)
+        return cls(
+            scenario=run.bench.scenario.name,
+            seed=run.seed,
+            passed=run.verdict.passed,
+            gains=[ResultGain.of(number, *each) for number, each in judged],
+            payload=_payload(run.estimate.payload, true),
+            timing=ResultTiming(simulate_s=run.simulate_s, identify_s=run.identify_s),
+            **_common(run.estimate, run.notes, run.found),
+        )
+
+    @classmethod
+    def of_identification(cls, found: Identification, identify_s: float) -> "Result":
+        """What was identified; what needs a truth is null.
+
+        Args:
+            found: Gains, notes and what is said of the logs.
+            identify_s: Wall time [s].
+        """
+        return cls(
+            scenario=None,
+            seed=None,
+            passed=None,
+            gains=[ResultGain.of(number, each) for number, each in enumerate(found.estimate.joints, 1)],
+            payload=_payload(found.estimate.payload, {}),
+            timing=ResultTiming(simulate_s=None, identify_s=identify_s),
+            **_common(found.estimate, found.notes, found.found),
+        )
+
+    @property
+    def judged(self) -> bool:
+        """Whether there was a truth."""
+        return all(gain.true is not None for gain in self.gains)
+
+
+def _payload(found: tuple[FoundParameter, ...], true: Mapping[str, float]) -> list[ResultParameter]:
+    return [ResultParameter.of(each, true.get(each.name)) for each in found]
+
+
+def _common(estimate: GainEstimate, notes: tuple[str, ...], found: Diagnosed) -> dict[str, Any]:
+    """What both have alike."""
+    return {
+        "fit": ResultFit.of(estimate),
+        "notes": list(notes),
+        "consistency": [ResultFinding.of(each) for each in found.diagnoses if each.z is not None],
+        **diagnosed_values(found),
+    }

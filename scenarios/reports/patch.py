@@ -1,11 +1,11 @@
 """What `rx90 patch` says: every attribute that was changed, and what was left alone."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 from scenarios.experiments.files.gains import GainsFile
 from scenarios.gains_in_use.model_update.places import Change
+from scenarios.gains_in_use.results import patched
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import sentence
 
@@ -62,10 +62,5 @@ def patch_report(changes: Sequence[Change], gains: GainsFile, out: Path, paramet
     parts.append(Paragraph(words, Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True))
     if parameters is not None:
         parts.append(Paragraph(f"{parameters}: torque constants as ROS 2 parameters."))
-    document = {
-        "out": str(out),
-        "ros_params": None if parameters is None else str(parameters),
-        "changes": [asdict(each) for each in changes],
-        "notes": list(gains.notes),
-    }
-    return Report("Patched model", tuple(parts), document)
+    result = patched(changes, gains, out, parameters)
+    return Report("Patched model", tuple(parts), result.model_dump(mode="json"))

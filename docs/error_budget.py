@@ -1,6 +1,7 @@
 """Writes error-budget.md and its pictures from the folders that `rx90 sensitivity` left."""
 
 import json
+import math
 import shutil
 import sys
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.experiments.studies.budget import JointBudget, SourceCost, budgets
+from scenarios.experiments.studies.budget import BudgetJoint, SourceCost, budgets
 from scenarios.experiments.studies.sensitivity import ALONE
 
 HOME = Path(__file__).parent
@@ -46,7 +47,7 @@ class Study:
     trials: int
     failed: int
     least: int
-    joints: tuple[JointBudget, ...]
+    joints: tuple[BudgetJoint, ...]
     sources: tuple[str, ...]
 
     @property
@@ -120,7 +121,7 @@ def section(study: Study) -> str:
         lines.append(f"| {name} | {' | '.join(cell(x, indices=study.shows_indices) for x in study.costs(name))} |")
     for title, values in (
         ("every source off", [abs(each.floor or 0.0) for each in study.joints]),
-        ("**all together**", [each.together for each in study.joints]),
+        ("**all together**", [math.nan if each.together is None else each.together for each in study.joints]),
         ("added up one by one", [each.summed for each in study.joints]),
     ):
         lines.append(f"| {title} | {' | '.join(f'{100 * x:.2f}' for x in values)} |")
@@ -130,7 +131,7 @@ def section(study: Study) -> str:
     return "\n".join(lines) + "\n"
 
 
-def leading(joint: JointBudget) -> str:
+def leading(joint: BudgetJoint) -> str:
     first = sorted(joint.costs, key=lambda cost: -added(cost, joint.floor))[:LEADING]
     told = ", ".join(f"{cost.source} {100 * added(cost, joint.floor):.2f} %" for cost in first)
     return f"- Joint {joint.joint}: most is added by {told}."

@@ -17,11 +17,11 @@ from scenarios.results.write_access import make_folder
 from scenarios.support.errors import NothingToCompare
 
 if TYPE_CHECKING:
+    from scenarios.benchmark.comparison.statistics import ComparedScenario
     from scenarios.benchmark.methods.method import Method
     from scenarios.benchmark.methods.process import Limits
     from scenarios.experiments.studies.folder import StudyFolder
     from scenarios.experiments.studies.study import Study
-    from scenarios.reports.comparison import Compared
 
 REPORT, DOCUMENT = "report.md", "report.json"
 TIME = arguments.number_from(0.1, 86400.0, "s", "a tenth of a second to a day")
@@ -129,21 +129,21 @@ def _sealed(options: argparse.Namespace) -> Status:
         raise NothingToCompare(f"{options.seal}: is not empty; seal into a new folder")
     seed = unknown_seed(options.trials) if options.seed is None else options.seed
     with under_way(options, "preparing") as stages:
-        count = seal(loaded, options.trials, seed, options.seal, stages=stages)
+        sealed = seal(loaded, options.trials, seed, options.seal, stages=stages)
     said = (
         Paragraph(f"Publish {options.seal / PROBLEMS} and {options.seal / SEAL}."),
         Paragraph(f"Keep {options.seal / TRUTH} to yourself until the answers are in; then reveal it."),
     )
-    show(Report(f"{count} problems sealed", said, {"problems": count, "folder": str(options.seal)}), options)
+    show(Report(f"{sealed.problems} problems sealed", said, sealed.model_dump(mode="json")), options)
     return Status.PASSED
 
 
 def _opened(options: argparse.Namespace) -> Status:
     """Score answers against the truth that was sealed."""
     from scenarios.benchmark.comparison.seal import SEAL, TRUTH, revealed, scored
-    from scenarios.benchmark.comparison.statistics import summaries
+    from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison, summaries
     from scenarios.benchmark.methods.answers import read_answers
-    from scenarios.reports.comparison import Compared, comparison_report
+    from scenarios.reports.comparison import comparison_report
 
     if not options.subjects:
         raise NothingToCompare("expected files of answers, as rx90 compare FOLDER writes them")
@@ -153,28 +153,29 @@ def _opened(options: argparse.Namespace) -> Status:
         raise NothingToCompare("the files hold no answer")
     methods = list(dict.fromkeys(row.method for row in answers))
     found = [
-        Compared(
+        ComparedScenario(
             name=name,
             trials=rows["trial"].unique().size,
             unposed=0,
-            methods=summaries(rows, methods, known.bound(name)),
+            methods=list(summaries(rows, methods, known.bound(name))),
         )
         for name, rows in scored(answers, known).items()
     ]
-    show(comparison_report(found, _about(shlex.join(["rx90", "compare", "--open", str(options.open)]))), options)
+    about = _about(shlex.join(["rx90", "compare", "--open", str(options.open)]))
+    show(comparison_report(Comparison(about=about, scenarios=found)), options)
     return Status.PASSED
 
 
 def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
     """Ask one method for what any method should keep; 1 if a promise is broken."""
-    from scenarios.benchmark.comparison.contract import checks
+    from scenarios.benchmark.comparison.contract import contract
     from scenarios.benchmark.methods import method_of
     from scenarios.reports.contract import contract_report
 
     with under_way(options, "asking"):
-        found = list(checks(method_of(options.check), limits))
-    show(contract_report(options.check, found), options)
-    return Status.PASSED if all(check.broken is None for check in found) else Status.MISSED
+        found = contract(method_of(options.check), limits)
+    show(contract_report(found), options)
+    return Status.PASSED if found.passed else Status.MISSED
 
 
 def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Limits") -> Status:
@@ -200,11 +201,12 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
             for study in studies
         ]
 
+    from scenarios.benchmark.comparison.statistics import Comparison
     from scenarios.reports.comparison import comparison_report
     from scenarios.reports.files import write_json, write_markdown
 
     found = [_summed_up(study, folder, methods) for study, folder in zip(studies, folders, strict=True)]
-    report = comparison_report(found, _about(command) | _elsewhere(methods))
+    report = comparison_report(Comparison(about=_about(command) | _elsewhere(methods), scenarios=found))
     with summary_of(options.out), held.writing():
         write_markdown(report, options.out / REPORT)
         write_json(report, options.out / DOCUMENT)
@@ -212,19 +214,18 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
     return Status.PASSED
 
 
-def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -> "Compared":
+def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -> "ComparedScenario":
     from scenarios.benchmark.comparison.bound import gain_bound
-    from scenarios.benchmark.comparison.statistics import NEEDED, summaries
+    from scenarios.benchmark.comparison.statistics import NEEDED, ComparedScenario, summaries
     from scenarios.experiments.build import bench
-    from scenarios.reports.comparison import Compared
 
     rows = folder.table(NEEDED)
     trials, posed = (each["trial"].unique().size for each in (rows, rows.dropna(subset=["seconds"])))
-    return Compared(
+    return ComparedScenario(
         name=study.scenario.name,
         trials=trials,
         unposed=trials - posed,
-        methods=summaries(rows, [method.text for method in methods], gain_bound(bench(study.scenario))),
+        methods=list(summaries(rows, [method.text for method in methods], gain_bound(bench(study.scenario)))),
     )
 
 

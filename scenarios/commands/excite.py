@@ -1,7 +1,6 @@
 """`rx90 excite`."""
 
 import argparse
-import math
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -108,17 +107,11 @@ def main(options: argparse.Namespace) -> Status:
 
 
 def _report(result: "SearchedMotion", start: float, cost: float, out: Path) -> "Report":
+    from scenarios.design.results import searched_result
     from scenarios.reports.content import Report
 
     said = f"{out}: predicted standard deviation of the gains [%]: {result.predicted}"
-    document = {
-        "out": str(out),
-        "tried": result.tried,
-        "cost_of_start": start,
-        "cost": cost,
-        "predicted_rel_std": [std if math.isfinite(std) else None for std in result.deviations.tolist()],
-    }
-    return Report(said, (), document)
+    return Report(said, (), searched_result(result, start, cost, out).model_dump(mode="json"))
 
 
 def _problem(scenario: "Scenario", prepared: "Cell", options: argparse.Namespace) -> "Problem":

@@ -21,9 +21,10 @@ def main(options: argparse.Namespace) -> Status:
     """Name every built-in scenario with its description, a line each where that fits."""
     described = {name: str(scenario_table(name)[0].get("description", "")) for name in builtin_names()}
     if form(options) != "text":
+        from scenarios.experiments.files.listed import listed
+
         table = Table(columns=COLUMNS, rows=tuple(cells(*each) for each in described.items()))
-        document = {"scenarios": [{"name": name, "description": said} for name, said in described.items()]}
-        show(Report("Built-in scenarios", (table,), document), options)
+        show(Report("Built-in scenarios", (table,), listed(described).model_dump(mode="json")), options)
         return Status.PASSED
     width, indent = page().width, max(map(len, described)) + 2
     for name, said in described.items():

@@ -32,17 +32,15 @@ def main(options: argparse.Namespace) -> Status:
     folder = carried_out(study, options, resuming_command("monte-carlo", options, ["-n", str(options.trials)]))
 
     from scenarios.experiments.studies.joint_rows import rows_in
-    from scenarios.experiments.studies.pass_rule import FALSE_ALARM
-    from scenarios.experiments.studies.statistics import joint_statistics
+    from scenarios.experiments.studies.statistics import study_result
     from scenarios.experiments.studies.summary_files import write_summary
     from scenarios.reports.files import write_figures
-    from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
+    from scenarios.reports.monte_carlo import monte_carlo_report
 
     rows = rows_in(folder)
-    statistics = joint_statistics(rows.joints, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
-    result = StudyResult(scenario=scenario, seed=options.seed, asked=options.trials, statistics=statistics, rows=rows)
-    report = monte_carlo_report(result)
+    result = study_result(scenario, options.seed, rows)
+    report = monte_carlo_report(result, rows, asked=options.trials)
     with summary_of(options.out):
-        written = [write_summary(statistics, options.out), *write_figures(report, options.out)]
+        written = [write_summary(result.joints, options.out), *write_figures(report, options.out)]
     show(with_files(report, options.out, written), options)
     return Status.PASSED if result.passed else Status.MISSED

@@ -25,8 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Repeat the experiment; 1 if a claim fails."""
     from scenarios.benchmark.paper.experiment import run_paper
-    from scenarios.benchmark.paper.folder import FILES, paper_document, write_raw_numbers
-    from scenarios.benchmark.paper.stored import stored_paper
+    from scenarios.benchmark.paper.folder import FILES, paper_result, write_raw_numbers
     from scenarios.benchmark.paper.torques import case_torques
     from scenarios.command_line.writing import right_to_write
     from scenarios.reports.files import write_figures, write_markdown
@@ -38,8 +37,7 @@ def main(options: argparse.Namespace) -> Status:
         held = right_to_write(options, options.out, names, command="rx90 paper --out")
     with under_way(options, "preparing") as stages:
         result = run_paper(options.seed, stages=stages)
-    document = paper_document(result)
-    report = paper_report(stored_paper(document), case_torques(result.cases[1]), result.seed, document)
+    report = paper_report(paper_result(result), case_torques(result.cases[1]), result.seed)
     if held is not None:
         with held.writing():
             write_figures(report, held.folder)

@@ -52,6 +52,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.gains_in_use.model_update.link_values import link_values
     from scenarios.gains_in_use.model_update.patch import patched_model
     from scenarios.gains_in_use.model_update.values import joint_values
+    from scenarios.gains_in_use.results import patched
     from scenarios.reports.patch import patch_report
     from scenarios.results.ros_parameters import ros_parameters
 
@@ -69,7 +70,7 @@ def main(options: argparse.Namespace) -> Status:
     for path, right, content in zip(written, held, contents, strict=True):
         with right.writing():
             path.write_bytes(content)
-    show(patch_report(found.changes, gains, options.out, options.ros_params), options)
+    show(patch_report(patched(found.changes, gains, options.out, options.ros_params)), options)
     return Status.PASSED
 
 

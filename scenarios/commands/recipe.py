@@ -43,6 +43,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Mood, Paragraph, Report
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
+    from scenarios.results.written import Written
     from sim.torque_limits import check_bearable
 
     scenario = load_scenario(options.scenario)
@@ -57,8 +58,9 @@ def main(options: argparse.Namespace) -> Status:
     written, other = _write_payloads(payloads, held)
     parts = [Paragraph(printable(f"{name}: the payload as the scenario states it")) for name in written]
     parts += [Paragraph(printable(f"{name}: {KEPT}"), Mood.DOUBTFUL) for name in other]
-    document = {"out": str(options.out), "payloads": written}
-    show(Report(printable(f"{options.out}: {report.title}"), tuple(parts), document), options)
+    result = Written.model_validate({"out": str(options.out), "payloads": written})
+    title = printable(f"{options.out}: {report.title}")
+    show(Report(title, tuple(parts), result.model_dump(mode="json")), options)
     return Status.PASSED
 
 

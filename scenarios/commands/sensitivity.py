@@ -13,7 +13,6 @@ from scenarios.command_line.study_arguments import (
     with_files,
 )
 from scenarios.experiments.workers.choice import prepare_workers
-from scenarios.support.errors import NoGains
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,19 +37,15 @@ def main(options: argparse.Namespace) -> Status:
     own = ["--repeats", str(options.repeats), "--samples", str(options.samples)]
     folder = carried_out(study, options, resuming_command("sensitivity", options, own))
 
-    from scenarios.experiments.studies.budget import NEEDED, budgets
+    from scenarios.experiments.studies.budget import study_budget
     from scenarios.experiments.studies.summary_files import write_budget
     from scenarios.reports.files import write_figures, write_markdown
-    from scenarios.reports.sensitivity import BudgetResult, sensitivity_report
+    from scenarios.reports.sensitivity import sensitivity_report
 
-    joints = [joint for joint, wanted in enumerate(scenario.table.tolerance.identifiable, 1) if wanted]
-    found = budgets(folder.table(NEEDED), list(scenario.table.sources), joints, options.seed)
-    if not all(budget.costs for budget in found):
-        silent = ", ".join(str(budget.joint) for budget in found if not budget.costs)
-        raise NoGains(f"{options.out}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
-    report = sensitivity_report(BudgetResult(scenario=scenario, trials=study.count, budgets=found))
+    found = study_budget(scenario, study.count, folder, options.seed)
+    report = sensitivity_report(found, scenario)
     with summary_of(options.out):
-        written = [write_budget(found, options.out), write_markdown(report, options.out / "budget.md")]
+        written = [write_budget(found.joints, options.out), write_markdown(report, options.out / "budget.md")]
         written += write_figures(report, options.out)
     show(with_files(report, options.out, written), options)
     return Status.PASSED

@@ -28,6 +28,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.estimation.joint_torque import joint_torque
     from ident.recordings.files import read_log
     from scenarios.experiments.files.gains import read_gains
+    from scenarios.gains_in_use.results import torques
     from scenarios.reports.torque import torque_report
     from scenarios.results.torque_file import write_torque
 
@@ -38,5 +39,5 @@ def main(options: argparse.Namespace) -> Status:
     found = joint_torque(recording, file.known)
     with held.writing():
         write_torque(found, file, options.out)
-    show(torque_report(found, file, options.out), options)
+    show(torque_report(torques(found, file, options.out)), options)
     return Status.PASSED

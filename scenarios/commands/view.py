@@ -47,6 +47,7 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
+    from scenarios.results.written import Written
     from scenarios.support.stages import counted
     from sim.viewer import pictures, scene, watch
 
@@ -74,8 +75,9 @@ def main(options: argparse.Namespace) -> Status:
         stages.begin("drawing", len(times))
         WRITERS[path.suffix.lower()](path, counted(labelled, stages), options.fps)
     said = f"{path}: {len(times)} picture{'s' if len(times) > 1 else ''} of {options.width} x {options.height}"
-    document = {"out": str(path), "pictures": len(times), "width": options.width, "height": options.height}
-    show(Report(printable(said), (), document), options)
+    more = {"pictures": len(times), "width": options.width, "height": options.height}
+    result = Written.model_validate({"out": str(path), **more})
+    show(Report(printable(said), (), result.model_dump(mode="json")), options)
     return Status.PASSED
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from scenarios.benchmark.methods.answers import AnswerRow
+from scenarios.benchmark.methods.answers import AnswerRow, Answers
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Report, Table, cells, number, percent
 
 COLUMNS = (
@@ -20,7 +20,7 @@ def answers_report(rows: Sequence[AnswerRow], path: Path) -> Report:
     """A row a problem, method and joint; of a call without an answer, one with its failure."""
     lines = [line for row in rows for line in _lines(row)]
     parts = (Table(columns=COLUMNS, rows=tuple(lines)), Paragraph(f"Answers in {path}."))
-    return Report(f"{len(rows)} answers", parts, {"answers": [row.model_dump(mode="json") for row in rows]})
+    return Report(f"{len(rows)} answers", parts, Answers(answers=list(rows)).model_dump(mode="json"))
 
 
 def _lines(row: AnswerRow) -> list[tuple[Cell, ...]]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ident.estimation.gain_comparison import GainComparison, Moved, Together
 from scenarios.experiments.files.gains import TURNING, GainsFile
+from scenarios.gains_in_use.results import gain_comparison_result
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import gain_unit
 
@@ -46,7 +47,7 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
     parts += [Paragraph(f"Joint {j + 1} has a gain in {which} only.") for j, which in found.missing]
     parts += _same_data(A, B)
     parts.append(_conclusion(found))
-    return Report("Gains A against B", tuple(parts), _document(found))
+    return Report("Gains A against B", tuple(parts), gain_comparison_result(found).model_dump(mode="json"))
 
 
 def _gain_columns(found: GainComparison, A: GainsFile) -> tuple[Column, ...]:
@@ -104,32 +105,3 @@ def _conclusion(found: GainComparison) -> Paragraph:
     near = [str(j + 1) for j, each in zip(found.joints.tolist(), found.each, strict=True) if each.beyond_two]
     words = f", joint {', '.join(near)} beyond 2 sigma, which one joint of several may be" if near else ""
     return Paragraph(f"SAME: no gain moved beyond its interval{words}.", Mood.GOOD, strong=True)
-
-
-def _document(found: GainComparison) -> dict[str, object]:
-    return {
-        "moved": found.moved,
-        "joints": [
-            {"joint": j + 1, **_moved(each), "apart": _moved(apart)}
-            for j, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)
-        ],
-        "scale": _moved(found.scale),
-        "scale_joints": [j + 1 for j in found.sharing.tolist()],
-        "together": _tested(found.together),
-        "pattern": None if found.pattern is None else _tested(found.pattern),
-        "missing": [{"joint": j + 1, "only_in": which} for j, which in found.missing],
-    }
-
-
-def _moved(each: Moved) -> dict[str, object]:
-    return {
-        "rel_change": each.rel,
-        "std": each.std,
-        "rel_std": each.rel_std,
-        "turned": each.turned,
-        "moved": each.moved,
-    }
-
-
-def _tested(test: Together) -> dict[str, object]:
-    return {"chi2": test.chi2, "freedom": test.freedom, "p": test.p}

@@ -1,9 +1,7 @@
 """What a comparison says: who solved how much of each scenario, how often intervals held, and what went wrong."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-
-from scenarios.benchmark.comparison.statistics import FAR, RANKED_BY, SOLVED, SURE, Coverage, MethodSummary
+from scenarios.benchmark.comparison.statistics import FAR, RANKED_BY, SOLVED, SURE, ComparedScenario, Comparison
+from scenarios.experiments.studies.coverage import Coverage
 from scenarios.reports.content import NONE, Cell, Column, Heading, Mood, Paragraph, Part, Report, Table, cells, percent
 
 RANKS = (
@@ -52,45 +50,22 @@ MEANING = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Compared:
-    """One scenario or set of problems.
-
-    Attributes:
-        name: Of it.
-        trials: Of it.
-        unposed: Trials that failed before any method was asked.
-        methods: The best first.
-    """
-
-    name: str
-    trials: int
-    unposed: int
-    methods: tuple[MethodSummary, ...]
-
-
-def comparison_report(compared: Sequence[Compared], about: Mapping[str, str]) -> Report:
-    """A table of methods and one of joints for each scenario, and the rule of the order.
-
-    Args:
-        compared: The scenarios.
-        about: What a reader must know to repeat it: command, date, versions.
-    """
-    parts: list[Part] = []
+def comparison_report(found: Comparison) -> Report:
+    """A table of methods and one of joints for each scenario, the rule of the order, what it takes to repeat it."""
+    compared, parts = found.scenarios, list[Part]()
     for each in compared:
         trials = "1 trial" if each.trials == 1 else f"{each.trials} trials"
         parts += [Heading(f"{each.name}, {trials}"), _ranks(each), *_failures(each), _joints(each)]
         if each.unposed:
             parts.append(Paragraph(f"{each.unposed} of them failed before any method was asked."))
     parts += [Paragraph(RULE), Paragraph(MEANING)]
-    parts += [Paragraph(f"{key}: {text}.") for key, text in about.items()]
+    parts += [Paragraph(f"{key}: {text}.") for key, text in found.about.items()]
     many = len(compared[0].methods)
     title = f"{many} {'method' if many == 1 else 'methods'} compared on {', '.join(each.name for each in compared)}"
-    document: dict[str, object] = {"about": dict(about), "scenarios": [asdict(each) for each in compared]}
-    return Report(title, tuple(parts), document)
+    return Report(title, tuple(parts), found.model_dump(mode="json"))
 
 
-def _ranks(compared: Compared) -> Table:
+def _ranks(compared: ComparedScenario) -> Table:
     rows = tuple(
         cells(
             each.method,
@@ -107,7 +82,7 @@ def _ranks(compared: Compared) -> Table:
     return Table(columns=RANKS, rows=rows)
 
 
-def _joints(compared: Compared) -> Table:
+def _joints(compared: ComparedScenario) -> Table:
     rows = tuple(
         cells(
             each.method,
@@ -144,7 +119,7 @@ def _bad(count: int) -> Cell:
     return Cell(str(count), Mood.BAD if count else Mood.PLAIN)
 
 
-def _failures(compared: Compared) -> list[Paragraph]:
+def _failures(compared: ComparedScenario) -> list[Paragraph]:
     return [
         Paragraph(f"{each.method}: {', '.join(f'{count} {kind}' for kind, count in each.failures.items())}.")
         for each in compared.methods

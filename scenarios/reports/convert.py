@@ -4,8 +4,8 @@ from pathlib import Path
 
 from ident.recordings.files import Log
 from ident.recordings.formats.description import Channels
-from ident.recordings.formats.notes import signal_of
 from scenarios.reports.content import NONE, Column, Paragraph, Part, Report, Table, cells
+from scenarios.results.written import converted
 
 COLUMNS = (
     Column(title="Joint"),
@@ -26,33 +26,23 @@ def log_report(log: Log, out: Path) -> Report:
         log: The log that was read.
         out: The file that was written.
     """
-    said, recording = log.read.description, log.recording
+    said = log.read.description
     rows = tuple(
         cells(str(joint + 1), *_channel(said.q, joint), _each(said.q.zero, joint, "0"), *_channel(said.v, joint))
-        for joint in range(recording.n)
+        for joint in range(log.recording.n)
     )
-    seconds, rate = float(recording.t[-1] - recording.t[0]), 1.0 / recording.period
+    result = converted(log, out)
     parts: list[Part] = [
         Table(columns=COLUMNS, rows=rows),
-        Paragraph(f"Time is {said.t.columns[0]} [{said.t.unit[0]}]; v is {signal_of(log.read)}."),
-        *(Paragraph(f"Note: {note}.") for note in log.notes),
+        Paragraph(f"Time is {said.t.columns[0]} [{said.t.unit[0]}]; v is {result.v}."),
+        *(Paragraph(f"Note: {note}.") for note in result.notes),
         Paragraph(
-            f"{out}: {len(recording.t)} samples of {recording.n} joints, {seconds:.4g} s at {rate:.4g} Hz.", strong=True
+            f"{out}: {result.samples} samples of {result.joints} joints, {result.duration_s:.4g} s at "
+            f"{result.rate_hz:.4g} Hz.",
+            strong=True,
         ),
     ]
-    document = {
-        "out": str(out),
-        "layout": log.read.layout,
-        "signal": said.signal,
-        "v": signal_of(log.read),
-        "samples": len(recording.t),
-        "joints": recording.n,
-        "duration_s": seconds,
-        "rate_hz": rate,
-        "columns": {"t": said.t.columns[0], "q": list(said.q.columns), "v": list(said.v.columns)},
-        "notes": list(log.notes),
-    }
-    return Report("Log to recording", tuple(parts), document)
+    return Report("Log to recording", tuple(parts), result.model_dump(mode="json"))
 
 
 def _channel(channels: Channels, joint: int) -> tuple[str, str, str]:

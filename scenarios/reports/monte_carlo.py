@@ -1,11 +1,9 @@
 """What a Monte Carlo study found: errors and intervals joint by joint, failures by kind, the verdict, pictures."""
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
 
-from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.joint_rows import StudyRows
-from scenarios.experiments.studies.statistics import JointStatistics
+from scenarios.experiments.studies.statistics import JointStatistics, StudyResult
 from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.error_density import panels, varies
 from scenarios.reports.plots import monte_carlo as plots
@@ -30,43 +28,24 @@ MEANING = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class StudyResult:
-    """What is reported of a study.
+def monte_carlo_report(result: StudyResult, rows: StudyRows, *, asked: int) -> Report:
+    """One row a joint, what the columns mean, failures by kind, the verdict, pictures.
 
-    Attributes:
-        scenario: That was repeated.
-        seed: Of the first trial.
+    Args:
+        result: Of the study.
+        rows: That it sums up.
         asked: Trials asked for; the folder may hold more.
-        statistics: One a joint.
-        rows: What the statistics are of.
     """
-
-    scenario: Scenario
-    seed: int
-    asked: int
-    statistics: tuple[JointStatistics, ...]
-    rows: StudyRows
-
-    @property
-    def passed(self) -> bool:
-        """Whether no joint contradicts the scenario's pass rate."""
-        return all(joint.held for joint in self.statistics)
-
-
-def monte_carlo_report(result: StudyResult) -> Report:
-    """One row a joint, what the columns mean, failures by kind, the verdict, pictures."""
-    trials = result.statistics[0].trials
-    more = f" (the folder holds more than the {result.asked} asked for)" if trials > result.asked else ""
-    kinds = result.rows.failures
-    parts: list[Part] = [Table(columns=COLUMNS, rows=tuple(_row(joint) for joint in result.statistics))]
+    more = f" (the folder holds more than the {asked} asked for)" if result.trials > asked else ""
+    parts: list[Part] = [Table(columns=COLUMNS, rows=tuple(_row(joint) for joint in result.joints))]
     parts.append(Paragraph(MEANING))
     parts += [
-        Paragraph(f"{count} {'trial' if count == 1 else 'trials'} failed: {kind}.") for kind, count in kinds.items()
+        Paragraph(f"{count} {'trial' if count == 1 else 'trials'} failed: {kind}.")
+        for kind, count in result.failures.items()
     ]
-    parts += [_verdict(result.statistics), *_figures(result)]
-    title = f"Scenario {result.scenario.name}, {trials} trials from seed {result.seed}{more}"
-    return Report(title, tuple(parts), _document(result, kinds))
+    parts += [_verdict(result.joints), *_figures(result, rows)]
+    title = f"Scenario {result.scenario}, {result.trials} trials from seed {result.seed}{more}"
+    return Report(title, tuple(parts), result.model_dump(mode="json"))
 
 
 def _row(joint: JointStatistics) -> tuple[Cell, ...]:
@@ -84,7 +63,7 @@ def _row(joint: JointStatistics) -> tuple[Cell, ...]:
     )
 
 
-def _verdict(statistics: tuple[JointStatistics, ...]) -> Paragraph:
+def _verdict(statistics: Sequence[JointStatistics]) -> Paragraph:
     """Whether the pass rate holds, and what it means."""
     missed = [str(joint.joint) for joint in statistics if not joint.held]
     trials, allowed, wanted = statistics[0].trials, statistics[0].allowed, f"{100.0 * statistics[0].wanted:g} %"
@@ -98,12 +77,12 @@ def _verdict(statistics: tuple[JointStatistics, ...]) -> Paragraph:
     return Paragraph(f"PASSED: {why}.", Mood.GOOD, strong=True)
 
 
-def _figures(result: StudyResult) -> list[Figure]:
+def _figures(result: StudyResult, rows: StudyRows) -> list[Figure]:
     """Pictures of what there is: errors need two trials with a gain, gains on an axis need to differ."""
-    shown = panels(result.rows.joints)
+    shown = panels(rows.joints)
     subject = plots.Subject(
-        title=f"{result.scenario.name}, {result.statistics[0].trials} trials",
-        without=tuple(joint.joint for joint in result.statistics if joint.joint not in shown),
+        title=f"{result.scenario}, {result.trials} trials",
+        without=tuple(joint.joint for joint in result.joints if joint.joint not in shown),
     )
     if not shown:
         return []
@@ -111,20 +90,9 @@ def _figures(result: StudyResult) -> list[Figure]:
         Figure(HISTOGRAM, "Errors and the density that is claimed", lambda: plots.histograms(shown, subject)),
         Figure(QQ, "z-scores against normal quantiles", lambda: plots.quantiles(shown, subject)),
     ]
-    drawn = {joint: rows for joint, rows in shown.items() if varies(rows.true)}
+    drawn = {joint: own for joint, own in shown.items() if varies(own.true)}
     if drawn:
         figures.append(
             Figure(AGAINST_TRUE, "Error against the injected gain", lambda: plots.against_true(drawn, subject))
         )
     return figures
-
-
-def _document(result: StudyResult, kinds: Mapping[str, int]) -> dict[str, object]:
-    return {
-        "scenario": result.scenario.name,
-        "seed": result.seed,
-        "trials": result.statistics[0].trials,
-        "passed": result.passed,
-        "joints": [asdict(joint) for joint in result.statistics],
-        "failures": dict(kinds),
-    }

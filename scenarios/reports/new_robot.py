@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from scenarios.design.new_robot import CLEAR, Found, NewRobot
+from scenarios.design.results import new_robot_result
 from scenarios.design.robot_folder import FILES, SCENARIO
 from scenarios.reports.content import NONE, Column, Line, Paragraph, Part, Report, Table, cells, percent
 
@@ -76,14 +77,8 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         Paragraph(f"{', '.join(FILES)} in {folder}. Next:"),
         Line(f"rx90 run {shlex.quote(str(folder / SCENARIO))}"),
     ]
-    document = {
-        "robot": new.name,
-        "joints": list(arm.joint_names),
-        "predicted_rel_std": [float(x) for x in found.predicted],
-        "identifiable": list(found.identifiable),
-        "files": [str(folder / name) for name in FILES],
-    }
-    return Report(f"Robot {new.name}: {arm.n} joints", tuple(parts), document)
+    result = new_robot_result(new, found, [folder / name for name in FILES])
+    return Report(f"Robot {new.name}: {arm.n} joints", tuple(parts), result.model_dump(mode="json"))
 
 
 def _end(limit: float) -> str:

@@ -1,12 +1,11 @@
 """What `rx90 paper` says: tables 2 to 4 and figure 3 beside the published ones, and whether the claims hold."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import scenarios.benchmark.paper.published as published
 from ident.model.parameters import INERTIAL, UNITS
 from scenarios.benchmark.paper.experiment import IDENTIFIED
-from scenarios.benchmark.paper.stored import PaperCase, PaperClaim, StoredPaper
+from scenarios.benchmark.paper.result import Claim, PaperPayload, PaperResult
 from scenarios.benchmark.paper.torques import CaseTorques
 from scenarios.reports.content import NONE, Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.gains import reason_paragraph
@@ -17,14 +16,13 @@ if TYPE_CHECKING:
 FIGURE_3 = "figure3"
 
 
-def paper_report(found: StoredPaper, torques: CaseTorques, seed: int, document: Mapping[str, object]) -> Report:
+def paper_report(found: PaperResult, torques: CaseTorques, seed: int) -> Report:
     """Tables, figure, claims and the verdict.
 
     Args:
         found: The result.
         torques: Rows of case 2.
         seed: Of the experiment.
-        document: The result for programs.
     """
     parts: list[Part] = [_table_2(found), _table_3(found)]
     parts += [reason_paragraph(each.joint, each.reason) for each in found.gains if each.reason is not None]
@@ -43,7 +41,7 @@ def paper_report(found: StoredPaper, torques: CaseTorques, seed: int, document: 
     if failed:
         verdict = Paragraph(f"MISSED: {failed} claims fail.", Mood.BAD, strong=True)
     title = f"Gautier and Briot (2011), section IV, on the simulated RX-90, seed {seed}"
-    return Report(title, (*parts, verdict), document)
+    return Report(title, (*parts, verdict), found.model_dump(mode="json"))
 
 
 def _figure_3(torques: CaseTorques) -> "Drawing":
@@ -52,7 +50,7 @@ def _figure_3(torques: CaseTorques) -> "Drawing":
     return figure_3(torques)
 
 
-def _claim(check: PaperClaim) -> Paragraph:
+def _claim(check: Claim) -> Paragraph:
     return Paragraph(f"holds: {check.claim}") if check.holds else Paragraph(f"FAILS: {check.claim}", Mood.BAD)
 
 
@@ -62,7 +60,7 @@ def _numbers(first: str, *titles: str) -> tuple[Column, ...]:
     return (Column(title=first, words=True), *(Column(title=title, unit=unit) for title, _, unit in pairs))
 
 
-def _table_2(found: StoredPaper) -> Table:
+def _table_2(found: PaperResult) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for k, (case, printed) in enumerate(zip(found.cases, published.CASES, strict=True), 1):
         for name, value, two_sigma in (("MZ", printed.MZ, printed.MZ_2sigma), ("M", printed.M, printed.M_2sigma)):
@@ -78,7 +76,7 @@ def _table_2(found: StoredPaper) -> Table:
     return Table(title=title, columns=columns, rows=tuple(rows))
 
 
-def _table_3(found: StoredPaper) -> Table:
+def _table_3(found: PaperResult) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for j, gain in enumerate(found.gains):
         ours = ("refused", NONE)
@@ -92,7 +90,7 @@ def _table_3(found: StoredPaper) -> Table:
     return Table(title="Table 3: identified drive gains [N m / drive unit]", columns=columns, rows=tuple(rows))
 
 
-def _table_4(found: StoredPaper) -> Table:
+def _table_4(found: PaperResult) -> Table:
     rows = tuple(
         cells(
             f"case {k}",
@@ -116,7 +114,7 @@ def _table_4(found: StoredPaper) -> Table:
     )
 
 
-def _second_payload(found: StoredPaper) -> Table:
+def _second_payload(found: PaperResult) -> Table:
     mass = found.second_payload["M"]
     row = cells(
         "M",
@@ -130,7 +128,7 @@ def _second_payload(found: StoredPaper) -> Table:
     return Table(title="The second payload with the gains of case 2 [kg]", columns=columns, rows=(row,))
 
 
-def _all_parameters(found: StoredPaper) -> Table:
+def _all_parameters(found: PaperResult) -> Table:
     first, second = found.cases[0].payload, found.second_payload
     rows = tuple(
         cells(
@@ -147,6 +145,6 @@ def _all_parameters(found: StoredPaper) -> Table:
     return Table(title=title, columns=columns, rows=rows, file_only=True)
 
 
-def _about(case: PaperCase, k: int) -> str:
+def _about(case: PaperPayload, k: int) -> str:
     own = case.payload[k]
     return f"{own.estimate:.4f} ± {2 * own.std:.4f}{' *' if own.essential else ''}"

@@ -1,11 +1,6 @@
 """What `rx90 patch` says: every attribute that was changed, and what was left alone."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
-from pathlib import Path
-
-from scenarios.experiments.files.gains import GainsFile
-from scenarios.gains_in_use.model_update.places import Change
+from scenarios.gains_in_use.results import Patched
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import sentence
 
@@ -30,17 +25,10 @@ NOTES = (
 )
 
 
-def patch_report(changes: Sequence[Change], gains: GainsFile, out: Path, parameters: Path | None) -> Report:
-    """What was written.
-
-    Args:
-        changes: Of the model.
-        gains: That they were made with.
-        out: The model that was written.
-        parameters: The parameter file that was written, None for none.
-    """
-    changed = [each for each in changes if each.after is not None]
-    left = [each for each in changes if each.after is None]
+def patch_report(written: Patched) -> Report:
+    """What was written."""
+    changed = [each for each in written.changes if each.after is not None]
+    left = [each for each in written.changes if each.after is None]
     parts: list[Part] = []
     if changed:
         rows = tuple(
@@ -57,15 +45,9 @@ def patch_report(changes: Sequence[Change], gains: GainsFile, out: Path, paramet
     if left:
         rows = tuple(cells(each.joint, each.attribute, each.before or NONE, each.reason) for each in left)
         parts.append(Table(title="Left alone", columns=LEFT, rows=rows))
-    parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in gains.notes)]
-    words = f"{out}: {len(changed)} attributes changed, {len(left)} left alone."
+    parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in written.notes)]
+    words = f"{written.out}: {len(changed)} attributes changed, {len(left)} left alone."
     parts.append(Paragraph(words, Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True))
-    if parameters is not None:
-        parts.append(Paragraph(f"{parameters}: torque constants as ROS 2 parameters."))
-    document = {
-        "out": str(out),
-        "ros_params": None if parameters is None else str(parameters),
-        "changes": [asdict(each) for each in changes],
-        "notes": list(gains.notes),
-    }
-    return Report("Patched model", tuple(parts), document)
+    if written.ros_params is not None:
+        parts.append(Paragraph(f"{written.ros_params}: torque constants as ROS 2 parameters."))
+    return Report("Patched model", tuple(parts), written.model_dump(mode="json"))

@@ -4,11 +4,11 @@ from functools import partial
 
 import numpy as np
 
-from ident.payload.files import payload_to_table
 from ident.support.arrays import Array
 from scenarios.design.payload_design import PayloadDesign
 from scenarios.design.payload_search import Candidate
-from scenarios.design.prediction import RESIDUAL, Deviations
+from scenarios.design.prediction import RESIDUAL
+from scenarios.design.results import payload_design_result
 from scenarios.design.weights import MM, SHAPES
 from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.payload_drawing import draw_weight
@@ -47,7 +47,11 @@ def payload_report(design: PayloadDesign) -> Report:
     caption = f"{best.weight.shape.capitalize()} of {best.payload.mass:.3f} kg"
     draw = partial(draw_weight, best.weight, flange=design.flange.name)
     parts.append(Figure(name=DRAWING, caption=caption, draw=draw, endings=("png", "svg")))
-    return Report(f"Payload for scenario {design.scenario.name}", tuple(parts), document(design))
+    return Report(
+        f"Payload for scenario {design.scenario.name}",
+        tuple(parts),
+        payload_design_result(design).model_dump(mode="json"),
+    )
 
 
 def _joints(design: PayloadDesign) -> Table:
@@ -145,54 +149,3 @@ def _conclusion(design: PayloadDesign) -> Paragraph:
         Mood.GOOD,
         strong=True,
     )
-
-
-def document(design: PayloadDesign) -> dict[str, object]:
-    """The design for programs."""
-    return {
-        "scenario": design.scenario.name,
-        "residual": RESIDUAL,
-        "rated_load": design.most,
-        "own_is_better": design.worst(design.before.deviations) <= design.worst(design.after.deviations),
-        "flange": design.flange.name or None,
-        "before": _predicted(
-            design, design.before.deviations, design.before.torque, payload_to_table(design.before.payload)
-        ),
-        "after": _predicted(
-            design, design.after.deviations, design.after.torque, payload_to_table(design.after.payload)
-        ),
-        "candidates": [_candidate(design, each) for each in design.candidates],
-    }
-
-
-def _predicted(
-    design: PayloadDesign, found: Deviations, torque: Array, payload: dict[str, object]
-) -> dict[str, object]:
-    return {
-        "payload": payload,
-        "joints": [
-            {
-                "joint": j + 1,
-                "wanted": bool(j in design.problem.joints),
-                "payload_torque_rms": float(torque[j]),
-                "std": float(found.noise[j]),
-                "payload_std": float(found.payload[j]),
-                "shown": bool(design.shows(found)[j]),
-            }
-            for j in range(len(torque))
-        ],
-    }
-
-
-def _candidate(design: PayloadDesign, candidate: Candidate) -> dict[str, object]:
-    weight = candidate.weight
-    names = (each.name for each in SHAPES[weight.shape].dimensions)
-    found = _predicted(design, candidate.deviations, candidate.torque, payload_to_table(candidate.payload))
-    return {
-        "shape": weight.shape,
-        "dimensions_mm": dict(zip(names, weight.dimensions, strict=True)),
-        "turned_deg": 90 * weight.quarter,
-        "density": weight.density,
-        "refusal": candidate.refusal or None,
-        **found,
-    }

@@ -6,10 +6,10 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.payload_identification.payload_body import FoundBody
 from ident.payload_identification.payload_estimate import FoundPayload
 from ident.payload_identification.verification import DIFFERS, Weighed
+from scenarios.gains_in_use.weighing import found_payload_result
 from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
-from scenarios.results.weighing_documents import payload_document
 
 COLUMNS = (
     Column(title="Payload", words=True),
@@ -54,7 +54,8 @@ def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighe
         words = "no body has exactly these parameters; within their intervals one may"
         parts.append(Paragraph(sentence(f"Note: {words}"), Mood.DOUBTFUL))
     parts += [Paragraph(words, Mood.DOUBTFUL) for words in _doubts(body, joints)]
-    return Report("Payload from its currents", tuple(parts), payload_document(found, body, joints, diagnosed))
+    result = found_payload_result(found, body, joints, diagnosed)
+    return Report("Payload from its currents", tuple(parts), result.model_dump(mode="json"))
 
 
 def _doubts(body: FoundBody, joints: Sequence[Weighed]) -> Iterator[str]:

@@ -1,13 +1,10 @@
 """What a predicted error budget says: each source's cost on each joint, all together, and the tolerances."""
 
-import numpy as np
-
 from ident.support.arrays import Array
 from scenarios.prediction.budget import PredictedBudget
-from scenarios.prediction.predictor import Cost
+from scenarios.prediction.result import predicted_budget_result
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
-from scenarios.results.models.diagnoses import diagnosed_values
 
 MEANING = (
     "Root mean square of the relative error that each source makes alone, at its declared size, to first order. All "
@@ -25,7 +22,7 @@ def prediction_report(budget: PredictedBudget) -> Report:
     parts += [Paragraph(f"Joint {j + 1}: no gain: {why}.", Mood.DOUBTFUL) for j, why in budget.refused.items()]
     parts += [Paragraph(f"Not predicted: {each.source}: {each.reason}.", Mood.DOUBTFUL) for each in budget.unpredicted]
     parts += horizon_paragraphs(budget.horizon, every=True, expected=True)
-    return Report(title, tuple(parts), _document(budget))
+    return Report(title, tuple(parts), predicted_budget_result(budget).model_dump(mode="json"))
 
 
 def _table(budget: PredictedBudget, numbers: list[str]) -> Table:
@@ -47,31 +44,3 @@ def _percents(shares: Array, form: str = ".3f") -> list[str]:
 
 def _within(share: float) -> Cell:
     return Cell(percent(share, ".0f"), Mood.GOOD if share > 0.95 else Mood.BAD if share < 0.5 else Mood.DOUBTFUL)
-
-
-def _document(budget: PredictedBudget) -> dict[str, object]:
-    both = budget.together
-    return {
-        "scenario": budget.scenario,
-        "method": budget.method,
-        "remarks": list(budget.remarks),
-        "joints": [
-            {
-                "joint": joint + 1,
-                "costs": [_cost(cost, k) for cost in budget.costs],
-                "together": _cost(both, k),
-                "tolerance": float(budget.tolerance[k]),
-                "within": float(budget.within[k]),
-            }
-            for k, joint in enumerate(budget.joints.tolist())
-        ],
-        "refused": [{"joint": joint + 1, "reason": reason} for joint, reason in budget.refused.items()],
-        "unpredicted": [{"source": each.source, "reason": each.reason} for each in budget.unpredicted],
-        "excluded": diagnosed_values(budget.horizon)["excluded"],
-        "untold": list(budget.horizon.untold),
-    }
-
-
-def _cost(cost: Cost, k: int) -> dict[str, object]:
-    bias, std = (float(np.asarray(x)[k]) for x in (cost.bias, cost.std))
-    return {"source": cost.source, "bias": bias, "std": std, "rms": float(cost.rms[k])}

@@ -1,11 +1,9 @@
 """What an error budget says: the sources of each joint's error ranked, and what to buy down first."""
 
-import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
 
 from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.studies.budget import Interval, JointBudget
+from scenarios.experiments.studies.budget import Budget, BudgetJoint, Interval
 from scenarios.reports.content import Cell, Column, Figure, Heading, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.plots.sensitivity import chart
 
@@ -27,50 +25,26 @@ MEANING = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BudgetResult:
-    """What is reported of a sensitivity study.
+def sensitivity_report(found: Budget, scenario: Scenario) -> Report:
+    """Each joint's sources, the largest first, and the source that dominates.
 
-    Attributes:
+    Args:
+        found: The budget.
         scenario: That was varied.
-        trials: Carried out.
-        budgets: One a joint that should have a gain.
     """
-
-    scenario: Scenario
-    trials: int
-    budgets: tuple[JointBudget, ...]
-
-
-def sensitivity_report(result: BudgetResult) -> Report:
-    """Each joint's sources, the largest first, and the source that dominates."""
-    scenario, budgets = result.scenario, result.budgets
     parts: list[Part] = []
-    for budget in budgets:
+    for budget in found.joints:
         parts += [Heading(f"Joint {budget.joint}"), Paragraph(f"{_headline(budget)}."), _table(budget)]
-        parts += [Paragraph(_silent(names), strong=True) for names in [silent_sources(budget, scenario)] if names]
-    parts += [Paragraph(MEANING), Paragraph(first_to_buy_down(budgets), strong=True)]
-    parts.append(Figure(CHART, "Error of the gain from each source alone", lambda: chart(budgets, scenario)))
+        parts += [Paragraph(_silent(budget.silent), strong=True)] * bool(budget.silent)
+    parts += [Paragraph(MEANING), Paragraph(first_to_buy_down(found.joints), strong=True)]
+    parts.append(Figure(CHART, "Error of the gain from each source alone", lambda: chart(found, scenario)))
     title = (
-        f"Error budget of scenario {scenario.name}: {result.trials} trials, {len(scenario.table.sources)} error sources"
+        f"Error budget of scenario {scenario.name}: {found.trials} trials, {len(scenario.table.sources)} error sources"
     )
-    document: dict[str, object] = {
-        "scenario": scenario.name,
-        "trials": result.trials,
-        "joints": [
-            {
-                **asdict(budget),
-                "together": _together(budget),
-                "summed": budget.summed,
-                "silent": silent_sources(budget, scenario),
-            }
-            for budget in budgets
-        ],
-    }
-    return Report(title, tuple(parts), document)
+    return Report(title, tuple(parts), found.model_dump(mode="json"))
 
 
-def first_to_buy_down(budgets: Sequence[JointBudget]) -> str:
+def first_to_buy_down(budgets: Sequence[BudgetJoint]) -> str:
     """One sentence: which source dominates which joints."""
     by_source: dict[str, list[str]] = {}
     for budget in budgets:
@@ -80,32 +54,21 @@ def first_to_buy_down(budgets: Sequence[JointBudget]) -> str:
     return f"Buy down first: {'; '.join(parts)}." if parts else "No source gave a gain."
 
 
-def silent_sources(budget: JointBudget, scenario: Scenario) -> list[str]:
-    """Sources none of whose own trials gave the joint a gain, so that no table has them."""
-    told = {cost.source for cost in budget.costs}
-    return [name for name in scenario.table.sources if name not in told]
-
-
 def _silent(names: Sequence[str]) -> str:
     return f"No trial gave a gain with one of these alone, so their cost is unknown: {', '.join(names)}."
 
 
-def _together(budget: JointBudget) -> float | None:
-    """Rms error with all sources on, None where no such trial gave a gain."""
-    return None if math.isnan(budget.together) else budget.together
-
-
-def _headline(budget: JointBudget) -> str:
+def _headline(budget: BudgetJoint) -> str:
     floor = "refused" if budget.floor is None else f"{100.0 * budget.floor:+.3f} %"
     lost = f"; {budget.lost} trials gave no gain" if budget.lost else ""
     return (
-        f"All together {percent(_together(budget))} % rms "
+        f"All together {percent(budget.together)} % rms "
         f"(added up one by one: {100.0 * budget.summed:.3f} %, none: {floor}; "
         f"Sobol indices from {budget.samples} rows){lost}"
     )
 
 
-def _table(budget: JointBudget) -> Table:
+def _table(budget: BudgetJoint) -> Table:
     hidden = budget.costs[SHOWN:]
     rest = f"and {len(hidden)} more with {100.0 * sum(cost.share for cost in hidden):.2g} % together"
     rows = tuple(

@@ -1,31 +1,14 @@
 """`rx90 torque` in words: what was written, and which joints have no column or an odd gain."""
 
-from pathlib import Path
-
-from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
-from scenarios.experiments.files.gains import GainsFile
+from scenarios.gains_in_use.results import Torques
 from scenarios.reports.content import Paragraph, Report
 from scenarios.reports.gains import sentence
 
 
-def torque_report(found: JointTorque, file: GainsFile, out: Path) -> Report:
-    """What was written.
-
-    Args:
-        found: Torques.
-        file: The gains that they were found with.
-        out: The file.
-    """
-    joints = [int(joint) + 1 for joint in found.joints]
-    missing = [
-        {"joint": entry.joint, "reason": one_line(entry.reason or "its gain is refused")}
-        for entry in file.gains
-        if not entry.identifiable
-    ]
-    title = f"{one_line(out)}: {len(found.t)} samples, joints {', '.join(map(str, joints))}"
-    notes = list(file.notes)
-    parts = [Paragraph(f"joint {each['joint']} has no column: {each['reason']}") for each in missing]
-    parts += [Paragraph(sentence(f"Note: {note}")) for note in notes]
-    document = {"out": str(out), "samples": len(found.t), "joints": joints, "missing": missing, "notes": notes}
-    return Report(title, tuple(parts), document)
+def torque_report(written: Torques) -> Report:
+    """What was written."""
+    title = f"{one_line(written.out)}: {written.samples} samples, joints {', '.join(map(str, written.joints))}"
+    parts = [Paragraph(f"joint {each['joint']} has no column: {each['reason']}") for each in written.missing]
+    parts += [Paragraph(sentence(f"Note: {note}")) for note in written.notes]
+    return Report(title, tuple(parts), written.model_dump(mode="json"))

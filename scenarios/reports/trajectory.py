@@ -6,6 +6,7 @@ import numpy as np
 
 from scenarios.design.motion_formats.limits import MotionLimits
 from scenarios.design.motion_formats.sampled import SampledMotion
+from scenarios.design.results import sampled_result
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
 
 COLUMNS = (
@@ -59,17 +60,8 @@ def trajectory_report(motion: SampledMotion, limits: MotionLimits, out: Path, fo
     )
     words = f"{out}: {len(motion.t)} samples, {motion.t[-1]:g} s, {form}."
     parts.append(Paragraph(words, strong=True))
-    document = {
-        "out": str(out),
-        "format": form,
-        "samples": len(motion.t),
-        "duration_s": float(motion.t[-1]),
-        "start": motion.q[0].tolist(),
-        "max_velocity": np.abs(motion.dq).max(axis=0).tolist(),
-        "max_acceleration": np.abs(motion.ddq).max(axis=0).tolist(),
-        "beyond_limits": list(broken),
-    }
-    return Report("Motion to command", tuple(parts), document)
+    result = sampled_result(motion, limits, out, form)
+    return Report("Motion to command", tuple(parts), result.model_dump(mode="json"))
 
 
 def _share(share: float) -> Cell:

@@ -10,10 +10,10 @@ from ident.identification import Identification
 from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
 from ident.support.naming import joints_in_words
+from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
-from scenarios.results.weighing_documents import prediction_document, verification_document
 
 MASSES = (
     Column(title="From", words=True),
@@ -54,7 +54,9 @@ def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
     parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.remarks]
     parts.append(_conclusion(found))
-    return Report("Gains against the scale", tuple(parts), verification_document(found, diagnosed))
+    return Report(
+        "Gains against the scale", tuple(parts), verification_result(found, diagnosed).model_dump(mode="json")
+    )
 
 
 def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
@@ -140,9 +142,8 @@ def prediction_report(identified: Identification, found: Sequence[JointPredictio
         "with another weight shows it: --gains G.toml --loaded B --payload P.toml."
     )
     parts = (Table(columns=PREDICTIONS, rows=rows), Paragraph(words), *doubt_paragraphs(identified.found))
-    return Report(
-        f"Motions predicted from each other, by {estimate.method}", parts, prediction_document(identified, found)
-    )
+    result = cross_validation_result(identified, found)
+    return Report(f"Motions predicted from each other, by {result.method}", parts, result.model_dump(mode="json"))
 
 
 def _moves(each: JointPrediction) -> tuple[str, str]:

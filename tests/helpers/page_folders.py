@@ -1,15 +1,13 @@
 """Folders of every kind that a page is made of, small ones: a motion of 6 s, gains joint by joint."""
 
-import json
 import shlex
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict
 from pathlib import Path
 
 from quick import quick_scenario
 from rich.console import Console
 
-from scenarios.benchmark.comparison.statistics import MethodJoint, MethodSummary
+from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison, MethodJoint, MethodSummary
 from scenarios.cli import main
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.tables import CATALOG
@@ -18,7 +16,6 @@ from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.sensitivity import sensitivity
 from scenarios.experiments.studies.study import Study, carry_out
 from scenarios.experiments.workers.kinds import Workers
-from scenarios.reports.comparison import Compared
 
 NAME = "<script>window.pwned=1<&script>\"'`"
 """A name of a scenario that is no HTML."""
@@ -108,9 +105,10 @@ def _carried_out(found: Study, folder: Path, words: list[str]) -> Path:
 def comparison(folder: Path) -> Path:
     """What a comparison of two methods leaves, its numbers made up."""
     folder.mkdir()
-    found = Compared(name=NAME, trials=7, unposed=1, methods=(_method(NAME, 0.012), _method("theirs", 0.034)))
-    document = {"about": {"Command": f"rx90 compare '{NAME}'", "Date": "2011-09-25"}, "scenarios": [asdict(found)]}
-    (folder / "report.json").write_text(json.dumps(document))
+    methods = [_method(NAME, 0.012), _method("theirs", 0.034)]
+    found = ComparedScenario(name=NAME, trials=7, unposed=1, methods=methods)
+    about = {"Command": f"rx90 compare '{NAME}'", "Date": "2011-09-25"}
+    (folder / "report.json").write_text(Comparison(about=about, scenarios=[found]).model_dump_json())
     return folder
 
 

@@ -7,10 +7,11 @@ refused. Errors agree with the deviations that are stated.
 
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from pydantic import Field
 
 from ident.estimation.gain_options import GainOptions
 from ident.model.arm import load_arm
@@ -27,6 +28,7 @@ from scenarios.experiments.judge import Claim
 from scenarios.experiments.robots import robot
 from scenarios.results.problem_folder import write_problem
 from scenarios.support.errors import MethodError
+from scenarios.support.result_model import ResultModel
 
 EXACT = 1e-8
 """Relative error of exact data; filters and differences leave 1e-9."""
@@ -42,41 +44,59 @@ MOVED = 2
 """Joint, from 0, whose unit is changed."""
 
 
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One promise, and whether it was kept.
+class KeptPromise(ResultModel):
+    """A promise that any method should keep.
 
     Attributes:
-        promise: What any method should keep.
-        broken: What happened instead, None if it was kept.
+        promise: In words.
+        kept: Whether the method keeps it.
     """
 
     promise: str
-    broken: str | None
+    broken: str | None = Field(description="how, null if it is kept")
+    kept: bool
+
+
+class Contract(ResultModel):
+    """What `rx90 compare --check M --json` prints.
+
+    Attributes:
+        method: As it was given.
+        passed: Whether it keeps all promises.
+        checks: One a promise.
+    """
+
+    method: str
+    passed: bool
+    checks: list[KeptPromise]
 
 
 Claims = tuple[Claim, ...]
 Judge = Callable[[Claims], str | None]
 
 
-def checks(method: Method, limits: Limits) -> Iterator[Check]:
+def contract(method: Method, limits: Limits) -> Contract:
+    """Ask a method for everything that any method should keep."""
+    found = list(checks(method, limits))
+    return Contract(method=method.text, passed=all(each.kept for each in found), checks=found)
+
+
+def checks(method: Method, limits: Limits) -> Iterator[KeptPromise]:
     """Ask a method for everything that any method should keep, one promise after the other."""
     structure = structure_of(load_arm(robot().model))
     exact, noisy = exact_motions(structure, 1, noise=0.0), exact_motions(structure, 2, noise=NOISE)
     absent = exact_motions(structure, 3, noise=LOUD, mounted=False)
 
-    def asked(promise: str, motions: Sequence[Motion], judge: Judge, gains: GainOptions = TRUSTING) -> Check:
+    def asked(promise: str, motions: Sequence[Motion], judge: Judge, gains: GainOptions = TRUSTING) -> KeptPromise:
         answer = _asked(method, motions, structure, gains, limits)
-        return Check(
-            promise, f"{type(answer).__name__}: {answer}" if isinstance(answer, MethodError) else judge(answer)
-        )
+        return _promise(promise, _said(answer) if isinstance(answer, MethodError) else judge(answer))
 
     yield asked(f"exact data give exact gains, to {EXACT:g}", exact.motions, lambda found: _inexact(found, exact.gain))
     before = _asked(method, noisy.motions, structure, TRUSTING, limits)
     if isinstance(before, MethodError):
-        yield Check("noisy data are answered", _said(before))
+        yield _promise("noisy data are answered", _said(before))
         return
-    yield Check("errors of noisy data agree with the stated deviations", _overconfident(before, noisy.gain))
+    yield _promise("errors of noisy data agree with the stated deviations", _overconfident(before, noisy.gain))
     ones = np.ones(structure.arm.n)
     unit = np.where(np.arange(structure.arm.n) == MOVED, UNIT, 1.0)
     yield asked("the same data give the same digits", noisy.motions, lambda found: _differs(found, before, ones, 0.0))
@@ -89,6 +109,10 @@ def checks(method: Method, limits: Limits) -> Iterator[Check]:
         yield asked(promise, motions, lambda found, factor=factor: _differs(found, before, factor, SAME))
     promise = "a payload that is said to be there, and is not, gives no gain"
     yield asked(promise, absent.motions, _claims_something, GainOptions())
+
+
+def _promise(promise: str, broken: str | None) -> KeptPromise:
+    return KeptPromise(promise=promise, broken=broken, kept=broken is None)
 
 
 def _said(error: MethodError) -> str:

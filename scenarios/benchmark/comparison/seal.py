@@ -27,6 +27,7 @@ from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.run import Simulated, drawn, motion_streams, simulate_batch
 from scenarios.support.errors import WrongSeal
+from scenarios.support.result_model import ResultModel
 from scenarios.support.seeds import SEEDS
 from scenarios.support.stages import SILENT, Stages, counted
 
@@ -66,6 +67,18 @@ class SealFile(BaseModel):
     problems: dict[str, Sealed]
 
 
+class SealedProblems(ResultModel):
+    """What `rx90 compare --seal DIR --json` prints.
+
+    Attributes:
+        problems: How many were sealed.
+        folder: That holds them, their seal and, until it is revealed, their truth.
+    """
+
+    problems: int
+    folder: str
+
+
 @dataclass(frozen=True, slots=True)
 class Revealed:
     """Truths whose digests are those that were published.
@@ -95,7 +108,9 @@ def unknown_seed(count: int) -> int:
     return secrets.randbelow(SEEDS - count)
 
 
-def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, stages: Stages = SILENT) -> int:
+def seal(
+    scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, stages: Stages = SILENT
+) -> SealedProblems:
     """Write problems, seal and truths.
 
     Args:
@@ -104,9 +119,6 @@ def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, 
         seed: Of the first trial of each.
         folder: New or empty.
         stages: Told how many problems are sealed.
-
-    Returns:
-        How many problems there are.
 
     Raises:
         SimulationError: If a trial cannot be carried out.
@@ -140,7 +152,7 @@ def seal(scenarios: Sequence[Scenario], count: int, seed: int, folder: Path, *, 
         sealed[name] = Sealed(problem=digest, truth=hashlib.sha256(content).hexdigest())
     text = json.dumps(SealFile(problems=sealed).model_dump(mode="json"), indent=2)
     (folder / SEAL).write_text(text + "\n", encoding="utf-8")
-    return len(sealed)
+    return SealedProblems(problems=len(sealed), folder=str(folder))
 
 
 def revealed(seal_file: Path, truths: Path) -> Revealed:

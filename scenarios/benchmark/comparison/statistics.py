@@ -10,6 +10,7 @@ import pandas as pd
 from ident.support.arrays import Array, Indices, Mask
 from scenarios.benchmark.comparison.rows import METHOD
 from scenarios.experiments.studies.coverage import Coverage, coverage
+from scenarios.support.result_model import ResultModel
 
 NEEDED = (METHOD, "trial", "joint", "true", "estimate", "std", "rel_error", "expected", "seconds", "failure")
 """Columns of a comparison that its statistics need."""
@@ -97,6 +98,34 @@ class MethodSummary:
     failures: Mapping[str, int]
     seconds: float | None
     joints: tuple[MethodJoint, ...]
+
+
+class ComparedScenario(ResultModel):
+    """How methods did on a scenario.
+
+    Attributes:
+        name: Of the scenario, or of the sealed problems made from it.
+        trials: Each method was given.
+        unposed: Of these, trials that failed before any method was asked.
+        methods: The best first.
+    """
+
+    name: str
+    trials: int
+    unposed: int
+    methods: list[MethodSummary]
+
+
+class Comparison(ResultModel):
+    """What `rx90 compare --json` prints of scenarios, and with --open of sealed problems.
+
+    Attributes:
+        about: What it takes to repeat it: command, date, versions, methods from elsewhere.
+        scenarios: One entry each.
+    """
+
+    about: dict[str, str]
+    scenarios: list[ComparedScenario]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -14,6 +14,7 @@ from scenarios.benchmark.methods.call import Call
 from scenarios.benchmark.methods.method import Method
 from scenarios.experiments.judge import Claim
 from scenarios.support.errors import ForeignAnswers
+from scenarios.support.result_model import ResultModel
 
 ANSWERS = "answers.json"
 
@@ -54,6 +55,16 @@ class AnswersFile(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
     format: Literal[1] = 1
     answers: list[AnswerRow] = []
+
+
+class Answers(ResultModel):
+    """What `rx90 compare --json` prints of problem folders.
+
+    Attributes:
+        answers: One a problem and method.
+    """
+
+    answers: list[AnswerRow]
 
 
 def problem_digest(folder: Path) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypedDict
 
 import numpy as np
 import pandas as pd
@@ -15,7 +15,7 @@ from ident.payload_identification.payload_parameters import PayloadEstimate
 from ident.support.arrays import Array
 from ident.support.naming import one_line
 from scenarios.benchmark.paper.experiment import PaperRun
-from scenarios.benchmark.paper.stored import StoredPaper, stored_paper
+from scenarios.benchmark.paper.result import PaperCase, PaperFit, PaperGain, PaperParameter, PaperPayload, PaperResult
 from scenarios.benchmark.paper.torques import CaseTorques, case_torques
 from scenarios.results.record import digests_of
 from scenarios.support.errors import DamagedResult, ForeignResult
@@ -38,7 +38,7 @@ class SavedPaper(BaseModel):
     result: dict[str, JsonValue]
 
 
-def read_paper(folder: Path) -> tuple[SavedPaper, StoredPaper]:
+def read_paper(folder: Path) -> tuple[SavedPaper, PaperResult]:
     """Read the result of `rx90 paper --out`, as it is written and as the values that its tables are made of.
 
     Raises:
@@ -51,7 +51,7 @@ def read_paper(folder: Path) -> tuple[SavedPaper, StoredPaper]:
         first = one_line(" ".join(str(error).splitlines()[:3]))
         raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
     try:
-        return saved, stored_paper(saved.result)
+        return saved, PaperResult.model_validate(saved.result)
     except ValidationError as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
         again = f"write it again: {one_line(saved.command)} --force"
@@ -120,7 +120,7 @@ def write_raw_numbers(run: PaperRun, folder: Path, *, command: str) -> None:
         "command": command,
         "versions": versions(),
         "files": digests_of(folder, [PARAMETERS, ROWS]),
-        "result": paper_document(run),
+        "result": paper_result(run).model_dump(mode="json"),
     }
     (folder / PAPER).write_text(to_json(saved) + "\n", encoding="utf-8")
 
@@ -135,61 +135,62 @@ def _case(number: int) -> str:
     return f"case {number}"
 
 
-def paper_document(run: PaperRun) -> dict[str, object]:
-    """The result of `rx90 paper` as one JSON object."""
-    cases = [
-        {
-            "case": k,
+def paper_result(run: PaperRun) -> PaperResult:
+    """The result of `rx90 paper`."""
+    cases = tuple(
+        PaperCase(
+            case=k,
             **_estimate(case, run.payloads[0]),
-            "published": {**asdict(printed), "gains": list(published.GAINS) if k == 2 else None},
-        }
+            published={**asdict(printed), "gains": list(published.GAINS) if k == 2 else None},
+        )
         for k, (case, printed) in enumerate(zip(run.cases, published.CASES, strict=True), 1)
-    ]
-    second = {
-        **_estimate(run.second, run.payloads[1]),
-        "published": {"M": published.SECOND_MASS, "M_2sigma": published.SECOND_MASS_2SIGMA},
-    }
+    )
     pairs = zip(run.gains.joints, run.true_gain.tolist(), strict=True)
-    gains = [_gain(joint, found, true) for joint, (found, true) in enumerate(pairs, 1)]
-    checks = [asdict(check) for check in run.checks]
-    return {"gains": gains, "cases": cases, "second_payload": second, "checks": checks, "passed": run.passed}
+    return PaperResult(
+        gains=tuple(_gain(joint, found, true) for joint, (found, true) in enumerate(pairs, 1)),
+        cases=cases,
+        second_payload=PaperPayload(
+            **_estimate(run.second, run.payloads[1]),
+            published={"M": published.SECOND_MASS, "M_2sigma": published.SECOND_MASS_2SIGMA},
+        ),
+        checks=run.checks,
+        passed=run.passed,
+    )
 
 
-def _gain(joint: int, found: JointResult, true: float) -> dict[str, object]:
+def _gain(joint: int, found: JointResult, true: float) -> PaperGain:
     known = isinstance(found, IdentifiedGain)
-    return {
-        "joint": joint,
-        "true": true,
-        "estimate": found.value if known else None,
-        "std": found.residual_std if known else None,
-        "identifiable": known,
-        "reason": None if known else found.reason,
-    }
+    return PaperGain(
+        joint=joint,
+        true=true,
+        estimate=found.value if known else None,
+        std=found.residual_std if known else None,
+        identifiable=known,
+        reason=None if known else found.reason,
+    )
 
 
-def _estimate(case: PayloadEstimate, true: Array) -> dict[str, object]:
-    payload = [
-        {
-            "parameter": p.name,
-            "true": float(value),
-            "estimate": p.value,
-            "std": p.std,
-            "tolerance": None,
-            "passed": None,
-            "known": p.known,
-            "essential": p.essential,
-        }
-        for p, value in zip(case.parameters, true, strict=True)
-    ]
-    fit = {
-        "method": case.method,
-        "rows": len(case.system.V),
-        "unknowns": case.unknowns,
-        "error_norm": case.error_norm,
-        "rel_error_norm": case.rel_error_norm,
-        "sigma": case.sigma,
-    }
-    return {"gains": case.gain.tolist(), "payload": payload, "fit": fit}
+class _Estimate(TypedDict):
+    gains: tuple[float, ...]
+    payload: tuple[PaperParameter, ...]
+    fit: PaperFit
+
+
+def _estimate(case: PayloadEstimate, true: Array) -> _Estimate:
+    """What is said alike of a case and of the second payload."""
+    payload = tuple(
+        PaperParameter(parameter=p.name, true=value, estimate=p.value, std=p.std, known=p.known, essential=p.essential)
+        for p, value in zip(case.parameters, true.tolist(), strict=True)
+    )
+    fit = PaperFit(
+        method=case.method,
+        rows=len(case.system.V),
+        unknowns=case.unknowns,
+        error_norm=case.error_norm,
+        rel_error_norm=case.rel_error_norm,
+        sigma=case.sigma,
+    )
+    return {"gains": tuple(case.gain.tolist()), "payload": payload, "fit": fit}
 
 
 def _rows(name: str, case: PayloadEstimate) -> pd.DataFrame:

@@ -5,10 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from pydantic import Field
 from scipy import stats
 
 from ident.support.arrays import Array
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.studies.folder import StudyFolder
 from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL
+from scenarios.support.errors import NoGains
+from scenarios.support.result_model import ResultModel
 
 NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
 """Columns of a sensitivity study that its budget needs."""
@@ -56,37 +61,66 @@ class SourceCost:
     total: Interval | None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointBudget:
-    """The error budget of one joint.
+class BudgetJoint(ResultModel):
+    """What a joint's gain errs by, as shares of it.
 
     Attributes:
-        joint: Joint number, from 1.
-        costs: One a source, the largest first.
-        floor: Relative error with every source off; None if the joint was refused.
-        together: Root mean square of the relative error with all sources on.
-        samples: Complete rows of the Sobol design that the indices come from.
+        joint: Its number, from 1.
+        costs: One a source that gave a gain alone, the largest first.
+        floor: Relative error with every source off, null where the joint was refused.
+        together: Root mean square of the relative error with all sources on, null where no such trial gave a gain.
+        samples: Rows of the Sobol design that its indices come from.
         lost: Trials that gave no gain for the joint.
+        summed: The relative error that `together` would be if those of independent sources added up.
     """
 
-    joint: int
-    costs: tuple[SourceCost, ...]
+    joint: int = Field(ge=1)
+    costs: list[SourceCost]
     floor: float | None
-    together: float
+    together: float | None
     samples: int
     lost: int
-
-    @property
-    def summed(self) -> float:
-        """What `together` would be if the errors of independent sources added up: variances, and biases by sign."""
-        floor = self.floor or 0.0
-        bias = floor + sum(cost.bias - floor for cost in self.costs)
-        variance = sum(cost.rms.value**2 - cost.bias**2 for cost in self.costs)
-        return float(np.sqrt(variance + bias**2))
+    summed: float
+    silent: list[str] = Field(description="sources none of whose own trials gave the joint a gain")
 
 
-def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[JointBudget, ...]:
+class Budget(ResultModel):
+    """What `rx90 sensitivity --json` prints.
+
+    Attributes:
+        scenario: Its name.
+        trials: Carried out.
+        joints: Those that should have a gain.
+    """
+
+    scenario: str
+    trials: int
+    joints: list[BudgetJoint]
+
+
+def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int) -> Budget:
     """Sum up a sensitivity study.
+
+    Args:
+        scenario: That was varied.
+        trials: Of the study.
+        folder: That holds its rows.
+        seed: Of the bootstrap.
+
+    Raises:
+        NoGains: If no trial gave a gain of some joint that should have one.
+        StudyError: If a part is damaged.
+    """
+    wanted = [joint for joint, identifiable in enumerate(scenario.table.tolerance.identifiable, 1) if identifiable]
+    found = budgets(folder.table(NEEDED), list(scenario.table.sources), wanted, seed)
+    silent = ", ".join(str(each.joint) for each in found if not each.costs)
+    if silent:
+        raise NoGains(f"{folder.path}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
+    return Budget(scenario=scenario.name, trials=trials, joints=list(found))
+
+
+def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], seed: int) -> tuple[BudgetJoint, ...]:
+    """The budget of each joint.
 
     Args:
         rows: A row a trial and joint, with `NEEDED`.
@@ -95,6 +129,15 @@ def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], s
         seed: Of the bootstrap.
     """
     return tuple(_joint_budget(rows.query("joint == @joint"), joint, sources, seed) for joint in joints)
+
+
+def ranking(found: Sequence[BudgetJoint]) -> list[str]:
+    """Sources by their share, summed over the joints, the largest first."""
+    total: dict[str, float] = {}
+    for budget in found:
+        for cost in budget.costs:
+            total[cost.source] = total.get(cost.source, 0.0) + cost.share
+    return sorted(total, key=lambda source: -total[source])
 
 
 def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interval], list[Interval]]:
@@ -122,7 +165,7 @@ def _sobol(A: Array, B: Array, AB: Array) -> Array:
     return np.array([found.first_order.ravel(), found.total_order.ravel()])
 
 
-def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: int) -> JointBudget:
+def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: int) -> BudgetJoint:
     alone = {name: group["rel_error"].dropna().to_numpy() for name, group in _of(rows, ALONE).groupby("source")}
     squares = {name: float(np.mean(alone[name] ** 2)) for name in sources if len(alone.get(name, ())) > 0}
     indices, samples = _indices(_of(rows, SOBOL), sources, seed)
@@ -140,14 +183,25 @@ def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: 
         for name, square in squares.items()
     ]
     floor, together = alone.get(NONE, np.empty(0)), alone.get(ALL, np.empty(0))
-    return JointBudget(
+    none = float(floor[0]) if len(floor) else None
+    costs = sorted(costs, key=lambda cost: -cost.rms.value)
+    return BudgetJoint(
         joint=joint,
-        costs=tuple(sorted(costs, key=lambda cost: -cost.rms.value)),
-        floor=float(floor[0]) if len(floor) else None,
-        together=float(np.sqrt(np.mean(together**2))) if len(together) else float("nan"),
+        costs=costs,
+        floor=none,
+        together=float(np.sqrt(np.mean(together**2))) if len(together) else None,
         samples=samples,
         lost=int(np.count_nonzero(rows["rel_error"].isna())),
+        summed=_summed(costs, none or 0.0),
+        silent=[name for name in sources if name not in squares],
     )
+
+
+def _summed(costs: Sequence[SourceCost], floor: float) -> float:
+    """Relative error if those of independent sources added up: variances, and biases by sign."""
+    bias = floor + sum(cost.bias - floor for cost in costs)
+    variance = sum(cost.rms.value**2 - cost.bias**2 for cost in costs)
+    return float(np.sqrt(variance + bias**2))
 
 
 def _of(rows: pd.DataFrame, design: str) -> pd.DataFrame:

@@ -5,10 +5,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 import pandas as pd
+from pydantic import Field
 from scipy import stats
 
-from scenarios.experiments.studies.joint_rows import JointRows
-from scenarios.experiments.studies.pass_rule import JointRule, pass_rule
+from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.studies.joint_rows import JointRows, StudyRows
+from scenarios.experiments.studies.pass_rule import FALSE_ALARM, JointRule, pass_rule
+from scenarios.support.result_model import ResultModel
 
 CONFIDENCE = 0.95
 """Of the intervals of pass rates."""
@@ -56,6 +59,44 @@ class JointStatistics:
     held: bool
 
 
+class StudyResult(ResultModel):
+    """What `rx90 monte-carlo --json` prints.
+
+    Attributes:
+        scenario: Its name.
+        seed: Of the first trial.
+        trials: Carried out; the folder may hold more than were asked for.
+        passed: Whether no joint contradicts the pass rate that the scenario asks for.
+        joints: One entry a joint, in their order.
+    """
+
+    scenario: str
+    seed: int
+    trials: int
+    passed: bool
+    joints: list[JointStatistics]
+    failures: dict[str, int] = Field(description="trials without any estimate, by kind")
+
+
+def study_result(scenario: Scenario, seed: int, rows: StudyRows) -> StudyResult:
+    """Sum up a study by the pass rate that its scenario asks for.
+
+    Args:
+        scenario: That was repeated.
+        seed: Of the first trial.
+        rows: All of the study.
+    """
+    joints = joint_statistics(rows.joints, wanted=scenario.table.tolerance.pass_rate, false_alarm=FALSE_ALARM)
+    return StudyResult(
+        scenario=scenario.name,
+        seed=seed,
+        trials=joints[0].trials,
+        passed=all(joint.held for joint in joints),
+        joints=list(joints),
+        failures=dict(rows.failures),
+    )
+
+
 def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm: float) -> tuple[JointStatistics, ...]:
     """Sum up a study.
 
@@ -68,7 +109,7 @@ def joint_statistics(joints: Sequence[JointRows], *, wanted: float, false_alarm:
     return tuple(_one_joint(rule, rows) for rule, rows in zip(rules, joints, strict=True))
 
 
-def statistics_table(statistics: tuple[JointStatistics, ...]) -> pd.DataFrame:
+def statistics_table(statistics: Sequence[JointStatistics]) -> pd.DataFrame:
     """As a table, a row a joint; the file `summary.parquet`."""
     return pd.DataFrame([asdict(joint) for joint in statistics])
 

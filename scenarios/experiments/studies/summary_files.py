@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from scenarios.experiments.studies.budget import Interval, JointBudget
+from scenarios.experiments.studies.budget import BudgetJoint, Interval
 from scenarios.experiments.studies.statistics import JointStatistics, statistics_table
 
 SUMMARY, BUDGET = "summary.parquet", "budget.parquet"
 
 
-def write_summary(statistics: tuple[JointStatistics, ...], folder: Path) -> Path:
+def write_summary(statistics: Sequence[JointStatistics], folder: Path) -> Path:
     """Write a row a joint.
 
     Raises:
@@ -21,7 +21,7 @@ def write_summary(statistics: tuple[JointStatistics, ...], folder: Path) -> Path
     return folder / SUMMARY
 
 
-def write_budget(budgets: Sequence[JointBudget], folder: Path) -> Path:
+def write_budget(budgets: Sequence[BudgetJoint], folder: Path) -> Path:
     """Write a row a joint and source.
 
     Raises:

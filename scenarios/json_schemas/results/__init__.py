@@ -5,16 +5,22 @@ Every object may have more keys than these; those that stand here are a contract
 
 from pydantic import BaseModel
 
-from scenarios.json_schemas.results.design import NewRobot, PayloadDesign
-from scenarios.json_schemas.results.gains import GainComparison, Patched, Torques
-from scenarios.json_schemas.results.listing import ListedScenarios, Written
-from scenarios.json_schemas.results.methods import Answers, Comparison, Contract, SealedProblems
-from scenarios.json_schemas.results.motions import Converted, Sampled, Searched
-from scenarios.json_schemas.results.studies import Budget, PaperResult, PredictedBudget, StudyResult
-from scenarios.json_schemas.results.weighing import CrossValidation, FoundPayload, Verification
+from scenarios.benchmark.comparison.contract import Contract
+from scenarios.benchmark.comparison.seal import SealedProblems
+from scenarios.benchmark.comparison.statistics import Comparison
+from scenarios.benchmark.methods.answers import Answers
+from scenarios.benchmark.paper.result import PaperResult
+from scenarios.design.results import NewRobot, PayloadDesign, Sampled, Searched
+from scenarios.experiments.files.listed import ListedScenarios
+from scenarios.experiments.studies.budget import Budget
+from scenarios.experiments.studies.statistics import StudyResult
+from scenarios.gains_in_use.results import GainComparison, Patched, Torques
+from scenarios.gains_in_use.weighing import CrossValidation, FoundPayload, Verification
+from scenarios.prediction.result import PredictedBudget
 from scenarios.results.models.bare import BareResult
 from scenarios.results.models.check import Check
 from scenarios.results.models.run import Result
+from scenarios.results.written import Converted, Written
 
 RESULTS: dict[str, type[BaseModel]] = {
     "result": Result,

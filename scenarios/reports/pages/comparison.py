@@ -4,10 +4,9 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from pydantic import TypeAdapter, ValidationError
-
 from ident.support.naming import one_line
-from scenarios.reports.comparison import Compared, comparison_report
+from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison
+from scenarios.reports.comparison import comparison_report
 from scenarios.reports.content import Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.monte_carlo import NORMAL, in_percent
@@ -25,27 +24,26 @@ def page(folder: Path) -> Report:
     """
     path = folder / DOCUMENT
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        compared = TypeAdapter(list[Compared]).validate_python(document["scenarios"])
-        about = TypeAdapter(dict[str, str]).validate_python(document["about"])
-    except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
+        found = Comparison.model_validate(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:  # of pydantic too
         first = one_line(" ".join(str(error).splitlines()[:3]))
         raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+    compared, about = found.scenarios, found.about
     if not compared or not all(each.methods for each in compared):
         raise ForeignResult(f"{one_line(path)}: compares nothing")
-    told = comparison_report(compared, about)
-    drawn = {f"{each.name}, {_trials(each)}": plots(each) for each in compared}
+    told = comparison_report(found)
+    drawn = map(plots, compared)
     parts: list[Part] = [Paragraph(verdict(compared), strong=True)]
     for part in told.parts[: len(told.parts) - len(about)]:
         parts.append(part)
         if isinstance(part, Heading):
-            parts += drawn.get(part.text, [])
+            parts += next(drawn)  # a scenario each
     others = {key: text for key, text in about.items() if key != "Command"}
     parts += provenance.repeated({"As it was made": about.get("Command", "")}, others, {})
-    return Report(told.title, tuple(parts), document)
+    return Report(told.title, tuple(parts), told.document)
 
 
-def verdict(compared: Sequence[Compared]) -> str:
+def verdict(compared: Sequence[ComparedScenario]) -> str:
     """Who solves most of each scenario, in a sentence."""
     said = [
         f"on {each.name} {each.methods[0].method} scores {100.0 * each.methods[0].score:.1f} %"
@@ -56,7 +54,7 @@ def verdict(compared: Sequence[Compared]) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def plots(compared: Compared) -> list[Part]:
+def plots(compared: ComparedScenario) -> list[Part]:
     """Errors and coverage of the best methods by joint."""
     best = compared.methods[: len(TONES)]
     names = tuple(str(joint.joint) for joint in best[0].joints)
@@ -96,7 +94,3 @@ def plots(compared: Compared) -> list[Part]:
             references=(Reference("", 100.0 * NORMAL),),
         ),
     ]
-
-
-def _trials(compared: Compared) -> str:
-    return "1 trial" if compared.trials == 1 else f"{compared.trials} trials"

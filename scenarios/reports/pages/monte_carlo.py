@@ -11,12 +11,11 @@ from scipy import stats
 
 from scenarios.experiments.studies.coverage import Coverage, coverage
 from scenarios.experiments.studies.joint_rows import JointRows, rows_in
-from scenarios.experiments.studies.pass_rule import FALSE_ALARM
-from scenarios.experiments.studies.statistics import JointStatistics, joint_statistics
+from scenarios.experiments.studies.statistics import JointStatistics, study_result
 from scenarios.experiments.studies.stored import StoredStudy, read_study
 from scenarios.reports.content import Column, Figure, Heading, Line, Paragraph, Part, Report, Table, cells
 from scenarios.reports.error_density import panels, promised, reach
-from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
+from scenarios.reports.monte_carlo import monte_carlo_report
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import Axis, Mark, Plot, Reference, Series, Tone, intervals, values
 
@@ -36,21 +35,18 @@ def page(folder: Path) -> Report:
         StudyError: If a part is damaged.
     """
     study = read_study(folder)
-    wanted = study.scenario.table.tolerance.pass_rate
     rows = rows_in(study.rows)
-    statistics = joint_statistics(rows.joints, wanted=wanted, false_alarm=FALSE_ALARM)
-    told = monte_carlo_report(
-        StudyResult(scenario=study.scenario, seed=study.seed, asked=study.trials, statistics=statistics, rows=rows)
-    )
+    result = study_result(study.scenario, study.seed, rows)
+    told = monte_carlo_report(result, rows, asked=study.trials)
     said = [part for part in told.parts if not isinstance(part, Figure)]
     verdict = [part for part in said if isinstance(part, Paragraph) and part.strong]
     parts: list[Part] = [*verdict, *(part for part in said if part not in verdict)]
     parts += [
         coverage_plot(rows.joints),
-        pass_plot(statistics),
+        pass_plot(result.joints),
         Heading("How far off"),
         *(error_plot(joint, of) for joint, of in panels(rows.joints).items()),
-        *_refused(statistics),
+        *_refused(result.joints),
         *_worst(study),
     ]
     about = {"Trials": str(study.trials), "First seed": str(study.seed)}

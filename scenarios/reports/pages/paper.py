@@ -7,7 +7,7 @@ import numpy as np
 import scenarios.benchmark.paper.published as published
 from scenarios.benchmark.paper.experiment import IDENTIFIED
 from scenarios.benchmark.paper.folder import read_paper, read_torques
-from scenarios.benchmark.paper.stored import PaperCase, StoredPaper
+from scenarios.benchmark.paper.result import PaperCase, PaperResult
 from scenarios.benchmark.paper.torques import CaseTorques
 from scenarios.reports.content import Figure, Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
@@ -29,21 +29,18 @@ def page(folder: Path) -> Report:
     """
     saved, found = read_paper(folder)
     torques = read_torques(folder, saved, DRAWN)
-    told = paper_report(found, torques, saved.seed, saved.result)
-    *said, verdict = (part for part in told.parts if not isinstance(part, Figure))
+    told = paper_report(found, torques, saved.seed)
+    (figure,) = (part for part in told.parts if isinstance(part, Figure))
+    *said, verdict = (part for part in told.parts if part is not figure)
     tables, claims = said[: -len(found.checks)], said[-len(found.checks) :]
     parts: list[Part] = [verdict, *claims, gain_plot(found), mass_plot(found), *tables]
-    parts += [
-        Heading("Figure 3: torques of case 2, measured and reconstructed"),
-        Paragraph(TOLD),
-        *figure_3(torques, found.cases[DRAWN - 1]),
-    ]
+    parts += [Heading(figure.caption), Paragraph(TOLD), *figure_3(torques, found.cases[DRAWN - 1])]
     about = {"Seed": str(saved.seed), "Versions": provenance.versions_in_words(saved.versions)}
     parts += provenance.repeated({"As it was made": saved.command}, about, saved.files)
-    return Report(told.title, tuple(parts), saved.result)
+    return Report(told.title, tuple(parts), told.document)
 
 
-def gain_plot(found: StoredPaper) -> Plot:
+def gain_plot(found: PaperResult) -> Plot:
     """Gains as found here and as published, both about what was injected: the published ones."""
     names = tuple(str(joint) for joint in range(1, IDENTIFIED + 1))
     ours = {
@@ -64,7 +61,7 @@ def gain_plot(found: StoredPaper) -> Plot:
     )
 
 
-def mass_plot(found: StoredPaper) -> Plot:
+def mass_plot(found: PaperResult) -> Plot:
     """The payload's mass by the gains of each case."""
     names = tuple(f"case {k}" for k in range(1, len(found.cases) + 1))
     ours = [(case["M"].estimate, 2.0 * case["M"].std) for case in found.cases]

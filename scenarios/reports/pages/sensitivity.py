@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from scenarios.experiments.studies.budget import NEEDED, JointBudget, budgets
+from scenarios.experiments.studies.budget import BudgetJoint, ranking, study_budget
 from scenarios.experiments.studies.stored import read_study
-from scenarios.reports.content import Figure, Heading, Paragraph, Report
+from scenarios.reports.content import Figure, Heading, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, Tone, values
-from scenarios.reports.sensitivity import BudgetResult, first_to_buy_down, sensitivity_report
-from scenarios.support.errors import NoGains
+from scenarios.reports.sensitivity import sensitivity_report
 
 LARGEST = 10
 """Sources that a plot shows."""
@@ -25,33 +24,19 @@ def page(folder: Path) -> Report:
         StudyError: If a part is damaged.
     """
     study = read_study(folder)
-    tolerance = study.scenario.table.tolerance
-    joints = [joint for joint, wanted in enumerate(tolerance.identifiable, 1) if wanted]
-    found = budgets(study.rows.table(NEEDED), list(study.scenario.table.sources), joints, study.seed)
-    if not all(each.costs for each in found):
-        silent = ", ".join(str(each.joint) for each in found if not each.costs)
-        raise NoGains(f"{folder}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
-    told = sensitivity_report(BudgetResult(scenario=study.scenario, trials=study.trials, budgets=found))
-    verdict = Paragraph(first_to_buy_down(found), strong=True)
-    order = ranking(found)
-    rest = [part for part in told.parts if not isinstance(part, Figure) and part != verdict]
+    tolerance = study.scenario.table.tolerance.gain
+    budget = study_budget(study.scenario, study.trials, study.rows, study.seed)
+    told = sensitivity_report(budget, study.scenario)
+    *rest, verdict = (part for part in told.parts if not isinstance(part, Figure))
+    found, order = budget.joints, ranking(budget.joints)
     about = {"Seed": str(study.seed), "Versions": provenance.versions_in_words(study.versions)}
     origin = provenance.repeated({"As it was made": study.command}, about, {})
-    costs = [cost_plot(each, order[:LARGEST], 100.0 * tolerance.gain[each.joint - 1]) for each in found]
+    costs = [cost_plot(each, order[:LARGEST], 100.0 * tolerance[each.joint - 1]) for each in found]
     parts = (verdict, share_plot(found, order), Heading("Source by source"), *costs, *rest, *origin)
     return Report(told.title, parts, told.document)
 
 
-def ranking(found: Sequence[JointBudget]) -> list[str]:
-    """Sources by their share, summed over the joints, the largest first."""
-    total: dict[str, float] = {}
-    for budget in found:
-        for cost in budget.costs:
-            total[cost.source] = total.get(cost.source, 0.0) + cost.share
-    return sorted(total, key=lambda source: -total[source])
-
-
-def share_plot(found: Sequence[JointBudget], order: Sequence[str]) -> Plot:
+def share_plot(found: Sequence[BudgetJoint], order: Sequence[str]) -> Plot:
     """Shares of the largest sources in each joint's sum of mean squares."""
     names = tuple(str(budget.joint) for budget in found)
     largest = order[: len(TONES)]
@@ -73,7 +58,7 @@ def share_plot(found: Sequence[JointBudget], order: Sequence[str]) -> Plot:
     )
 
 
-def cost_plot(budget: JointBudget, order: Sequence[str], tolerance: float) -> Plot:
+def cost_plot(budget: BudgetJoint, order: Sequence[str], tolerance: float) -> Plot:
     """Rms error of one joint from each of the largest sources alone, with bootstrap intervals."""
     costs = {cost.source: cost.rms for cost in budget.costs}
     there = [source for source in order if source in costs]

@@ -1,17 +1,17 @@
 """The chart of an error budget: a panel a joint on the same axis, tolerances shown, joints without a gain named."""
 
-from collections.abc import Sequence
+import math
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.studies.budget import JointBudget
+from scenarios.experiments.studies.budget import Budget, ranking
 
 
-def chart(budgets: Sequence[JointBudget], scenario: Scenario) -> Figure:
+def chart(found: Budget, scenario: Scenario) -> Figure:
     """One panel a joint, sources in one order for all: that of their mean share."""
-    order = _order(budgets)
+    budgets, order = found.joints, ranking(found.joints)[::-1]
     figure = Figure(figsize=(2.2 + 2.3 * len(budgets), 1.2 + 0.27 * len(order)), layout="constrained")
     tolerance = scenario.table.tolerance
     refused = [str(joint) for joint, wanted in enumerate(tolerance.identifiable, 1) if not wanted]
@@ -22,7 +22,10 @@ def chart(budgets: Sequence[JointBudget], scenario: Scenario) -> Figure:
     for axis, budget in zip(axes, budgets, strict=True):
         rms = {cost.source: 100.0 * cost.rms.value for cost in budget.costs}
         axis.barh(at, [rms.get(source, 0.0) for source in order], color="C0", height=0.7)
-        together, allowed = 100.0 * budget.together, 100.0 * tolerance.gain[budget.joint - 1]
+        together, allowed = (
+            100.0 * (math.nan if budget.together is None else budget.together),
+            100.0 * tolerance.gain[budget.joint - 1],
+        )
         axis.axvline(together, color="C1", linestyle="--", linewidth=1.0, label="all together")
         if allowed <= 3.0 * max(together, *rms.values()):
             axis.axvline(allowed, color="C3", linestyle=":", linewidth=1.2, label="tolerance")
@@ -33,12 +36,3 @@ def chart(budgets: Sequence[JointBudget], scenario: Scenario) -> Figure:
         axis.legend(loc="lower right", fontsize=7, framealpha=1.0, edgecolor="none")
     axes[0].set_yticks(at, order)
     return figure
-
-
-def _order(budgets: Sequence[JointBudget]) -> list[str]:
-    """Sources by their share, summed over the joints."""
-    total: dict[str, float] = {}
-    for budget in budgets:
-        for cost in budget.costs:
-            total[cost.source] = total.get(cost.source, 0.0) + cost.share
-    return sorted(total, key=lambda source: total[source])

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from scenarios.benchmark.comparison.bound import gain_bound
 from scenarios.benchmark.comparison.rows import METHOD
-from scenarios.benchmark.comparison.statistics import summaries
+from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison, summaries
 from scenarios.benchmark.comparison.study import comparison
 from scenarios.benchmark.methods import method_of
 from scenarios.benchmark.methods.process import Limits
@@ -25,7 +25,7 @@ from scenarios.experiments.build import bench
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import run_scenario
 from scenarios.experiments.studies.study import carry_out, study_identity
-from scenarios.reports.comparison import Compared, comparison_report
+from scenarios.reports.comparison import comparison_report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 from scenarios.support.errors import NothingToCompare, OtherStudy
 
@@ -185,8 +185,9 @@ def test_a_report_says_all_that_it_knows_in_every_form(form):
         told("mine", {"estimate": 2.02, "std": 0.05}, {"failure": "NotFinite"}),
         told("theirs", {}, {"estimate": 2.5}),
     ])  # fmt: skip
-    methods = summaries(rows, ["mine", "theirs"], np.array([0.0123]))
-    report = comparison_report([Compared(name="here", trials=3, unposed=1, methods=methods)], {"Date": "2011-09-25"})
+    methods = list(summaries(rows, ["mine", "theirs"], np.array([0.0123])))
+    here = ComparedScenario(name="here", trials=3, unposed=1, methods=methods)
+    report = comparison_report(Comparison(about={"Date": "2011-09-25"}, scenarios=[here]))
     text = renderer(form)(report, Page())
     for word in ("mine", "theirs", "here", "NotFinite", "2011-09-25"):
         assert word in text

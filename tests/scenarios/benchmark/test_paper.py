@@ -12,8 +12,7 @@ from printed import printed
 from ident.estimation.estimate import IdentifiedGain
 from scenarios.benchmark.paper import published
 from scenarios.benchmark.paper.experiment import checks_of, run_paper
-from scenarios.benchmark.paper.folder import paper_document, write_raw_numbers
-from scenarios.benchmark.paper.stored import stored_paper
+from scenarios.benchmark.paper.folder import paper_result, write_raw_numbers
 from scenarios.benchmark.paper.torques import case_torques
 from scenarios.cli import main
 from scenarios.reports.content import Paragraph, Table
@@ -28,8 +27,8 @@ def repeated():
     return run_paper(0)
 
 
-def told(document, run):
-    return paper_report(stored_paper(document), case_torques(run.cases[1]), run.seed, document)
+def told(run):
+    return paper_report(paper_result(run), case_torques(run.cases[1]), run.seed)
 
 
 def test_every_claim_of_the_paper_holds(repeated):
@@ -96,7 +95,7 @@ def test_paper_writes_tables_figures_and_raw_numbers(tmp_path, capsys):
 
 
 def test_the_paper_is_told_with_the_numbers_of_the_experiment(repeated):
-    document = paper_document(repeated)
+    document = paper_result(repeated).model_dump(mode="json")
     assert [gain["joint"] for gain in document["gains"]] == [1, 2, 3, 4, 5, 6]
     for gain, joint, true in zip(document["gains"], repeated.gains.joints, repeated.true_gain, strict=True):
         assert gain["true"] == true
@@ -106,7 +105,7 @@ def test_the_paper_is_told_with_the_numbers_of_the_experiment(repeated):
             assert (gain["estimate"], gain["std"], gain["reason"]) == (None, None, joint.reason)
     for case, estimate in zip(document["cases"], repeated.cases, strict=True):
         assert case["fit"]["unknowns"] == estimate.unknowns
-    tables = {part.title[:7]: part for part in told(document, repeated).parts if isinstance(part, Table)}
+    tables = {part.title[:7]: part for part in told(repeated).parts if isinstance(part, Table)}
     norms = [[cell.text for cell in row[1:5]] for row in tables["Table 4"].rows]
     assert norms == [
         [
@@ -142,7 +141,7 @@ def test_the_page_of_the_paper_is_made_of_what_is_stored(written, repeated, monk
     assert report.parts[0].text == "PASSED: all 8 claims hold."
     claims = [part.text for part in report.parts[1 : 1 + len(repeated.checks)]]
     assert claims == [f"holds: {check.claim}" for check in repeated.checks]
-    on_screen = [part for part in told(paper_document(repeated), repeated).parts if isinstance(part, Table)]
+    on_screen = [part for part in told(repeated).parts if isinstance(part, Table)]
     assert [part for part in report.parts if isinstance(part, Table)][:5] == on_screen
     refused = next(joint.reason for joint in repeated.gains.joints if not isinstance(joint, IdentifiedGain))
     assert any(refused in part.text for part in report.parts if isinstance(part, Paragraph))

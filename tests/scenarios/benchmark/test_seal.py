@@ -56,7 +56,7 @@ def scenario(tmp_path_factory) -> Path:
 @pytest.fixture(scope="module")
 def sealed(scenario, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("game") / "sealed"
-    assert seal([load_scenario(str(scenario))], 3, 41, folder) == 3
+    assert seal([load_scenario(str(scenario))], 3, 41, folder).problems == 3
     return folder
 
 

@@ -18,6 +18,7 @@ from scenarios.design.payload_folder import as_written, write_payload_folder, wr
 from scenarios.design.payload_search import IMPOSSIBLE, Carrying, Judged, along, payload_body, problem_with
 from scenarios.design.prediction import Deviations
 from scenarios.design.problem import design_problem, for_all_joints
+from scenarios.design.results import payload_design_result
 from scenarios.design.weights import Weight
 from scenarios.experiments.build import Bench, bench, cell
 from scenarios.experiments.files.loading import load_scenario
@@ -144,6 +145,14 @@ def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed)
     assert [joint["shown"] for joint in found["after"]["joints"]] == [True] * 6
     assert found["candidates"][0]["refusal"] is None
     assert found["rated_load"] == 6.0
+
+
+def test_a_deviation_of_a_joint_that_nothing_is_seen_of_is_null(designed):
+    noise, payload = np.array([0.3, np.inf, 1.0, 0.2, 0.5, 0.8]), np.array([0.1, 0.2, np.inf, 0.4, 0.5, 0.6])
+    before = replace(designed.before, deviations=Deviations(noise=noise, payload=payload))
+    joints = payload_design_result(replace(designed, before=before)).before.joints
+    assert [each.std for each in joints] == [0.3, None, 1.0, 0.2, 0.5, 0.8]
+    assert [each.payload_std for each in joints] == [0.1, 0.2, None, 0.4, 0.5, 0.6]
 
 
 @pytest.mark.parametrize(("factor", "better"), [(0.9999, True), (1.0001, False)])

@@ -9,12 +9,12 @@ from quick import quick_scenario
 from scenarios.cli import main
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.studies.budget import budgets, sobol_indices
+from scenarios.experiments.studies.budget import Budget, budgets, sobol_indices
 from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL, sensitivity
 from scenarios.experiments.studies.sources import settings_with, sources_of
 from scenarios.experiments.studies.study import study_identity
 from scenarios.reports.content import Paragraph
-from scenarios.reports.sensitivity import BudgetResult, sensitivity_report, silent_sources
+from scenarios.reports.sensitivity import sensitivity_report
 from scenarios.support.errors import NoDesign, NoSources
 
 
@@ -173,7 +173,7 @@ def test_lost_trials_shorten_the_sobol_design_and_are_counted(tmp_path):
     assert (budget.samples, budget.lost) == (8, 1)
     rows["rel_error"] = np.nan
     (budget,) = budgets(rows, ["mass", "white"], [1], seed=0)
-    assert budget.costs == ()
+    assert budget.costs == []
     assert (budget.samples, budget.floor) == (0, None)
 
 
@@ -214,11 +214,11 @@ def test_a_source_without_a_single_gain_is_named(tmp_path):
         ]
     )
     (budget,) = budgets(rows, ["mass", "white"], [2], seed=0)
-    report = sensitivity_report(BudgetResult(scenario=scenario, trials=4, budgets=(budget,)))
+    report = sensitivity_report(Budget(scenario="two", trials=4, joints=[budget]), scenario)
     words = [part.text for part in report.parts if isinstance(part, Paragraph)]
     assert "No trial gave a gain with one of these alone, so their cost is unknown: white." in words
     assert report.document["joints"][0]["silent"] == ["white"]
-    assert silent_sources(budgets(rows.fillna(0.01), ["mass", "white"], [2], seed=0)[0], scenario) == []
+    assert budgets(rows.fillna(0.01), ["mass", "white"], [2], seed=0)[0].silent == []
 
 
 def test_what_to_buy_down_first_stands_out(tmp_path):
@@ -226,7 +226,7 @@ def test_what_to_buy_down_first_stands_out(tmp_path):
     study = sensitivity(scenario, repeats=4, samples=8, seed=1)
     rows = rows_of(study, lambda trial: trial.settings["plant.payload.mass"] - 7.025)
     found = budgets(rows, ["mass", "white"], [1], seed=0)
-    report = sensitivity_report(BudgetResult(scenario=scenario, trials=study.count, budgets=tuple(found)))
+    report = sensitivity_report(Budget(scenario="two", trials=study.count, joints=list(found)), scenario)
     strong = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
     assert strong == ["Buy down first: mass (joint 1)."]
 

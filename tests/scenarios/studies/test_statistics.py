@@ -8,12 +8,12 @@ from study_tables import gathered
 from scenarios import assert_scenario
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.pass_rule import allowed_misses, detectable_rate, pass_rule
-from scenarios.experiments.studies.statistics import joint_statistics
+from scenarios.experiments.studies.statistics import joint_statistics, study_result
 from scenarios.experiments.studies.summary_files import write_summary
-from scenarios.reports.content import Figure, Paragraph
+from scenarios.reports.content import Figure, Paragraph, Report
 from scenarios.reports.error_density import panels
 from scenarios.reports.files import write_figures
-from scenarios.reports.monte_carlo import StudyResult, monte_carlo_report
+from scenarios.reports.monte_carlo import monte_carlo_report
 from scenarios.reports.plots import monte_carlo as plots
 from scenarios.support.errors import ScenarioError
 
@@ -31,8 +31,9 @@ def rows(
 
 
 def written(statistics, table, scenario, folder) -> list[str]:
-    result = StudyResult(scenario=scenario, seed=0, asked=len(table), statistics=statistics, rows=gathered(table))
-    paths = [write_summary(statistics, folder), *write_figures(monte_carlo_report(result), folder)]
+    found = gathered(table)
+    report = monte_carlo_report(study_result(scenario, 0, found), found, asked=len(table))
+    paths = [write_summary(statistics, folder), *write_figures(report, folder)]
     return [path.name for path in paths]
 
 
@@ -180,29 +181,23 @@ def test_bins_of_all_panels_are_as_wide_as_the_spread_of_the_narrowest_asks():
         np.testing.assert_allclose(min(bars), -100.0 * reach, rtol=1e-12)
 
 
+def reported(table: pd.DataFrame) -> Report:
+    found = gathered(table)
+    return monte_carlo_report(study_result(load_scenario("nominal"), 0, found), found, asked=40)
+
+
 def test_errors_are_drawn_against_the_injected_gain_where_it_varies():
     table = two_joints()
-    statistics = joint_statistics(gathered(table).joints, wanted=0.95, false_alarm=0.01)
-    result = StudyResult(
-        scenario=load_scenario("nominal"), seed=0, asked=40, statistics=statistics, rows=gathered(table)
-    )
-    report = monte_carlo_report(result)
+    report = reported(table)
     assert "error-against-gain" in [part.name for part in report.parts if isinstance(part, Figure)]
     same = table.assign(true=2.0)
-    result = StudyResult(
-        scenario=load_scenario("nominal"), seed=0, asked=40, statistics=statistics, rows=gathered(same)
-    )
-    names = [part.name for part in monte_carlo_report(result).parts if isinstance(part, Figure)]
+    names = [part.name for part in reported(same).parts if isinstance(part, Figure)]
     assert names == ["errors", "z-scores"]
 
 
 def test_the_verdict_of_a_study_stands_out():
     table = rows(40)
-    statistics = joint_statistics(gathered(table).joints, wanted=0.5, false_alarm=0.01)
-    result = StudyResult(
-        scenario=load_scenario("nominal"), seed=0, asked=40, statistics=statistics, rows=gathered(table)
-    )
-    (verdict,) = [part for part in monte_carlo_report(result).parts if isinstance(part, Paragraph) and part.strong]
+    (verdict,) = [part for part in reported(table).parts if isinstance(part, Paragraph) and part.strong]
     assert "PASSED: no joint missed more than" in str(verdict)
 
 

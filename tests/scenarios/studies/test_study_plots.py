@@ -1,5 +1,6 @@
 """What the plots of a study's page show, against closed forms."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -8,8 +9,9 @@ import pyarrow as pa
 import pytest
 from scipy import stats
 
+import scenarios.experiments.studies.budget as study_budget_module
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.studies.budget import NEEDED, Interval, JointBudget, SourceCost
+from scenarios.experiments.studies.budget import NEEDED, BudgetJoint, Interval, SourceCost, ranking
 from scenarios.experiments.studies.joint_rows import JointRows
 from scenarios.experiments.studies.statistics import joint_statistics
 from scenarios.experiments.studies.stored import StoredStudy
@@ -18,7 +20,7 @@ from scenarios.reports.error_density import MOST as MOST_CLAIMS
 from scenarios.reports.error_density import panels, promised, reach, varies
 from scenarios.reports.pages import sensitivity
 from scenarios.reports.pages.monte_carlo import _refused, _worst, coverage_plot, error_plot, pass_plot
-from scenarios.reports.pages.sensitivity import cost_plot, ranking
+from scenarios.reports.pages.sensitivity import cost_plot
 from scenarios.reports.pages.sensitivity import share_plot as source_shares
 from scenarios.reports.plot import Plot
 from scenarios.support.errors import NoGains
@@ -137,11 +139,17 @@ def cost(source: str, share: float, rms: float) -> SourceCost:
     return SourceCost(joint=3, source=source, trials=4, bias=0.0, rms=size, share=share, first=None, total=None)
 
 
+def budget_of(joint: int, costs: Sequence[SourceCost]) -> BudgetJoint:
+    return BudgetJoint(
+        joint=joint, costs=list(costs), floor=0.0, together=0.02, samples=4, lost=0, summed=0.02, silent=[]
+    )
+
+
 def test_sources_are_ranked_by_their_shares_over_all_joints_and_the_rest_is_told():
     shares = {"a": 0.1, "b": 0.5, "c": 0.05, "d": 0.2, "e": 0.12, "f": 0.03}
     costs = tuple(cost(source, share, 0.01 * share) for source, share in shares.items())
-    budget = JointBudget(joint=3, costs=costs, floor=0.0, together=0.02, samples=4, lost=0)
-    two_halves = replace(budget, costs=tuple(cost(source, share, 0.01) for source, share in (("d", 0.35), ("e", 0.3))))
+    budget = budget_of(3, costs)
+    two_halves = budget_of(3, [cost(source, share, 0.01) for source, share in (("d", 0.35), ("e", 0.3))])
     assert ranking([budget, two_halves])[:3] == ["d", "b", "e"]  # 0.55, 0.5, 0.42 in sum, 0.5 the largest
     order = ranking([budget, budget])
     assert order == ["b", "d", "e", "a", "c", "f"]
@@ -162,16 +170,17 @@ def test_the_page_of_a_budget_begins_with_its_verdict_and_has_ten_sources_a_join
     scenario = replace(scenario, table=scenario.table.model_copy(update={"tolerance": tolerance}))
     study = StoredStudy(
         folder=tmp_path, scenario=scenario, named="nominal", kind="sensitivity", seed=3, trials=40,
-        command="rx90 sensitivity nominal", versions={}, rows=SimpleNamespace(table=lambda columns: columns),
+        command="rx90 sensitivity nominal", versions={},
+        rows=SimpleNamespace(table=lambda columns: columns, path=tmp_path),
     )  # fmt: skip
     costs = tuple(cost(f"source {k}", share, 0.02) for k, share in enumerate(np.linspace(0.02, 0.14, 12)))
 
-    def found(rows, sources, joints, seed) -> tuple[JointBudget, ...]:
+    def found(rows, sources, joints, seed) -> tuple[BudgetJoint, ...]:
         assert (rows, sources, seed) == (NEEDED, list(scenario.table.sources), 3)
-        return tuple(JointBudget(joint=j, costs=costs, floor=0.0, together=0.1, samples=4, lost=0) for j in joints)
+        return tuple(budget_of(j, costs) for j in joints)
 
     monkeypatch.setattr(sensitivity, "read_study", lambda folder: study)
-    monkeypatch.setattr(sensitivity, "budgets", found)
+    monkeypatch.setattr(study_budget_module, "budgets", found)
     report = sensitivity.page(tmp_path)
     said = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
     assert report.parts[0].text == said[0]
@@ -180,6 +189,7 @@ def test_the_page_of_a_budget_begins_with_its_verdict_and_has_ten_sources_a_join
     assert [plot.title for plot in plots[1:]] == [f"Joint {j}" for j in range(1, 6)]  # of joint 6 no gain is wanted
     assert [plot.references[0].at for plot in plots[1:]] == pytest.approx([1.1, 1.2, 1.3, 1.4, 1.5], rel=1e-12)
     assert {plot.series[0].y for plot in plots[1:]} == {tuple(f"source {k}" for k in range(11, 1, -1))}
-    monkeypatch.setattr(sensitivity, "budgets", lambda *given: tuple(replace(each, costs=()) for each in found(*given)))
+    silent = [budget_of(joint, []) for joint in range(1, 6)]
+    monkeypatch.setattr(study_budget_module, "budgets", lambda *_: silent)
     with pytest.raises(NoGains, match="no trial gave a gain of joint 1, 2, 3, 4, 5;"):
         sensitivity.page(tmp_path)

@@ -1,8 +1,19 @@
-"""JSON Schema of payloads found from currents, and of gains held against a scale or against other motions."""
+"""What `rx90 verify` and `rx90 payload-of` print: payloads found from currents, and gains held against a scale."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
 
 from pydantic import Field
 
-from scenarios.results.models.diagnoses import DiagnosedResult
+import ident.payload_identification.common_scale as common_scale
+import ident.payload_identification.payload_body as payload_body
+import ident.payload_identification.payload_estimate as payload_estimate
+import ident.payload_identification.verification as verification
+from ident.diagnosis.diagnosis import Diagnosed
+from ident.estimation.cross_validation import JointPrediction
+from ident.identification import Identification
+from ident.model.parameters import UNITS
+from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
 from scenarios.support.result_model import ResultModel
 
 
@@ -24,41 +35,34 @@ class Deviations(ResultModel):
     model_std: float | None
 
 
-class Quantity(Deviations):
-    """Mass, a coordinate of the centre, or an inertia about it.
-
-    Attributes:
-        quantity: Its name: mass; x, y and z of the centre of mass; ixx to iyz.
-        unit: Of its numbers.
-    """
-
-    quantity: str
-    unit: str
+class _Quantity(ResultModel):
+    quantity: str = Field(description="Its name: mass; x, y and z of the centre of mass; ixx to iyz")
+    unit: str = Field(description="Of its numbers")
 
 
-class PayloadParameter(Deviations):
-    """A standard parameter at the origin of the last frame.
-
-    Attributes:
-        parameter: Its name: XX to ZZ, MX, MY, MZ or M.
-        unit: Of its numbers.
-    """
-
-    parameter: str
-    unit: str
+class Quantity(Deviations, _Quantity):
+    """Mass, a coordinate of the centre, or an inertia about it."""
 
 
-class Weighed(Deviations):
+class _Parameter(ResultModel):
+    parameter: str = Field(description="Its name: XX to ZZ, MX, MY, MZ or M")
+    unit: str = Field(description="Of its numbers")
+
+
+class PayloadParameter(Deviations, _Parameter):
+    """A standard parameter at the origin of the last frame."""
+
+
+class Weighed(ResultModel):
     """A known mass as all joints (joint null) or one joint weighs it [kg].
 
     Attributes:
-        estimate: Left out: the mass that was found stands in `mass` [kg].
+        joint: The joint's number, from 1; null for all joints together.
+        mass: What was found, null where the data do not show it [kg].
         std: One standard deviation of the mass, of all parts together; that of the scale is not in it [kg].
         residual_std: The part of it from the residuals [kg].
         gain_std: The part of it from the deviations of the gains [kg].
         model_std: The part of it from what the model takes for granted [kg].
-        joint: The joint's number, from 1; null for all joints together.
-        mass: What was found, null where the data do not show it [kg].
         rel_error: Relative error, found less stated over stated: the share by which the gains are too large.
         rel_std: Its standard deviation, relative to the stated mass as well, that of the scale included.
         verdict: "agrees", "differs" or "says nothing".
@@ -67,6 +71,10 @@ class Weighed(Deviations):
 
     joint: int | None
     mass: float | None
+    std: float | None
+    residual_std: float | None
+    gain_std: float | None
+    model_std: float | None
     rel_error: float | None
     rel_std: float | None
     verdict: str
@@ -126,6 +134,23 @@ class Verification(DiagnosedResult):
     notes: list[str]
 
 
+def verification_result(found: verification.Verification, diagnosed: Diagnosed) -> Verification:
+    """What a scale says of gains; masses are null where they do not show."""
+    common = common_scale.common_error(found)
+    return Verification(
+        passed=found.passed,
+        mass=found.payload.mass,
+        mass_std=found.payload.mass_std,
+        limit=found.limit,
+        together=_weighed(found.together),
+        joints=list(map(_weighed, found.joints)),
+        payload=list(map(_quantity, found.body.quantities)),
+        common=None if common is None else _common(common),
+        notes=list(found.remarks),
+        **diagnosed_values(diagnosed),
+    )
+
+
 class PredictedJoint(ResultModel):
     """How well a joint's currents are predicted from other parts of the motions.
 
@@ -157,6 +182,25 @@ class CrossValidation(DiagnosedResult):
     joints: list[PredictedJoint]
 
 
+def cross_validation_result(identified: Identification, found: Sequence[JointPrediction]) -> CrossValidation:
+    """How well parts of the motions are predicted from the others."""
+    estimate = identified.estimate
+    return CrossValidation(
+        method=estimate.method,
+        joints=[
+            PredictedJoint(
+                joint=each.joint + 1,
+                name=estimate.joints[each.joint].joint,
+                predicted_rel_error=each.share,
+                fitted_rel_error=each.fitted,
+                gain_changes=each.gain_change.tolist(),
+            )
+            for each in found
+        ],
+        **diagnosed_values(identified.found),
+    )
+
+
 class FoundPayload(DiagnosedResult):
     """What `rx90 payload-of --json` prints.
 
@@ -176,3 +220,70 @@ class FoundPayload(DiagnosedResult):
     possible: bool | None = Field(description="whether a body can have these parameters, null if not all are known")
     joints: list[Weighed]
     notes: list[str]
+
+
+def found_payload_result(
+    found: payload_estimate.FoundPayload,
+    body: payload_body.FoundBody,
+    joints: Sequence[verification.Weighed],
+    diagnosed: Diagnosed,
+) -> FoundPayload:
+    """A payload: parameters at the origin of the last frame with covariance, mass, centre and inertia, joints alone."""
+    return FoundPayload(
+        parameters=[
+            PayloadParameter(
+                parameter=name,
+                unit=UNITS[name],
+                estimate=float(found.value[k]),
+                std=float(found.covariance[k, k] ** 0.5),
+                residual_std=float(found.residual[k, k] ** 0.5),
+                gain_std=float(found.gains[k, k] ** 0.5),
+                model_std=float(found.model[k, k] ** 0.5),
+            )
+            for k, name in enumerate(found.names)
+        ],
+        covariance=found.covariance.tolist(),
+        body=list(map(_quantity, body.quantities)),
+        refused={**found.refused, **body.refused},
+        possible=body.possible,
+        joints=list(map(_weighed, joints)),
+        notes=list(found.selected.remarks),
+        **diagnosed_values(diagnosed),
+    )
+
+
+def _common(common: common_scale.CommonError) -> CommonError:
+    return CommonError(
+        joints=[joint + 1 for joint in common.joints],
+        rel_error=common.rel_error,
+        rel_std=common.rel_std,
+        apart=[Departure(**asdict(each) | {"joint": each.joint + 1}) for each in common.apart],
+    )
+
+
+def _weighed(each: verification.Weighed) -> Weighed:
+    mass = each.mass
+    return Weighed(
+        joint=None if each.joint is None else each.joint + 1,
+        mass=mass and mass.value,
+        std=mass and mass.std,
+        residual_std=mass and mass.residual_std,
+        gain_std=mass and mass.gain_std,
+        model_std=mass and mass.model_std,
+        rel_error=each.rel_error,
+        rel_std=each.rel_std,
+        verdict=each.verdict,
+        reason=each.reason,
+    )
+
+
+def _quantity(each: payload_body.Quantity) -> Quantity:
+    return Quantity(
+        quantity=each.name,
+        unit=each.unit,
+        estimate=each.value,
+        std=each.std,
+        residual_std=each.residual_std,
+        gain_std=each.gain_std,
+        model_std=each.model_std,
+    )

@@ -1,6 +1,6 @@
-"""JSON Schema of lists of what is built in, and of a file that was written."""
+"""The built-in scenarios as `rx90 list` prints them."""
 
-from pydantic import Field
+from collections.abc import Mapping
 
 from scenarios.support.result_model import ResultModel
 
@@ -27,7 +27,6 @@ class ListedScenarios(ResultModel):
     scenarios: list[ListedScenario]
 
 
-class Written(ResultModel):
-    """What `rx90 recipe --json` and `rx90 view --render FILE --json` print."""
-
-    out: str = Field(description="the file that was written")
+def listed(described: Mapping[str, str]) -> ListedScenarios:
+    """Scenarios by their names, with their descriptions."""
+    return ListedScenarios(scenarios=[ListedScenario(name=name, description=said) for name, said in described.items()])

@@ -1,7 +1,14 @@
-"""JSON Schema of gains in use: torques from currents, models that are patched, two sets of gains compared."""
+"""What commands that use gains print: torques from currents, models that are patched, two sets of gains compared."""
+
+from collections.abc import Sequence
+from pathlib import Path
 
 from pydantic import Field
 
+import ident.estimation.gain_comparison as gain_comparison
+from ident.estimation.joint_torque import JointTorque
+from ident.support.naming import one_line
+from scenarios.experiments.files.gains import GainsFile
 from scenarios.gains_in_use.model_update.places import Change
 from scenarios.support.result_model import ResultModel
 
@@ -21,6 +28,27 @@ class Torques(ResultModel):
     notes: list[str] = Field(description="on gains that look odd")
 
 
+def torques(found: JointTorque, file: GainsFile, out: Path) -> Torques:
+    """Torques that were written.
+
+    Args:
+        found: Torques.
+        file: The gains that they were found with.
+        out: The file.
+    """
+    return Torques(
+        out=str(out),
+        samples=len(found.t),
+        joints=[joint + 1 for joint in found.joints.tolist()],
+        missing=[
+            {"joint": entry.joint, "reason": one_line(entry.reason or "its gain is refused")}
+            for entry in file.gains
+            if not entry.identifiable
+        ],
+        notes=list(file.notes),
+    )
+
+
 class Patched(ResultModel):
     """What `rx90 patch --json` prints.
 
@@ -35,6 +63,23 @@ class Patched(ResultModel):
     ros_params: str | None
     changes: list[Change]
     notes: list[str]
+
+
+def patched(changes: Sequence[Change], gains: GainsFile, out: Path, parameters: Path | None) -> Patched:
+    """A model that was written.
+
+    Args:
+        changes: Of the model.
+        gains: That they were made with.
+        out: The model that was written.
+        parameters: The parameter file that was written, None for none.
+    """
+    return Patched(
+        out=str(out),
+        ros_params=None if parameters is None else str(parameters),
+        changes=list(changes),
+        notes=list(gains.notes),
+    )
 
 
 class Moved(ResultModel):
@@ -53,15 +98,17 @@ class Moved(ResultModel):
     moved: bool = Field(description="whether it changed beyond its interval")
 
 
-class MovedJoint(Moved):
+class _Numbered(ResultModel):
+    joint: int = Field(ge=1, description="Its number, from 1")
+
+
+class MovedJoint(Moved, _Numbered):
     """A joint's gain; `apart`: once a scale common to all joints is taken out.
 
     Attributes:
-        joint: Its number, from 1.
         apart: Its change beside that common to all joints.
     """
 
-    joint: int = Field(ge=1)
     apart: Moved
 
 
@@ -98,3 +145,27 @@ class GainComparison(ResultModel):
     together: ChiSquare
     pattern: ChiSquare | None
     missing: list[dict[str, int | str]] = Field(description="joints that one of both has")
+
+
+def gain_comparison_result(found: gain_comparison.GainComparison) -> GainComparison:
+    """What moved from one set of gains to another."""
+    return GainComparison(
+        moved=found.moved,
+        joints=[
+            MovedJoint(joint=j + 1, **_moved(each).model_dump(), apart=_moved(apart))
+            for j, each, apart in zip(found.joints.tolist(), found.each, found.apart, strict=True)
+        ],
+        scale=_moved(found.scale),
+        scale_joints=[j + 1 for j in found.sharing.tolist()],
+        together=_tested(found.together),
+        pattern=None if found.pattern is None else _tested(found.pattern),
+        missing=[{"joint": j + 1, "only_in": which} for j, which in found.missing],
+    )
+
+
+def _moved(each: gain_comparison.Moved) -> Moved:
+    return Moved(rel_change=each.rel, std=each.std, rel_std=each.rel_std, turned=each.turned, moved=each.moved)
+
+
+def _tested(test: gain_comparison.Together) -> ChiSquare:
+    return ChiSquare(chi2=test.chi2, freedom=test.freedom, p=test.p)

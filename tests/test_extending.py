@@ -20,7 +20,6 @@ from recipes import (
     RECIPES,
     Outcome,
     copy_of_packages,
-    environment,
     follow,
     patched,
     run,
@@ -83,10 +82,11 @@ def plain(tmp_path_factory) -> Run:
 
 @dataclass(frozen=True)
 class Followed:
-    """All recipes followed in one copy, and how their commands ended."""
+    """All recipes followed in one copy, which of its files they touched, and how their commands ended."""
 
     packages: Path
     work: Path
+    touched: set[str]
     outcomes: dict[str, list[Outcome]]
 
     def said(self, name: str, number: int = 0) -> str:
@@ -119,6 +119,7 @@ def followed(plain, tmp_path_factory) -> Followed:
     write_recording(Recording(log.t[700:], log.q[700:], log.v[700:]), work / "late.parquet")
     for recipe in RECIPES.values():
         follow(recipe, packages, work)
+    changed = touched(packages)
     shutil.copy(plain.bench.scenario.folder / "short.toml", packages / "scenarios/catalog/motions/drive-gains.toml")
     (work / "weighed.py").write_text(WEIGHED)
     for name, text in TAKEN.items():
@@ -133,8 +134,13 @@ def followed(plain, tmp_path_factory) -> Followed:
         "taken": [["rx90", "run", name, "--json"] for name in TAKEN],
         "help": [["rx90", "identify", "--help"], ["rx90", "monte-carlo", "--help"], ["rx90"]],
     }
+    shutil.copytree(ROOT / "tests", packages / "tests", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", packages)
+    members = [word for each in CONTRACTS.values() for word in each.split("|")]
+    names = " or ".join(f"[{word} or -{word}" for word in members)  # of parameters: other names have such words too
+    commands["contracts"] = [["pytest", "-q", "-rA", "-p", "no:cacheprovider", "-k", names, *CONTRACTS]]
     left = iter(run([words for each in commands.values() for words in each], packages, work))
-    return Followed(packages, work, {name: [next(left) for _ in each] for name, each in commands.items()})
+    return Followed(packages, work, changed, {name: [next(left) for _ in each] for name, each in commands.items()})
 
 
 def test_a_fault_of_a_new_family_is_excluded_where_logs_show_it_and_named_where_they_have_it(followed):
@@ -178,16 +184,22 @@ def test_there_is_a_recipe_for_every_kind_at_the_cost_of_two_files():
 
 
 @pytest.mark.parametrize("name", RECIPES)
-def test_a_recipe_touches_as_many_files_as_its_table_says(name, tmp_path):
+def test_a_recipe_fits_the_packages_as_they_are_in_as_many_files_as_its_table_says(name):
     recipe = RECIPES[name]
-    packages, work = copy_of_packages(tmp_path / "packages"), tmp_path / "work"
-    work.mkdir()
-    follow(recipe, packages, work)
-    stated = set(recipe.new) | set(recipe.changes)
-    assert touched(packages) == {place for place in stated if place.startswith(PACKAGES)}
-    assert len(touched(packages)) == recipe.cost
+    stated = recipe.new | recipe.changes
+    assert sum(place.startswith(PACKAGES) for place in stated) == recipe.cost
+    assert not any((ROOT / place).exists() for place in recipe.new)
+    for place, change in recipe.changes.items():
+        text = (ROOT / place).read_text()
+        assert patched(text, change) != text
     if not recipe.cost:
         assert {place.partition("/")[0] for place in stated} == {"two_link"}
+
+
+def test_recipes_together_touch_the_files_they_state_and_no_others(followed):
+    assert followed.touched == {
+        place for recipe in RECIPES.values() for place in recipe.new | recipe.changes if place.startswith(PACKAGES)
+    }
 
 
 def test_a_change_that_does_not_fit_is_noticed():
@@ -197,14 +209,10 @@ def test_a_change_that_does_not_fit_is_noticed():
             patched("a\nb\nc\n", change)
 
 
-def test_what_recipes_write_is_as_clean_as_the_rest(tmp_path):
-    packages, work = copy_of_packages(tmp_path / "packages"), tmp_path / "work"
-    work.mkdir()
-    for recipe in RECIPES.values():
-        follow(recipe, packages, work)
+def test_what_recipes_write_is_as_clean_as_the_rest(followed):
     for words in (["check", "--no-cache"], ["format", "--check", "--no-cache"]):
         command = [sys.executable, "-m", "ruff", *words, "--config", str(ROOT / "pyproject.toml"), *PACKAGES]
-        done = subprocess.run(command, cwd=packages, capture_output=True, text=True, check=False)
+        done = subprocess.run(command, cwd=followed.packages, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -341,20 +349,8 @@ def test_a_command_is_found_and_tells_the_largest_speeds(followed, plain):
 
 
 def test_every_new_member_is_put_through_the_tests_of_its_kind(followed):
-    tests = followed.packages / "tests"
-    shutil.copytree(ROOT / "tests", tests, ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copy(ROOT / "pyproject.toml", followed.packages)
-    words = [word for each in CONTRACTS.values() for word in each.split("|")]
-    names = " or ".join(f"[{word} or -{word}" for word in words)  # of parameters: other names have such words too
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-rA", "-p", "no:cacheprovider", "-k", names, *CONTRACTS],
-        cwd=followed.packages,
-        env=environment(followed.packages),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout
+    (done,) = followed.outcomes["contracts"]
+    assert done.status == 0, done.out
     for path, each in CONTRACTS.items():
         for word in each.split("|"):
-            assert re.search(rf"^PASSED {path}::\w+\[[^\]]*\b{word}\b", done.stdout, re.MULTILINE), (path, word)
+            assert re.search(rf"^PASSED {path}::\w+\[[^\]]*\b{word}\b", done.out, re.MULTILINE), (path, word)

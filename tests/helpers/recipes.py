@@ -128,7 +128,8 @@ class Outcome:
 
 
 DRIVER = """
-import contextlib, io, json, runpy, sys, traceback
+import contextlib, io, json, os, runpy, sys, traceback
+import pytest
 from scenarios.cli import main
 from scenarios.json_schemas.write import write_schemas
 write_schemas()
@@ -139,6 +140,9 @@ for words in json.loads(sys.argv[1]):
         try:
             if words[0] == "python":
                 runpy.run_path(words[1])
+            elif words[0] == "pytest":
+                with contextlib.chdir(os.environ["PYTHONPATH"]):
+                    status = int(pytest.main(words[1:]))
             else:
                 status = int(main(words[1:]))
         except SystemExit as error:

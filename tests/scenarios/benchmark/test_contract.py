@@ -1,7 +1,7 @@
 """`rx90 compare --check`: each promise is broken by a method that breaks it alone, and told in a sentence."""
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -12,19 +12,31 @@ from printed import printed
 
 import scenarios.benchmark.comparison.contract as contract
 from ident.estimation.gain_options import GainOptions
-from ident.model.structure import Structure
+from ident.model.arm import load_arm
+from ident.model.structure import Structure, structure_of
+from ident.recordings.motion import Motion
 from scenarios.benchmark.comparison.contract import checks
-from scenarios.benchmark.comparison.exact import PAYLOAD, TRUSTING, exact_motions
+from scenarios.benchmark.comparison.exact import PAYLOAD, TRUSTING, Exact, exact_motions
 from scenarios.benchmark.methods.call import Call
 from scenarios.benchmark.methods.method import Method
 from scenarios.benchmark.methods.process import Limits
 from scenarios.cli import main
 from scenarios.experiments.judge import Claim
-from scenarios.results.problem_folder import GivenProblem, read_problem
+from scenarios.experiments.robots import robot
+from scenarios.results.problem_folder import read_problem
 from scenarios.support.errors import MethodCrashed
 
-posed = cache(exact_motions)
-"""The motions of a problem, moved once for all methods that are asked."""
+
+@cache
+def moved(seed: int, noise: float, mounted: bool) -> Exact:
+    """The motions of a problem, once for all methods that are asked."""
+    return exact_motions(structure_of(load_arm(robot().model)), seed, noise=noise, mounted=mounted)
+
+
+def posed(structure: Structure, seed: int, *, noise: float, mounted: bool = True) -> Exact:
+    return moved(seed, noise, mounted)
+
+
 Change = Callable[[int, list[Claim]], list[Claim]]
 EXACT, NOISY, ABSENT = 1, 2, 3
 """Seeds of the problems."""
@@ -37,7 +49,15 @@ def known(structure: Structure):
     return {seed: exact_motions(structure, seed, noise=0.0) for seed in (EXACT, NOISY, ABSENT)}
 
 
-def perfect(problem: GivenProblem, known) -> tuple[int, list[Claim]]:
+@dataclass(frozen=True)
+class Posed:
+    """What a method is asked about."""
+
+    motions: Sequence[Motion]
+    gains: GainOptions
+
+
+def perfect(problem: Posed, known) -> tuple[int, list[Claim]]:
     """What a method would say that sees through everything: which problem it is, and claims that follow its units."""
     bare, loaded = problem.motions
     seed = next(s for s, each in known.items() if np.array_equal(each.motions[0].recording.q, bare.recording.q))
@@ -57,14 +77,21 @@ def perfect(problem: GivenProblem, known) -> tuple[int, list[Claim]]:
     return seed, [Claim(float(g), STD * abs(float(g)), None) for g in gain]
 
 
-def run(monkeypatch, known, change: Change) -> dict[str, str | None]:
-    """What is said of a method that changes perfect claims, by promise."""
+def run(monkeypatch, known, change: Change, *, by_files: bool = False) -> dict[str, str | None]:
+    """What is said of a method that changes perfect claims, by promise; it reads the folder only `by_files`."""
+    asked = list[Posed]()
+
+    def kept(folder, robot, links, motions, *, observing, gains) -> None:
+        asked.append(Posed(motions, gains))
 
     def called(method: Method, folder: Path, joints: int, limits: Limits) -> Call:
         assert joints == 6
-        seed, claims = perfect(read_problem(folder), known)
+        given = read_problem(folder) if by_files else None
+        seed, claims = perfect(Posed(given.motions, given.gains) if given else asked[-1], known)
         return Call(outcome=tuple(change(seed, claims)), seconds=0.1)
 
+    if not by_files:
+        monkeypatch.setattr(contract, "write_problem", kept)
     monkeypatch.setattr(contract, "call", called)
     monkeypatch.setattr(contract, "exact_motions", posed)
     return {check.promise: check.broken for check in checks(Method("m", ()), Limits())}
@@ -79,7 +106,7 @@ def scaled(claims: list[Claim], factor: float) -> list[Claim]:
 
 
 def test_a_method_that_keeps_everything_is_told_so(monkeypatch, known):
-    said = run(monkeypatch, known, lambda seed, claims: claims)
+    said = run(monkeypatch, known, lambda seed, claims: claims, by_files=True)
     assert len(said) == 8
     assert broken(said) == {}
 

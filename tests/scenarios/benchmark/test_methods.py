@@ -10,7 +10,6 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
-from places import ROOT
 
 import scenarios.support.errors as errors
 from ident.model.structure import Structure
@@ -283,27 +282,24 @@ def test_an_answer_is_read_as_it_is_meant():
     assert read_answer(answer(gain(std=0.0)), 1)[0].std == 0.0
 
 
-def test_the_answer_of_our_own_methods_fits_schema_and_reader(folder):
-    words = [sys.executable, "-m", "scenarios.benchmark.methods.inside", "ls-2011", str(folder)]
-    said = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT).stdout
-    for name in ("answer", "result"):
-        jsonschema.Draft202012Validator(schemas()[name]).validate(json.loads(said))
-    assert read_answer(said, 6)[0].value == asked("ls-2011", folder).outcome[0].value
-
-
 LATE = """
-import sys
-from pathlib import Path
+import runpy, sys
 import scenarios.benchmark.methods.inside as inside
 inside.prepare()
 before = set(sys.modules)
-inside.main("ls-2011", Path(sys.argv[1]))
+del sys.modules[inside.__name__]
+runpy.run_module(inside.__name__, run_name="__main__")
 print(*set(sys.modules) - before, file=sys.stderr)
 """
 
 
-def test_what_a_method_needs_is_imported_before_its_process_is_forked_and_pandas_never(folder):
-    done = subprocess.run([sys.executable, "-c", LATE, str(folder)], capture_output=True, text=True, check=True)
+def test_our_own_methods_answer_by_the_schema_and_import_what_they_need_before_their_process_is_forked(folder):
+    done = subprocess.run(
+        [sys.executable, "-c", LATE, "ls-2011", str(folder)], capture_output=True, text=True, check=True
+    )
+    for name in ("answer", "result"):
+        jsonschema.Draft202012Validator(schemas()[name]).validate(json.loads(done.stdout))
+    assert read_answer(done.stdout, 6)[0].value == asked("ls-2011", folder).outcome[0].value
     late = {name.partition(".")[0] for name in done.stderr.split()}
     assert late
     assert not late & {"pandas", "pinocchio", "scipy", "ident", "scenarios"}

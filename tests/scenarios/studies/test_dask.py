@@ -26,8 +26,8 @@ START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main(
 
 
 @contextmanager
-def cluster(folder: Path, workers: int = 2):
-    """A scheduler and worker processes of one thread on loopback; yields the scheduler's file and process."""
+def cluster(folder: Path):
+    """A scheduler and a worker process of one thread on loopback; yields the scheduler's file and process."""
     file = folder / "scheduler.json"
     environment = os.environ | {
         "PYTHONPATH": str(ROOT / "tests" / "helpers"),
@@ -37,7 +37,7 @@ def cluster(folder: Path, workers: int = 2):
     worker = ["worker", "--nthreads", "1", "--local-directory", str(folder)]
     started = []
     try:
-        for arguments in (["scheduler", "--port", "0"], *[worker] * workers):
+        for arguments in (["scheduler", "--port", "0"], worker):
             with (folder / f"{len(started)}.log").open("w") as log:
                 command = [sys.executable, "-c", START, *arguments, *common]
                 started.append(
@@ -83,27 +83,22 @@ def test_a_task_that_kills_workers_of_a_cluster_is_given_up(workers):
     assert found == {x: 2 * x for x in range(11, 16) if x != 13}
 
 
-def test_a_scheduler_that_dies_ends_the_study_and_makes_no_rows(tmp_path, caplog):
-    with cluster(tmp_path, workers=1) as (file, process), dask_workers(str(file)) as workers:
-        found = completed(workers, slow_double, range(100), tick=lambda: None)
-        next(found)
-        os.killpg(process.pid, signal.SIGKILL)
-        with pytest.raises(SchedulerGone, match="the scheduler that hands out the work is gone"):
-            dict(found)
-
-
-def test_a_command_whose_scheduler_dies_says_one_line_and_ends_with_2(tmp_path):
+def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_line_and_2(tmp_path):
     folder = tmp_path / "out"
-    with cluster(tmp_path, workers=1) as (file, process):
+    with cluster(tmp_path) as (file, process), dask_workers(str(file)) as workers:
         words = ["monte-carlo", str(quick_scenario(tmp_path)), "-n", "4000", "--out", str(folder), "--dask", str(file)]
         command = subprocess.Popen(
             [sys.executable, "-m", "scenarios", *words], stderr=subprocess.PIPE, text=True, cwd=ROOT
         )
+        found = completed(workers, slow_double, range(100), tick=lambda: None)
+        next(found)
         deadline = time.monotonic() + 120.0
         while not list(folder.glob("study.json")) and time.monotonic() < deadline:
             assert command.poll() is None
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGKILL)
+        with pytest.raises(SchedulerGone, match="the scheduler that hands out the work is gone"):
+            dict(found)
         _, errors = command.communicate(timeout=120.0)
     assert command.returncode == 2
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress

@@ -41,6 +41,7 @@ CONTRACT = [
     "reason",
 ]
 QUIET = Console(quiet=True)
+TRIALS = 7
 STREAMS = ["encoder", "white", "clock"]
 """Coloured noise shares the generator of white noise unless it is given one."""
 
@@ -65,17 +66,17 @@ def scenario(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def reference(scenario, tmp_path_factory) -> pd.DataFrame:
-    """Twelve trials, uninterrupted, one after the other."""
+    """Seven trials, uninterrupted, one after the other."""
     folder = tmp_path_factory.mktemp("reference")
-    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
+    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     carry_out(study, folder, threads(1), command="", console=QUIET)
     return rows_of(folder)
 
 
 def test_a_study_has_a_row_a_trial_and_joint_with_the_promised_columns(reference):
     assert list(reference.columns)[: len(CONTRACT)] == CONTRACT
-    assert reference["trial"].tolist() == np.repeat(np.arange(12), 6).tolist()
-    assert reference["joint"].tolist() == list(range(1, 7)) * 12
+    assert reference["trial"].tolist() == np.repeat(np.arange(TRIALS), 6).tolist()
+    assert reference["joint"].tolist() == list(range(1, 7)) * TRIALS
     assert (reference["seed"] == reference["trial"] + 5).all()
     found = reference[reference["identifiable"]]
     np.testing.assert_allclose(found["rel_error"], found["estimate"] / found["true"] - 1.0, rtol=0, atol=1e-12)
@@ -87,7 +88,7 @@ def test_a_study_has_a_row_a_trial_and_joint_with_the_promised_columns(reference
 
 def test_a_trial_that_fails_is_rows_with_its_reason(reference):
     heavy = reference[reference["plant.payload.mass"] == 95.0]
-    assert 0 < heavy["trial"].nunique() < 12
+    assert 0 < heavy["trial"].nunique() < TRIALS
     assert (heavy["failure"] == "Saturated").all()
     assert heavy["reason"].str.match(r"loaded: drive of joint\d at its limit").all()
     assert not heavy["passed"].any()
@@ -103,7 +104,7 @@ def test_a_row_s_seed_repeats_its_trial(reference, scenario, capsys):
 
 
 def test_rows_are_the_same_at_any_number_of_workers_and_in_any_order(scenario, reference, tmp_path):
-    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
+    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     carry_out(study, tmp_path, threads(2), command="", console=QUIET)
     assert len(list((tmp_path / "trials").iterdir())) > 4
     pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
@@ -152,15 +153,15 @@ def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_
             raise MemoryError("no room for trial 1")
         return drawn_settings(prepared, seed)
 
-    study = monte_carlo(load_scenario(str(scenario)), 12, seed=5)
-    monkeypatch.setattr(module, "CHUNK", 12)
+    study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
+    monkeypatch.setattr(module, "CHUNK", TRIALS)
     monkeypatch.setattr(module, "CHUNKS_EACH", 1)
     with monkeypatch.context() as patched:
         patched.setattr(trials, "drawn_settings", failing)
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
     names = sorted(path.name for path in (tmp_path / "trials").iterdir())
-    assert names == ["00000000-00000000.parquet", "00000001-00000001.lost.parquet", "00000002-00000011.parquet"]
-    assert rows_of(tmp_path)["trial"].tolist() == np.repeat(np.arange(12), 6).tolist()
+    assert names == ["00000000-00000000.parquet", "00000001-00000001.lost.parquet", "00000002-00000006.parquet"]
+    assert rows_of(tmp_path)["trial"].tolist() == np.repeat(np.arange(TRIALS), 6).tolist()
     carry_out(study, tmp_path, threads(1), command="", console=QUIET)
     pd.testing.assert_frame_equal(rows_of(tmp_path), reference, check_exact=True)
     assert (rows_of(tmp_path)["failure"] == "Saturated").any()

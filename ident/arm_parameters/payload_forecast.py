@@ -38,7 +38,7 @@ class ExpectedGain:
     reason: str | None
 
 
-def expected_if_loaded(
+def forecast_gains(
     problem: Problem, options: AllJointsOptions, payload: Payload, in_si: BareArm, gains: KnownGains, ratios: GainRatios
 ) -> tuple[ExpectedGain, ...]:
     """What to expect of every gain if bare motions were repeated with a payload.
@@ -57,7 +57,9 @@ def expected_if_loaded(
     if payload.known == "none":
         raise NotIdentifiable("nothing of the payload that would be mounted is known, so that it sets no scale")
     gain = 1.0 / in_si.selected.final.fit.found.h
-    loaded = tuple(ObservedMotion(as_if_loaded(each.observation, payload, gain), payload) for each in problem.motions)
+    loaded = tuple(
+        ObservedMotion(with_payload_torque(each.observation, payload, gain), payload) for each in problem.motions
+    )
     estimate = all_joints_gains(replace(problem, motions=(*problem.motions, *loaded)), options)
     beside = bool(ratios.given[gains.joints].any())
     found = list[ExpectedGain]()
@@ -71,7 +73,7 @@ def expected_if_loaded(
     return tuple(found)
 
 
-def as_if_loaded(observation: Observation, payload: Payload, gain: Array) -> Observation:
+def with_payload_torque(observation: Observation, payload: Payload, gain: Array) -> Observation:
     """A bare motion's rows with the torque of a payload on top.
 
     Args:

@@ -29,7 +29,7 @@ def check_mass(body: FoundBody) -> None:
         )
 
 
-def accord(found: FoundPayload, body: FoundBody, gains: KnownGains) -> tuple[Weighed, ...]:
+def joint_agreement(found: FoundPayload, body: FoundBody, gains: KnownGains) -> tuple[Weighed, ...]:
     """The mass from each joint alone beside that from all, as against a scale; empty where no mass is sure.
 
     The centre of mass that was found, with its deviations, serves each joint, the inertia is left free. Deviations of

@@ -48,8 +48,8 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.files.gains import read_gains
     from scenarios.experiments.robot_models import read_arm
     from scenarios.gains_in_use.model_update.bare_file import read_bare
-    from scenarios.gains_in_use.model_update.drawn_links import drawn_links
     from scenarios.gains_in_use.model_update.link_values import link_values
+    from scenarios.gains_in_use.model_update.nominal_links import nominal_links
     from scenarios.gains_in_use.model_update.patch import patched_model
     from scenarios.gains_in_use.model_update.values import joint_values
     from scenarios.reports.patch import patch_report
@@ -60,7 +60,7 @@ def main(options: argparse.Namespace) -> Status:
     bare = None if options.arm is None else read_bare(options.arm)
     links = None
     if options.links:
-        links = link_values(bare, structure.arm, drawn_links(options.model, options.flange))
+        links = link_values(bare, structure.arm, nominal_links(options.model, options.flange))
     joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
     found = patched_model(options.model, joints, links)
     contents = [found.content]

@@ -43,11 +43,11 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Mood, Paragraph, Report
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
-    from sim.torque_limits import check_bearable
+    from sim.torque_limits import check_torque_limits
 
     scenario = load_scenario(options.scenario)
     prepared, stated = bench(scenario), stated_payloads(scenario)
-    check_bearable(prepared.experiments)
+    check_torque_limits(prepared.experiments)
     payloads = {mounting: stated[mounting] for mounting in prepared.payloads if mounting in prepared.protocol}
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         told = horizon(expected_preparation(prepared, enough(prepared)).logs())

@@ -22,7 +22,7 @@ from scenarios.experiments.studies.sources import settings_with, sources_of
 from scenarios.prediction.moments import points_of
 from scenarios.support.errors import NoSources, NotAPair
 from sim.experiment import Experiment
-from sim.feedforward_currents import needed_currents
+from sim.feedforward_currents import feedforward_currents
 from sim.trajectory import FourierTrajectory
 
 PLANT = "plant."
@@ -140,7 +140,9 @@ class Sourced:
     def _currents(self, experiments: Sequence[Experiment], motion: FourierTrajectory, rate_hz: float) -> list[Array]:
         """What the first bare and the first loaded motion need, each (N, n); drives warm up in those before them."""
         at = [self._quiet.protocol.index(name) for name in PAIR]
-        needed = needed_currents([replace(each, trajectory=motion) for each in experiments[: max(at) + 1]], rate_hz)
+        needed = feedforward_currents(
+            [replace(each, trajectory=motion) for each in experiments[: max(at) + 1]], rate_hz
+        )
         return [needed[k] for k in at]
 
     def _influence(self, motion: FourierTrajectory, rate_hz: float) -> tuple[Array, Array]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ident.arm_parameters.bare import GainRatios
 from ident.arm_parameters.parameter_values import Parameter
-from ident.arm_parameters.ratio_discrepancies import OffRatio
+from ident.arm_parameters.ratio_discrepancies import RatioDiscrepancy
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.estimation.cross_validation import JointPrediction
 from ident.model.arm import Arm
@@ -111,7 +111,7 @@ def _ratio_table(ratios: GainRatios, predicted: Sequence[JointPrediction], arm: 
     return Table(columns=RATIOS, rows=rows)
 
 
-def _off_words(each: OffRatio, reference: int) -> str:
+def _off_words(each: RatioDiscrepancy, reference: int) -> str:
     side = "below" if each.rel < 0.0 else "above"
     words = f"Joint {each.joint + 1} is {100.0 * abs(each.rel):.2g} % {side} what joint {reference + 1} says"
     return f"{words} (2 sigma {200.0 * each.std:.2g} %), beside the gains that are given."

@@ -28,7 +28,7 @@ def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph
         Paragraph(
             words_of(each, several=several), MOODS[each.severity], strong=strong and each.severity is not Severity.GOOD
         )
-        for each in found.told
+        for each in found.reported
     ]
 
 
@@ -62,9 +62,9 @@ def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool 
         ("Logs of these motions will exclude", "They will not tell") if expected else ("Excluded", "Cannot be told")
     )
     excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
-    untold = [each for each in found.untold if every or not each.startswith("whether")]
+    indistinguishable = [each for each in found.indistinguishable if every or not each.startswith("whether")]
     parts = [Paragraph(f"{exclude}: {'; '.join(excluded)}.")] if excluded else []
-    return [*parts, *([Paragraph(f"{tell}: {'; '.join(untold)}.")] if untold else [])]
+    return [*parts, *([Paragraph(f"{tell}: {'; '.join(indistinguishable)}.")] if indistinguishable else [])]
 
 
 def every_line(diagnoses: Sequence[Diagnosis]) -> Table:

@@ -68,7 +68,7 @@ def _document(budget: PredictedBudget) -> dict[str, object]:
         "refused": [{"joint": joint + 1, "reason": reason} for joint, reason in budget.refused.items()],
         "unpredicted": [{"source": each.source, "reason": each.reason} for each in budget.unpredicted],
         "excluded": diagnosed_document(budget.horizon)["excluded"],
-        "untold": list(budget.horizon.untold),
+        "untold": list(budget.horizon.indistinguishable),
     }
 
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.estimation.cross_validation import STRETCHES, JointPrediction
+from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.identification import Identification
 from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
-from ident.support.naming import joints_in_words
+from ident.support.naming import joint_list
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
@@ -91,7 +91,7 @@ def _conclusion(found: Verification) -> Paragraph:
 
 def _common_words(common: CommonError, found: Verification) -> str:
     shown = sum(each.mass is not None for each in found.joints)
-    who = "all joints" if len(common.joints) == shown else joints_in_words(common.joints)
+    who = "all joints" if len(common.joints) == shown else joint_list(common.joints)
     apart = "".join(
         f"; joint {each.joint + 1} departs from the others by {_off(each.rel_error, each.rel_std)}: its gain is off"
         for each in common.apart
@@ -135,7 +135,7 @@ def prediction_report(identified: Identification, found: Sequence[JointPredictio
         for each in found
     )
     words = (
-        f"Gains from {STRETCHES - 1} of {STRETCHES} parts of each motion, currents predicted on the part left out, "
+        f"Gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} parts of each motion, currents predicted on the part left out, "
         "each part in turn. An error that all parts have alike stays unseen: a wrong mass, a wrong model. A recording "
         "with another weight shows it: --gains G.toml --loaded B --payload P.toml."
     )

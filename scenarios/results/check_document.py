@@ -26,7 +26,7 @@ def check_document(checked: Checked, arm: Arm) -> dict[str, object]:
         "logs": [_log(each) for each in checked.logs],
         "readings": {
             "better": [each.sentence for each in found.diagnoses if _predicts_better(each)],
-            "same": list(found.untold),
+            "same": list(found.indistinguishable),
             "out_of_reach": _joints(found, LIMITS),
             "driven_by_friction": _joints(found, FRICTION),
         },
@@ -40,7 +40,7 @@ def _predicts_better(diagnosis: Diagnosis) -> bool:
 
 
 def _joints(found: Diagnosed, name: str) -> list[int]:
-    return sorted({joint + 1 for each in found.doubts if each.name == name for joint in each.joints})
+    return sorted({joint + 1 for each in found.findings if each.name == name for joint in each.joints})
 
 
 def _line(diagnosis: Diagnosis) -> dict[str, object]:

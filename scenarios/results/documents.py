@@ -142,7 +142,7 @@ def diagnosed_document(found: Diagnosed) -> dict[str, object]:
     return {
         "diagnoses": [_diagnosis(each) for each in found.diagnoses],
         "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],
-        "untold": list(found.untold),
+        "untold": list(found.indistinguishable),
     }
 
 

@@ -120,7 +120,7 @@ class StoredResult(_Table):
         return Diagnosed(
             diagnoses=tuple(map(_diagnosis, self.diagnoses)),
             excluded=tuple(replace(each, joints=_from_0(each.joints)) for each in self.excluded),
-            untold=self.untold,
+            indistinguishable=self.untold,
         )
 
     @property

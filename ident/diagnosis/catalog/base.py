@@ -66,7 +66,7 @@ def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:
         words=words,
         joints=(),
         logs=tuple(range(count)),
-        reading=replace(as_logged(logs.structure.arm, count), gravity=gravity),
+        hypothesis=replace(as_logged(logs.structure.arm, count), gravity=gravity),
         advice="correct how the base stands in the model (gravity in its frame)",
     )
 

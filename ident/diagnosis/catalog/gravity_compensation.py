@@ -19,6 +19,6 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
             words="v is gravity-compensated: the weight of links and payload is missing in it",
             joints=(),
             logs=tuple(range(count)),
-            reading=replace(as_logged(arm, count), gravity=np.zeros(3)),
+            hypothesis=replace(as_logged(arm, count), gravity=np.zeros(3)),
             advice="log the motor current, or the whole commanded torque",
         )

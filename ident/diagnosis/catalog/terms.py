@@ -16,7 +16,7 @@ from ident.support.arrays import Array, readonly
 ELASTICITY = "joint elasticity"
 OFFSET, OFFSET_DRIFT = "offset", "offset drift"
 """Of a current sensor: no model of the arm would have it."""
-SAID = {
+MESSAGES = {
     ELASTICITY: (
         "the joints are elastic, which the model lacks",
         "let the method model it (nls with compliance), or move more slowly",
@@ -147,7 +147,7 @@ def _alone(family: str, joint: int, logs: Logs, columns: Array) -> Direction:
 
 
 def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: tuple[Array | None, ...]) -> Direction:
-    words, advice = SAID[family]
+    words, advice = MESSAGES[family]
     sentence = f"joint {joints[0] + 1}: {words}" if joints else words
     return Direction(
         family=family, joints=joints, logs=tuple(range(len(logs.recordings))), columns=columns,

@@ -16,8 +16,8 @@ from ident.estimation.all_joints.fixed_terms import fit_as_named
 from ident.estimation.all_joints.loss import LOSSES, Tame, drawn_in, settled
 from ident.estimation.all_joints.selection import Selected, selected
 from ident.estimation.all_joints.solution import GivenGain, Setting, setting, solution
-from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
 from ident.support.errors import OptionError
 from ident.support.options import NAMES, unknown_name
@@ -111,7 +111,7 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
     if chosen.stiff is not None:
         found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
-    estimate = concluded(NAME, problem, found)
+    estimate = judge_identifiability(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
 

@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.homogeneous.bias import noise_bias
 from ident.estimation.homogeneous.solved import Unknowns, gain_solution
 from ident.estimation.homogeneous.system import HomogeneousSystem, homogeneous_system
 from ident.estimation.homogeneous.weights import HomogeneousOptions
+from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
 
 NAME = "ols"
@@ -39,7 +39,7 @@ def homogeneous_gains(problem: Problem, options: HomogeneousOptions) -> GainEsti
     """
     system = homogeneous_system(problem, options.weights)
     found = _solved(system)
-    estimate = concluded(NAME, problem, gain_solution(system, found))
+    estimate = judge_identifiability(NAME, problem, gain_solution(system, found))
     return replace(estimate, remarks=_remarks(estimate, noise_bias(system, found)))
 
 

@@ -100,8 +100,8 @@ def _check_archive(path: Path, archive: "np.lib.npyio.NpzFile") -> None:
 
 def _check_lengths(path: Path, lengths: dict[str, int]) -> None:
     if len(set(lengths.values())) > 1:
-        said = listed([f"{name}: {length}" for name, length in lengths.items()])
-        raise RecordingError(f"{one_line(path)}: columns of different lengths: {said}")
+        each = listed([f"{name}: {length}" for name, length in lengths.items()])
+        raise RecordingError(f"{one_line(path)}: columns of different lengths: {each}")
     if sum(lengths.values()) > MOST_VALUES:
         raise RecordingError(f"{one_line(path)}: more than {MOST_VALUES} numbers; take a part")
 

@@ -9,8 +9,8 @@ from ident.arm_parameters.links import nearest_links
 from ident.model.structure import Structure
 from ident.payload.payload import standard_parameters
 from ident.support.errors import NoBody
-from scenarios.gains_in_use.model_update.drawn_links import drawn_links
 from scenarios.gains_in_use.model_update.link_document import Links, links_document
+from scenarios.gains_in_use.model_update.nominal_links import nominal_links
 from scenarios.gains_in_use.model_update.values import Unknown
 from sim.errors import ModelFileError
 
@@ -31,10 +31,10 @@ def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange
     if in_si is None:
         return Unknown(NO_GAINS)
     try:
-        drawn = drawn_links(model, flange)
-        if np.allclose(drawn.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
+        nominal = nominal_links(model, flange)
+        if np.allclose(nominal.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
             return Unknown("the model file is the kinematics alone, as rx90 writes them, without masses of links")
-        found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, drawn)
+        found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
     except (ModelFileError, NoBody) as error:
         return Unknown(str(error))
-    return links_document(found, drawn, structure.arm)
+    return links_document(found, nominal, structure.arm)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arm_parameters.links import DrawnLinks
+from ident.arm_parameters.links import ModelLinks
 from ident.model.arm import Arm
 from ident.support.arrays import Array
 from scenarios.gains_in_use.model_update.bare_file import BareFile
@@ -43,13 +43,13 @@ class LinkValues:
     motor: float | None
 
 
-def link_values(bare: BareFile | None, arm: Arm, drawn: DrawnLinks) -> tuple[LinkValues, ...]:
+def link_values(bare: BareFile | None, arm: Arm, nominal: ModelLinks) -> tuple[LinkValues, ...]:
     """Links for a model file.
 
     Args:
         bare: What was found from bare motions.
         arm: Of the file.
-        drawn: Its links as they are.
+        nominal: Its links as they are.
 
     Raises:
         WrongBareFile: If there is no physically consistent set, one of another model, or one that the data contradict.
@@ -61,12 +61,12 @@ def link_values(bare: BareFile | None, arm: Arm, drawn: DrawnLinks) -> tuple[Lin
             "--links: --arm has no physically consistent set: "
             f"{bare.consistent_reason or 'it is of an older version'}; identify bare motions with --gains"
         )
-    _check(bare.consistent, arm, drawn)
+    _check(bare.consistent, arm, nominal)
     return tuple(
         LinkValues(
             joint=each.name,
             mass=each.mass,
-            com=_moved(each.com, drawn.offset[each.joint - 1]),
+            com=_moved(each.com, nominal.offset[each.joint - 1]),
             inertia=tuple(each.inertia.six),
             motor=each.motor_inertia if each.motor_found else None,
         )
@@ -78,11 +78,11 @@ def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
     return tuple((np.array(com) + offset).tolist())
 
 
-def _check(found: Links, arm: Arm, drawn: DrawnLinks) -> None:
+def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
     if tuple(each.name for each in found.links) != arm.joint_names:
         raise WrongBareFile(f"--links: links of joints {', '.join(each.name for each in found.links)}")
     for each in found.links:
-        if not same_frames(each, arm, drawn.carried, tolerance=SAME):
+        if not same_frames(each, arm, nominal.carried, tolerance=SAME):
             raise WrongBareFile(
                 f"--links: MODEL has another frame for joint {each.name}, or other things fixed to its link, than the "
                 "model that bare motions were identified with; identify them with this file"

@@ -65,7 +65,7 @@ def _verdict(again: Again) -> Paragraph:
 
 def with_warnings(said: Paragraph, found: Diagnosed) -> Paragraph:
     """A verdict without a truth, and how many warnings there are."""
-    failed = len(found.doubts)
+    failed = len(found.findings)
     if not failed:
         return said
     below = "A warning stands below." if failed == 1 else f"{failed} warnings stand below."

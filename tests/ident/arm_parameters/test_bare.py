@@ -8,8 +8,8 @@ from exact import GAIN, TRUSTING, exact_problem
 
 from ident.arm_parameters.bare import GainRatios, _check_size, arm_in_SI, gain_ratios
 from ident.arm_parameters.parameter_values import _covariance, _friction_unit, _rival_friction
-from ident.arm_parameters.ratio_discrepancies import off_ratios
-from ident.estimation.all_joints.selection import Rival
+from ident.arm_parameters.ratio_discrepancies import ratio_discrepancies
+from ident.estimation.all_joints.selection import AlternativeModel
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
@@ -213,7 +213,7 @@ def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure,
         own=(*final.own[:2], renamed, *final.own[3:]),
         fit=replace(final.fit, phi=(*final.fit.phi[:2], moved, *final.fit.phi[3:])),
     )
-    found = _rival_friction(Rival(share=0.4, other=other, final=final), 2, final)
+    found = _rival_friction(AlternativeModel(share=0.4, other=other, final=final), 2, final)
     np.testing.assert_allclose(found, [0.4 * 0.5, 0.4 * -0.2, 0.0, 0.4 * 0.3, 0.4 * 0.7], rtol=1e-12)  # rounding
 
 
@@ -224,7 +224,7 @@ def test_a_rival_pair_of_fewer_columns_than_the_final_fit_changes_those_that_bot
     stiff = replace(soft, fit=replace(soft.fit, phi=(*soft.fit.phi[:2], phi + 0.3, *soft.fit.phi[3:])))
     more = replace(own, names=("cbrt", *own.names, "load"), motion=(-1, *own.motion, -1))
     final = replace(soft, own=(*soft.own[:2], more, *soft.own[3:]))
-    found = _rival_friction(Rival(share=0.15, other=stiff, final=soft), 2, final)
+    found = _rival_friction(AlternativeModel(share=0.15, other=stiff, final=soft), 2, final)
     np.testing.assert_allclose(found, [0.0, *[0.15 * 0.3] * len(phi), 0.0], rtol=1e-12)  # rounding
 
 
@@ -243,10 +243,10 @@ def test_a_gain_is_off_beside_what_the_reference_says():
     believed = KnownGains(
         names=("a", "b", "c", "d"), joints=np.arange(3), value=value, covariance=C * np.outer(value, value)
     )
-    first, third = off_ratios(ratios, believed)
+    first, third = ratio_discrepancies(ratios, believed)
     assert (first.joint, third.joint) == (0, 2)
     np.testing.assert_allclose(first.rel, 0.0, atol=1e-12)
     np.testing.assert_allclose(third.rel, 1.4 / 1.5 - 1.0, rtol=1e-12)  # 7 % below
     np.testing.assert_allclose(first.std, np.sqrt(0.01**2 + 0.03**2 + 0.04**2 - 2 * 0.0007), rtol=1e-9)
     np.testing.assert_allclose(third.std, 1.4 / 1.5 * np.sqrt(0.02**2 + 0.06**2 + 0.04**2), rtol=1e-9)
-    assert off_ratios(replace(ratios, reference=3), believed) == ()
+    assert ratio_discrepancies(replace(ratios, reference=3), believed) == ()

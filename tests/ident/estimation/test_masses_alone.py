@@ -7,7 +7,7 @@ import pytest
 from exact import GAIN
 from weighings import PLAIN, known
 
-from ident.estimation.all_joints.selection import Rival
+from ident.estimation.all_joints.selection import AlternativeModel
 from ident.payload.payload import standard_parameters
 from ident.payload_identification.mass_by_joint import _solved, masses_alone
 from ident.payload_identification.payload_body import Quantity
@@ -112,7 +112,7 @@ def test_a_rival_s_difference_counts_in_part_for_all_joints_and_for_each_alone(w
         columns=tuple(replace(each, V=1.05 * each.V) for each in final.columns),
         fit=replace(final.fit, found=replace(final.fit.found, theta=theta + moved)),
     )
-    selected = replace(plain.selected, rivals=(Rival(share=0.4, other=other, final=final),))
+    selected = replace(plain.selected, rivals=(AlternativeModel(share=0.4, other=other, final=final),))
     monkeypatch.setattr("ident.payload_identification.payload_estimate.chosen_model", lambda ready, options: selected)
     found = payload_of(weighed_problem, known(), PLAIN)
     at = len(plain.ready.shared.arm) + np.arange(10)

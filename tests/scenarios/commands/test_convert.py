@@ -19,7 +19,7 @@ JOINTS = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_j
 T = 0.004 * np.arange(400)
 Q = 0.8 * np.sin(2.0 * T[:, None] + 0.7 * np.arange(6))
 V = 3.0 * np.cos(Q) + 0.1 * Q
-SAID = """
+DESCRIPTION = """
 signal = "current"
 [t]
 column = "time"
@@ -49,7 +49,7 @@ def cell(tmp_path_factory) -> Path:
     rows = np.column_stack((1e3 * T, SIGN * (Q / UNIT - ZERO), 1e3 * V))
     text = "\n".join([";".join(names), *(";".join(f"{x:.17g}" for x in row) for row in rows.tolist())])
     (folder / "log.csv").write_text(text.replace(".", ","))
-    (folder / "log.toml").write_text(SAID)
+    (folder / "log.toml").write_text(DESCRIPTION)
     order = [3, 0, 5, 1, 2, 4]
     write_bag(
         folder / "bag",
@@ -203,10 +203,10 @@ def test_what_cannot_be_meant_is_one_line(cell, tmp_path, monkeypatch, capsys, n
 DESCRIPTIONS = {
     "no TOML": ("signal : 1", "not TOML"),
     "empty": ("", "the file is empty"),
-    "a strange key": (SAID + "colums = 1", r"unknown key 'colums'"),
+    "a strange key": (DESCRIPTION + "colums = 1", r"unknown key 'colums'"),
     "a strange table": ("signal = 'current'\n[p]\nx = 1", r"unknown key 'p'; there are signal, layout"),
-    "a strange signal": (SAID.replace('"current"', '"curent"'), r"signal = 'curent'; expected one of .*'current'"),
-    "a number for a signal": (SAID.replace('"current"', "7"), r"signal = 7; expected a text"),
+    "a strange signal": (DESCRIPTION.replace('"current"', '"curent"'), r"signal = 'curent'; expected .*'current'"),
+    "a number for a signal": (DESCRIPTION.replace('"current"', "7"), r"signal = 7; expected a text"),
     "a strange layout": ("layout = 'ur'", r"layout = 'ur'; expected one of own, ur-rtde"),
     "t no table": ("t = 3", r"\[t\] = 3; expected a table with column, unit"),
     "columns of t": ("[t]\ncolumns = 'time'", r"\[t\]: unknown key 'columns'; did you mean 'column'"),

@@ -111,8 +111,8 @@ def test_a_saved_identification_of_faulty_logs_is_identified_again_the_same(cell
     assert main(words) == 0
     report = page_of(tmp_path / "saved")
     table = next(part for part in report.parts if isinstance(part, Table) and part.columns[0].title == "Log")
-    doubts = {row[1].text for row in table.rows if row[2].text != "good"}
-    assert doubts == {"current scale", "missing samples", "wrapped"}
+    findings = {row[1].text for row in table.rows if row[2].text != "good"}
+    assert findings == {"current scale", "missing samples", "wrapped"}
     assert not any("are not those of" in part.text for part in report.parts if isinstance(part, Paragraph))
 
 

@@ -36,7 +36,7 @@ FOUND = Diagnosed(
         Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     ),
-    untold=("zero of q1", "whether q4 is negated"),
+    indistinguishable=("zero of q1", "whether q4 is negated"),
 )
 
 

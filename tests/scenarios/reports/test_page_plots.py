@@ -246,7 +246,7 @@ def test_a_page_lists_every_diagnosis_and_what_is_excluded_and_cannot_be_told():
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     )
     heading, table, *said = diagnosis_parts(
-        Diagnosed(diagnoses=(DOUBT, GOOD), excluded=excluded, untold=("zero of q1", "whether q4 is negated"))
+        Diagnosed(diagnoses=(DOUBT, GOOD), excluded=excluded, indistinguishable=("zero of q1", "whether q4 is negated"))
     )
     assert heading.text == "Diagnoses"
     assert [[cell.text for cell in row] for row in table.rows] == [

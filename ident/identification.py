@@ -146,7 +146,7 @@ def _reason(wrong: Diagnosis, joint: int) -> str:
     if effect is None or effect.deviations is None:
         return wrong.sentence
     if abs(effect.percent) >= 100.0 * NO_RESULT:
-        return f"the gain is no result: {cause}"
+        return f"the gain is invalid: {cause}"
     return f"the gain is off by {two_digits(effect.percent, sign='+')} %: {cause}"
 
 

@@ -82,7 +82,7 @@ class ControllerBelief:
                 f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected one a joint"
             )
         if not all(self.gain):
-            raise ControllerError(f"controller: gain {list(self.gain)} has a zero, which commands nothing")
+            raise ControllerError(f"controller: gain {list(self.gain)} has a zero; expected nonzero gains")
         if not all(abs(gain) <= LARGEST for gain in self.gain) or not all(
             0 <= x <= LARGEST for x in self.rotor_inertia
         ):

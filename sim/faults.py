@@ -24,7 +24,9 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
         unstable: Whether MuJoCo met a bad state.
     """
     if unstable or not np.isfinite(q).all():
-        return Diverged(f"{e.name}: the simulation diverged; use a smaller step, a softer controller, a possible plant")
+        return Diverged(
+            f"{e.name}: the simulation diverged; use a smaller step or a softer controller, and check the plant"
+        )
     return _saturated(e, model, v) or _left_range(e, model, q)
 
 

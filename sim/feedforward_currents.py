@@ -128,7 +128,9 @@ def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feed
         if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
             return _Feedforward(v, warmed(v)[-1])
         before = v
-    raise NoCurrent(f"{experiment.name}: no current moves the arm: friction grows with it by as much as it gives")
+    raise NoCurrent(
+        f"{experiment.name}: no current moves the arm: load-dependent friction is at least the drive torque"
+    )
 
 
 @lru_cache(maxsize=MOTIONS_KEPT)

@@ -136,7 +136,7 @@ def _own_stiffness(model: mujoco.MjModel, free: int) -> Array:
         stiffness[k] = (forces[0] - forces[1]) / PROBE
     if not stiffness.all():
         raise LooseTransmission(
-            f"joint {int(np.argmin(np.abs(stiffness))) + 1} hangs loose in its backlash, so that no current holds it "
-            "where the motion wants it; simulate the motion"
+            f"joint {int(np.argmin(np.abs(stiffness))) + 1} is inside its backlash gap, so no current "
+            "holds its position; simulate the motion instead"
         )
     return stiffness

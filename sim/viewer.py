@@ -143,7 +143,7 @@ def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -
         renderer = mujoco.Renderer(model, height, width)
     except Exception as error:  # each OpenGL has errors of its own, from AttributeError to FatalError
         raise NoPicture(
-            f"no OpenGL to draw with ({type(error).__name__} {str(error).partition(chr(10))[0]}); {ADVICE}"
+            f"no OpenGL for rendering ({type(error).__name__} {str(error).partition(chr(10))[0]}); {ADVICE}"
         ) from error
     camera = overview(shown, width / height)
     with renderer:

@@ -117,8 +117,9 @@ def _check_bodies(nominal: ModelLinks) -> None:
     for j, chi in enumerate(nominal.own):
         if chi[MASS] <= 0.0 or np.linalg.eigvalsh(pseudo_inertia(chi))[0] <= 0.0:
             raise NoBody(
-                f"link {j + 1} of the model is no body (its mass is {chi[MASS]:.3g} kg, or its moments of inertia "
-                "cannot be those of any); nothing says what links without data are near to"
+                f"link {j + 1} of the model is not physically consistent (its mass is {chi[MASS]:.3g} kg, "
+                "or its moments of inertia cannot be those of any); it cannot be the prior of links "
+                "without data; correct the model"
             )
 
 

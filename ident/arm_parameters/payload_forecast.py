@@ -20,7 +20,7 @@ from ident.payload.payload import Payload
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable
 
-UNKNOWN = "its gain is neither given nor shown beside one that is, so that nothing says what the payload's torque is"
+UNKNOWN = "its gain is neither given nor identifiable relative to a given one, so the payload's torque is unknown"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +55,9 @@ def forecast_gains(
         NotIdentifiable: If nothing of the payload is known, or it puts no torque on any joint.
     """
     if payload.known == "none":
-        raise NotIdentifiable("nothing of the payload that would be mounted is known, so that it sets no scale")
+        raise NotIdentifiable(
+            "no parameter of the payload to be mounted is known, so it determines no gain; give its mass"
+        )
     gain = 1.0 / in_si.selected.final.fit.found.h
     loaded = tuple(
         ObservedMotion(with_payload_torque(each.observation, payload, gain), payload) for each in problem.motions

@@ -21,7 +21,7 @@ from ident.support.errors import IdentificationError
 
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
-ANOTHER = "the payload is not as stated: its centre of mass or its inertia is another, or it is mounted another way"
+ANOTHER = "the payload is not as stated: its centre of mass, its inertia or its mounting differs"
 
 
 def lacks_of(
@@ -178,8 +178,11 @@ def _unexplained(base: Stated, free: FreeModel, *, beside_faults: bool) -> Itera
     yield Diagnosis(
         name="unexplained",
         severity=Severity.WRONG if beside_faults else Severity.WEAK,
-        sentence=f"the model leaves {two_digits(float(times[worst]))} times as much of joint {worst + 1}'s current "
-        "unexplained as a fit of this joint alone, and nothing that was tried says why",
+        sentence=(
+            f"the model leaves {two_digits(float(times[worst]))} times as much of joint "
+            f"{worst + 1}'s current unexplained as a fit of this joint alone; no known cause "
+            "explains it"
+        ),
         advice="check that the model, the payload and all logs are of one robot",
         joints=tuple(range(len(times))) if beside_faults else (worst,),
         value=float(times[worst]),

@@ -74,12 +74,16 @@ def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diag
         Diagnosis(
             name="friction sign",
             severity=Severity.WEAK,
-            sentence=f"friction drives joint {j + 1}: v{j + 1} and q{j + 1} have opposite senses",
-            advice=f"negate q{j + 1} or v{j + 1}, whichever is against the model, or expect a negative gain",
+            sentence=(
+                f"friction of joint {j + 1} has the sign of a driving torque: v{j + 1} and q{j + 1} have opposite signs"
+            ),
+            advice=f"negate q{j + 1} or v{j + 1}, whichever contradicts the model; otherwise the gain is negative",
             joints=(j,),
         )
         for j in backward
-    ] or [Diagnosis(name="friction sign", sentence="friction brakes every joint that shows it")]
+    ] or [
+        Diagnosis(name="friction sign", sentence="friction opposes the motion of every joint where it is identifiable")
+    ]
 
 
 def opposed(problem: Problem) -> list[tuple[int, int]]:

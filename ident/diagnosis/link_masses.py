@@ -78,8 +78,10 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
     return Diagnosis(
         name="link masses",
         severity=Severity.WEAK if off else Severity.GOOD,
-        sentence=f"by these gains the arm weighs {median:.2g} times what its model says (median of "
-        f"{joint_list(joints)}, bare motions)",
+        sentence=(
+            f"with these gains the arm's masses are {median:.2g} times those of its model (median of "
+            f"{joint_list(joints)}, bare motions)"
+        ),
         advice="check the payload's mass, and the masses of the model" if off else None,
         joints=tuple(joints),
         value=median,

@@ -91,9 +91,9 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
     seen = np.abs(signs.load_z) > LOAD_Z
     if len(seen) and not seen.any():
         if not bare:
-            raise NotIdentifiable(f"without a bare motion no joint shows the load: {RECORD_BARE}")
+            raise NotIdentifiable(f"without a bare motion no joint's load is identifiable: {RECORD_BARE}")
         raise NotIdentifiable(
-            f"by {estimate.method} the loaded motion shows no load on any joint; was the payload mounted?"
+            f"{estimate.method} finds no load on any joint in the loaded motion; was the payload mounted?"
         )
     if not estimate.identifiable.any():
         reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
@@ -131,9 +131,11 @@ def prediction_warnings(found: Sequence[JointPrediction]) -> tuple[str, ...]:
     real ones whose model holds.
     """
     return tuple(
-        f"joint {each.joint + 1} is predicted within {100.0 * each.share:.0f} % of its current only, good recordings "
-        "within 10 %: the model does not hold, and what is said of this joint is no result; is a coupling missing "
-        "(--coupling), or is it another friction, sign, column or base?"
+        (
+            f"joint {each.joint + 1} is predicted within {100.0 * each.share:.0f} % of its current only (good "
+            "recordings: 10 %): the model does not hold and the results of this joint are invalid; check "
+            "coupling (--coupling), friction, sign, column and base"
+        )
         for each in found
         if each.share > LARGE_RESIDUAL
     )

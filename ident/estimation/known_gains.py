@@ -58,7 +58,7 @@ class KnownGains:
         if np.abs(unit - unit.T).max(initial=0.0) > ROUNDING:
             raise GainsError("gains: the covariance is not symmetric")
         if k and float(np.linalg.eigvalsh(unit)[0]) < -k * ROUNDING:
-            raise GainsError("gains: no numbers have this covariance: it has a negative eigenvalue")
+            raise GainsError("gains: the covariance has a negative eigenvalue; expected a positive semidefinite matrix")
 
     @property
     def std(self) -> Array:

@@ -45,7 +45,7 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
             raise PayloadError(f"payload: unknown key {shown(key)}{nearest(key, KEYS)}; expected {', '.join(KEYS)}")
     if "mass" not in table:
         raise PayloadError(
-            "payload: mass is missing; without it nothing in the data has newtons, so neither gains nor payload follow"
+            "payload: mass is missing; without it gains and payload are known up to a common factor only"
         )
     for key in ("com", "inertia"):
         if f"{key}_std" in table and key not in table:

@@ -129,7 +129,7 @@ def payload_parameters(
         if name not in INERTIAL:
             raise PayloadError(f"payload parameter {name!r} is not one of {', '.join(INERTIAL)}")
     if not system.loaded.any():
-        raise NotIdentifiable("no loaded motion: nothing shows the payload")
+        raise NotIdentifiable("no loaded motion; without one the payload cannot be identified")
     given = np.array([name in known for name in INERTIAL])
     chi = np.array([known.get(name, 0.0) for name in INERTIAL])
     torque = gain[system.joint] * system.V

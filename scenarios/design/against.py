@@ -87,7 +87,7 @@ class Sourced:
             if source.stream is None and all(place.startswith(PLANT) for place in source.targets)
         ]
         if not self._drawn:
-            raise NoSources(f"{scenario.name}: none of its sources is drawn of the {PLANT[:-1]}: nothing but noise")
+            raise NoSources(f"{scenario.name}: none of its sources is drawn of the {PLANT[:-1]}: only noise remains")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ class Sourced:
         fewer._drawn = [source for source, cost in zip(self._drawn, costs, strict=True) if cost > least]
         if not fewer._drawn:
             name = self._quiet.scenario.name
-            raise NoSources(f"{name}: {', '.join(self.names)}: no cost on any wanted gain: nothing but noise")
+            raise NoSources(f"{name}: {', '.join(self.names)}: no cost on any wanted gain: only noise remains")
         return fewer
 
     def __call__(self, motion: FourierTrajectory, rate_hz: float) -> Array:

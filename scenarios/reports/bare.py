@@ -34,8 +34,9 @@ PARAMETERS = (
 )
 FRICTION = (Column(title="Joint"), *PARAMETERS)
 BASE_PARAMETERS = (
-    "XX to ZZ: inertia of a link about the origin of its frame; MX, MY, MZ: its first moments; Ia: motor inertia; the "
-    "number is the joint's. Parameters that only their sum shows are regrouped into one of them."
+    "XX to ZZ: inertia of a link about the origin of its frame; MX, MY, MZ: its first moments; Ia: motor "
+    "inertia; the number is the joint's. Parameters of which only the sum is identifiable are regrouped "
+    "into one of them."
 )
 TERMS = {
     "Fv": "Fv: viscous friction",
@@ -65,9 +66,9 @@ def bare_report(answer: BareAnswer, links: Links | Unknown, arm: Arm) -> Report:
     parts: list[Part] = [_ratio_table(ratios, answer.predicted, arm)]
     parts.append(
         Paragraph(
-            f"Gains over that of joint {ratios.reference + 1}, from the links that joints share. Bare motions have no "
-            "newtons: one gain, or a motion with a weighed payload, gives all of them. Predicted: each fifth of the "
-            "motions from the others."
+            f"Gains over that of joint {ratios.reference + 1}, from the links that joints share. Without "
+            "a payload the gains are known up to a common factor: one gain, or a motion with a weighed "
+            "payload, determines it. Predicted: each fifth of the motions from the others."
         )
     )
     warnings = prediction_warnings(answer.predicted)

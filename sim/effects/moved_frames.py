@@ -47,7 +47,8 @@ def _move_frames(values: MovedFrames, spec: mujoco.MjSpec, build: Build) -> None
         drawn = float(np.linalg.norm(body.pos))
         if not drawn or drawn + error <= 0.0:
             raise EffectError(
-                f"errors: {name}_error = {error:g} m: {body.name} is drawn {drawn:g} m from its parent; leave it at 0"
+                f"errors: {name}_error = {error:g} m: {body.name} is {drawn:g} m from its parent in the "
+                "model; leave it at 0"
             )
         body.pos = (1.0 + error / drawn) * body.pos
 

@@ -246,7 +246,7 @@ def test_drives_are_as_warm_as_the_motions_before_and_the_warm_up_have_left_them
         expected = np.sum((found - plain) * plain, axis=0) / np.sum(plain**2, axis=0)
         assert np.abs(expected).max() > 0.02
         np.testing.assert_allclose(warmth, expected, rtol=0.03, atol=1e-3)
-    with pytest.raises(SequenceError, match="the experiment before it is not the motion before it"):
+    with pytest.raises(SequenceError, match="the preceding motion is missing"):
         needed_in_turn(motions[1:], 200.0)
 
 
@@ -282,5 +282,5 @@ def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_p
 
 
 def test_play_that_a_motion_goes_through_is_refused():
-    with pytest.raises(LooseTransmission, match="joint 1 hangs loose in its backlash"):
+    with pytest.raises(LooseTransmission, match="joint 1 is inside its backlash gap"):
         feedforward_currents(motion_of(joint_compliance=COMPLIANCE, backlash=1e-3), RATE)

@@ -101,7 +101,7 @@ import mujoco, numpy as np
 from pathlib import Path
 from plants import nominal_plant
 from sim.compile import plant_model
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 model = plant_model(nominal_plant(), loaded=False, step=1e-3)
 

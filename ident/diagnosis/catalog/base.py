@@ -28,7 +28,9 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
             gravity = np.array(corner) * size / length
             if np.abs(gravity - arm.gravity).max() > SAME * size:
                 where = f"({', '.join(f'{x:g}' for x in corner)})"
-                yield _standing(logs, gravity, f"the base stands otherwise: gravity points along {where} of its frame")
+                yield _standing(
+                    logs, gravity, f"the base is oriented differently: gravity points along {where} of its frame"
+                )
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
@@ -67,7 +69,7 @@ def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:
         joints=(),
         logs=tuple(range(count)),
         hypothesis=replace(as_logged(logs.structure.arm, count), gravity=gravity),
-        advice="correct how the base stands in the model (gravity in its frame)",
+        advice="correct the orientation of the base in the model (gravity in its frame)",
     )
 
 

@@ -75,7 +75,7 @@ def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delays: Ar
 def _delays_message(joints: tuple[int, ...], delays: Array) -> str:
     if len(delays) > 1:
         each = ", ".join(f"{1e3 * delay + 0.0:.1f} (v{j + 1})" for j, delay in zip(joints, delays, strict=True))
-        return f"each current is logged later than the positions by a time of its own: {each} ms"
+        return f"the currents lag the positions by different delays: {each} ms"
     delay = float(delays[0])
     what = "the currents are" if not joints else f"v{joints[0] + 1} is"
     way = "later" if delay > 0.0 else "earlier"

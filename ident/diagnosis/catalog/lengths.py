@@ -47,11 +47,13 @@ def lengthened(logs: Logs, which: int | None, factor: float) -> Alternative:
     what = "all lengths are" if which is None else f"the length from joint {which} to {which + 1} is"
     return Alternative(
         family="lengths",
-        words=f"{what} {factor:.3g} times those of the model" if which is None else f"{what} {factor:.3g} times drawn",
+        words=f"{what} {factor:.3g} times those of the model"
+        if which is None
+        else f"{what} {factor:.3g} times that of the model",
         joints=() if which is None else (which,),
         logs=tuple(range(count)),
         hypothesis=replace(as_logged(arm, count), length_factors=_length_factors(arm.n, which, factor)),
-        advice="use the model of this arm; mind units and variants of other reach",
+        advice="use the model of this arm; check units and the variant of the arm",
         value=100.0 * (factor - 1.0),
         unit="%",
         refined=lambda more: lengthened(logs, which, factor * float(np.exp(more[0]))),

@@ -21,7 +21,7 @@ CENTRE = Term(
         "the payload's centre of mass seems to lie elsewhere than stated, by "
         f"({', '.join(two_digits(1e3 * x, sign='+') for x in offset)}) mm"
     ),
-    advice="measure the payload's centre; mind axes and units",
+    advice="measure the payload's centre of mass; check axes and units",
     at_fault=True,
 )
 INERTIA = Term(

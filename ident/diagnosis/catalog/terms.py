@@ -18,21 +18,21 @@ OFFSET, OFFSET_DRIFT = "offset", "offset drift"
 """Of a current sensor: no model of the arm would have it."""
 MESSAGES = {
     ELASTICITY: (
-        "the joints are elastic, which the model lacks",
+        "the joints are elastic, which is not modelled",
         "let the method model it (nls with compliance), or move more slowly",
     ),
     "position-dependent torque": (
-        "a torque depends on the joint's position that the model lacks",
+        "a torque that depends on the joint's position is not modelled",
         "look for a spring, a cable or an error of the kinematics",
     ),
     "friction law": (
-        "friction follows another law of the speed than the model's",
+        "the friction law of the model does not fit",
         "choose a friction law that fits (nls, friction)",
     ),
     "friction drift": ("friction changes within the logs", "warm the drives up before recording"),
     "current drift": (
         "the currents' scale drifts within the log",
-        "warm the drives up before recording; mind magnets that weaken with temperature",
+        "warm the drives up before recording; magnets weaken with temperature",
     ),
     OFFSET: (
         "the currents are offset from those of the first log",

@@ -151,15 +151,17 @@ def _beside_steps(recording: Recording, rows: Indices) -> Mask:
 def _lost(recording: Recording, odd: TimestampAnomalies) -> Diagnosis:
     name, logs = "lost samples", (recording.name,)
     if not len(odd.long):
-        return Diagnosis(name=name, sentence="no samples are lost by the motion", logs=logs)
+        return Diagnosis(name=name, sentence="the motion shows no lost samples", logs=logs)
     first = f"first after row {odd.long[0] + 1}, {recording.t[odd.long[0]]:.6g} s"
     if odd.plain:
         many = int(odd.lost.sum())
         return Diagnosis(
             name=name,
             severity=Severity.WEAK,
-            sentence=f"{many} {'sample is' if many == 1 else 'samples are'} lost unseen by the time stamps, {first}; "
-            "stamps corrected",
+            sentence=(
+                f"{many} {'sample is' if many == 1 else 'samples are'} lost, which the time stamps "
+                f"do not show, {first}; stamps corrected"
+            ),
             advice="log the controller's own time",
             logs=logs,
             value=float(many),

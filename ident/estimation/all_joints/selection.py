@@ -123,7 +123,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
         if joints
     ]
     if yields:
-        remarks.append("the joints yield")
+        remarks.append("joint elasticity detected and modelled")
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
         final=best.fitted,
@@ -138,8 +138,8 @@ def _load_note(form: str, belief: Belief) -> str:
     mean, spread = 100.0 * belief.mean, 100.0 * belief.std
     if belief.mean < LEAST_LOAD:
         allowed = f"{np.hypot(mean, spread):.2g} % of {LOAD_FORMS[form]}"
-        return f"no friction that grows with load is seen; {allowed} is allowed for"
-    return f"friction grows with load: {mean:.2g} % of {LOAD_FORMS[form]}, {spread:.2g} % from joint to joint"
+        return f"no load-dependent friction detected (the intervals allow {allowed})"
+    return f"load-dependent friction: {mean:.2g} % of {LOAD_FORMS[form]}, varying by {spread:.2g} % between joints"
 
 
 def _bent(

@@ -121,6 +121,6 @@ def _remark(kept: float) -> str:
     positions is white, that of accelerations grows with the fourth power of frequency.
     """
     return (
-        f"the instruments share up to {100.0 * kept:.2g} % of the positions' noise and {100.0 * kept**5:.2g} % of the "
-        "accelerations' (of the variance)"
+        f"the instruments retain up to {100.0 * kept:.2g} % of the noise variance of positions, "
+        f"{100.0 * kept**5:.2g} % of that of accelerations"
     )

@@ -80,7 +80,7 @@ class AllJointsOptions:
                 raise unknown_name(name, getattr(self, name), known)
         refuse_outside(self, OptionError)
         if (self.gain_joint is None) != (self.gain_value is None):
-            raise OptionError("gain_joint and gain_value belong together: the number of a joint and its gain")
+            raise OptionError("gain_joint and gain_value must be given together: the number of a joint and its gain")
         if self.gain_value == 0.0:
             raise OptionError("gain_value = 0: expected a gain that is not zero")
 
@@ -135,7 +135,7 @@ def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:
     chosen = _chosen(replace(ready, columns=plain.columns), options)
     final = settled(chosen.final, ready.columns, tame)
     share = 100.0 * drawn_in(final, ready.columns)
-    remark = f"by the loss of {options.loss} {share:.2g} % of the rows count less than half"
+    remark = f"{share:.2g} % of the rows have a weight below one half (loss = {options.loss})"
     return replace(chosen, final=final, remarks=(*chosen.remarks, remark))
 
 

@@ -69,7 +69,7 @@ def _solved(system: HomogeneousSystem) -> Unknowns:
 
 def _remarks(estimate: GainEstimate, bias: dict[int, float] | None) -> tuple[str, ...]:
     if bias is None:
-        return ("the currents show no more than their noise would: how much too small the gains are cannot be said",)
+        return ("the currents do not exceed their noise, so the bias of the gains is unknown",)
     return tuple(
         f"joint {j + 1}: noise of the currents makes this gain {100.0 * abs(each):.2g} % "
         f"too {'small' if each < 0.0 else 'large'}"

@@ -49,7 +49,7 @@ def described(words: Sequence[str]) -> LogDescription:
         if kind not in UNITS or not equals or not given:
             raise LogDescriptionError(f"--columns: {shown(word)}; expected t=NAME[unit], q=NAME,NAME,..[unit] or v=..")
         if kind in found:
-            raise LogDescriptionError(f"--columns: {kind}= is there twice")
+            raise LogDescriptionError(f"--columns: {kind}= is given twice")
         found[kind] = _channels(kind, given)
     return LogDescription(t=found.get("t", NOTHING), q=found.get("q", NOTHING), v=found.get("v", NOTHING))
 

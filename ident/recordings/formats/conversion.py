@@ -52,7 +52,7 @@ def _kept(path: Path, table: Columns, description: LogDescription) -> Mask | Non
             )
         kept &= there
     if not kept.any():
-        raise RecordingError(f"{one_line(path)}: no row has all that only = {{ .. }} asks for")
+        raise RecordingError(f"{one_line(path)}: no row satisfies all conditions of only = {{ .. }}")
     return kept
 
 

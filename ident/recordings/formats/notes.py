@@ -37,5 +37,5 @@ def _meaning_note(read: Resolved) -> str:
     if description.signal is None:
         return ""
     if description.signal == TORQUE_FROM_CURRENT and description.v.constant:
-        return "v is current again: the torque over the constants stated"
+        return "v is the current: torque divided by the stated constants"
     return MEANINGS[description.signal].note

@@ -149,15 +149,18 @@ def _missing(found: LogDescription, *, own: bool) -> Iterator[str]:
         if not channels.columns:
             yield (
                 f"which column{'' if kind == 't' else 's'} {what} {'is' if kind == 't' else 'are'} is not "
-                f"said: {kind}=NAME.. of --columns, or [{kind}] of a log description"
+                f"declared: {kind}=NAME.. of --columns, or [{kind}] of a log description"
             )
         if channels.columns and not channels.unit and not (kind == "v" and found.signal is None and not unstated):
             yield (
-                f"the unit of {what} is not said: {kind}=NAME..[unit] of --columns, or unit of [{kind}] in a "
-                "log description"
+                f"the unit of {what} is not declared: {kind}=NAME..[unit] of --columns, or unit of "
+                f"[{kind}] in a log description"
             )
     if unstated and found.v.columns:
-        yield (f"what {listed(found.v.columns, 3)} is has to be said, with --signal or in a log description: {kinds()}")
+        yield (
+            f"the quantity in {listed(found.v.columns, 3)} is not declared; state it with --signal or "
+            f"in a log description: {kinds()}"
+        )
 
 
 def _check_units(place: str, found: LogDescription) -> None:
@@ -172,11 +175,11 @@ def _check_units(place: str, found: LogDescription) -> None:
         )
     if found.signal == TORQUE_FROM_CURRENT and found.v.constant is None:
         raise RecordingError(
-            f"{place}: v is a torque from current; say the constants it was computed with, N m/A (--constant, or "
-            'constant of [v] in a log description), or that they are "unknown"'
+            f"{place}: v is a torque from current; give the constants it was computed with, N m/A "
+            '(--constant, or constant of [v] in a log description), or that they are "unknown"'
         )
     if found.v.constant is not None and found.signal != TORQUE_FROM_CURRENT:
-        raise RecordingError(f"{place}: constants are said of v, but v is no {TORQUE_FROM_CURRENT}")
+        raise RecordingError(f"{place}: constants are given for v, but v is not a {TORQUE_FROM_CURRENT}")
 
 
 def _check_joints(place: str, found: LogDescription) -> None:
@@ -192,7 +195,7 @@ def _check_joints(place: str, found: LogDescription) -> None:
         raise RecordingError(f"{place}: {len(q)} joints; recordings of up to {MOST_JOINTS} are read")
     doubled = next((name for name in (*q, *v) if (*found.t.columns, *q, *v).count(name) > 1), None)
     if doubled is not None:
-        raise RecordingError(f"{place}: column {shown(doubled)} is said to be two things")
+        raise RecordingError(f"{place}: column {shown(doubled)} is declared twice")
     for kind, channels in (("q", found.q), ("v", found.v)):
         for key in ("unit", "counts_per_turn", "sign", "zero", "constant"):
             many = len(getattr(channels, key) or ())

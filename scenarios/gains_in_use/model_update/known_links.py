@@ -16,7 +16,7 @@ from sim.errors import ModelFileError
 
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 """What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
-NO_GAINS = "without gains nothing is in SI (--gains)"
+NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 
 
 def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange: str | None) -> Links | Unknown:
@@ -33,7 +33,7 @@ def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange
     try:
         nominal = nominal_links(model, flange)
         if np.allclose(nominal.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
-            return Unknown("the model file is the kinematics alone, as rx90 writes them, without masses of links")
+            return Unknown("the model file holds the kinematics alone, as rx90 writes it, without link masses")
         found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
     except (ModelFileError, NoBody) as error:
         return Unknown(str(error))

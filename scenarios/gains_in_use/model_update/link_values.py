@@ -16,10 +16,10 @@ SAME = 1e-6
 FAR = 4.0
 """Deviations of a base parameter from which on links that bodies can have are not those of the data."""
 COMMENT = (
-    "Masses, centres and inertias of the links are from bare motions and drive gains. Data determine base parameters "
-    "alone, which are certain combinations of them; of all links with these the ones nearest to the model as it was "
-    "stand here. A single number of a link need not be that of the link; torques of the arm are right. Motors' "
-    "inertia is in armature{elsewhere}."
+    "Masses, centres and inertias of the links are from bare motions and drive gains. Data determine "
+    "only the base parameters, combinations of these; of all links with the same base parameters those "
+    "nearest to the original model are given. Parameters of single links are not identifiable; joint "
+    "torques are. Motors' inertia is in armature{elsewhere}."
 )
 """What a patched file says of its links."""
 
@@ -59,7 +59,8 @@ def link_values(bare: BareFile | None, arm: Arm, nominal: ModelLinks) -> tuple[L
     if bare.consistent is None:
         raise WrongBareFile(
             "--links: --arm has no physically consistent set: "
-            f"{bare.consistent_reason or 'it is of an older version'}; identify bare motions with --gains"
+            f"{bare.consistent_reason or 'it was written by an older version'}; identify bare motions "
+            "with --gains"
         )
     _check(bare.consistent, arm, nominal)
     return tuple(
@@ -90,6 +91,6 @@ def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
     if found.farthest_deviations > FAR:
         raise WrongBareFile(
             f"--links: links that bodies can have put base parameter {found.farthest_parameter} "
-            f"{found.farthest_deviations:.2g} deviations from what data say, more than {FAR:g}: model, gains or data "
-            "are mistaken"
+            f"{found.farthest_deviations:.2g} deviations from the estimate, more than {FAR:g}: model, "
+            "gains or data are mistaken"
         )

@@ -56,7 +56,7 @@ def page(folder: Path) -> Report:
                 payload=payload,
             )
     except IdentificationError as error:
-        raise DamagedResult(f"{folder / RECORD}: the files of this folder say nothing: {error}") from error
+        raise DamagedResult(f"{folder / RECORD}: the files of this folder give no estimate: {error}") from error
     report = bare_report(answer, _saved_links(saved), given.arm)
     seen = {
         name: joint_motions(each.recording, given.arm, given.observing)
@@ -99,7 +99,7 @@ def _differences(saved: dict[str, JsonValue], now: Mapping[str, object]) -> list
     pairs = zip(_ratios(saved), _ratios(now), strict=False)
     if len(_ratios(saved)) == len(_ratios(now)) and all(_same(*pair) for pair in pairs):
         return []
-    text = f"Identified again, these files give other ratios than {RESULT}; the page shows those of now."
+    text = f"Re-identified, these files give other ratios than {RESULT}; the page shows the new ones."
     return [Paragraph(text, Mood.BAD, strong=True)]
 
 

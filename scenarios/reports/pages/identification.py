@@ -40,12 +40,12 @@ def page(folder: Path) -> Report:
         Heading("Torques, measured and reconstructed"),
         Paragraph(TOLD),
         *(torque_plot(each, names, begins(logs)) for each in rows),
-        Heading("What is left: spectrum"),
+        Heading("Residual: spectrum"),
         Paragraph(SPECTRUM),
         *(spectrum_plot(each, estimate.solution.rows) for each in rows),
     ]
     for what in ("position", "speed"):
-        parts += [Heading(f"What is left, against {what}"), Paragraph(AGAINST), *(against(each, what) for each in rows)]
+        parts += [Heading(f"Residual against {what}"), Paragraph(AGAINST), *(against(each, what) for each in rows)]
     parts += [Heading("Outliers"), *outliers(rows, names)]
     parts += _motion(again, names)
     given = provenance.payloads(again.record, again.given)
@@ -76,7 +76,7 @@ def _differences(again: Again) -> list[Part]:
     """That identification gives something else now, if it does."""
     if not again.differences:
         return []
-    said = f"Identified again from these files, the gains are not those of {RESULT}: {'; '.join(again.differences)}."
+    said = f"Re-identified from these files, the gains differ from those of {RESULT}: {'; '.join(again.differences)}."
     why = "The table shows what was saved; all plots but those of the gains show what is identified now."
     return [Paragraph(f"{said} {why}", Mood.BAD, strong=True)]
 

@@ -96,7 +96,7 @@ def differences(saved: tuple[JointResult, ...], now: tuple[JointResult, ...]) ->
     for number, (there, here) in enumerate(zip(saved, now, strict=True), 1):
         pairs = zip(_numbers(there), _numbers(here), strict=True)
         if not all(math.isclose(a, b, rel_tol=SAME) for a, b in pairs):
-            found.append(f"joint {number}: {_words(there)} was saved, now it is {_words(here)}")
+            found.append(f"joint {number}: {_words(there)} was saved, but now it is {_words(here)}")
     return tuple(found)
 
 

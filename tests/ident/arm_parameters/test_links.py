@@ -132,7 +132,7 @@ def test_the_distance_is_the_same_in_any_unit_of_mass(structure, drawn):
 def test_a_link_without_mass_is_refused(structure, drawn):
     own = drawn.own.copy()
     own[3] = 0.0
-    with pytest.raises(NoBody, match=r"link 4 of the model is no body \(its mass is 0 kg"):
+    with pytest.raises(NoBody, match=r"link 4 of the model is not physically consistent \(its mass is 0 kg"):
         found(structure, replace(drawn, own=own), base_values(structure, drawn), 1e-3)
     own[3] = standard_parameters(2.0, np.zeros(3), (0.1, 0.1, 0.3, 0.0, 0.0, 0.0))  # 0.1 + 0.1 < 0.3
     with pytest.raises(NoBody, match="link 4"):

@@ -70,7 +70,9 @@ def test_a_gain_that_is_not_about_known_has_no_expectation(structure, payload, c
     hidden = ratios.given.copy()
     hidden[[2, 4]] = False
     expected = forecast_gains(bare, OPTIONS, payload, in_si, gains, replace(ratios, given=hidden))
-    assert ["neither given nor shown" in (each.reason or "") for each in expected] == [j in (2, 4) for j in range(6)]
+    assert ["neither given nor identifiable" in (each.reason or "") for each in expected] == [
+        j in (2, 4) for j in range(6)
+    ]
     hidden = np.isin(np.arange(6), (0, 5))  # nothing ties these to the two that are given
     expected = forecast_gains(bare, OPTIONS, payload, in_si, gains, replace(ratios, given=hidden))
     assert ["neither given" in (each.reason or "") for each in expected] == [j not in (1, 3) for j in range(6)]
@@ -79,5 +81,5 @@ def test_a_gain_that_is_not_about_known_has_no_expectation(structure, payload, c
 def test_a_payload_of_which_nothing_is_known_is_refused(structure, payload, chi, rng):
     bare = exact_problem(structure, [(chi, None, None)], GAIN, rng, noise=NOISE, options=TRUSTING)
     ratios, gains = gain_ratios(bare, OPTIONS).ratios, held([1])
-    with pytest.raises(NotIdentifiable, match="nothing of the payload"):
+    with pytest.raises(NotIdentifiable, match="no parameter of the payload"):
         forecast_gains(bare, OPTIONS, replace(payload, known="none"), arm_in_SI(bare, OPTIONS, gains), gains, ratios)

@@ -153,7 +153,7 @@ def test_what_is_stated_is_contradicted_from_five_deviations_of_both_together(de
 
 def test_the_consequence_is_told_of_the_gains_that_matter():
     assert consequence([]) == ""
-    assert consequence([effect(0, 4.0, 0.3)]) == "; no gain is moved noticeably"
+    assert consequence([effect(0, 4.0, 0.3)]) == "; no gain changes noticeably"
     said = consequence([effect(0, 4.04, 1.3), effect(1, -0.2, -0.1), effect(4, -11.0, -7.0)])
     assert said == "; gains are off: joint 1 +4 %, joint 5 -11 %"
     assert consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)]) == "; the gain of joint 3 is no result"

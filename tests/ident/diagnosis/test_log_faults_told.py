@@ -53,7 +53,7 @@ def test_all_that_is_not_said_is_told_at_once(tmp_path: Path):
 def test_a_clock_in_another_unit_than_said_names_the_stated_one(tmp_path: Path, unit, factor, meant):
     path = tmp_path / "log.csv"
     frame(time=factor * T).to_csv(path, index=False)
-    words = rf"t is said to be in {unit}, and advances by .* {unit} a row, .*; is it in .*{meant}"
+    words = rf"t is declared in {unit} but advances by .* {unit} a row, .*; is it in .*{meant}"
     with pytest.raises(RecordingError, match=words):
         read_recording(path, said(f"t=time[{unit}]", "q=a,b[rad]", "v=i,k[A]"))
 

@@ -112,7 +112,7 @@ def test_stamps_that_jitter_miss_nothing(ur_log, rng):
         intervals = np.diff(log.t)
         assert intervals.max() > 1.6 * 0.008
         lines = clocked(log)
-        assert named(lines, "missing samples").sentence == "no samples are missing by the time stamps"
+        assert named(lines, "missing samples").sentence == "the time stamps show no missing samples"
         varied = 100.0 * np.abs(intervals / np.median(intervals) - 1.0).max()
         assert named(lines, "jitter").sentence == f"sampling intervals vary by up to {varied:.3g} %"
 

@@ -35,7 +35,9 @@ def test_swapped_motions_are_named(motions, payload):
 
 
 def test_two_bare_motions_show_no_load(motions, payload):
-    with pytest.raises(NotIdentifiable, match="shows no load on any joint; was the payload mounted"):
+    with pytest.raises(
+        NotIdentifiable, match="finds no load on any joint in the loaded motion; was the payload mounted"
+    ):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()))
 
 
@@ -113,6 +115,6 @@ def test_a_joint_that_the_other_parts_of_the_motions_do_not_predict_is_warned_of
     found = [JointPrediction(joint=j, share=x, fitted=0.01, gain_change=none) for j, x in enumerate(shares)]
     words = prediction_warnings(found)
     assert [each.partition(":")[0] for each in words] == [
-        "joint 3 is predicted within 15 % of its current only, good recordings within 10 %",
-        "joint 4 is predicted within 63 % of its current only, good recordings within 10 %",
+        "joint 3 is predicted within 15 % of its current only (good recordings: 10 %",
+        "joint 4 is predicted within 63 % of its current only (good recordings: 10 %",
     ]

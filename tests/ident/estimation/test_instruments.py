@@ -240,7 +240,7 @@ def test_instruments_along_the_recorded_motion_are_the_regressor(logs, monkeypat
     np.testing.assert_allclose(estimate.solution.inverse, ordinary.solution.inverse, rtol=1e6 * EXACT)
     # 0.45 of the positions' variance, and that share to the fifth power of the accelerations'.
     assert estimate.remarks == (
-        "the instruments share up to 45 % of the positions' noise and 1.8 % of the accelerations' (of the variance)",
+        "the instruments retain up to 45 % of the noise variance of positions, 1.8 % of that of accelerations",
     )
 
 

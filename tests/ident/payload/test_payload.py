@@ -33,7 +33,7 @@ def test_files_keep_every_digit(tmp_path):
 INERTIA = "inertia = { ixx = 1, iyy = 1, izz = 1, ixy = 0, ixz = 0, iyz = 0 }"
 FAULTS = {
     "": "the file is empty",
-    "known = 'mass'": "mass is missing; without it nothing in the data has newtons",
+    "known = 'mass'": "mass is missing; without it gains and payload are known up to a common factor",
     "mass = 'heavy'": "mass = 'heavy' is not a number",
     "mass = true": "mass = True is not a number",
     "mass = -1\nknown = 'mass'": "mass = -1 kg; expected a positive number",

@@ -95,7 +95,7 @@ def test_wrong_inputs_are_named(structure, chi, rng):
     with pytest.raises(PayloadError, match="payload parameter 'mass' is not one of XX, XY"):
         payload_parameters(rows, GAIN, gain_std=NONE, known={"mass": 7.0}, weighted=True)
     bare = exact_observation(structure, np.ones(84), np.zeros(10), GAIN, rng, noise=0.01, rows=100)
-    with pytest.raises(IdentificationError, match="no loaded motion: nothing shows the payload"):
+    with pytest.raises(IdentificationError, match="no loaded motion; without one the payload cannot be identified"):
         payload_parameters(pooled_system([ObservedMotion(bare, None)]), GAIN, gain_std=NONE, known={}, weighted=True)
 
 

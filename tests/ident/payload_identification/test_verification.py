@@ -47,7 +47,7 @@ def test_a_mass_that_is_not_sure_says_nothing(weighed_problem, heavy):
     vague = KnownGains(names=NAMES, joints=np.arange(6), value=GAIN, covariance=0.2**2 * np.outer(GAIN, GAIN))
     one = verified(payload_of(weighed_problem, vague, PLAIN), heavy, vague)
     assert one.together.verdict == SAYS_NOTHING
-    assert "its deviation is 20 %, beyond 10 %" in str(one.together.reason)
+    assert "standard deviation is 20 %, above 10 %" in str(one.together.reason)
     assert {(each.verdict, each.reason) for each in one.joints} == {(AGREES, None)}  # a joint alone shows a wrong gain
     assert not one.passed
 

@@ -74,12 +74,12 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     description = replace(channels("v", unit=("N m",), constant=tuple(constants)), signal="torque-from-current")
     log = read_log(path, description)
     assert_same(log.recording)
-    assert "v is current again" in log.notes[0]
+    assert "v is the current" in log.notes[0]
     assert signal_of(log.read) == "current, from torque by the constants stated [A]"
     unknown = read_log(path, replace(description, v=replace(description.v, constant=())))
     np.testing.assert_array_equal(unknown.recording.v, V * constants)
     assert "a gain is what its constant has to be multiplied by" in unknown.notes[0]
-    with pytest.raises(RecordingError, match=r"say the constants it was computed with, N m/A"):
+    with pytest.raises(RecordingError, match=r"give the constants it was computed with, N m/A"):
         read_recording(path, replace(description, v=replace(description.v, constant=None)))
     with pytest.raises(RecordingError, match="constants are said of v, but v is no torque-from-current"):
         read_recording(path, channels("v", constant=(2.0,)))
@@ -104,7 +104,7 @@ def test_rows_are_chosen_by_their_value(tmp_path):
         read_recording(path, replace(DESCRIPTION, only=(("episode", 5.0),)))
     columns["take"] = columns["episode_index"]
     csv(path, columns)
-    with pytest.raises(RecordingError, match="no row has all that only"):
+    with pytest.raises(RecordingError, match="no row satisfies all conditions of only"):
         read_recording(path, replace(DESCRIPTION, only=(("episode_index", 4.0), ("take", 7.0))))
 
 

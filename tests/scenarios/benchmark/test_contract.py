@@ -114,7 +114,7 @@ BREAKERS = [
     ),
     (
         of_problem(ABSENT, only(3, lambda claim: Claim(2.0, 9.0, None))),
-        "a payload that is said to be there",
+        "a payload that is stated but not mounted",
         "joint 3 is claimed",
     ),
 ]

@@ -44,7 +44,7 @@ MJCF_FAULTS = {
     ),
     "gravity": (mjcf(head='<option gravity="0 0 -9,81"/>'), r"gravity = '0 0 -9,81': '-9,81' is not a number"),
     "strong gravity": (mjcf(head='<option gravity="0 0 -9810"/>'), r"gravity = '0 0 -9810': beyond 100"),
-    "zero gravity": (mjcf(head='<option gravity="0 -0 0.0"/>'), r"line 2: option: gravity is 0; a payload without"),
+    "zero gravity": (mjcf(head='<option gravity="0 -0 0.0"/>'), r"line 2: option: gravity is 0; without"),
     "no gravity": (mjcf(head='<option><flag gravity="disable"/></option>'), r"gravity is disabled"),
     "unknown class": (mjcf(swap=(JOINT, JOINT.replace("/>", ' class="arm"/>'))), r"unknown default class 'arm'"),
     "unknown childclass": (mjcf(base='childclass="arm"'), r"line 3: body 'base': unknown default class 'arm'"),

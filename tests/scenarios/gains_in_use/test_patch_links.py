@@ -162,7 +162,7 @@ def test_the_rest_of_the_file_stays_and_a_comment_says_what_the_links_are(cell):
     told(cell, "arm.urdf")
     main(patched(cell, "arm.urdf"))
     before, after = ((cell / name).read_text() for name in ("arm.urdf", "patched.urdf"))
-    assert after.count("Data determine base parameters alone") == 1
+    assert after.count("Data determine only the base parameters") == 1
     assert 'rpy="0.1 0.4 0"' in after  # the tool's stays
     assert f'rpy="{RPY}"' not in after
     assert '<mass value="0.31"/>' in after

@@ -38,9 +38,9 @@ def test_results_differ_where_a_number_or_a_refusal_does():
     )
     assert differences(saved, close) == ()
     (first,) = differences(saved, (identified(0.9 * (1 + 3e-9), 0.01), *saved[1:]))
-    assert first == "joint 1: 0.9 with a deviation of 0.01 was saved, now it is 0.9 with a deviation of 0.01"
+    assert first == "joint 1: 0.9 with a deviation of 0.01 was saved, but now it is 0.9 with a deviation of 0.01"
     (second,) = differences(saved, (saved[0], identified(1.1, 0.03), saved[2]))
-    assert second == "joint 2: a refusal was saved, now it is 1.1 with a deviation of 0.03"
+    assert second == "joint 2: a refusal was saved, but now it is 1.1 with a deviation of 0.03"
     (third,) = differences(saved, (*saved[:2], identified(1.5, 0.03)))
     assert third.startswith("joint 3: ")
     assert differences(saved, saved[:2]) == ("3 joints were saved, now there are 2",)
@@ -124,7 +124,7 @@ def test_verdict_gains_and_refusals_come_first(saved):
         "Refused or missed, and what would show it",
         "Diagnoses",
         "Torques, measured and reconstructed",
-        "What is left: spectrum",
+        "Residual: spectrum",
         "What is left, against position",
         "What is left, against speed",
         "Outliers",
@@ -209,7 +209,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     reference = told["reference"]
     given = {k: each["ratio"] is not None for k, each in enumerate(told["joints"], 1) if k != reference}
     assert set(given.values()) == {True, False}
-    assert (told["consistent"], "without masses" in told["consistent_reason"]) == (None, True)  # a folder's model
+    assert (told["consistent"], "without link masses" in told["consistent_reason"]) == (None, True)  # a folder's model
     verdict = re.split(" as ratios to that of | they give none", report.parts[0].text)
     assert [[int(k) for k in re.findall(r"\d", part)] for part in verdict] == [
         [k for k in given if given[k]],
@@ -318,9 +318,9 @@ def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, m
     other = replace(scenario, table=scenario.table.model_copy(update={"plant": heavier}))
     assert scene_digest(scenario) == record["scene"] != scene_digest(other)
     for key, value, said in (
-        ("scene", "0123456789abcdef", "is another one since it was run"),
-        ("scene", None, "does not say what its scenario looked like"),
-        ("scenario", "no-such", "cannot be read any more: "),
+        ("scene", "0123456789abcdef", "has changed since it was run"),
+        ("scene", None, "does not contain its scenario"),
+        ("scenario", "no-such", "can no longer be read: "),
     ):
         (copied / "record.json").write_text(json.dumps({**record, key: value}))
         verdict, told, rest = with_picture(report, copied).parts

@@ -71,11 +71,11 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
     # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
     assert "3.5 times the torque" in said[0]
     assert "12 times as many rows" in said[0]
-    assert "say nothing" in said[1]
-    assert "not what it is refused for" in said[2]
+    assert "do not determine" in said[1]
+    assert "not refused for its standard deviation" in said[2]
     assert "puts 1.05 times the torque" in said[3]
     assert "or 1.1 times as many rows" in said[3]
-    assert "not what it is refused for" in said[4]  # as large as is allowed
+    assert "not refused for its standard deviation" in said[4]  # as large as is allowed
     assert "puts 10 times the torque" in said[5]
 
 

@@ -159,7 +159,7 @@ def faint() -> tuple[Recording, Recording, Payload]:
 
 def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints_show(ur, faint):
     bare, loaded, payload = faint
-    with pytest.raises(NotIdentifiable, match="by ls-2011 finds no load on any joint in the loaded motion"):
+    with pytest.raises(NotIdentifiable, match="ls-2011 finds no load on any joint in the loaded motion"):
         identify(bare, loaded, ur, payload, method="ls-2011", policy=SIMULATED)
     estimate = identify(bare, loaded, ur, payload, policy=SIMULATED).estimate
     gains = {j: each for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}

@@ -120,7 +120,7 @@ def test_friction_by_transmitted_torque_takes_its_share_of_what_the_links_take_o
 
 
 def test_friction_that_eats_all_torque_is_refused():
-    with pytest.raises(NoCurrent, match="motion: no current moves the arm: friction grows with it"):
+    with pytest.raises(NoCurrent, match="motion: no current moves the arm: load-dependent friction"):
         feedforward_currents(motion_of(load_friction=1.3), RATE)
 
 

@@ -147,10 +147,7 @@ def _missing(found: LogDescription, *, own: bool) -> Iterator[str]:
     for kind, what in (("t", "time"), ("q", "positions"), ("v", "currents")):
         channels: Channels = getattr(found, kind)
         if not channels.columns:
-            yield (
-                f"which column{'' if kind == 't' else 's'} {what} {'is' if kind == 't' else 'are'} is not "
-                f"declared: {kind}=NAME.. of --columns, or [{kind}] of a log description"
-            )
+            yield (f"no column is declared for {what}: {kind}=NAME.. of --columns, or [{kind}] of a log description")
         if channels.columns and not channels.unit and not (kind == "v" and found.signal is None and not unstated):
             yield (
                 f"the unit of {what} is not declared: {kind}=NAME..[unit] of --columns, or unit of "

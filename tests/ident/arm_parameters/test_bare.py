@@ -125,7 +125,7 @@ def test_the_reference_is_the_joint_beside_which_the_others_are_surest(structure
     assert [reason is None for reason in reasons] == again.given.tolist()
     share = 100.0 * again.rel_std[worst]
     assert reasons[worst] == (
-        f"standard deviation {share:.3g} % of the ratio exceeds 10 %; these motions show too little of links that it "
+        f"standard deviation {share:.3g} % of the ratio exceeds 10 %; these motions hardly excite the links that it "
         f"shares with joint {again.reference + 1}"
     )
 

@@ -127,7 +127,7 @@ def test_a_delay_that_something_else_may_be_is_not_corrected(axes, pair, monkeyp
     monkeypatch.setattr(measuring, "faults", tied)
     delay, said = common_delay(doubted(axes, [shifted(log, 7.3e-3) for log in pair]))
     assert delay == 0.0
-    assert said.sentence.endswith("cannot tell that from: delay or the zero of q2 is off by 3 degrees")
+    assert said.sentence.endswith("cannot distinguish from: delay or the zero of q2 is off by 3 degrees")
 
 
 def test_samples_that_are_spoilt_are_left_out_where_a_delay_is_undone_too(axes, pair):

@@ -212,11 +212,11 @@ def test_the_reason_is_the_worst_fault_and_what_it_does_to_that_gain_alone():
     assert [each.reason for each in kept[:3]] == [
         "the gain is off by -138 %: v1 is negated",
         "the gain is off by +6 %: v1 is negated",
-        "the gain is no result: the zero of q2 is off",  # refused by itself as well, for what the fault makes of it
+        "the gain is invalid: the zero of q2 is off",  # refused by itself as well, for what the fault makes of it
     ]
     assert isinstance(kept[3], IdentifiedGain)
     less = replace(other, effects=(effect(0, -1000.0, -100.0),))
-    assert without_spoilt(found, [less]).joints[0].reason == "the gain is no result: the zero of q2 is off"
+    assert without_spoilt(found, [less]).joints[0].reason == "the gain is invalid: the zero of q2 is off"
     named_alone = without_spoilt(found, [said(Severity.WRONG, joints=(2,))]).joints
     assert named_alone[2].reason == "no load"
     assert refused_for_faults([worst_one, other, said(Severity.WEAK, joints=(3,))]) == (0, 1, 2)

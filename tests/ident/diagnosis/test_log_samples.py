@@ -168,7 +168,7 @@ def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log):
     assert len(odd.still) == 0
     found = named(lost_samples(without(ur_log, lost, even=True)), "lost samples")
     assert found.severity is Severity.WEAK
-    assert "4 samples are lost unseen by the time stamps, first after row 411, 3.28 s" in found.sentence
+    assert "4 samples are lost, which the time stamps do not show, first after row 411, 3.28 s" in found.sentence
 
 
 @pytest.mark.parametrize("honest", [False, True])

@@ -52,7 +52,7 @@ def test_an_estimate_without_any_gain_is_an_error_with_the_first_reason(motions,
 
 
 def test_loaded_motions_that_show_no_load_lack_a_bare_one(motions, payload):
-    with pytest.raises(NotIdentifiable, match="without a bare motion no joint shows the load: record one"):
+    with pytest.raises(NotIdentifiable, match="without a bare motion no joint's load is identifiable: record one"):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()), bare=False)
 
 

@@ -98,7 +98,7 @@ def test_the_form_of_load_friction_is_the_one_that_is_there_and_matters(axes, fo
     estimate = gains(problem)
     remark = remarked(estimate, "load-dependent friction: ")
     assert LOAD_FORMS[form] in remark
-    share = float(remark.split()[4])
+    share = float(remark.split()[2])
     assert 5.0 < share < 9.0  # per cent, of coefficients from 5 to 9
     assert (np.abs(off(estimate))[SHOWN] < 2e-3).all()
     told = gains(problem, friction=form)

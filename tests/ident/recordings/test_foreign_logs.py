@@ -81,7 +81,7 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     assert "a gain is what its constant has to be multiplied by" in unknown.notes[0]
     with pytest.raises(RecordingError, match=r"give the constants it was computed with, N m/A"):
         read_recording(path, replace(description, v=replace(description.v, constant=None)))
-    with pytest.raises(RecordingError, match="constants are said of v, but v is no torque-from-current"):
+    with pytest.raises(RecordingError, match="constants are given for v, but v is not a torque-from-current"):
         read_recording(path, channels("v", constant=(2.0,)))
 
 

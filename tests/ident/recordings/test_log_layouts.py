@@ -42,9 +42,9 @@ def test_what_is_said_of_a_known_layout_replaces_what_is_known_of_it(tmp_path):
     turned = read_recording(path, LogDescription(q=Channels(sign=(1.0, -1.0, 1.0, 1.0, -1.0, 1.0), zero=(0.4,))))
     np.testing.assert_allclose(turned.q, plain.q * [1, -1, 1, 1, -1, 1] + 0.4, **ROUNDED)
     other = LogDescription(v=Channels(columns=tuple(f"target_q_{j}" for j in range(6)), unit=("A",)))
-    with pytest.raises(RecordingError, match=r"what target_q_0, target_q_1, target_q_2, .. is has to be said"):
+    with pytest.raises(RecordingError, match=r"quantity in target_q_0, target_q_1, target_q_2, .. is not declared"):
         read_recording(path, other)
-    with pytest.raises(RecordingError, match="the unit of currents is not said"):
+    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
         read_recording(path, LogDescription(signal="current", v=Channels(columns=other.v.columns)))
     log = read_log(path, replace(other, signal="current"))
     np.testing.assert_array_equal(log.recording.v[:, 4], columns["target_q_4"])
@@ -59,7 +59,7 @@ def test_our_own_columns_may_be_in_other_units_and_need_no_word_on_v(tmp_path):
     assert_same(read_recording(path, LogDescription(q=Channels(unit=("deg",)))), v=1e3 * V)
     description = LogDescription(signal="current", q=Channels(unit=("deg",)), v=Channels(unit=("mA",)))
     assert_same(read_recording(path, description))
-    with pytest.raises(RecordingError, match="the unit of currents is not said"):
+    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
         read_recording(path, replace(description, v=Channels()))
 
 

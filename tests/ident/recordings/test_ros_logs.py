@@ -153,7 +153,7 @@ def test_efforts_are_in_si_units_unless_another_is_said(tmp_path):
     log = read_log(bag, replace(DESCRIPTION, v=Channels(unit=("mA",), sign=(1.0, -1.0, 1.0))))
     np.testing.assert_allclose(log.recording.v, 1e-3 * V[:, WANTED] * [1, -1, 1], rtol=1e-15)
     efforts = Channels(columns=tuple(f"{joint}.effort" for joint in JOINTS))
-    with pytest.raises(RecordingError, match="the unit of currents is not said"):
+    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
         read_recording(bag, replace(DESCRIPTION, v=efforts))
     log = read_log(bag, replace(DESCRIPTION, signal="torque-after-drive"))
     np.testing.assert_array_equal(log.recording.v, V[:, WANTED])

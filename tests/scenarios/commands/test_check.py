@@ -145,7 +145,7 @@ def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
     assert [part.text for part in report.parts[2:]] == [
         "Good: 1 check; --all lists them.",
         "Excluded: zeros of q2 to q5 beyond 1 degree; delays beyond 5 ms.",
-        "Cannot be told: the zero of q1; the sign of q6.",
+        "Cannot be checked with these logs: the zero of q1; the sign of q6.",
     ]
     document = report.document
     jsonschema.Draft202012Validator(json.loads((FOLDER / f"check{ENDING}").read_text())).validate(document)

@@ -123,7 +123,7 @@ def test_a_designed_weight_shows_the_joint_that_the_paper_s_cannot_and_is_within
 
 def test_a_design_in_which_nothing_may_be_mounted_is_refused(designed):
     refused = tuple(replace(each, refusal="weighs 9 kg") for each in designed.candidates)
-    with pytest.raises(NoWeight, match=r"nominal: no weight will do: the best \w+ weighs 9 kg"):
+    with pytest.raises(NoWeight, match=r"nominal: no weight meets the limits: the best \w+ weighs 9 kg"):
         _ = replace(designed, candidates=refused).best
 
 

@@ -132,7 +132,7 @@ URDF_FAULTS = {
         urdf(
             more='<joint name="l" type="fixed"><parent link="base"/><child link="elbow_link"/></joint>',
         ),
-        r"link 'elbow_link' hangs on two joints; closed loops",
+        r"link 'elbow_link' has two parent joints; closed loops",
     ),
     "circle": (
         urdf(
@@ -140,7 +140,7 @@ URDF_FAULTS = {
             '<joint name="l" type="fixed"><parent link="x"/><child link="y"/></joint>'
             '<joint name="k" type="fixed"><parent link="y"/><child link="x"/></joint>',
         ),
-        r"link 'x' hangs on itself through its joints",
+        r"link 'x' is its own ancestor through its joints",
     ),
     "no link": ("<robot name='x'/>", r"0 links, expected 1 to 1000"),
     "many links": ("<robot>" + "".join(f"<link name='{k}'/>" for k in range(1001)) + "</robot>", r"1001 links"),

@@ -112,7 +112,7 @@ def test_the_page_says_at_the_top_what_is_not_as_it_was_saved(copied):
     first, second = page_of(copied).parts[:2]
     assert first.strong
     assert second.mood is Mood.BAD
-    assert "the gains are not those of result.json: joint 3: " in second.text
+    assert "the gains differ from those of result.json: joint 3: " in second.text
 
 
 def test_verdict_gains_and_refusals_come_first(saved):
@@ -125,8 +125,8 @@ def test_verdict_gains_and_refusals_come_first(saved):
         "Diagnoses",
         "Torques, measured and reconstructed",
         "Residual: spectrum",
-        "What is left, against position",
-        "What is left, against speed",
+        "Residual against position",
+        "Residual against speed",
         "Outliers",
         "Motion, and what it covers",
         "What was assumed",
@@ -149,7 +149,7 @@ def test_verdict_gains_and_refusals_come_first(saved):
     assert ["Seed", "5"] in told
     for number, joint in enumerate(identified_again(saved).result.joints, 1):
         if isinstance(joint, RefusedGain) and joint.predicted_rel_std is not None and 0.1 < joint.predicted_rel_std < 1:
-            torque = f"Joint {number}, to be shown: a payload that puts {10 * joint.predicted_rel_std:.3g} times"
+            torque = f"Joint {number}: to identify it, use a payload with {10 * joint.predicted_rel_std:.3g} times"
             assert any(text.startswith(torque) for text in texts)
     errors = error_plot([gain.verdict for gain in identified_again(saved).result.gains])
     shown = dict(zip(errors.series[1].x, errors.series[1].y, strict=True))

@@ -112,7 +112,7 @@ def test_a_torque_is_the_gain_times_what_is_measured_and_what_the_model_makes_of
     ]
     assert plot.bands == ((0.2, 0.3),)
     share = np.linalg.norm(residual) / np.linalg.norm(np.arange(1.0, 7.0))
-    assert f"{100 * share:.2g} % of its rms is left. Drawn is every row of 6" in plot.caption
+    assert f"{100 * share:.2g} % of its rms. Shown: every row of 6" in plot.caption
 
 
 def test_a_line_breaks_where_rows_are_left_out_and_between_motions():
@@ -256,7 +256,7 @@ def test_a_page_lists_every_diagnosis_and_what_is_excluded_and_cannot_be_told():
     assert [cell.mood for row in table.rows for cell in row[2:3]] == [Mood.BAD, Mood.GOOD]
     assert [part.text for part in said] == [
         "Excluded: delays beyond 5 ms; another sign (7 of 12 cases).",
-        "Cannot be told: zero of q1; whether q4 is negated.",
+        "Cannot be checked with these logs: zero of q1; whether q4 is negated.",
     ]
     assert diagnosis_parts(Diagnosed()) == []
 

@@ -121,9 +121,7 @@ def check(
     if estimate is not None:
         weight = None if links is None else link_mass_consistency(problem, estimate, links)
         found_all = joined(found_all, symptoms(estimate, found_all), more=() if weight is None else (weight,))
-    if (
-        refused is not None and found_all.severity is not Severity.WRONG
-    ):  # a cause is said instead of what follows from it
+    if refused is not None and found_all.severity is not Severity.WRONG:  # the cause is reported, not its effect
         found_all = joined(found_all, more=(Diagnosis(name="load", severity=Severity.WRONG, sentence=str(refused)),))
     return Checked(logs=logs, found=found_all, observing=prepared.observing)
 

@@ -77,8 +77,9 @@ def _check_gyration(payload: Payload) -> None:
     radius, most = (moment / payload.mass) ** 0.5, WIDE + WIDER * payload.mass**0.5
     if radius > most:
         raise PayloadError(
-            f"payload: inertia.{key} = {moment:g} gives {payload.mass:g} kg a radius of gyration of {radius:.3g} m, "
-            f"more than {most:.3g} m, which bodies of that mass stay below; expected kg m^2 about the centre of mass"
+            f"payload: inertia.{key} = {moment:g} gives {payload.mass:g} kg a radius of gyration of "
+            f"{radius:.3g} m, more than the {most:.3g} m of bodies of that mass; expected kg m^2 about "
+            "the centre of mass"
         )
 
 

@@ -86,7 +86,7 @@ def _of_joint(found: FoundPayload, payload: Payload, j: int, gain: float, rel_st
         model_std=float(np.linalg.norm(shares)),
     )
     if quantity.std > WEAK * payload.mass:
-        return NoMass(f"its standard deviation of the mass is {quantity.std:.2g} kg")
+        return NoMass(f"its estimate of the mass has a standard deviation of {quantity.std:.2g} kg")
     return quantity
 
 

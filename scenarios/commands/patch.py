@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--arm", type=arguments.file, metavar="A", help=said)
     said = "write mass, centre and inertia of every link as well, of bodies nearest to MODEL's; takes --arm of --gains"
     add("--links", action="store_true", help=said)
-    within = arguments.number_from(1e-6, 1.0, "", "a share of the number itself")
+    within = arguments.number_from(1e-6, 1.0, "", "as a share of the value")
     said = "relative deviation up to which a number is taken (default %(default)s)"
     add("--max-rel-std", type=within, default=0.1, metavar="X", help=said)
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")

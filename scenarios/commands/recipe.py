@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
     from ident.payload.payload import Payload
 
-KEPT = "kept; it states another payload than the scenario: if nobody measured that, remove it and write the page again"
+KEPT = (
+    "kept, although it differs from the scenario's payload; if it was not measured, remove it and write the page again"
+)
 """Of a payload's file that stood there before."""
 
 

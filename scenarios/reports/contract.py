@@ -16,7 +16,7 @@ def contract_report(method: str, found: Sequence[Check]) -> Report:
         cells(check.promise, Cell("broken", Mood.BAD) if check.broken else Cell("kept", Mood.GOOD)) for check in found
     )
     broken = [check for check in found if check.broken is not None]
-    said = [Paragraph(sentence(f"It is not so that {check.promise}: {check.broken}")) for check in broken]
+    said = [Paragraph(sentence(f"Not fulfilled: {check.promise}: {check.broken}")) for check in broken]
     verdict = (
         Paragraph(f"BROKEN: {len(broken)} of {len(found)} promises.", Mood.BAD, strong=True)
         if broken

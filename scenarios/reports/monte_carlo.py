@@ -57,7 +57,7 @@ class StudyResult:
 def monte_carlo_report(result: StudyResult) -> Report:
     """One row a joint, what the columns mean, failures by kind, the verdict, pictures."""
     trials = result.statistics[0].trials
-    more = f" (the folder holds more than the {result.asked} asked for)" if trials > result.asked else ""
+    more = f" (the folder contains more than the {result.asked} asked for)" if trials > result.asked else ""
     kinds = result.rows.failures
     parts: list[Part] = [Table(columns=COLUMNS, rows=tuple(_row(joint) for joint in result.statistics))]
     parts.append(Paragraph(MEANING))

@@ -19,11 +19,11 @@ OFFSET, OFFSET_DRIFT = "offset", "offset drift"
 MESSAGES = {
     ELASTICITY: (
         "the joints are elastic, which is not modelled",
-        "let the method model it (nls with compliance), or move more slowly",
+        "model it (nls with compliance), or move more slowly",
     ),
     "position-dependent torque": (
         "a torque that depends on the joint's position is not modelled",
-        "look for a spring, a cable or an error of the kinematics",
+        "check for a spring, a cable or a kinematic error",
     ),
     "friction law": (
         "the friction law of the model does not fit",

@@ -79,7 +79,7 @@ def instruments(problem: Problem) -> Instruments:
         behind = motion.observation.full_rate
         if behind is None:
             raise NotIdentifiable(
-                f"motion {number + 1} has rows but no recording behind them; {NAME} needs one to find its smooth motion"
+                f"motion {number + 1} has rows but no recording; {NAME} needs one to find its smooth motion"
             )
         smooth = reference(behind)
         kept = max(kept, float(smooth.kept.max()))

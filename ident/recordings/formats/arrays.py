@@ -87,8 +87,8 @@ def _check_turned(path: Path, arrays: dict[str, np.ndarray], samples: int) -> No
         if array.ndim == 2 and array.shape[0] < samples <= array.shape[1]:
             rows, columns = array.shape
             raise RecordingError(
-                f"{one_line(path)}: {one_line(name)} has {rows} rows of {columns} numbers; expected a row a sample: it "
-                "is transposed, save its .T"
+                f"{one_line(path)}: {one_line(name)} has {rows} rows of {columns} numbers; expected one "
+                "row a sample; it is transposed, save its .T"
             )
 
 

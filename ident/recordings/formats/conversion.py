@@ -48,7 +48,7 @@ def _kept(path: Path, table: Columns, description: LogDescription) -> Mask | Non
         if not there.any():
             low, high = np.min(table[name]), np.max(table[name])
             raise RecordingError(
-                f"{one_line(path)}: no row has {shown(name)} = {value:g}; it goes from {low:g} to {high:g}"
+                f"{one_line(path)}: no row has {shown(name)} = {value:g}; it ranges from {low:g} to {high:g}"
             )
         kept &= there
     if not kept.any():

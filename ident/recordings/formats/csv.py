@@ -134,7 +134,7 @@ def _header(path: Path, text: bytes, request: Request) -> _Header:
         if words:
             break
         if layout_given.header:
-            raise RecordingError(f"{one_line(path)}: line {number}, said to be the header, is empty")
+            raise RecordingError(f"{one_line(path)}: line {number}, declared as the header, is empty")
         commented = line.strip().lstrip("#").strip() or commented
     else:
         raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")

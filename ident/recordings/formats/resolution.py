@@ -98,8 +98,8 @@ def _columns(path: Path, names: Sequence[str], wanted: Sequence[str], joints: Se
         if "{joint}" in name:
             if joints is None:
                 raise RecordingError(
-                    f"{one_line(path)}: column {shown(name)}: the joints' names are not known; say them (--joints, or "
-                    "--model)"
+                    f"{one_line(path)}: column {shown(name)}: the joints' names are unknown; give them "
+                    "(--joints, or --model)"
                 )
             found += [_column(path, names, name.replace("{joint}", joint)) for joint in joints]
         elif name not in names and entry(name, 0) in names:

@@ -78,7 +78,7 @@ def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(
     assert signal_of(log.read) == "current, from torque by the constants stated [A]"
     unknown = read_log(path, replace(description, v=replace(description.v, constant=())))
     np.testing.assert_array_equal(unknown.recording.v, V * constants)
-    assert "a gain is what its constant has to be multiplied by" in unknown.notes[0]
+    assert "a gain is the correction factor of its torque constant" in unknown.notes[0]
     with pytest.raises(RecordingError, match=r"give the constants it was computed with, N m/A"):
         read_recording(path, replace(description, v=replace(description.v, constant=None)))
     with pytest.raises(RecordingError, match="constants are given for v, but v is not a torque-from-current"):
@@ -98,7 +98,7 @@ def test_rows_are_chosen_by_their_value(tmp_path):
     assert_same(read_recording(path, replace(DESCRIPTION, only=(("episode_index", 4.0),))))
     both = read_recording(path, replace(DESCRIPTION, only=(("episode_index", 7.0), ("take", 2.0))))
     assert_same(both, 1.1 * T[1::2], 1.1 * Q[1::2], 1.1 * V[1::2])
-    with pytest.raises(RecordingError, match="no row has 'episode_index' = 5; it goes from 4 to 7"):
+    with pytest.raises(RecordingError, match="no row has 'episode_index' = 5; it ranges from 4 to 7"):
         read_recording(path, replace(DESCRIPTION, only=(("episode_index", 5.0),)))
     with pytest.raises(RecordingError, match="no column 'episode'; did you mean 'episode_index'"):
         read_recording(path, replace(DESCRIPTION, only=(("episode", 5.0),)))

@@ -83,7 +83,7 @@ def test_header_and_first_row_may_stand_anywhere(tmp_path):
     assert_same(read_recording(path, description))
     with pytest.raises(RecordingError, match="line 5, column time: 's' is not a number"):
         read_recording(path, replace(DESCRIPTION, text=TextLayout(header=4)))
-    with pytest.raises(RecordingError, match="line 3, said to be the header, is empty"):
+    with pytest.raises(RecordingError, match="line 3, declared as the header, is empty"):
         read_recording(path, replace(DESCRIPTION, text=TextLayout(header=3)))
     with pytest.raises(RecordingError, match="has no line 4444"):
         read_recording(path, replace(DESCRIPTION, text=TextLayout(header=4444)))

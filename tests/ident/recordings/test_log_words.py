@@ -35,7 +35,7 @@ UNSAID = {
     "doubled": (channels("v", columns=("x", "y", "b")), r"column 'b' is declared twice"),
     "near": (channels("q", columns=("a", "b", "mod")), r"no column 'mod'; did you mean 'mode'\?; found x, mode"),
     "entries": (channels("q", sign=(1.0, -1.0)), r"sign of q has 2 entries for 3 joints"),
-    "names": (channels("q", columns=("q_{joint}",)), r"column 'q_\{joint\}': the joints' names are not known"),
+    "names": (channels("q", columns=("q_{joint}",)), r"column 'q_\{joint\}': the joints' names are unknown"),
 }
 
 

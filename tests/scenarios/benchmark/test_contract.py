@@ -200,5 +200,5 @@ def test_the_command_tells_what_is_broken_and_its_status_says_so(monkeypatch, ca
     assert main(["compare", "--check", text]) == 1
     assert set(asked) == {text}
     told = capsys.readouterr().out
-    assert "It is not so that currents of the other sign are gains of the other sign" in told
+    assert "Not fulfilled: currents of the other sign are gains of the other sign" in told
     assert "BROKEN: " in told

@@ -83,7 +83,7 @@ MJCF_FAULTS = {
     "include nothing": (mjcf(head="<include/>"), r"line 2: include names no file"),
     "include itself": (mjcf(head='<include file="arm.xml"/>'), r"line 2: include file = 'arm.xml' is there already"),
     "unknown to MuJoCo": (mjcf(swap=(JOINT, JOINT.replace("/>", ' colour="1"/>'))), r"MuJoCo cannot read it: .*colour"),
-    "entities": (BOMB + mjcf(), r"line 1: it declares a document type; entities are not read"),
+    "entities": (BOMB + mjcf(), r"line 1: document type declarations are not supported"),
     "no XML": ("MuJoCo", r"line 1, column 1: not XML: syntax error"),
     "cut off": (mjcf()[:400], r"line 5, column \d+: not XML: "),
     "URDF": (urdf(), r"line 1: robot is no <mujoco>; URDF files end in .urdf"),

@@ -88,7 +88,7 @@ def test_a_scheduler_that_dies_ends_the_study_and_makes_no_rows(tmp_path, caplog
         found = completed(workers, slow_double, range(100), tick=lambda: None)
         next(found)
         os.killpg(process.pid, signal.SIGKILL)
-        with pytest.raises(SchedulerGone, match="the scheduler that hands out the work is gone"):
+        with pytest.raises(SchedulerGone, match="the scheduler has exited"):
             dict(found)
 
 
@@ -107,7 +107,7 @@ def test_a_command_whose_scheduler_dies_says_one_line_and_ends_with_2(tmp_path):
         _, errors = command.communicate(timeout=120.0)
     assert command.returncode == 2
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
-    assert said == ["rx90: the scheduler that hands out the work is gone; what is finished is kept, repeat the command"]
+    assert said == ["rx90: the scheduler has exited; what is finished is kept, repeat the command"]
 
 
 def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):

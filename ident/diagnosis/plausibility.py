@@ -131,11 +131,9 @@ def prediction_warnings(found: Sequence[JointPrediction]) -> tuple[str, ...]:
     real ones whose model holds.
     """
     return tuple(
-        (
-            f"joint {each.joint + 1} is predicted within {100.0 * each.share:.0f} % of its current only (good "
-            "recordings: 10 %): the model does not hold and the results of this joint are invalid; check "
-            "coupling (--coupling), friction, sign, column and base"
-        )
+        f"joint {each.joint + 1} is predicted within {100.0 * each.share:.0f} % of its current only, good recordings "
+        "within 10 %: the model does not hold and the results of this joint are invalid; check coupling (--coupling), "
+        "friction, sign, column and base"
         for each in found
         if each.share > LARGE_RESIDUAL
     )

@@ -115,6 +115,6 @@ def test_a_joint_that_the_other_parts_of_the_motions_do_not_predict_is_warned_of
     found = [JointPrediction(joint=j, share=x, fitted=0.01, gain_change=none) for j, x in enumerate(shares)]
     words = prediction_warnings(found)
     assert [each.partition(":")[0] for each in words] == [
-        "joint 3 is predicted within 15 % of its current only (good recordings: 10 %",
-        "joint 4 is predicted within 63 % of its current only (good recordings: 10 %",
+        "joint 3 is predicted within 15 % of its current only, good recordings within 10 %",
+        "joint 4 is predicted within 63 % of its current only, good recordings within 10 %",
     ]

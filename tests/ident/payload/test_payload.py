@@ -81,9 +81,9 @@ LIMITS = {
     "mass = 2000.1 kg; expected": ({"mass": HEAVIEST}, {"mass": 2000.1}),
     r"com = \[0.1, -5.01, 0.2\]; farther than 5 m": ({"com": (0.1, -FARTHEST, 0.2)}, {"com": (0.1, -5.01, 0.2)}),
     "mass_std = 2.51 exceeds the mass itself": ({"mass_std": 2.5}, {"mass_std": 2.51}),
-    "mass_std = -1e-09: a standard": ({"mass_std": 0.0}, {"mass_std": -1e-9}),
+    "mass_std = -1e-09: expected a standard": ({"mass_std": 0.0}, {"mass_std": -1e-9}),
     r"com_std = .* exceeds 5;": ({"com_std": (0.1, FARTHEST, 0.2)}, {"com_std": (0.1, 5.01, 0.2)}),
-    r"com_std = .*: a standard": ({"com_std": (0.1, 0.0, 0.2)}, {"com_std": (0.1, -0.01, 0.2)}),
+    r"com_std = .*: expected a standard": ({"com_std": (0.1, 0.0, 0.2)}, {"com_std": (0.1, -0.01, 0.2)}),
     r"inertia_std = .* exceeds 62.5;": (
         {"inertia_std": (0.0, 0.0, 0.0, 62.5, 0.0, 0.0)},
         {"inertia_std": (0.0, 0.0, 0.0, 62.6, 0.0, 0.0)},

@@ -47,9 +47,7 @@ def lengthened(logs: Logs, which: int | None, factor: float) -> Alternative:
     what = "all lengths are" if which is None else f"the length from joint {which} to {which + 1} is"
     return Alternative(
         family="lengths",
-        words=f"{what} {factor:.3g} times those of the model"
-        if which is None
-        else f"{what} {factor:.3g} times that of the model",
+        words=f"{what} {factor:.3g} times {'those' if which is None else 'that'} of the model",
         joints=() if which is None else (which,),
         logs=tuple(range(count)),
         hypothesis=replace(as_logged(arm, count), length_factors=_length_factors(arm.n, which, factor)),

@@ -319,7 +319,7 @@ def test_lengths_may_be_off_all_together_or_each_but_what_stands_before_the_firs
     assert sound.structure.arm.translation.any(axis=1).all()
     assert [each.joints for each in found if each.family == "lengths"] == [(), (1,), (2,)]
     (second, *_) = (each for each in lengths.alternatives(sound) if each.joints == (2,))
-    assert second.words == "the length from joint 2 to 3 is 0.8 times drawn"
+    assert second.words == "the length from joint 2 to 3 is 0.8 times that of the model"
     np.testing.assert_array_equal(second.hypothesis.length_factors, [1.0, 1.0, 0.8])
 
 

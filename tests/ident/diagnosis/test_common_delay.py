@@ -69,7 +69,7 @@ def test_a_sound_pair_is_not_changed_and_the_answer_says_what_it_excludes(axes, 
     plain, asked = found(axes, pair, DOUBTED), found(axes, pair)
     assert [each.value for each in asked.estimate.joints] == [each.value for each in plain.estimate.joints]
     assert asked.observing == ObserveOptions()
-    (said,) = [each for each in asked.found.message if each not in plain.found.message]
+    (said,) = [each for each in asked.found.reported if each not in plain.found.reported]
     assert said.severity is Severity.GOOD
     of_all, of_one = [each for each in exclusions(survey(doubted(axes, pair))) if each.family == "delay"]
     assert (of_all.joints, bool(of_one.joints)) == ((), True)

@@ -156,7 +156,7 @@ def test_the_consequence_is_told_of_the_gains_that_matter():
     assert consequence([effect(0, 4.0, 0.3)]) == "; no gain changes noticeably"
     said = consequence([effect(0, 4.04, 1.3), effect(1, -0.2, -0.1), effect(4, -11.0, -7.0)])
     assert said == "; gains are off: joint 1 +4 %, joint 5 -11 %"
-    assert consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)]) == "; the gain of joint 3 is no result"
+    assert consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)]) == "; the gain of joint 3 is invalid"
     assert consequence([effect(2, -140.0, -9.0)]) == "; gains are off: joint 3 -140 %"
     assert consequence([effect(2, -14.2, -9.0)], "ratios of gains") == "; ratios of gains are off: joint 3 -14 %"
     assert "7.3 % of joint 2's current" in consequence([effect(0, 4.0, None), effect(1, 7.31, None)])

@@ -89,7 +89,7 @@ def test_the_joints_that_show_it_are_named_and_advice_is_given_where_it_is_in_do
 
 
 def test_the_weight_that_is_told_is_the_median():
-    assert "weighs 3.2 times those of its model (median of joints 1 and 2," in judged(weights(1.6, 4.8)).sentence
+    assert "masses are 3.2 times those of its model (median of joints 1 and 2," in judged(weights(1.6, 4.8)).sentence
 
 
 def test_the_limit_itself_is_no_doubt():

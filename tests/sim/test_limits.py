@@ -110,7 +110,7 @@ def fall(data):
     mujoco.mj_step(model, data)
 
 try:
-    with quiet():
+    with silenced():
         fall(mujoco.MjData(model))
         raise ZeroDivisionError
 except ZeroDivisionError:

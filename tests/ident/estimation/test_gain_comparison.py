@@ -144,7 +144,7 @@ def test_one_joint_has_no_pattern():
 @pytest.mark.parametrize(
     ("B", "words"),
     [
-        (gains([0], [2.0], [0.1], names=("a", "b", "d", "c")), "other joints: a, b, c, d against a, b, d, c"),
+        (gains([0], [2.0], [0.1], names=("a", "b", "d", "c")), "different joints: a, b, c, d against a, b, d, c"),
         (gains([2], [2.0], [0.1]), "no joint has a gain in both sets"),
         (gains([0, 1], [2.0, 3.0], [0.1, 0.0]), "joint 2: neither gain has a standard deviation"),
         (gains([0, 1], [2.0, 3.0], [0.1, 0.2], 1.0), "the covariance of the gains is singular"),

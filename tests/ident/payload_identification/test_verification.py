@@ -81,7 +81,7 @@ def a_mass(value: float, *more: Quantity) -> FoundBody:
 
 
 def test_a_mass_below_zero_beyond_doubt_is_refused():
-    with pytest.raises(NegativeMass, match=r"is -0\.31 kg, 2 sigma 0\.2 kg: .* probably swapped"):
+    with pytest.raises(NegativeMass, match=r"negative: -0\.31 kg, 2 sigma 0\.2 kg; .* probably swapped"):
         check_mass(a_mass(-0.31))
     for value in (-0.29, 0.31):  # three deviations are 0.3
         check_mass(a_mass(value))

@@ -129,5 +129,5 @@ def test_a_payload_file_that_states_something_else_is_kept_and_told(tmp_path, ca
     assert main(command) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert f"{heavy}: kept, although it differs from the scenario's payload" in text
-    assert text.count("kept;") == 1  # the light one is as it was
+    assert text.count("kept,") == 1  # the light one is as it was
     assert heavy.read_text() == measured

@@ -124,7 +124,7 @@ def test_joints_that_disagree_on_the_mass_are_named(weighed_cell, capsys):
     off(weighed_cell, 2, 2.0, "doubled.json")
     assert main(weighed(weighed_cell, gains="doubled.json")) == 0
     assert "WARNING: the joints disagree on the mass: " in (words := capsys.readouterr().out)
-    assert "joint 2 says" in words
+    assert "joint 2 alone" in words
 
 
 def test_options_that_the_gains_were_found_with_hold_until_others_are_given(weighed_cell, capsys):

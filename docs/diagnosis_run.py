@@ -196,15 +196,15 @@ def _answer(name: str, motions: Sequence[Motion], structure: Structure) -> Run:
     if all(each.payload is None for each in motions):
         logs = [each.recording for each in motions]
         checked = check(logs, structure, observing=ObserveOptions(), gains=GainOptions())
-        return Run(name=name, said=[said(each) for each in checked.found.doubts])
+        return Run(name=name, said=[said(each) for each in checked.found.findings])
     found = identify_motions(motions, structure, policy=DOUBTED)
     joints = found.estimate.joints
     return Run(
         name=name,
-        said=[said(each) for each in found.found.doubts],
+        said=[said(each) for each in found.found.findings],
         gains=[_numbers(each) if isinstance(each, IdentifiedGain) else None for each in joints],
         excluded=[(each.family, each.sentence) for each in found.found.excluded],
-        untold=list(found.found.untold),
+        untold=list(found.found.indistinguishable),
         reasons=[f"{each.joint}: {each.reason}" for each in joints if not isinstance(each, IdentifiedGain)],
     )
 
@@ -233,13 +233,13 @@ def _twin(faulty: FaultyCase, readings: Sequence[Alternative]) -> Twin | None:
         if not readings:
             return Twin(residual=before, moved=_moved(true, now))
         for each in readings:
-            if len(each.reading.logs) != len(motions):
+            if len(each.hypothesis.logs) != len(motions):
                 return Twin(residual=before, moved=_moved(true, now))
             motions = tuple(
                 replace(motion, recording=how.read(motion.recording))
-                for motion, how in zip(motions, each.reading.logs, strict=True)
+                for motion, how in zip(motions, each.hypothesis.logs, strict=True)
             )
-            arm = each.reading.of_arm(structure.arm)
+            arm = each.hypothesis.of_arm(structure.arm)
             structure = structure if arm is structure.arm else structure_of(arm)
         then, residual = solved(motions, structure)
     except (IdentificationError, np.linalg.LinAlgError):

@@ -6,7 +6,7 @@
     base       `base`            independent columns (eq. 11), `structure` what each joint sees of them
     solve      `least_squares`   with covariance (eq. 17 to 22)
     gains      `estimators`      from a `problem` to an `estimate`, `ls-2011` joint by joint (eq. 26 and 27)
-    judge      `conclusion`      `uncertainty` of the gains, `prediction` of it, `refusal`
+    judge      `identifiability`      `uncertainty` of the gains, `prediction` of it, `refusal`
 
 `identify` runs them all and checks that the data are what they are said to be. What a user needs is exported here,
 named in `__init__.pyi`, and read when it is first used. Equation numbers are those of M. Gautier and S. Briot, New

@@ -8,7 +8,7 @@ from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity, worst_firs
 from ident.diagnosis.excitation import excitation, predicted_rel_std
 from ident.diagnosis.friction_sign import friction_sign
 from ident.diagnosis.gain_symptoms import symptoms
-from ident.diagnosis.joint_limits import beyond_reach
+from ident.diagnosis.joint_limits import beyond_limits
 from ident.diagnosis.link_masses import link_mass_consistency
 from ident.diagnosis.plausibility import check_joints, check_load
 from ident.diagnosis.samples.motion import JointMotion, joint_motions
@@ -91,7 +91,7 @@ def check(
         check_joints(structure.arm, each)
     examinations = [examined(each, structure, observing) for each in recordings]
     logs = tuple(_log_read(each, structure, observing) for each in examinations)
-    found = [each for one in examinations for each in (*_said(one), *_limits(structure, one))]
+    found = [each for one in examinations for each in (*_diagnoses_of(one), *_limits(structure, one))]
     found += temperature(warmths)
     with_payload = loaded or (False,) * len(recordings)
     carried = [
@@ -102,8 +102,8 @@ def check(
         return Checked(logs=logs, found=Diagnosed(diagnoses=worst_first(found)), observing=observing)
     prepared = assembled(examinations, carried, structure, observing, gains, DOUBTED)
     if undelay:
-        prepared, said = undelayed(prepared)
-        found.append(said)
+        prepared, diagnosis = undelayed(prepared)
+        found.append(diagnosis)
     problem = prepared.problem
     found += friction_sign([Problem(structure, (motion,), gains) for motion in problem.motions], about)
     if payload is not None and about is not None and not with_payload[0]:
@@ -116,14 +116,14 @@ def check(
             check_load(estimate)
         except IdentificationError as error:
             refused = error
-    doubts = diagnose(prepared.logs(), estimate, _estimate)
-    told = joined(doubts, Diagnosed(diagnoses=tuple(found)))
+    findings = diagnose(prepared.logs(), estimate, _estimate)
+    found_all = joined(findings, Diagnosed(diagnoses=tuple(found)))
     if estimate is not None:
         weight = None if links is None else link_mass_consistency(problem, estimate, links)
-        told = joined(told, symptoms(estimate, told), more=() if weight is None else (weight,))
-    if refused is not None and told.severity is not Severity.WRONG:  # a cause is said instead of what follows from it
-        told = joined(told, more=(Diagnosis(name="load", severity=Severity.WRONG, sentence=str(refused)),))
-    return Checked(logs=logs, found=told, observing=prepared.observing)
+        found_all = joined(found_all, symptoms(estimate, found_all), more=() if weight is None else (weight,))
+    if refused is not None and found_all.severity is not Severity.WRONG:  # the cause is reported, not its effect
+        found_all = joined(found_all, more=(Diagnosis(name="load", severity=Severity.WRONG, sentence=str(refused)),))
+    return Checked(logs=logs, found=found_all, observing=prepared.observing)
 
 
 def _estimate(problem: Problem) -> GainEstimate:
@@ -142,9 +142,9 @@ def _log_read(log: Examined, structure: Structure, observing: ObserveOptions) ->
     return LogRead(recording=log.recording, motions=motions)
 
 
-def _said(log: Examined) -> list[Diagnosis]:
+def _diagnoses_of(log: Examined) -> list[Diagnosis]:
     """Everything that one log shows by itself."""
-    found = [*(each for said in log.said.values() for each in said), *log.repairs]
+    found = [*(each for own in log.diagnoses.values() for each in own), *log.repairs]
     if log.unfit is not None:
         sentence = f"it cannot be filtered: {str(log.unfit).removeprefix(f'{log.longest.name}: ')}"
         found.append(Diagnosis(name="filters", severity=Severity.WRONG, sentence=sentence, logs=(log.recording.name,)))
@@ -153,7 +153,7 @@ def _said(log: Examined) -> list[Diagnosis]:
 
 def _limits(structure: Structure, log: Examined) -> list[Diagnosis]:
     """Joints of a log that are where the model's cannot be."""
-    beyond = sorted({j for part in log.repaired for j in beyond_reach(structure.arm, part)})
+    beyond = sorted({j for part in log.repaired for j in beyond_limits(structure.arm, part)})
     if not beyond:
         return []
     listed = ", ".join(f"q{j + 1}" for j in beyond)

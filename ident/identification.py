@@ -98,11 +98,11 @@ def identify_motions(
     prepared = prepare(motions, robot, observing=observing, gains=gains, policy=policy)
     raise_for(prepared, Diagnosed())
 
-    def again(problem: Problem) -> GainEstimate:
+    def reestimate(problem: Problem) -> GainEstimate:
         return chosen.estimate(problem, wanted)
 
     try:
-        estimate = again(prepared.problem)
+        estimate = reestimate(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:
         raise_for(prepared, diagnose(prepared.logs()) if policy.doubt else Diagnosed())
@@ -110,7 +110,7 @@ def identify_motions(
             raise type(error)(f"{error}; {prepared.diagnoses[0].sentence}") from error
         raise error
     if policy.doubt:
-        found = diagnose(prepared.logs(), estimate, again)
+        found = diagnose(prepared.logs(), estimate, reestimate)
     else:
         found = lacking(prepared.problem, estimate, prepared.logs())
     found = joined(Diagnosed(diagnoses=prepared.diagnoses), found)
@@ -148,7 +148,7 @@ def _reason(wrong: Diagnosis, joint: int) -> str:
     if effect is None or effect.deviations is None:
         return wrong.sentence
     if abs(effect.percent) >= 100.0 * NO_RESULT:
-        return f"the gain is no result: {cause}"
+        return f"the gain is invalid: {cause}"
     return f"the gain is off by {two_digits(effect.percent, sign='+')} %: {cause}"
 
 

@@ -75,7 +75,7 @@ class Examined:
         recording: As logged.
         repaired: Its parts, repaired where that needs no guess.
         repairs: What was done.
-        said: What its samples show, good or not, by the name of the check.
+        diagnoses: What its samples show, good or not, by the name of the check.
         parts: Ready to be estimated from; none where the log cannot be filtered.
         unfit: Why it cannot be filtered, None where it can.
     """
@@ -83,7 +83,7 @@ class Examined:
     recording: Recording
     repaired: tuple[Recording, ...]
     repairs: tuple[Diagnosis, ...]
-    said: Mapping[str, tuple[Diagnosis, ...]]
+    diagnoses: Mapping[str, tuple[Diagnosis, ...]]
     parts: tuple[Part, ...]
     unfit: RecordingError | None
 
@@ -93,10 +93,10 @@ class Examined:
         return replace(max(self.repaired, key=lambda part: len(part.t)), name=self.recording.name)
 
     @property
-    def doubts(self) -> tuple[Diagnosis, ...]:
+    def findings(self) -> tuple[Diagnosis, ...]:
         """What spoils gains, and what was repaired."""
         done = {each.name for each in self.repairs}
-        seen = [each for name, said in self.said.items() if name not in OF_THE_MOTION for each in said]
+        seen = [each for name, found in self.diagnoses.items() if name not in OF_THE_MOTION for each in found]
         found = (each for each in seen if each.severity is not Severity.GOOD and each.name not in done)
         return (*self.repairs, *map(left_out, found))
 
@@ -175,16 +175,16 @@ def prepare(
         raise_for(prepared, diagnose(prepared.logs()))
         raise beyond
     if policy.undelay:
-        prepared, said = undelayed(prepared)
-        prepared = replace(prepared, diagnoses=worst_first([*prepared.diagnoses, said]))
+        prepared, diagnosis = undelayed(prepared)
+        prepared = replace(prepared, diagnoses=worst_first([*prepared.diagnoses, diagnosis]))
     return prepared
 
 
 def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:
     """Logs without the delay that is common to their currents, and what is said of it."""
-    delay, said = common_delay(prepared.logs())
+    delay, diagnosis = common_delay(prepared.logs())
     if not delay:
-        return prepared, said
+        return prepared, diagnosis
     observing = replace(prepared.observing, current_delay=prepared.observing.current_delay - delay)
     structure, problem = prepared.problem.structure, prepared.problem
     parts = tuple(
@@ -193,7 +193,7 @@ def undelayed(prepared: Prepared) -> tuple[Prepared, Diagnosis]:
     motions = tuple(
         replace(motion, observation=part.observation) for motion, part in zip(problem.motions, parts, strict=True)
     )
-    return replace(prepared, parts=parts, problem=replace(problem, motions=motions), observing=observing), said
+    return replace(prepared, parts=parts, problem=replace(problem, motions=motions), observing=observing), diagnosis
 
 
 def assembled(
@@ -214,19 +214,23 @@ def assembled(
         ),
         observing=observing,
         policy=policy,
-        diagnoses=worst_first([each for log in logs for each in log.doubts]),
+        diagnoses=worst_first([each for log in logs for each in log.findings]),
     )
 
 
 def examined(recording: Recording, structure: Structure, observing: ObserveOptions) -> Examined:
     """Check, repair and observe one log."""
-    said = {name: tuple(each(recording, observing)) for name, each in SAMPLE_CHECKS.items() if name not in FILTERED}
+    diagnoses = {
+        name: tuple(each(recording, observing)) for name, each in SAMPLE_CHECKS.items() if name not in FILTERED
+    }
     parts, repairs = repaired(recording, structure.arm, observing)
-    names = {each.name for found in (*said.values(), repairs) for each in found if each.severity is not Severity.GOOD}
+    names = {
+        each.name for found in (*diagnoses.values(), repairs) for each in found if each.severity is not Severity.GOOD
+    }
     found = _observed(recording, parts, structure, observing, names)
     if found.unfit is None:
-        said |= {name: tuple(SAMPLE_CHECKS[name](found.longest, observing)) for name in FILTERED}
-    return replace(found, repairs=repairs, said=said)
+        diagnoses |= {name: tuple(SAMPLE_CHECKS[name](found.longest, observing)) for name in FILTERED}
+    return replace(found, repairs=repairs, diagnoses=diagnoses)
 
 
 def trusted(recording: Recording, structure: Structure, observing: ObserveOptions) -> Examined:
@@ -245,7 +249,7 @@ def _observed(
             ready.append(Part(each, spoilt, observe(each, structure, observing, spoilt)))
     except RecordingError as error:
         unfit, ready = error, []
-    return Examined(recording=recording, repaired=parts, repairs=(), said={}, parts=tuple(ready), unfit=unfit)
+    return Examined(recording=recording, repaired=parts, repairs=(), diagnoses={}, parts=tuple(ready), unfit=unfit)
 
 
 def _out_of_reach(recordings: Sequence[Recording], arm: Arm) -> RecordingError | None:
@@ -301,5 +305,5 @@ def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:
     return Diagnosed(
         diagnoses=worst_first([*(each for part in parts for each in part.diagnoses), *more]),
         excluded=tuple(each for part in parts for each in part.excluded),
-        untold=tuple(each for part in parts for each in part.untold),
+        indistinguishable=tuple(each for part in parts for each in part.indistinguishable),
     )

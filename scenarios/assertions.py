@@ -74,7 +74,7 @@ def _checked(seeds: Iterable[int]) -> list[int]:
     if not checked:
         raise TooFewSeeds("give at least one seed")
     if len(set(checked)) < len(checked):
-        raise TooFewSeeds("a seed is given twice; a repeated trial is no second one")
+        raise TooFewSeeds("a seed is given twice; a repeated trial adds no information")
     return checked
 
 

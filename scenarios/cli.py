@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if foreign is not None:
             complain(foreign)
             return Status.BAD_INPUT
-        complain(f"{type(error).__name__}: {error}: nobody foresaw this; please report it ({TRACEBACK}=1 shows where)")
+        complain(f"{type(error).__name__}: {error}: internal error; please report it ({TRACEBACK}=1 shows where)")
         return Status.UNFORESEEN
 
 

@@ -13,7 +13,7 @@ from sim.compile import compiler_reason, mount_payload
 from sim.errors import ModelFileError
 from sim.model_spec import full_spec
 from sim.plant import PayloadBody, Plant
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 PLANE = mujoco.mjtGeom.mjGEOM_PLANE
 
@@ -43,7 +43,7 @@ class Clearance:
     but the first, which stands on them.
     """
 
-    @quiet()
+    @silenced()
     def __init__(self, plant: Plant, margin: float, solids: Sequence[Solid] | None = None) -> None:
         """Prepare the model.
 

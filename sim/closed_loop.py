@@ -18,7 +18,7 @@ Advanced = Callable[[float], None]
 """Is told how many seconds of motion have been simulated since the last time, of all simulations together [s]."""
 
 
-def unheard(seconds: float) -> None:
+def no_progress(seconds: float) -> None:
     """What nobody listens to."""
 
 
@@ -42,7 +42,7 @@ def closed_loop(
     sensors: Sequence[SensorOptions],
     streams: Sequence[NoiseStreams],
     *,
-    advanced: Advanced = unheard,
+    advanced: Advanced = no_progress,
 ) -> LoopLog:
     """Run B simulations to the end of their motions.
 

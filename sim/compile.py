@@ -23,7 +23,7 @@ from sim.effects.wrist_coupling import coupling_tendons
 from sim.errors import ModelFileError
 from sim.model_spec import full_spec, lean_spec
 from sim.plant import PayloadBody, Plant
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 FRICTION_SOLREF = (2.0, 1.0)
 """Time constant in steps, the stiffest that MuJoCo takes, and damping ratio."""
@@ -31,7 +31,7 @@ FRICTION_SOLIMP = (0.99, 0.999, 0.001, 0.5, 2.0)
 """Impedance near 1: 1 % of a friction torque is needed to hold a joint, instead of MuJoCo's default 10 %."""
 
 
-@quiet()
+@silenced()
 def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
     """Compile a plant, with its payload or with a bare flange; with all its shapes, to be looked at.
 
@@ -50,7 +50,7 @@ def plant_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) ->
     return _compiled(full_spec, plant, loaded=loaded, step=step, earlier=earlier)
 
 
-@quiet()
+@silenced()
 def lean_model(plant: Plant, *, loaded: bool, step: float, earlier: int = 0) -> mujoco.MjModel:
     """As `plant_model`, without shapes: bit for bit the same motion in less time."""
     return _compiled(lean_spec, plant, loaded=loaded, step=step, earlier=earlier)
@@ -79,7 +79,7 @@ def _compiled(
     return model
 
 
-@quiet()
+@silenced()
 def bare_arm(
     mjcf: Path, rotor_inertia: Array, flange: str | None = None, payload: PayloadBody | None = None
 ) -> mujoco.MjModel:
@@ -119,7 +119,7 @@ def mount_payload(spec: mujoco.MjSpec, payload: PayloadBody | None) -> mujoco.Mj
     return body
 
 
-@quiet()
+@silenced()
 def resting(plant: Plant, model: mujoco.MjModel, q: Array) -> Array:
     """Positions of all joints at rest with the driven ones, which stand last, at q.
 

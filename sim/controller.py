@@ -19,7 +19,7 @@ from ident.support.ranges import refuse_outside
 from sim.compile import bare_arm
 from sim.drives import LARGEST
 from sim.errors import ControllerError
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 from sim.trajectory import FourierTrajectory
 
 TABLES_KEPT = 16
@@ -82,7 +82,7 @@ class ControllerBelief:
                 f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected one a joint"
             )
         if not all(self.gain):
-            raise ControllerError(f"controller: gain {list(self.gain)} has a zero, which commands nothing")
+            raise ControllerError(f"controller: gain {list(self.gain)} has a zero; expected nonzero gains")
         if not all(abs(gain) <= LARGEST for gain in self.gain) or not all(
             0 <= x <= LARGEST for x in self.rotor_inertia
         ):
@@ -153,7 +153,7 @@ def tuned(belief: ControllerBelief, trajectory: FourierTrajectory, options: Cont
     )
 
 
-@quiet()
+@silenced()
 def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> Array:
     """Joint torques of a frictionless arm and its rotors [N m], shape (N, n)."""
     data, torque = mujoco.MjData(model), np.empty_like(q)
@@ -164,7 +164,7 @@ def inverse_dynamics(model: mujoco.MjModel, q: Array, dq: Array, ddq: Array) -> 
     return torque
 
 
-@quiet()
+@silenced()
 def _mean_inertia(model: mujoco.MjModel, q: Array) -> Array:
     """Mean diagonal of the inertia matrix over some positions [kg m^2], shape (n,)."""
     data, M, total = mujoco.MjData(model), np.empty((model.nv, model.nv)), np.zeros(model.nv)

@@ -24,18 +24,20 @@ def fault(e: Experiment, model: mujoco.MjModel, q: Array, v: Array, *, unstable:
         unstable: Whether MuJoCo met a bad state.
     """
     if unstable or not np.isfinite(q).all():
-        return Diverged(f"{e.name}: the simulation diverged; use a smaller step, a softer controller, a possible plant")
+        return Diverged(
+            f"{e.name}: the simulation diverged; use a smaller step or a softer controller, and check the plant"
+        )
     return _saturated(e, model, v) or _left_range(e, model, q)
 
 
 def _saturated(e: Experiment, model: mujoco.MjModel, v: Array) -> Saturated | None:
     rate, limit = e.controller.rate_hz, e.plant.drives.current_limit
-    stood = first_at_limit(v, limit, rate)
-    if stood is None:
+    first = first_at_limit(v, limit, rate)
+    if first is None:
         return None
     return Saturated(
-        f"{e.name}: drive of {model.joint(stood.joint).name} at its limit of {limit[stood.joint]:g} for more than "
-        f"{SATURATED_TOO_LONG:g} s from t = {stood.time:.3f} s; "
+        f"{e.name}: drive of {model.joint(first.joint).name} at its limit of {limit[first.joint]:g} for more than "
+        f"{SATURATED_TOO_LONG:g} s from t = {first.time:.3f} s; "
         + ("use a lighter payload or a slower motion" if e.loaded else "check motion, controller and gains")
     )
 

@@ -60,7 +60,7 @@ class States:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Needed:
+class _Feedforward:
     """Currents of a motion [drive units], shape (N, n), and how warm they leave the drives [K], shape (n,)."""
 
     v: Array
@@ -75,7 +75,7 @@ class _Rubbing:
     acts: Varied
 
 
-def needed_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[Array]:
+def feedforward_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[Array]:
     """The currents that the motions of experiments need.
 
     Args:
@@ -95,9 +95,9 @@ def needed_currents(experiments: Sequence[Experiment], rate_hz: float) -> list[A
     for i, experiment in enumerate(experiments):
         before = _warmed_up(experiment, rate_hz) if starts_warm(experiment) else warmth_before(experiments, i, ended)
         assert not isinstance(before, SimulationError), "none is kept"
-        needed = _needed(experiment, rate_hz, np.zeros(experiment.plant.robot.n) if before is None else before)
-        ended[i] = needed.warmth
-        found.append(needed.v)
+        result = _feedforward(experiment, rate_hz, np.zeros(experiment.plant.robot.n) if before is None else before)
+        ended[i] = result.warmth
+        found.append(result.v)
     return found
 
 
@@ -105,11 +105,11 @@ def _warmed_up(experiment: Experiment, rate_hz: float) -> Array:
     """Temperature rise after a warm-up [K], shape (n,), by the midpoint rule of `sim.sequence`."""
     motion, warmth = warming_motion(experiment), np.zeros(experiment.plant.robot.n)
     for share in (0.5, 1.0):
-        warmth = after_warm_up(motion, _needed(motion, rate_hz, warmth).v, share)
+        warmth = after_warm_up(motion, _feedforward(motion, rate_hz, warmth).v, share)
     return warmth
 
 
-def _needed(experiment: Experiment, rate_hz: float, warmth: Array) -> _Needed:
+def _feedforward(experiment: Experiment, rate_hz: float, warmth: Array) -> _Feedforward:
     plant, drives = experiment.plant, experiment.plant.drives
     states = states_of(experiment.trajectory, rate_hz)
     rubbing = _rubbing_of(experiment)
@@ -126,9 +126,11 @@ def _needed(experiment: Experiment, rate_hz: float, warmth: Array) -> _Needed:
         tau = rigid + _beside(rubbing.acts, states, v, rigid, warm)
         v = drives.amplifier_offset + (tau + drives.coulomb_asymmetry) / drives.gain
         if steady or np.abs(v - before).max() <= SETTLED * np.abs(v).max():
-            return _Needed(v, warmed(v)[-1])
+            return _Feedforward(v, warmed(v)[-1])
         before = v
-    raise NoCurrent(f"{experiment.name}: no current moves the arm: friction grows with it by as much as it gives")
+    raise NoCurrent(
+        f"{experiment.name}: no current moves the arm: load-dependent friction is at least the drive torque"
+    )
 
 
 @lru_cache(maxsize=MOTIONS_KEPT)

@@ -10,7 +10,7 @@ from sim.compile import compiler_reason
 from sim.errors import ModelFileError
 from sim.model_spec import full_spec
 from sim.robot import Robot
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 NAMES = ("flange", "attachment_site", "attachment", "tool0", "ee_link")
 """What sites and bodies at a flange are called, the first that is there counts."""
@@ -32,7 +32,7 @@ class Flange:
     name: str
 
 
-@quiet()
+@silenced()
 def flange_of(robot: Robot) -> Flange:
     """The flange of an arm.
 

@@ -46,8 +46,8 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
             )
         if any(joint.stiffness):
             raise ModelFileError(
-                f"joint {joint.name} has a spring, stiffness = {joint.stiffness[0]:g}, that identification does not "
-                "know of; remove it"
+                f"joint {joint.name} has a spring, stiffness = {joint.stiffness[0]:g}, which "
+                "identification does not model; remove it"
             )
     _default_options(spec)
 

@@ -33,8 +33,8 @@ def drop_missing_meshes(spec: mujoco.MjSpec, path: Path) -> tuple[str, ...]:
         link = shape.parent
         if from_shapes and not link.explicitinertial and _moves(link):
             raise ModelFileError(
-                f"link {link.name!r} has its inertia from the mesh {missing[shape.meshname].file!r}, which is not "
-                "there; put the file there, or state an inertial"
+                f"link {link.name!r} has its inertia from the mesh {missing[shape.meshname].file!r}, "
+                "which does not exist; add the file, or state an inertial"
             )
         spec.delete(shape)
     files = tuple(mesh.file for mesh in missing.values())

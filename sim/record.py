@@ -10,7 +10,7 @@ import numpy as np
 
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from sim.closed_loop import Advanced, closed_loop, unheard
+from sim.closed_loop import Advanced, closed_loop, no_progress
 from sim.compile import lean_model, resting
 from sim.controller import Controller, tuned
 from sim.engine import Engine, Simulation
@@ -21,12 +21,16 @@ from sim.plant import Layout, layout
 from sim.sensors import check_rate, logged, noise_streams
 from sim.sensors.effect import NoiseStreams
 from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before, waves
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 from sim.varying import varied
 
 
 def record(
-    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int, advanced: Advanced = unheard
+    experiments: Sequence[Experiment],
+    streams: Sequence[NoiseStreams],
+    *,
+    threads: int,
+    advanced: Advanced = no_progress,
 ) -> list[Recording]:
     """Run experiments, in one batch those that can share one.
 
@@ -51,7 +55,11 @@ def record(
 
 
 def try_record(
-    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int, advanced: Advanced = unheard
+    experiments: Sequence[Experiment],
+    streams: Sequence[NoiseStreams],
+    *,
+    threads: int,
+    advanced: Advanced = no_progress,
 ) -> list[Recording | SimulationError]:
     """As `record`, but a run that fails is returned as its error and the others are kept."""
     outcomes = dict(each_record(experiments, streams, threads=threads, advanced=advanced))
@@ -59,7 +67,11 @@ def try_record(
 
 
 def each_record(
-    experiments: Sequence[Experiment], streams: Sequence[NoiseStreams], *, threads: int, advanced: Advanced = unheard
+    experiments: Sequence[Experiment],
+    streams: Sequence[NoiseStreams],
+    *,
+    threads: int,
+    advanced: Advanced = no_progress,
 ) -> Iterator[tuple[int, Recording | SimulationError]]:
     """As `try_record`, one outcome at a time with the number of its experiment, for whoever does not keep them all.
 
@@ -103,7 +115,7 @@ def _warm(
                 ready.append((i, _prepared(motion, noise_streams(np.random.default_rng(0)), models, warmth)))
             except PlantError as error:
                 found[i] = error
-        for i, run, log in _run_all(ready, threads, unheard):
+        for i, run, log in _run_all(ready, threads, no_progress):
             found[i] = log if isinstance(log, SimulationError) else after_warm_up(run.experiment, log.v, share)
     return found
 
@@ -168,7 +180,7 @@ def _run_all(
 
 
 def _run_batch(runs: Sequence[_Run], threads: int, advanced: Advanced) -> Iterator[_Done | SimulationError]:
-    with quiet():
+    with silenced():
         engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
         log = closed_loop(
             engine,

@@ -15,7 +15,7 @@ from ident.support.arrays import Array
 from sim.controller import inverse_dynamics
 from sim.effects.wrist_coupling import coupling_tendons
 from sim.errors import LooseTransmission
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 from sim.trajectory import FourierTrajectory
 
 SAMPLES_PER_HARMONIC = 20
@@ -73,7 +73,7 @@ def torque_along(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Ar
     return CubicSpline(coarse, closed, bc_type="periodic")(t)
 
 
-@quiet()
+@silenced()
 def inertias(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Array:
     """Inertia matrix of the driven joints along a motion; links behind a transmission count for themselves.
 
@@ -121,7 +121,7 @@ def _rates(q: Array, duration: float) -> tuple[Array, Array]:
     return np.fft.irfft(rate * spectrum, len(q), axis=0), np.fft.irfft(rate**2 * spectrum, len(q), axis=0)
 
 
-@quiet()
+@silenced()
 def _own_stiffness(model: mujoco.MjModel, free: int) -> Array:
     """Torque per angle that a joint's own springs hold it with [N m/rad], shape (free,)."""
     data, stiffness = mujoco.MjData(model), np.empty(free)
@@ -136,7 +136,7 @@ def _own_stiffness(model: mujoco.MjModel, free: int) -> Array:
         stiffness[k] = (forces[0] - forces[1]) / PROBE
     if not stiffness.all():
         raise LooseTransmission(
-            f"joint {int(np.argmin(np.abs(stiffness))) + 1} hangs loose in its backlash, so that no current holds it "
-            "where the motion wants it; simulate the motion"
+            f"joint {int(np.argmin(np.abs(stiffness))) + 1} is inside its backlash gap, so no current "
+            "holds its position; simulate the motion instead"
         )
     return stiffness

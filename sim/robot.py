@@ -108,6 +108,6 @@ class Robot:
             raise RobotError(f"robot {self.name}: coupling: a motor turns with one other joint; one is named twice")
         if self.gravity_spring is not None and not 0 <= self.gravity_spring.joint < self.n - 1:
             raise RobotError(
-                f"robot {self.name}: gravity_spring helps joint {self.gravity_spring.joint + 1}: expected one of its "
-                f"first {self.n - 1} joints"
+                f"robot {self.name}: gravity_spring acts on joint {self.gravity_spring.joint + 1}: "
+                f"expected one of its first {self.n - 1} joints"
             )

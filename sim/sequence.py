@@ -71,8 +71,8 @@ def warmth_before(
         return None
     if i == 0 or experiments[i - 1].earlier != experiment.earlier - 1 or i - 1 not in ended:
         raise SequenceError(
-            f"{experiment.name}: motion {experiment.earlier + 1} of a robot whose drives warm up, but the experiment "
-            "before it is not the motion before it; hand over all of them in order of time"
+            f"{experiment.name}: motion {experiment.earlier + 1}: drives warm up, but the preceding "
+            "motion is missing; pass all motions in order of time"
         )
     before = ended[i - 1]
     if isinstance(before, SimulationError):

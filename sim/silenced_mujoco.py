@@ -7,7 +7,7 @@ import mujoco
 
 
 @contextmanager
-def quiet() -> Generator[None]:
+def silenced() -> Generator[None]:
     """Without MuJoCo's lines on stderr and in `MUJOCO_LOG.TXT`, whatever thread they come from; also a decorator."""
     before, config = mujoco.MjLogConfig.get(), mujoco.MjLogConfig.get()
     config.logto_console = config.logto_file = False

@@ -8,13 +8,13 @@ from sim.effects import ModelErrors
 from sim.errors import Saturated
 from sim.experiment import Experiment
 from sim.faults import SATURATED_TOO_LONG, first_at_limit
-from sim.feedforward_currents import needed_currents
+from sim.feedforward_currents import feedforward_currents
 
 RATE = 100.0
 """Samples a second; ten make the time that is too long at a limit [Hz]."""
 
 
-def check_bearable(experiments: Sequence[Experiment]) -> None:
+def check_torque_limits(experiments: Sequence[Experiment]) -> None:
     """Check that no drive needs its largest current for long, on an arm without model errors.
 
     Raises:
@@ -22,7 +22,7 @@ def check_bearable(experiments: Sequence[Experiment]) -> None:
         PlantError: If a plant cannot be compiled.
     """
     sound = [replace(e, plant=replace(e.plant, errors=ModelErrors())) for e in experiments]
-    for e, v in zip(experiments, needed_currents(sound, RATE), strict=True):
+    for e, v in zip(experiments, feedforward_currents(sound, RATE), strict=True):
         drives, robot = e.plant.drives, e.plant.robot
         over = first_at_limit(v, drives.current_limit, RATE)
         if over is None:

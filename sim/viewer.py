@@ -19,7 +19,7 @@ from sim.compile import mount_payload
 from sim.errors import ADVICE, ModelFileError, NoPicture
 from sim.experiment import Experiment
 from sim.model_spec import full_spec
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 BESIDE = 1.3
 """Distance of neighbouring arms, in shares of an arm's reach."""
@@ -52,7 +52,7 @@ class Scene:
         mujoco.mj_kinematics(self.model, data)
 
 
-@quiet()
+@silenced()
 def scene(experiments: Sequence[Experiment]) -> Scene:
     """Put the arms of some experiments side by side, from left to right in their order.
 
@@ -143,7 +143,7 @@ def pictures(shown: Scene, times: Sequence[float], *, width: int, height: int) -
         renderer = mujoco.Renderer(model, height, width)
     except Exception as error:  # each OpenGL has errors of its own, from AttributeError to FatalError
         raise NoPicture(
-            f"no OpenGL to draw with ({type(error).__name__} {str(error).partition(chr(10))[0]}); {ADVICE}"
+            f"no OpenGL for rendering ({type(error).__name__} {str(error).partition(chr(10))[0]}); {ADVICE}"
         ) from error
     camera = overview(shown, width / height)
     with renderer:

@@ -36,7 +36,7 @@ MODULES = {
             "estimation.estimators",
             "estimation.problem",
             "estimation.rows",
-            "estimation.conclusion",
+            "estimation.identifiability",
             "estimation.joint_by_joint.joint_fit",
             "estimation.uncertainty",
             "estimation.prediction",

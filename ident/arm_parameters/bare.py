@@ -93,8 +93,8 @@ def gain_ratios(problem: Problem, options: AllJointsOptions) -> BareArm:
     given = rel_std <= most
     if given.sum() < 2:
         raise NotIdentifiable(
-            "bare motions give no ratio of gains: no two joints share links that these motions show; move more joints "
-            "at once, or mount a payload"
+            "bare motions determine no ratio of gains: no two joints excite a common link parameter; "
+            "move more joints at once, or mount a payload"
         )
     ratios = GainRatios(reference=best, value=h[best] / h, rel_std=rel_std, given=given, max_rel_std=most)
     _check_size(ratios)
@@ -140,9 +140,10 @@ def _check_size(ratios: GainRatios) -> None:
     for joint in np.flatnonzero(ratios.given):
         if abs(np.log(np.abs(ratios.value[joint]))) > np.log(RUNAWAY):
             raise NotIdentifiable(
-                f"the gain of joint {joint + 1} ran away from that of joint {ratios.reference + 1}, to "
-                f"{ratios.value[joint]:.2g} times its size: the model does not hold for joint {joint + 1}; look at its "
-                "coupling, its friction and its unit, or let data choose the friction"
+                f"the gain of joint {joint + 1} diverged from that of joint {ratios.reference + 1}, to "
+                f"{ratios.value[joint]:.2g} times its size: the model does not hold for joint "
+                f"{joint + 1}; check its coupling, friction and unit, or let the data select the friction "
+                "law"
             )
 
 

@@ -37,7 +37,7 @@ MASS = INERTIAL.index("M")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DrawnLinks:
+class ModelLinks:
     """Links as a model file draws them, parameters at the frames of an `Arm`.
 
     Attributes:
@@ -72,35 +72,37 @@ class FoundLinks:
     names: tuple[str, ...]
 
 
-def nearest_links(base: BaseParameters, found: Sequence[Parameter], covariance: Array, drawn: DrawnLinks) -> FoundLinks:
+def nearest_links(
+    base: BaseParameters, found: Sequence[Parameter], covariance: Array, nominal: ModelLinks
+) -> FoundLinks:
     """The links nearest to those drawn that bodies can have and that data allow.
 
     Args:
         base: Of the arm.
         found: Base parameters that data show, in SI, friction and offsets left out.
         covariance: Of their values, shape (k, k).
-        drawn: The model's links.
+        nominal: The model's links.
 
     Raises:
         NoBody: If a link as drawn is none.
     """
-    n = len(drawn.own)
-    _check_bodies(drawn)
+    n = len(nominal.own)
+    _check_bodies(nominal)
     rows = [base.names.index(each.name) for each in found]
     K, b, information = base.regrouping[rows], np.array([each.value for each in found]), _information(covariance)
     link = len(STANDARD) * np.arange(n)[:, None] + np.arange(len(INERTIAL))  # columns (n, 10)
     motors = _shown_motors(base, K)
     free, own = np.concatenate((link.ravel(), motors)), slice(10 * n)
-    stated = np.array([drawn.motor[c // len(STANDARD)] if c < len(STANDARD) * n else 0.0 for c in motors])
-    start = np.concatenate((drawn.own.ravel(), _positive(base, motors, found, drawn, stated)))
-    centre = np.concatenate((drawn.own.ravel(), stated))
-    M = K[:, free].T @ information @ K[:, free] + _prior(drawn.own, stated)
-    known = K[:, link.ravel()] @ drawn.carried.ravel()
+    stated = np.array([nominal.motor[c // len(STANDARD)] if c < len(STANDARD) * n else 0.0 for c in motors])
+    start = np.concatenate((nominal.own.ravel(), _positive(base, motors, found, nominal, stated)))
+    centre = np.concatenate((nominal.own.ravel(), stated))
+    M = K[:, free].T @ information @ K[:, free] + _prior(nominal.own, stated)
+    known = K[:, link.ravel()] @ nominal.carried.ravel()
     wanted = centre + _solved(M, K[:, free].T @ (information @ (b - known - K[:, free] @ centre)))
     least = np.zeros(len(free))
-    least[own] = LEFT * drawn.own.ravel()  # what is more than that has to be a body
+    least[own] = LEFT * nominal.own.ravel()  # what is more than that has to be a body
     x = least + nearest_possible(_bodies(n, len(motors)), wanted - least, M, start - least)
-    motor, motor_found = drawn.motor.copy(), np.isin(len(STANDARD) * np.arange(n) + len(INERTIAL), motors)
+    motor, motor_found = nominal.motor.copy(), np.isin(len(STANDARD) * np.arange(n) + len(INERTIAL), motors)
     motor[motor_found] = x[10 * n :][: int(motor_found.sum())]
     return FoundLinks(
         own=x[own].reshape(n, 10),
@@ -111,12 +113,13 @@ def nearest_links(base: BaseParameters, found: Sequence[Parameter], covariance: 
     )
 
 
-def _check_bodies(drawn: DrawnLinks) -> None:
-    for j, chi in enumerate(drawn.own):
+def _check_bodies(nominal: ModelLinks) -> None:
+    for j, chi in enumerate(nominal.own):
         if chi[MASS] <= 0.0 or np.linalg.eigvalsh(pseudo_inertia(chi))[0] <= 0.0:
             raise NoBody(
-                f"link {j + 1} of the model is no body (its mass is {chi[MASS]:.3g} kg, or its moments of inertia "
-                "cannot be those of any); nothing says what links without data are near to"
+                f"link {j + 1} of the model is not physically consistent (its mass is {chi[MASS]:.3g} kg, "
+                "or its moments of inertia cannot be those of any); it cannot be the prior of links "
+                "without data; correct the model"
             )
 
 
@@ -127,11 +130,11 @@ def _shown_motors(base: BaseParameters, K: Array) -> Indices:
 
 
 def _positive(
-    base: BaseParameters, motors: Indices, found: Sequence[Parameter], drawn: DrawnLinks, stated: Array
+    base: BaseParameters, motors: Indices, found: Sequence[Parameter], nominal: ModelLinks, stated: Array
 ) -> Array:
     """Positive inertia of motors to begin with: what was found by itself, what the model states, or what is usual."""
     value = {each.name: max(each.value, each.std) for each in found}
-    usual = float(np.mean(drawn.own[:, [0, 3, 5]]))
+    usual = float(np.mean(nominal.own[:, [0, 3, 5]]))
     return np.array([value.get(base.labels[c], size or usual) for c, size in zip(motors, stated, strict=True)])
 
 

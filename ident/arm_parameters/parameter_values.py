@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.all_joints.columns import shared_parameters
-from ident.estimation.all_joints.selection import Rival, Selected
+from ident.estimation.all_joints.selection import AlternativeModel, Selected
 from ident.estimation.all_joints.solution import Fitted
 from ident.estimation.fixed_gains import gain_covariance, own_beliefs
 from ident.estimation.known_gains import KnownGains
@@ -91,7 +91,7 @@ def _std(C: Array) -> Array:
     return np.sqrt(np.maximum(np.diag(C), 0.0))
 
 
-def _rival(each: Rival) -> Array:
+def _rival(each: AlternativeModel) -> Array:
     """What a rival changes of the shared parameters; both have them in the same order, compliance last."""
     one, other = each.final.fit.found.theta, each.other.fit.found.theta
     size = min(len(one), len(other))
@@ -123,7 +123,7 @@ def friction_values(
     return tuple(found)
 
 
-def _rival_friction(each: Rival, joint: int, final: Fitted) -> Array:
+def _rival_friction(each: AlternativeModel, joint: int, final: Fitted) -> Array:
     """What a rival changes of a joint's own columns in the final fit, by their names.
 
     Zero for what only one of the two has: the two forms of load friction are no two values of one number, and joints

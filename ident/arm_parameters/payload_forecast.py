@@ -20,7 +20,7 @@ from ident.payload.payload import Payload
 from ident.support.arrays import Array
 from ident.support.errors import NotIdentifiable
 
-UNKNOWN = "its gain is neither given nor shown beside one that is, so that nothing says what the payload's torque is"
+UNKNOWN = "its gain is neither given nor identifiable relative to a given one, so the payload's torque is unknown"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +38,7 @@ class ExpectedGain:
     reason: str | None
 
 
-def expected_if_loaded(
+def forecast_gains(
     problem: Problem, options: AllJointsOptions, payload: Payload, in_si: BareArm, gains: KnownGains, ratios: GainRatios
 ) -> tuple[ExpectedGain, ...]:
     """What to expect of every gain if bare motions were repeated with a payload.
@@ -55,9 +55,13 @@ def expected_if_loaded(
         NotIdentifiable: If nothing of the payload is known, or it puts no torque on any joint.
     """
     if payload.known == "none":
-        raise NotIdentifiable("nothing of the payload that would be mounted is known, so that it sets no scale")
+        raise NotIdentifiable(
+            "no parameter of the payload to be mounted is known, so it determines no gain; give its mass"
+        )
     gain = 1.0 / in_si.selected.final.fit.found.h
-    loaded = tuple(ObservedMotion(as_if_loaded(each.observation, payload, gain), payload) for each in problem.motions)
+    loaded = tuple(
+        ObservedMotion(with_payload_torque(each.observation, payload, gain), payload) for each in problem.motions
+    )
     estimate = all_joints_gains(replace(problem, motions=(*problem.motions, *loaded)), options)
     beside = bool(ratios.given[gains.joints].any())
     found = list[ExpectedGain]()
@@ -71,7 +75,7 @@ def expected_if_loaded(
     return tuple(found)
 
 
-def as_if_loaded(observation: Observation, payload: Payload, gain: Array) -> Observation:
+def with_payload_torque(observation: Observation, payload: Payload, gain: Array) -> Observation:
     """A bare motion's rows with the torque of a payload on top.
 
     Args:

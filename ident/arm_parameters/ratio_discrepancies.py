@@ -9,7 +9,7 @@ from ident.estimation.known_gains import KnownGains
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OffRatio:
+class RatioDiscrepancy:
     """A gain beside what another joint says of it, against gains believed beforehand.
 
     Attributes:
@@ -23,7 +23,7 @@ class OffRatio:
     std: float
 
 
-def off_ratios(ratios: GainRatios, believed: KnownGains) -> tuple[OffRatio, ...]:
+def ratio_discrepancies(ratios: GainRatios, believed: KnownGains) -> tuple[RatioDiscrepancy, ...]:
     """Ratios of gains against those of gains believed beforehand; none if the reference has no such gain.
 
     Args:
@@ -34,11 +34,11 @@ def off_ratios(ratios: GainRatios, believed: KnownGains) -> tuple[OffRatio, ...]
     if ratios.reference not in at:
         return ()
     r, C = at[ratios.reference], believed.log_covariance
-    found = list[OffRatio]()
+    found = list[RatioDiscrepancy]()
     for joint, k in at.items():
         if joint != ratios.reference and ratios.given[joint]:
             share = float(ratios.value[joint] / (believed.value[k] / believed.value[r]))
             spread = float(C[k, k] + C[r, r] - 2.0 * C[k, r])
             std = abs(share) * float(np.sqrt(ratios.rel_std[joint] ** 2 + max(spread, 0.0)))
-            found.append(OffRatio(joint=joint, rel=share - 1.0, std=std))
+            found.append(RatioDiscrepancy(joint=joint, rel=share - 1.0, std=std))
     return tuple(found)

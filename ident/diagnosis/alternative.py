@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ident.diagnosis.hypothesis import Reading
+from ident.diagnosis.hypothesis import Hypothesis
 from ident.support.arrays import Array
 
 SAME_PARAMETER = {"sign": "zero", "current sign": "current scale"}
@@ -27,7 +27,7 @@ class Alternative:
         words: What the fault would be, as `zero of q2 off by +4 degrees in loaded.csv alone`.
         joints: Joints that it is about, from 0; none where it is about all.
         logs: Logs that it is about, from 0.
-        reading: How to read them.
+        hypothesis: How to read them.
         advice: What to do if it is so.
         value: Size of the fault, None where it has none.
         unit: Of the size.
@@ -39,7 +39,7 @@ class Alternative:
     words: str
     joints: tuple[int, ...]
     logs: tuple[int, ...]
-    reading: Reading
+    hypothesis: Hypothesis
     advice: str
     value: float | None = None
     unit: str | None = None
@@ -68,7 +68,7 @@ class Term:
     at_fault: bool
 
 
-class Told(NamedTuple):
+class DirectionMessage(NamedTuple):
     """What an alternative of some size says: in words, what to do, and its size, None where it has none."""
 
     words: str
@@ -119,7 +119,7 @@ class Direction:
         """Whether values of its parameters, shape (m,), are such that the first order is to be believed of them."""
         return bool((np.abs(value) <= self.largest).all())
 
-    def told(self, value: Array, names: Sequence[str]) -> Told:
+    def message(self, value: Array, names: Sequence[str]) -> DirectionMessage:
         """What it says with values of its parameters.
 
         Args:
@@ -128,10 +128,10 @@ class Direction:
         """
         if self.alternative is not None:
             found = self.alternative(value)
-            return Told(found.words, found.advice, found.value)
+            return DirectionMessage(found.words, found.advice, found.value)
         assert self.term is not None, "one of both"
         words = in_logs(self.term.words(value), self.logs, names)
-        return Told(words, self.term.advice, float(value[0]) * self.scale if len(value) == 1 else None)
+        return DirectionMessage(words, self.term.advice, float(value[0]) * self.scale if len(value) == 1 else None)
 
 
 def scopes(logs: int) -> list[tuple[int, ...]]:

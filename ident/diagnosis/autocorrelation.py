@@ -9,8 +9,8 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.cautious import cautious
 from ident.estimation.uncertainty.classical import classical
+from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
 
 MUCH = 2.0
 """Ratio of standard deviations from which on it is said; the largest of six reaches 1.8 on residuals that are white."""
@@ -28,7 +28,7 @@ def autocorrelation(estimate: GainEstimate) -> Diagnosis | None:
     plain = np.diag(classical(solution.rows, solution.influence, options.serial_s))
     claimed = np.diag(estimate.covariance)
     if options.uncertainty == UNAWARE:
-        claimed = np.diag(cautious(solution.rows, solution.influence, options.serial_s))
+        claimed = np.diag(max_of_classical_and_jackknife(solution.rows, solution.influence, options.serial_s))
     ratio = np.sqrt(np.divide(claimed, plain, out=np.ones(len(plain)), where=plain > 0.0))
     worst = max(known, key=lambda j: ratio[place[j]])
     size = float(ratio[place[worst]])

@@ -30,7 +30,7 @@ def common_delay(logs: Logs) -> tuple[float, Diagnosis]:
     own = [each for each in seen.directions if each.family == NAME and _is_common(each.joints, each.logs, logs)]
     limits = [size for each in own if (size := bound(seen.logs.model.fits, each)) is not None]
     shown = f"delays beyond {1e3 * limits[0]:.2g} ms are excluded" if limits else "these logs exclude no delay"
-    return 0.0, _said(f"the currents are not found to be logged late or early; {shown}", Severity.GOOD)
+    return 0.0, _delay_diagnosis(f"no delay of the currents detected; {shown}", Severity.GOOD)
 
 
 def _believed(first: Fault, logs: Logs) -> tuple[float, Diagnosis]:
@@ -38,10 +38,12 @@ def _believed(first: Fault, logs: Logs) -> tuple[float, Diagnosis]:
     assert isinstance(first.found, Compared), "a fault of the logs"
     found = first.found.alternative
     if found.family != NAME or found.value is None or not _is_common(found.joints, found.logs, logs):
-        return 0.0, _said(f"no delay of all currents is corrected, for another fault comes first: {found.words}")
+        return 0.0, _delay_diagnosis(f"delay not corrected, because another fault comes first: {found.words}")
     if first.rivals:
         rivals = " or ".join(first.rival_words)
-        return 0.0, _said(f"no delay is corrected: {found.words}, but these logs cannot tell that from: {rivals}")
+        return 0.0, _delay_diagnosis(
+            f"delay not corrected: {found.words}, which these logs cannot distinguish from: {rivals}"
+        )
     way, std = "late" if found.value > 0.0 else "early", first.found.std
     size = f"{abs(found.value):.2g}" if std is None else _rounded(abs(found.value), std)
     return 1e-3 * found.value, Diagnosis(
@@ -55,7 +57,7 @@ def _believed(first: Fault, logs: Logs) -> tuple[float, Diagnosis]:
     )
 
 
-def _said(sentence: str, severity: Severity = Severity.WEAK) -> Diagnosis:
+def _delay_diagnosis(sentence: str, severity: Severity = Severity.WEAK) -> Diagnosis:
     return Diagnosis(name=NAME, severity=severity, sentence=sentence, asked=True)
 
 

@@ -18,48 +18,48 @@ from ident.diagnosis.effects import Estimate, between, consequence, severity_of
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
 from ident.diagnosis.estimate_model import Stated, stated
-from ident.diagnosis.exclusions import centres_excluded, exclusions, untold
+from ident.diagnosis.exclusions import centres_excluded, exclusions, indistinguishable
 from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.friction_sign import opposed
 from ident.diagnosis.logs import Logs, scored_as
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.problem import Problem
-from ident.estimation.uncertainty.cautious import cautious
+from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
 from ident.support.errors import IdentificationError
 
 LINEAR = 1e-6
 """Relative part of the influence that a fit by least squares cannot explain; instruments and total least squares do."""
 
 
-def diagnose(logs: Logs, estimate: GainEstimate | None = None, again: Estimate | None = None) -> Diagnosed:
+def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estimate | None = None) -> Diagnosed:
     """Compare logs and an estimate with every alternative.
 
     Args:
         logs: As they were observed.
         estimate: What was found from them, None where nothing was.
-        again: The same estimate of other logs: tells the effect of gross faults, and the deviations without a fault.
+        reestimate: Estimates other logs the same way; gives the effect of gross faults.
     """
     seen = survey(logs)
     base = None if estimate is None or not _linear(estimate) else stated(logs.problem, estimate)
     found = list(faults(seen))
     of_logs = [each for each in found if isinstance(each.found, Compared)]
-    known = None if estimate is None else _Known(estimate, base, again)
+    known = None if estimate is None else _Known(estimate, base, reestimate)
     if known is not None:
-        of_logs = list(known.borne_out(of_logs))
+        of_logs = list(known.confirmed(of_logs))
     diagnoses = [_of_fault(each, seen, known) for each in of_logs]
     if not of_logs:
         diagnoses += [_of_friction(joint, log, seen, known) for joint, log in opposed(logs.problem)]
     if base is None:
         diagnoses += [_of_term(each, logs.names) for each in found if isinstance(each.found, Small)]
     elif of_logs:
-        diagnoses += _of_mended(of_logs[-1], again, logs.names)
+        diagnoses += _of_mended(of_logs[-1], reestimate, logs.names)
     else:
         elastic = any(each.found.family == ELASTICITY for each in found)  # by the logs alone: nothing imitates it
         doubted = replace(base, solution=replace(base.solution, stiff=None)) if elastic else base
-        diagnoses += lacks_of(doubted, seen.directions, logs.names, logs.model, again)
+        diagnoses += lacks_of(doubted, seen.directions, logs.names, logs.model, reestimate)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
-    said = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
-    return replace(said, diagnoses=worst_first(diagnoses))
+    diagnosed = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
+    return replace(diagnosed, diagnoses=worst_first(diagnoses))
 
 
 def horizon(logs: Logs) -> Diagnosed:
@@ -69,7 +69,7 @@ def horizon(logs: Logs) -> Diagnosed:
 
 def _horizon(seen: Survey, base: Stated | None) -> Diagnosed:
     excluded = (*exclusions(seen), *(() if base is None else centres_excluded(base)))
-    return Diagnosed(excluded=excluded, untold=tuple(untold(seen, base)))
+    return Diagnosed(excluded=excluded, indistinguishable=tuple(indistinguishable(seen, base)))
 
 
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
@@ -88,26 +88,26 @@ class _Known:
     Attributes:
         now: As they were found.
         base: The same, ready for the influence of its rows, None where it has none.
-        again: The same estimate of other logs.
+        reestimate: The same estimate of other logs.
     """
 
     now: GainEstimate
     base: Stated | None
-    again: Estimate | None
+    reestimate: Estimate | None
     others: dict[int, GainEstimate | None] = field(default_factory=dict[int, "GainEstimate | None"])
 
     def of(self, found: Compared) -> GainEstimate | None:
         """The same estimate of the logs read so, found once; None where there is none."""
-        if self.again is None:
+        if self.reestimate is None:
             return None
         if id(found) not in self.others:
             try:
-                self.others[id(found)] = self.again(found.read.problem)
+                self.others[id(found)] = self.reestimate(found.read.problem)
             except IdentificationError:
                 self.others[id(found)] = None
         return self.others[id(found)]
 
-    def borne_out(self, faults: Iterable[Fault]) -> Iterator[Fault]:
+    def confirmed(self, faults: Iterable[Fault]) -> Iterator[Fault]:
         """Faults up to the first with which the estimate itself predicts the currents no better.
 
         It knows more than the free model, which short motions hardly determine: what it does not bear out is chance.
@@ -118,8 +118,8 @@ class _Known:
             other = self.of(each.found)
             if self.base is not None and other is not None and _linear(other):
                 score = score or self.base.by_joint
-                reading = each.found.alternative.reading
-                read = scored_as(stated(each.found.read.problem, other).by_joint, reading)
+                hypothesis = each.found.alternative.hypothesis
+                read = scored_as(stated(each.found.read.problem, other).by_joint, hypothesis)
                 if gains(score, read).sum() <= 0.0:
                     return
             yield each
@@ -161,8 +161,8 @@ def _of_friction(joint: int, log: int, seen: Survey, known: _Known | None) -> Di
     """A current that is negated in one log, as friction alone tells."""
     found = compared(seen.logs, scaled(seen.logs, (log,), (joint,), -1.0))
     assert found is not None, "only a sign is read otherwise"
-    told = _of_fault(Fault(found=found, small=None, rivals=(), before=seen.logs), seen, known)
-    return replace(told, severity=Severity.WRONG, z=None)
+    diagnosis = _of_fault(Fault(found=found, small=None, rivals=(), before=seen.logs), seen, known)
+    return replace(diagnosis, severity=Severity.WRONG, z=None)
 
 
 def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, ...]:
@@ -186,7 +186,7 @@ def _effects(fault: Fault, seen: Survey, known: _Known | None) -> tuple[Effect, 
 
 def _of_currents(before: Logs, found: Compared) -> Iterator[Effect]:
     """Share of each joint's current that a fault explains."""
-    order = found.alternative.reading.logs[found.alternative.logs[0]].v_order
+    order = found.alternative.hypothesis.logs[found.alternative.logs[0]].v_order
     rms = np.array([np.sqrt(np.mean(each.V**2)) for each in before.model.rows])
     left, still = (each.model.fits.score.variance for each in (before, found.read))
     lost = np.sqrt(np.maximum(left[order] - still, 0.0)) / rms[order]
@@ -203,7 +203,7 @@ def _of_ratios(fit: Reference, small: Small) -> Iterator[Effect]:
             for each, own in zip(small.direction.columns, fit.fitted.own, strict=True)
         ]
     )
-    C = cautious(found.rows, found.log_influence, 0.0)
+    C = max_of_classical_and_jackknife(found.rows, found.log_influence, 0.0)
     std = np.sqrt(np.maximum(np.diag(C)[:, None] + np.diag(C) - 2.0 * C, 0.0))  # of ratios, (n, n)
     surest = int(np.argmin(np.median(std, axis=1)))
     log_gain = found.log_influence @ currents
@@ -217,22 +217,22 @@ def _of_term(fault: Fault, names: Sequence[str]) -> Diagnosis:
     assert isinstance(fault.found, Small), "a term is a direction"
     direction = fault.found.direction
     return Diagnosis(
-        name=direction.family, severity=Severity.GOOD, sentence=direction.told(fault.found.found.value, names).words,
+        name=direction.family, severity=Severity.GOOD, sentence=direction.message(fault.found.found.value, names).words,
         joints=direction.joints, z=fault.z, rivals=fault.rival_words,
     )  # fmt: skip
 
 
-def _of_mended(last: Fault, again: Estimate | None, names: Sequence[str]) -> Iterator[Diagnosis]:
+def _of_mended(last: Fault, reestimate: Estimate | None, names: Sequence[str]) -> Iterator[Diagnosis]:
     """What the same estimate still lacks of logs read as their faults ask for."""
     assert isinstance(last.found, Compared), "a fault of the logs"
     read = last.found.read
     try:
-        mended = None if again is None else again(read.problem)
+        mended = None if reestimate is None else reestimate(read.problem)
     except IdentificationError:
         return
     if mended is not None and _linear(mended):
         small = directions(reference(read.problem), read, tuple(FAMILIES.values()))
-        yield from lacks_of(stated(read.problem, mended), small, names, read.model, again)
+        yield from lacks_of(stated(read.problem, mended), small, names, read.model, reestimate)
 
 
 def _linear(estimate: GainEstimate) -> bool:

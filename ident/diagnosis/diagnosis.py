@@ -114,12 +114,12 @@ class Diagnosed:
     Attributes:
         diagnoses: One a thing that was looked at, the worst first.
         excluded: Faults that these logs exclude.
-        untold: What these logs cannot tell from what they say, a sentence each.
+        indistinguishable: What these logs cannot tell from what they say, a sentence each.
     """
 
     diagnoses: tuple[Diagnosis, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
-    untold: tuple[str, ...] = ()
+    indistinguishable: tuple[str, ...] = ()
 
     @property
     def severity(self) -> Severity:
@@ -127,13 +127,13 @@ class Diagnosed:
         return worst(self.diagnoses)
 
     @property
-    def doubts(self) -> tuple[Diagnosis, ...]:
+    def findings(self) -> tuple[Diagnosis, ...]:
         """The diagnoses that are not good."""
         return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD)
 
     @property
-    def told(self) -> tuple[Diagnosis, ...]:
-        """The doubts, and what was asked."""
+    def reported(self) -> tuple[Diagnosis, ...]:
+        """The findings, and what was asked for."""
         return tuple(each for each in self.diagnoses if each.severity is not Severity.GOOD or each.asked)
 
 

@@ -47,10 +47,10 @@ def consequence(effects: Sequence[Effect], what: str = "gains") -> str:
     if worst.deviations is None:
         return f"; it explains {two_digits(worst.percent)} % of joint {worst.joint + 1}'s current"
     if abs(worst.percent) >= 100.0 * NO_RESULT:
-        return f"; the gain of joint {worst.joint + 1} is no result"
+        return f"; the gain of joint {worst.joint + 1} is invalid"
     listed = [each for each in effects if each.matters]
     if not listed:
-        return "; no gain is moved noticeably"
+        return "; no gain changes noticeably"
     rest = f" and {len(listed) - 1} more" if len(listed) > NAMED else ""
     listed = listed if not rest else [worst]
     more = ", ".join(f"joint {each.joint + 1} {two_digits(each.percent, sign='+')} %" for each in listed)

@@ -187,11 +187,11 @@ def _change(found: Compared) -> Added | None:
 def compared(logs: Logs, alternative: Alternative) -> Compared | None:
     """An alternative in full; None if logs read so cannot be filtered."""
     try:
-        other = read_as(logs, alternative.reading)
+        other = read_as(logs, alternative.hypothesis)
     except IdentificationError:
         return None
     return Compared(
-        alternative, gains(logs.model.fits.score, scored_as(other.model.fits.score, alternative.reading)), other
+        alternative, gains(logs.model.fits.score, scored_as(other.model.fits.score, alternative.hypothesis)), other
     )
 
 

@@ -21,7 +21,7 @@ from ident.support.errors import IdentificationError
 
 MOST = 3
 """Things that an estimate may lack, one beside the other."""
-ANOTHER = "the payload is not as stated: its centre of mass or its inertia is another, or it is mounted another way"
+ANOTHER = "the payload is not as stated: its centre of mass, its inertia or its mounting differs"
 
 
 def lacks_of(
@@ -29,7 +29,7 @@ def lacks_of(
     small: Sequence[Direction],
     names: Sequence[str],
     free: FreeModel | None = None,
-    again: Estimate | None = None,
+    reestimate: Estimate | None = None,
 ) -> Iterator[Diagnosis]:
     """What an estimate lacks, the one that explains most first.
 
@@ -38,30 +38,30 @@ def lacks_of(
         small: Directions that compete with each other.
         names: Of the logs.
         free: Each joint explained alone; where it predicts surely better, something is lacking. None if nobody asks.
-        again: The same estimate of other problems.
+        reestimate: The same estimate of other problems.
     """
     of_payload = list(payload.directions(base.problem, base.estimate))
     believed = [each for each in of_payload if each.prior_std is not None]
     open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
     taken_up = list(imitated(base, believed, open_ones))
     for lack in taken_up:
-        yield told(lack, names)
+        yield diagnosis_of(lack, names)
         base = base.beside(lack.best.direction)
         open_ones.remove(lack.best.direction)
     for each in believed:
         if (more := base.added(each)) is not None and z_of(more.u) > SHOWN and beyond_prior(each, more):
-            yield told(Lack(base, Small(each, more), ()), names)
+            yield diagnosis_of(Lack(base, Small(each, more), ()), names)
         base = base.beside(each)
     lacks = list(islice(shown_beside(base, open_ones), MOST - len(taken_up)))
     first = lacks[0] if lacks else None
-    wrong = None if free is None or again is None else _of_payload(base, free, again, first, names)
+    wrong = None if free is None or reestimate is None else _of_payload(base, free, reestimate, first, names)
     if wrong is not None:
         yield wrong
         return
-    said = [told(each, names) for each in lacks]
-    yield from said
+    found = [diagnosis_of(each, names) for each in lacks]
+    yield from found
     if free is not None:
-        wrong_ones = any(each.severity is Severity.WRONG for each in said)
+        wrong_ones = any(each.severity is Severity.WRONG for each in found)
         yield from _unexplained(lacks[-1].beside if lacks else base, free, beside_faults=wrong_ones)
 
 
@@ -123,14 +123,14 @@ def beyond_prior(direction: Direction, more: Added) -> bool:
 
 
 def _of_payload(
-    base: Stated, free: FreeModel, again: Estimate, first: Lack | None, names: Sequence[str]
+    base: Stated, free: FreeModel, reestimate: Estimate, first: Lack | None, names: Sequence[str]
 ) -> Diagnosis | None:
     """A payload that is not as stated, by the gains that are found if its mass alone is believed.
 
     Args:
         base: The estimate.
         free: Each joint explained alone.
-        again: The same estimate of other problems.
+        reestimate: The same estimate of other problems.
         first: What explains most to first order, which a payload that is turned or far off is beyond.
         names: Of the logs.
 
@@ -141,7 +141,7 @@ def _of_payload(
     if opened is None or not _leaves(base, free):
         return None
     try:
-        other = again(opened)
+        other = reestimate(opened)
     except IdentificationError:
         return None
     u = gains(base.by_joint, stated(opened, other).by_joint)
@@ -150,11 +150,15 @@ def _of_payload(
         return None
     effects = tuple(between(base.estimate, other))
     if first is not None and of_payload and not _leaves(first.beside, free):  # its size is right to first order
-        said = told(first, names)
+        diagnosis = diagnosis_of(first, names)
     else:
         logs = tuple(name for name, each in zip(names, opened.motions, strict=True) if each.payload is not None)
-        said = Diagnosis(name="payload", sentence="", cause=ANOTHER, advice=payload.CENTRE.advice, logs=logs, z=z_of(u))
-    return replace(said, severity=severity_of(effects), sentence=f"{said.cause}{consequence(effects)}", effects=effects)
+        diagnosis = Diagnosis(
+            name="payload", sentence="", cause=ANOTHER, advice=payload.CENTRE.advice, logs=logs, z=z_of(u)
+        )
+    return replace(
+        diagnosis, severity=severity_of(effects), sentence=f"{diagnosis.cause}{consequence(effects)}", effects=effects
+    )
 
 
 def _leaves(base: Stated, free: FreeModel) -> bool:
@@ -174,8 +178,11 @@ def _unexplained(base: Stated, free: FreeModel, *, beside_faults: bool) -> Itera
     yield Diagnosis(
         name="unexplained",
         severity=Severity.WRONG if beside_faults else Severity.WEAK,
-        sentence=f"the model leaves {two_digits(float(times[worst]))} times as much of joint {worst + 1}'s current "
-        "unexplained as a fit of this joint alone, and nothing that was tried says why",
+        sentence=(
+            f"the model leaves {two_digits(float(times[worst]))} times as much of joint "
+            f"{worst + 1}'s current unexplained as a fit of this joint alone; no known cause "
+            "explains it"
+        ),
         advice="check that the model, the payload and all logs are of one robot",
         joints=tuple(range(len(times))) if beside_faults else (worst,),
         value=float(times[worst]),
@@ -192,26 +199,26 @@ def _with_masses_alone(problem: Problem) -> Problem | None:
     return replace(problem, motions=tuple(motions))
 
 
-def told(lack: Lack, names: Sequence[str]) -> Diagnosis:
+def diagnosis_of(lack: Lack, names: Sequence[str]) -> Diagnosis:
     """What is said of something that an estimate lacks."""
     direction, more = lack.best.direction, lack.best.found
     effects = lack.base.effects(lack.base.stacked(direction.columns) @ more.value, lack.beside)
     severity = severity_of(effects)
     if not direction.at_fault:
         severity = Severity.WEAK if severity is Severity.WRONG else severity  # the model lacks it; no log is at fault
-    said = direction.told(more.value, names)
+    message = direction.message(more.value, names)
     return Diagnosis(
         name=direction.family,
         severity=severity,
-        sentence=f"{said.words}{consequence(effects)}",
-        cause=said.words,
-        advice=said.advice,
+        sentence=f"{message.words}{consequence(effects)}",
+        cause=message.words,
+        advice=message.advice,
         joints=direction.joints,
         logs=tuple(names[k] for k in direction.logs) if len(direction.logs) < len(names) else (),
-        value=said.value,
+        value=message.value,
         std=float(np.sqrt(more.covariance[0, 0])) * direction.scale if len(more.value) == 1 else None,
-        unit=direction.unit if said.value is not None else None,
+        unit=direction.unit if message.value is not None else None,
         z=z_of(more.u),
         effects=effects,
-        rivals=tuple(each.direction.told(each.found.value, names).words for each in lack.rivals),
+        rivals=tuple(each.direction.message(each.found.value, names).words for each in lack.rivals),
     )

@@ -109,9 +109,9 @@ class Stated:
             beside: The estimate beside them. Errors are held against what is claimed with what it leaves of the
                 currents: what a fault adds to the residual is part of the damage.
         """
-        own, told = self.solution, self.estimate.solution
+        own, solution = self.solution, self.estimate.solution
         moved = -(own.influence @ currents) / own.inverse
-        moved += (1.0 + moved) * (own.inverse / told.inverse - 1.0)
+        moved += (1.0 + moved) * (own.inverse / solution.inverse - 1.0)
         place = {int(j): k for k, j in enumerate(own.joints)}
         return tuple(
             Effect(

@@ -129,7 +129,7 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
             yield Exclusion(family=family, sentence=f"{words}{many}")
 
 
-def untold(seen: Survey, base: Stated | None = None) -> Iterator[str]:
+def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]:
     """What cannot be checked from these logs: by joint, then the rest.
 
     Args:

@@ -15,7 +15,7 @@ from ident.estimation.gain_signs import FRICTION_Z
 from ident.estimation.joint_by_joint.gain_system import joint_rows
 from ident.estimation.problem import Problem
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.larger import larger
+from ident.estimation.uncertainty.max_of_classical_and_hac import max_of_classical_and_hac
 from ident.support.arrays import Array, readonly
 
 RANK_TOL = 1e-9
@@ -45,7 +45,7 @@ def friction_z(problem: Problem, joint: int) -> float | None:
         row_period=problem.row_period, unknowns={joint: float(rank)}, weight=np.ones(len(rows.V)),
         explained=np.zeros((len(rows.V), 0)),
     )  # fmt: skip
-    std = np.sqrt(np.diag(larger(fitted, influence, problem.options.serial_s)))
+    std = np.sqrt(np.diag(max_of_classical_and_hac(fitted, influence, problem.options.serial_s)))
     z = np.divide(influence @ rows.V, std, out=np.zeros(2), where=std > 0.0)
     return float(z[np.argmax(np.abs(z))])
 
@@ -74,12 +74,16 @@ def friction_sign(problems: Sequence[Problem], about: Array | None) -> list[Diag
         Diagnosis(
             name="friction sign",
             severity=Severity.WEAK,
-            sentence=f"friction drives joint {j + 1}: v{j + 1} and q{j + 1} have opposite senses",
-            advice=f"negate q{j + 1} or v{j + 1}, whichever is against the model, or expect a negative gain",
+            sentence=(
+                f"friction of joint {j + 1} has the sign of a driving torque: v{j + 1} and q{j + 1} have opposite signs"
+            ),
+            advice=f"negate q{j + 1} or v{j + 1}, whichever contradicts the model; otherwise the gain is negative",
             joints=(j,),
         )
         for j in backward
-    ] or [Diagnosis(name="friction sign", sentence="friction brakes every joint that shows it")]
+    ] or [
+        Diagnosis(name="friction sign", sentence="friction opposes the motion of every joint where it is identifiable")
+    ]
 
 
 def opposed(problem: Problem) -> list[tuple[int, int]]:

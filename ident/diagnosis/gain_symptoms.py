@@ -45,7 +45,7 @@ def negative(gains: dict[int, float]) -> Iterator[Diagnosis]:
                 name="negative gain",
                 severity=Severity.WEAK,
                 sentence=f"joint {j + 1}: the gain is negative, v{j + 1} has the other sign than q{j + 1} in every log",
-                advice=f"fine for a motor mounted the other way; else negate v{j + 1} or q{j + 1}",
+                advice=f"correct for a motor mounted in reverse; else negate v{j + 1} or q{j + 1}",
                 joints=(j,),
                 value=gain,
                 unit="N m/unit",
@@ -79,7 +79,7 @@ def _contradicted(estimate: GainEstimate) -> Iterator[Diagnosis]:
             yield Diagnosis(
                 name="sign of the gain",
                 severity=Severity.WRONG,
-                sentence=f"joint {j + 1}: the gain has one sign by the payload and the other by friction",
+                sentence=f"joint {j + 1}: payload and friction give the gain opposite signs",
                 advice=f"check the signs of q{j + 1} and v{j + 1}, the model and the payload's centre of mass",
                 joints=(j,),
             )

@@ -13,7 +13,7 @@ from ident.support.arrays import Array, Indices, Mask
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class LogReading:
+class LogHypothesis:
     """One way to read the columns of a log.
 
     The arm has `q = q_factor * q_log[:, q_order] + zero` and `v = v_factor * v_log[:, v_order]`, seconds are `clock`
@@ -52,27 +52,27 @@ class LogReading:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Reading:
+class Hypothesis:
     """One way to read several logs of an arm.
 
     Attributes:
         logs: How each log is read.
         gravity: In the base frame [m/s^2], shape (3,).
-        stretch: Factor of the distance of each frame from the one before, shape (n,).
+        length_factors: Factor of the distance of each frame from the one before, shape (n,).
     """
 
-    logs: tuple[LogReading, ...]
+    logs: tuple[LogHypothesis, ...]
     gravity: Array
-    stretch: Array
+    length_factors: Array
 
     def of_arm(self, arm: Arm) -> Arm:
         """The arm read so; itself where nothing of it differs."""
-        if (self.stretch == 1.0).all() and (self.gravity == arm.gravity).all():
+        if (self.length_factors == 1.0).all() and (self.gravity == arm.gravity).all():
             return arm
-        return replace(arm, gravity=self.gravity, translation=self.stretch[:, None] * arm.translation)
+        return replace(arm, gravity=self.gravity, translation=self.length_factors[:, None] * arm.translation)
 
-    def changed(self, logs: Sequence[int], **fields: Array | Indices | float) -> "Reading":
-        """This reading with other fields of some logs."""
+    def changed(self, logs: Sequence[int], **fields: Array | Indices | float) -> "Hypothesis":
+        """This hypothesis with other fields of some logs."""
         return replace(
             self,
             logs=tuple(replace(each, **fields) if k in logs else each for k, each in enumerate(self.logs)),
@@ -80,11 +80,11 @@ class Reading:
 
 
 @lru_cache(maxsize=8)
-def as_logged(arm: Arm, logs: int) -> Reading:
+def as_logged(arm: Arm, logs: int) -> Hypothesis:
     """What the logs and the model say."""
     n, order = arm.n, np.arange(arm.n)
-    own = LogReading(
+    own = LogHypothesis(
         q_factor=np.ones(n), zero=np.zeros(n), q_order=order, v_order=order, v_factor=np.ones(n), clock=1.0,
         delay=np.zeros(n),
     )  # fmt: skip
-    return Reading(logs=(own,) * logs, gravity=arm.gravity, stretch=np.ones(n))
+    return Hypothesis(logs=(own,) * logs, gravity=arm.gravity, length_factors=np.ones(n))

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ident.diagnosis.hypothesis import LogReading
+from ident.diagnosis.hypothesis import LogHypothesis
 from ident.model.arm import Arm
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, readonly
@@ -17,13 +17,13 @@ STILL = 0.1
 """Range of a joint, of motions made to excite it, below which it is taken as standing still [rad or m]."""
 
 
-def beyond_reach(arm: Arm, log: Recording) -> tuple[int, ...]:
+def beyond_limits(arm: Arm, log: Recording) -> tuple[int, ...]:
     """Joints, from 0, that a log puts where they cannot be; a revolute joint may be counted from another turn."""
     low, high = _ends(log)
     return tuple(j for j in range(arm.n) if not _reached(arm, j, low, high))
 
 
-def within_reach(arm: Arm, log: Recording, how: LogReading) -> bool:
+def within_limits(arm: Arm, log: Recording, how: LogHypothesis) -> bool:
     """Whether a reading that changes units leaves every joint where it can be, and moving as much as a joint does."""
     ends = how.q_factor * _ends(log)[:, how.q_order] + how.zero
     low, high = ends.min(axis=0), ends.max(axis=0)

@@ -20,7 +20,7 @@ from ident.estimation.problem import Problem
 from ident.model.parameters import COUPLING, INERTIAL, STANDARD
 from ident.numerics.column_space import column_space
 from ident.support.arrays import Array
-from ident.support.naming import joints_in_words
+from ident.support.naming import joint_list
 
 SHOWN = 0.7
 """Share of the square that motor and friction leave of a joint's torque, which the links as drawn explain at least.
@@ -78,8 +78,10 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
     return Diagnosis(
         name="link masses",
         severity=Severity.WEAK if off else Severity.GOOD,
-        sentence=f"by these gains the arm weighs {median:.2g} times what its model says (median of "
-        f"{joints_in_words(joints)}, bare motions)",
+        sentence=(
+            f"with these gains the arm's masses are {median:.2g} times those of its model (median of "
+            f"{joint_list(joints)}, bare motions)"
+        ),
         advice="check the payload's mass, and the masses of the model" if off else None,
         joints=tuple(joints),
         value=median,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from ident.diagnosis.comparison import Score, regrouped
 from ident.diagnosis.free_model import FreeModel, free_model
-from ident.diagnosis.hypothesis import Reading
+from ident.diagnosis.hypothesis import Hypothesis
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.structure import Structure, structure_of
 from ident.observation.observation import ObserveOptions, observe
@@ -58,19 +58,19 @@ def observed_logs(
     )
 
 
-def read_as(logs: Logs, reading: Reading) -> Logs:
+def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
     """The logs read otherwise and observed again.
 
     Raises:
         RecordingError: If the logs read so cannot be filtered.
     """
-    arm = reading.of_arm(logs.structure.arm)
+    arm = hypothesis.of_arm(logs.structure.arm)
     structure = logs.structure if arm is logs.structure.arm else structure_of(arm)
-    recordings = tuple(how.read(log) for how, log in zip(reading.logs, logs.recordings, strict=True))
-    spoilt = tuple(how.read_mask(each) for how, each in zip(reading.logs, logs.spoilt, strict=True))
+    recordings = tuple(how.read(log) for how, log in zip(hypothesis.logs, logs.recordings, strict=True))
+    spoilt = tuple(how.read_mask(each) for how, each in zip(hypothesis.logs, logs.spoilt, strict=True))
     motions = tuple(
         ObservedMotion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
-        for how, log, left, motion in zip(reading.logs, recordings, spoilt, logs.problem.motions, strict=True)
+        for how, log, left, motion in zip(hypothesis.logs, recordings, spoilt, logs.problem.motions, strict=True)
     )
     problem = Problem(structure, motions, logs.problem.options)
     return Logs(
@@ -95,6 +95,6 @@ def _by_clock(observing: ObserveOptions, clock: float) -> ObserveOptions:
     )
 
 
-def scored_as(score: Score, reading: Reading) -> Score:
+def scored_as(score: Score, hypothesis: Hypothesis) -> Score:
     """Score of logs read otherwise, by the columns and in the units that they have."""
-    return regrouped(score, [each.v_order for each in reading.logs], [each.v_factor for each in reading.logs])
+    return regrouped(score, [each.v_order for each in hypothesis.logs], [each.v_factor for each in hypothesis.logs])

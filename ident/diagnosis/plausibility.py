@@ -90,9 +90,9 @@ def check_load(estimate: GainEstimate, *, bare: bool = True) -> None:
     seen = np.abs(signs.load_z) > LOAD_Z
     if len(seen) and not seen.any():
         if not bare:
-            raise NotIdentifiable(f"without a bare motion no joint shows the load: {RECORD_BARE}")
+            raise NotIdentifiable(f"without a bare motion no joint's load is identifiable: {RECORD_BARE}")
         raise NotIdentifiable(
-            f"by {estimate.method} the loaded motion shows no load on any joint; was the payload mounted?"
+            f"{estimate.method} finds no load on any joint in the loaded motion; was the payload mounted?"
         )
     if not estimate.identifiable.any():
         reason = next(joint.reason for joint in estimate.joints if isinstance(joint, RefusedGain))
@@ -119,7 +119,7 @@ def check_swapped(estimate: GainEstimate) -> None:
     sign = np.where(np.abs(signs.friction_z) > FRICTION_Z, np.sign(signs.friction_z), 1.0)
     if seen.any() and not (signs.load_z * sign > 0.0)[seen].any():
         raise NotIdentifiable(
-            "every joint shows a payload of negative mass; the unloaded and loaded files are probably swapped"
+            "every joint gives a negative payload mass; the unloaded and loaded files are probably swapped"
         )
 
 
@@ -134,8 +134,8 @@ def prediction_warnings(shares: Mapping[int, float]) -> tuple[str, ...]:
     """
     return tuple(
         f"joint {joint + 1} is predicted within {100.0 * share:.0f} % of its current only, good recordings "
-        "within 10 %: the model does not hold, and what is said of this joint is no result; is a coupling missing "
-        "(--coupling), or is it another friction, sign, column or base?"
+        "within 10 %: the model does not hold and the results of this joint are invalid; check coupling (--coupling), "
+        "friction, sign, column and base"
         for joint, share in shares.items()
         if share > LARGE_RESIDUAL
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.samples.clock import missing_samples, usable_parts
-from ident.diagnosis.samples.lost_samples import lost_samples, odd_steps
+from ident.diagnosis.samples.lost_samples import lost_samples, timestamp_anomalies
 from ident.diagnosis.samples.wrapped import TURN, continuous, wrapped
 from ident.model.arm import Arm
 from ident.observation.observation import ObserveOptions
@@ -95,7 +95,7 @@ def split_at_gaps(
 
 def restored(recording: Recording) -> tuple[Recording, Diagnosis | None]:
     """A recording whose time stamps leave out the samples that were lost, where the motion shows how many."""
-    odd = odd_steps(recording)
+    odd = timestamp_anomalies(recording)
     if not odd.plain:
         return recording, None
     later = np.zeros(len(recording.t))

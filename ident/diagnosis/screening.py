@@ -12,9 +12,9 @@ from functools import lru_cache
 import numpy as np
 
 from ident.diagnosis.alternative import Alternative
-from ident.diagnosis.hypothesis import LogReading, Reading, as_logged
+from ident.diagnosis.hypothesis import Hypothesis, LogHypothesis, as_logged
 from ident.diagnosis.logs import Logs
-from ident.diagnosis.subsampled_states import Instants, instants
+from ident.diagnosis.subsampled_states import SubsampledStates, subsampled_states
 from ident.model.arm import Arm
 from ident.model.base import independent_columns
 from ident.model.parameters import STANDARD
@@ -22,7 +22,7 @@ from ident.model.regressor import regressor
 from ident.model.structure import Structure, structure_of
 from ident.support.arrays import Array, Indices
 
-INSTANTS = 90
+MOST_STATES = 90
 """Instants of each log."""
 RIDGE = 1e-10
 """As in the comparison, of instants that are fewer."""
@@ -88,7 +88,7 @@ def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
     """What alternatives gain on few instants, the best first."""
     given = as_logged(logs.structure.arm, len(logs.recordings))
     at = looked_at(logs)
-    left, freedom = unexplained(logs, [given, *(each.reading for each in alternatives)], at)
+    left, freedom = unexplained(logs, [given, *(each.hypothesis for each in alternatives)], at)
     rms = [np.mean(each.v**2, axis=0) for each in at]
     noise = NOTHING**2 * np.column_stack(rms)  # (n, logs)
     known = np.isfinite(left[0]) & np.isfinite(left[1:])
@@ -98,41 +98,43 @@ def screened(logs: Logs, alternatives: Sequence[Alternative]) -> list[Screened]:
     return sorted(found, key=lambda each: -float(each.gain.sum()))
 
 
-def looked_at(logs: Logs) -> list[Instants]:
+def looked_at(logs: Logs) -> list[SubsampledStates]:
     """The instants of each log."""
-    return [instants(each, INSTANTS, logs.observing) for each in logs.recordings]
+    return [subsampled_states(each, MOST_STATES, logs.observing) for each in logs.recordings]
 
 
-def unexplained(logs: Logs, readings: Sequence[Reading], at: Sequence[Instants]) -> tuple[Array, Array]:
+def unexplained(logs: Logs, hypotheses: Sequence[Hypothesis], at: Sequence[SubsampledStates]) -> tuple[Array, Array]:
     """What readings leave of the currents.
 
     Args:
         logs: The logs.
-        readings: Of them.
+        hypotheses: Of them.
         at: Their instants.
 
     Returns:
         Mean squares of each column of currents in each log, in its own unit, infinite where instants are too few, and
         degrees of freedom, each of shape (readings, n, logs).
     """
-    left, freedom = np.empty((2, len(readings), logs.structure.arm.n, len(at)))
-    upright = np.array([bool((each.gravity == logs.structure.arm.gravity).all()) for each in readings])
+    left, freedom = np.empty((2, len(hypotheses), logs.structure.arm.n, len(at)))
+    upright = np.array([bool((each.gravity == logs.structure.arm.gravity).all()) for each in hypotheses])
     for which in (True, False):
         own = np.flatnonzero(upright == which)
         if len(own):
-            left[own], freedom[own] = _left(logs, at, [readings[int(k)] for k in own], upright=which)
+            left[own], freedom[own] = _left(logs, at, [hypotheses[int(k)] for k in own], upright=which)
     return left, freedom
 
 
-def _left(logs: Logs, at: Sequence[Instants], readings: Sequence[Reading], *, upright: bool) -> tuple[Array, Array]:
+def _left(
+    logs: Logs, at: Sequence[SubsampledStates], hypotheses: Sequence[Hypothesis], *, upright: bool
+) -> tuple[Array, Array]:
     """Mean square that readings leave of each column of each log in its own unit, and instants, (K, n, logs) each."""
     n, count = logs.structure.arm.n, len(at)
     columns = _placed(logs, upright=upright)
-    number, normals = _normals(logs.structure.arm, at, readings, columns)
-    order = np.array([[how.v_order for how in each.logs] for each in readings])  # (K, logs, n)
-    unit = np.array([[how.v_factor for how in each.logs] for each in readings])
-    left, many = np.full((len(readings), n, count), np.inf), np.zeros((len(readings), n, count))
-    every = np.arange(len(readings))
+    number, normals = _normals(logs.structure.arm, at, hypotheses, columns)
+    order = np.array([[how.v_order for how in each.logs] for each in hypotheses])  # (K, logs, n)
+    unit = np.array([[how.v_factor for how in each.logs] for each in hypotheses])
+    left, many = np.full((len(hypotheses), n, count), np.inf), np.zeros((len(hypotheses), n, count))
+    every = np.arange(len(hypotheses))
     for j in range(n):
         equations = np.column_stack((number, order[..., j], unit[..., j]))
         _, once, again = np.unique(equations, axis=0, return_index=True, return_inverse=True)
@@ -191,22 +193,25 @@ def _solved(
     return np.maximum(square + np.column_stack(fitted), 0.0), rows, free
 
 
-def _state(k: int, reading: Reading) -> State:
-    how = reading.logs[k]
+def _state(k: int, hypothesis: Hypothesis) -> State:
+    how = hypothesis.logs[k]
     read = how.q_factor.tobytes() + how.zero.tobytes() + how.q_order.tobytes() + np.float64(how.clock).tobytes()
-    return k, read, reading.gravity.tobytes() + reading.stretch.tobytes()
+    return k, read, hypothesis.gravity.tobytes() + hypothesis.length_factors.tobytes()
 
 
 def _normals(
-    own_arm: Arm, at: Sequence[Instants], readings: Sequence[Reading], columns: Sequence[Sequence[_Columns]]
+    own_arm: Arm,
+    at: Sequence[SubsampledStates],
+    hypotheses: Sequence[Hypothesis],
+    columns: Sequence[Sequence[_Columns]],
 ) -> tuple[Indices, list[_Normal]]:
     """Normal equations of every log under every reading of it, each once; those of one arm in one recursion.
 
     Returns:
         Which of its equations are those of each reading, shape (K, logs), and the equations of each log.
     """
-    asked = [[_state(k, each) for k in range(len(at))] for each in readings]
-    wanted = {state: each for each, own in zip(readings, asked, strict=True) for state in own}
+    asked = [[_state(k, each) for k in range(len(at))] for each in hypotheses]
+    wanted = {state: each for each, own in zip(hypotheses, asked, strict=True) for state in own}
     arms = dict[bytes, list[State]]()
     for state in wanted:
         arms.setdefault(state[2], []).append(state)
@@ -247,7 +252,7 @@ def _by_gravity(arm: Arm, known: dict[bytes, tuple[Array, Array]], q: Array, dq:
     return weightless + np.tensordot(arm.gravity, along, axes=1)
 
 
-def _read(at: Instants, how: LogReading) -> tuple[Array, Array, Array]:
+def _read(at: SubsampledStates, how: LogHypothesis) -> tuple[Array, Array, Array]:
     """States of the arm at the instants of a log that is read so."""
     q, dq, ddq = (how.q_factor * each[:, how.q_order] for each in (at.q, at.dq, at.ddq))
     return q + how.zero, dq / how.clock, ddq / how.clock**2

@@ -18,7 +18,7 @@ SLOW = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Instants:
+class SubsampledStates:
     """What a log says of some instants of one motion, N of them.
 
     Attributes:
@@ -36,7 +36,7 @@ class Instants:
     moving: Mask
 
 
-def instants(recording: Recording, most: int, options: ObserveOptions) -> Instants:
+def subsampled_states(recording: Recording, most: int, options: ObserveOptions) -> SubsampledStates:
     """Look at a recording at instants spread evenly over it.
 
     Args:
@@ -54,4 +54,4 @@ def instants(recording: Recording, most: int, options: ObserveOptions) -> Instan
     v = delayed(recording.v, options.current_delay / recording.period)
     v = low_passed(v, recording.period, options.decimation_cutoff_hz)
     slow = SLOW * np.sqrt(np.mean(dq[inner] ** 2, axis=0))
-    return Instants(q[chosen], dq[chosen], ddq[chosen], v[chosen], np.abs(dq[chosen]) > slow)
+    return SubsampledStates(q[chosen], dq[chosen], ddq[chosen], v[chosen], np.abs(dq[chosen]) > slow)

@@ -16,7 +16,7 @@ from ident.estimation.rows import Rows
 from ident.estimation.uncertainty.jackknife import left_out
 from ident.support.arrays import Array, Indices
 
-STRETCHES = 5
+TIME_BLOCKS = 5
 """Parts that each motion is cut into; gains come from the others."""
 
 
@@ -37,18 +37,18 @@ class JointPrediction:
     gain_change: Array
 
 
-def cross_validated(estimate: GainEstimate, stretches: int = STRETCHES) -> tuple[JointPrediction, ...]:
+def cross_validated(estimate: GainEstimate, blocks: int = TIME_BLOCKS) -> tuple[JointPrediction, ...]:
     """Predict every stretch of every motion from the others, joint by joint.
 
     Args:
         estimate: Gains with the rows they were found from.
-        stretches: Parts that each motion is cut into.
+        blocks: Parts that each motion is cut into.
 
     Returns:
         One result for each joint that has rows.
     """
     solution, rows = estimate.solution, estimate.solution.rows
-    parts = left_out(rows, stretches)
+    parts = left_out(rows, blocks)
     # 1/g without a block is 1/g less the influence of its rows times what they would be off by; dg / g = -g d(1/g)
     moved = np.array([solution.influence[:, block] @ fresh for block, fresh in parts])  # (parts, k)
     changes = moved / solution.inverse
@@ -61,9 +61,9 @@ def cross_validated(estimate: GainEstimate, stretches: int = STRETCHES) -> tuple
     )
 
 
-def predicted(rows: Rows, stretches: int = STRETCHES) -> tuple[JointPrediction, ...]:
+def predicted(rows: Rows, blocks: int = TIME_BLOCKS) -> tuple[JointPrediction, ...]:
     """As `cross_validated`, of a fit that gives no gains."""
-    return _predicted(rows, left_out(rows, stretches))
+    return _predicted(rows, left_out(rows, blocks))
 
 
 def _predicted(rows: Rows, parts: Sequence[tuple[Indices, Array]]) -> tuple[JointPrediction, ...]:

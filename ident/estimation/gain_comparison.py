@@ -123,7 +123,8 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
     """
     if len(A.names) != len(B.names) or not all(map(same_joint, range(1, len(A.names) + 1), A.names, B.names)):
         raise GainsError(
-            f"gains are of other joints: {', '.join(A.names)} against {', '.join(B.names)}; compare robots of one kind"
+            f"the two sets have different joints: {', '.join(A.names)} against {', '.join(B.names)}; "
+            "compare robots of one kind"
         )
     joints, a, b = np.intersect1d(A.joints, B.joints, return_indices=True)
     if not len(joints):
@@ -132,7 +133,7 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
     std = np.sqrt(np.diag(C))
     if not std.all():
         joint = int(joints[np.argmin(std)]) + 1
-        raise GainsError(f"joint {joint}: neither gain has a deviation; state one of them, or nothing can be told")
+        raise GainsError(f"joint {joint}: neither gain has a standard deviation, so no change can be tested; state one")
     x, turned = np.log(np.abs(B.value[b] / A.value[a])), A.value[a] * B.value[b] < 0.0
     y = _whitening(C, std) @ x
     everyone = common_scale(x, C)
@@ -214,7 +215,7 @@ def _whitening(C: Array, std: Array) -> Array:
     try:
         L = linalg.cholesky(C / np.outer(std, std), lower=True)
     except linalg.LinAlgError:
-        raise GainsError("a combination of the gains has no deviation; their covariance is singular") from None
+        raise GainsError("the covariance of the gains is singular; state a standard deviation of each") from None
     return linalg.solve_triangular(L, np.diag(1.0 / std), lower=True)
 
 

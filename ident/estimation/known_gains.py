@@ -46,7 +46,7 @@ class KnownGains:
                 "expected (k,) and (k, k)"
             )
         if k and (int(self.joints[0]) < 0 or int(self.joints[-1]) >= n or (np.diff(self.joints) <= 0).any()):
-            raise GainsError(f"gains: joints {(self.joints + 1).tolist()}; expected rising numbers from 1 to {n}")
+            raise GainsError(f"gains: joints {(self.joints + 1).tolist()}; expected increasing numbers from 1 to {n}")
         for joint, value in zip(self.joints.tolist(), self.value.tolist(), strict=True):
             if not np.isfinite(value) or value == 0.0:
                 raise GainsError(f"gains: joint {joint + 1}: a gain of {value:g}; refuse the joint instead")
@@ -58,7 +58,7 @@ class KnownGains:
         if np.abs(unit - unit.T).max(initial=0.0) > ROUNDING:
             raise GainsError("gains: the covariance is not symmetric")
         if k and float(np.linalg.eigvalsh(unit)[0]) < -k * ROUNDING:
-            raise GainsError("gains: no numbers have this covariance: it has a negative eigenvalue")
+            raise GainsError("gains: the covariance has a negative eigenvalue; expected a positive semidefinite matrix")
 
     @property
     def std(self) -> Array:

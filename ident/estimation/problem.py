@@ -44,7 +44,7 @@ class Problem:
             NotIdentifiable: If no motion is bare, or none is loaded.
         """
         if all(motion.payload is None for motion in self.motions):
-            raise NotIdentifiable("no motion carries a payload; without one the scale of the gains is free")
+            raise NotIdentifiable("no motion carries a payload; without one the gains are known up to a common factor")
         if all(motion.payload is not None for motion in self.motions):
             raise NotIdentifiable("no motion is bare; record one without payload")
 

@@ -29,7 +29,7 @@ def ratio_refusal(rel_std: float, max_rel_std: float, reference: int) -> str | N
     """
     if rel_std <= max_rel_std:
         return None
-    tied = f"these motions show too little of links that it shares with joint {reference + 1}"
+    tied = f"these motions hardly excite the links that it shares with joint {reference + 1}"
     return f"standard deviation {_percent(rel_std)} of the ratio exceeds {_percent(max_rel_std)}; {tied}"
 
 

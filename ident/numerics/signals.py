@@ -17,7 +17,7 @@ KERNEL_CUTOFFS = 3.3
 """Length of the decimation kernel in periods of its cut-off: a Hamming window's transition is then as wide as that."""
 SETTLING = 2.0
 """Edge of a filtered recording that still feels the missing past or future, in periods of the cut-off."""
-NOISE_STRETCH = 256
+NOISE_BLOCK = 256
 """Samples in each of the stretches whose spectra are averaged for the density of noise."""
 NOISE_BAND = (0.25, 0.45)
 """Frequencies between which nothing but noise is expected, in sampling rates."""
@@ -83,7 +83,7 @@ def noise_density(x: Array, period: float) -> Array:
         One-sided power density [unit^2/Hz], shape (n,): 2 sigma^2 period, where all there is are N(0, sigma^2).
     """
     bent = np.diff(x, 2, axis=0)  # slow motion is so much smaller then that it does not leak
-    size = min(len(bent), NOISE_STRETCH)
+    size = min(len(bent), NOISE_BLOCK)
     window, f = scipy.signal.get_window("hann", size), np.fft.rfftfreq(size)
     upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
     parts = np.lib.stride_tricks.sliding_window_view(bent, size, axis=0)[:: size - size // 2]  # (parts, n, size)

@@ -85,7 +85,7 @@ class ObserveOptions:
         if self.rows_per_second > 3.0 * self.decimation_cutoff_hz:
             raise OptionError(
                 f"rows_per_second = {self.rows_per_second:g}: rows closer than a third of the period of "
-                f"decimation_cutoff_hz = {self.decimation_cutoff_hz:g} repeat each other; ask for fewer"
+                f"decimation_cutoff_hz = {self.decimation_cutoff_hz:g} are redundant; request fewer"
             )
 
 

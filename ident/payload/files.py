@@ -45,7 +45,7 @@ def payload_from_table(table: Mapping[str, object]) -> Payload:
             raise PayloadError(f"payload: unknown key {shown(key)}{nearest(key, KEYS)}; expected {', '.join(KEYS)}")
     if "mass" not in table:
         raise PayloadError(
-            "payload: mass is missing; without it nothing in the data has newtons, so neither gains nor payload follow"
+            "payload: mass is missing; without it gains and payload are known up to a common factor only"
         )
     for key in ("com", "inertia"):
         if f"{key}_std" in table and key not in table:
@@ -77,8 +77,9 @@ def _check_gyration(payload: Payload) -> None:
     radius, most = (moment / payload.mass) ** 0.5, WIDE + WIDER * payload.mass**0.5
     if radius > most:
         raise PayloadError(
-            f"payload: inertia.{key} = {moment:g} gives {payload.mass:g} kg a radius of gyration of {radius:.3g} m, "
-            f"more than {most:.3g} m, which bodies of that mass stay below; expected kg m^2 about the centre of mass"
+            f"payload: inertia.{key} = {moment:g} gives {payload.mass:g} kg a radius of gyration of "
+            f"{radius:.3g} m, more than the {most:.3g} m of bodies of that mass; expected kg m^2 about "
+            "the centre of mass"
         )
 
 

@@ -73,7 +73,7 @@ class Payload:
             value = getattr(self, name)
             values = (value,) if name == "mass_std" else value
             if min(values) < 0.0:
-                raise PayloadError(f"payload: {name} = {value}: a standard deviation is negative")
+                raise PayloadError(f"payload: {name} = {value}: expected a standard deviation of 0 or more")
             if max(values) > most:
                 what = "the mass itself" if name == "mass_std" else f"{most:g}"
                 raise PayloadError(f"payload: {name} = {value} exceeds {what}; check its unit")

@@ -24,12 +24,12 @@ def check_mass(body: FoundBody) -> None:
     mass = body.of("mass")
     if mass is not None and mass.value < -SURE * mass.std:
         raise NegativeMass(
-            f"the mass found is {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg: no body has it; bare and loaded "
-            "recordings are probably swapped, or the signs of the gains are not those of these currents"
+            f"the mass found is negative: {mass.value:.3g} kg, 2 sigma {2.0 * mass.std:.2g} kg; bare and "
+            "loaded recordings are probably swapped, or the signs of gains and currents differ"
         )
 
 
-def accord(found: FoundPayload, body: FoundBody, gains: KnownGains) -> tuple[Weighed, ...]:
+def joint_agreement(found: FoundPayload, body: FoundBody, gains: KnownGains) -> tuple[Weighed, ...]:
     """The mass from each joint alone beside that from all, as against a scale; empty where no mass is sure.
 
     The centre of mass that was found, with its deviations, serves each joint, the inertia is left free. Deviations of

@@ -64,7 +64,7 @@ def _of_joint(found: FoundPayload, payload: Payload, j: int, gain: float, rel_st
     known, problem = payload.known_part(), found.ready.problem
     solved = _solved(found.ready, found.selected.final, j, gain, known)
     if solved is None:
-        return NoMass("the mass puts no torque of its own on this joint")
+        return NoMass("the mass has no independent torque on this joint")
     options = problem.options
     variance = UNCERTAINTIES[options.uncertainty](solved.rows, solved.influence[None], options.serial_s)
     shares = [solved.belief]
@@ -86,7 +86,7 @@ def _of_joint(found: FoundPayload, payload: Payload, j: int, gain: float, rel_st
         model_std=float(np.linalg.norm(shares)),
     )
     if quantity.std > WEAK * payload.mass:
-        return NoMass(f"it shows the mass to {quantity.std:.2g} kg only")
+        return NoMass(f"its estimate of the mass has a standard deviation of {quantity.std:.2g} kg")
     return quantity
 
 

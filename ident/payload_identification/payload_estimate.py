@@ -100,10 +100,14 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
             at.append(first + k)
     for p, name in enumerate(INERTIAL):
         if p not in place:
-            alone = "the motions do not show it" if separate[p] else "this arm shows it only together with others"
+            alone = (
+                "these motions do not excite it"
+                if separate[p]
+                else "only its sum with other parameters is identifiable"
+            )
             refused[name] = alone
     if not place:
-        raise NotIdentifiable("nothing of the payload shows in these motions; move it more, or further")
+        raise NotIdentifiable("no payload parameter is identifiable from these motions; move it more, or further")
     belief = final.fit.theta_belief[at]
     rivals = [
         each.share * (each.other.fit.found.theta[at] - each.final.fit.found.theta[at]) for each in selected.rivals

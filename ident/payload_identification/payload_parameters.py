@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.estimation.joint_by_joint.pooled_system import StackedSystem
+from ident.estimation.joint_by_joint.pooled_system import PooledSystem
 from ident.model.parameters import INERTIAL
 from ident.numerics.least_squares import LeastSquares, least_squares, row_weights
 from ident.support.arrays import Array, Indices
@@ -82,7 +82,7 @@ class PayloadEstimate:
     error_norm: float
     rel_error_norm: float
     sigma: float
-    system: StackedSystem
+    system: PooledSystem
     torque: Array
 
     def __getitem__(self, name: str) -> PayloadParameter:
@@ -91,7 +91,7 @@ class PayloadEstimate:
 
 
 def payload_parameters(
-    system: StackedSystem,
+    system: PooledSystem,
     gain: Array,
     *,
     gain_std: Array,
@@ -129,7 +129,7 @@ def payload_parameters(
         if name not in INERTIAL:
             raise PayloadError(f"payload parameter {name!r} is not one of {', '.join(INERTIAL)}")
     if not system.loaded.any():
-        raise NotIdentifiable("no loaded motion: nothing shows the payload")
+        raise NotIdentifiable("no loaded motion; without one the payload cannot be identified")
     given = np.array([name in known for name in INERTIAL])
     chi = np.array([known.get(name, 0.0) for name in INERTIAL])
     torque = gain[system.joint] * system.V
@@ -168,7 +168,7 @@ def payload_parameters(
     )
 
 
-def _gain_sensitivity(fit: LeastSquares, W: Array, weight: Array, system: StackedSystem, n: int) -> Array:
+def _gain_sensitivity(fit: LeastSquares, W: Array, weight: Array, system: PooledSystem, n: int) -> Array:
     """Change of the solution per change of each gain, shape (unknowns, n)."""
     of_joint: Indices = np.eye(n, dtype=np.intp)[system.joint]
     return fit.cofactor @ (W * weight[:, None]).T @ (of_joint * (weight * system.V)[:, None])

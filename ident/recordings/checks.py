@@ -130,9 +130,7 @@ def _clock_faults(recording: Recording, t_unit: str | None) -> Iterator[LogFault
         fitting = " or ".join(
             unit for unit, scale in TIME.items() if unit != ISO and FASTEST_CLOCK <= scale * logged < SLOWEST
         )
-        sentence = (
-            f"t is said to be in {t_unit}, and advances by {logged:.3g} {t_unit} a row, which no log of a robot does"
-        )
+        sentence = f"t is declared in {t_unit} but advances by {logged:.3g} {t_unit} a row, which is implausible"
         yield LogFault(None, sentence, f"is it in {fitting}?" if fitting else "is it time?")
         return
     units = ((1e5, "nanoseconds"), (100.0, "microseconds"), (SLOWEST, "milliseconds"), (0.0, "hours"))
@@ -159,7 +157,7 @@ def _step_faults(recording: Recording, j: int) -> Iterator[LogFault]:
             return
     more = f", and {int(jumped.sum()) - 1} more such steps" if jumped.sum() > 1 else ""
     sentence = f"{what}, faster than {FASTEST:g} rad/s or m/s{more}"
-    yield LogFault(j, sentence, "no joint moves like that, remove or repair those samples")
+    yield LogFault(j, sentence, "such a speed is implausible; remove or repair those samples")
 
 
 def _few_spikes(v: Array) -> Mask:

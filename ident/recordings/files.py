@@ -60,7 +60,7 @@ def read_log(path: str | Path, description: LogDescription) -> Log:
         RecordingError: As `read_recording`.
     """
     log = read_unchecked(path, description)
-    check_log(log.recording, t_unit=_said_unit(log, description))
+    check_log(log.recording, t_unit=_stated_unit(log, description))
     return log
 
 
@@ -71,7 +71,7 @@ def read_unrepaired(path: str | Path, description: LogDescription) -> Log:
         RecordingError: As `read_recording`, but for what jumps.
     """
     log = read_unchecked(path, description)
-    check_clock(log.recording, t_unit=_said_unit(log, description))
+    check_clock(log.recording, t_unit=_stated_unit(log, description))
     return log
 
 
@@ -93,10 +93,10 @@ def read_unchecked(path: str | Path, description: LogDescription) -> Log:
     return Log(recording, found[0], notes_of(found[0]))
 
 
-def _said_unit(log: Log, description: LogDescription) -> str | None:
+def _stated_unit(log: Log, description: LogDescription) -> str | None:
     """The unit that time is said to have; None where nothing is said, or it is a date."""
-    said = log.read.description.t.unit
-    return said[0] if said and description.t.unit and said[0] != ISO else None
+    unit = log.read.description.t.unit
+    return unit[0] if unit and description.t.unit and unit[0] != ISO else None
 
 
 def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str]], Chosen]) -> Request:
@@ -106,7 +106,7 @@ def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str
         description: What is said; the header of a text is found by the columns that it or a known layout names.
         chosen: Of the names of all columns, those to read.
     """
-    meant = re.compile("|".join((OURS.pattern, ur_rtde.COLUMNS, *map(re.escape, _said(description)))))
+    meant = re.compile("|".join((OURS.pattern, ur_rtde.COLUMNS, *map(re.escape, _stated_columns(description)))))
     return Request(
         chosen=chosen,
         known=lambda names: sum(bool(meant.fullmatch(name) or OURS.fullmatch(name.lower())) for name in names),
@@ -116,7 +116,7 @@ def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str
     )
 
 
-def _said(description: LogDescription) -> list[str]:
+def _stated_columns(description: LogDescription) -> list[str]:
     """Names of columns that a description says, the joints' filled in."""
     names = (*description.t.columns, *description.q.columns, *description.v.columns, *dict(description.only))
     joints = description.joints or ("",)

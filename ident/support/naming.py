@@ -37,7 +37,7 @@ _SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = LONGEST
 
 
-def joints_in_words(joints: Sequence[int]) -> str:
+def joint_list(joints: Sequence[int]) -> str:
     """`joint 2` or `joints 2, 3 and 5`, of joints from 0."""
     numbers = [str(joint + 1) for joint in joints]
     if len(numbers) == 1:

@@ -36,7 +36,7 @@ def refuse_outside(values: "DataclassInstance", error: type[Exception], place: s
             raise error(f"{within}{field.name} = {value}: expected a finite number")
         if field.name in ranges and not _inside(value, ranges[field.name][0]):
             interval, unit = ranges[field.name]
-            raise error(f"{within}{field.name} = {value:g}: expected {_words(interval)}{unit}")
+            raise error(f"{within}{field.name} = {value:g}: expected {_expected(interval)}{unit}")
 
 
 @lru_cache(maxsize=64)
@@ -55,7 +55,7 @@ def _inside(value: float, interval: Interval) -> bool:
     return above and (value <= _number(interval.le) if interval.lt is None else value < _number(interval.lt))
 
 
-def _words(interval: Interval) -> str:
+def _expected(interval: Interval) -> str:
     low = f"{_number(interval.ge):g}" if interval.gt is None else f"more than {_number(interval.gt):g}"
     high = f"{_number(interval.le):g}" if interval.lt is None else f"less than {_number(interval.lt):g}"
     return f"{low} to {high}"

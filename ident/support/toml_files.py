@@ -27,7 +27,7 @@ def read_toml(path: Path, *, error: type[ValueError]) -> dict[str, object]:
             nested deeper than `DEEPEST`.
     """
     content = read_bytes(path, most_bytes=LARGEST, error=error)
-    too_deep = f"{one_line(path)}: not TOML that can be meant: tables or arrays are nested deeper than {DEEPEST}"
+    too_deep = f"{one_line(path)}: tables or arrays are nested deeper than {DEEPEST}"
     try:
         text = content.decode("utf-8-sig")
         if _DOTTED.search(text):  # before the parser, which takes time in the square of a key's parts

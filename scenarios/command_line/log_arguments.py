@@ -24,8 +24,10 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     group = parser.add_argument_group(
         "foreign logs",
-        "For logs whose columns are not t, q1.., v1.. in seconds, radians and drive units. What v is cannot be told "
-        "from numbers and has to be said: "
+        (
+            "For logs whose columns are not t, q1.., v1.. in seconds, radians and drive units. The quantity "
+            "of v cannot be inferred from its numbers and must be declared: "
+        )
         + "; ".join(f"{name}: {kind.words}" for name, kind in MEANINGS.items())
         + ".",
     )

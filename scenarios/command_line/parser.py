@@ -97,7 +97,7 @@ class StoreOnce(argparse.Action):
         """
         given: set[str] = namespace.__dict__.setdefault(GIVEN, set())
         if self.dest in given and self.option_strings:
-            raise argparse.ArgumentError(self, "given twice; which one is meant?")
+            raise argparse.ArgumentError(self, "given twice; give it once")
         given.add(self.dest)
         setattr(namespace, self.dest, values)
 

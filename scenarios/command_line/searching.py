@@ -20,7 +20,7 @@ FASTEST = 5.0
 """Fastest harmonic [Hz] that the search samples twice a period."""
 HARMONICS = arguments.count_from(2, 100, "2 to be at rest at both ends, at most what a search can handle")
 DURATION = arguments.number_from(5.0, 600.0, "s", "shorter motions hold too few rows, longer ones are not simulated")
-EVALUATIONS = arguments.count_from(1, 10**7, "that takes half a day")
+EVALUATIONS = arguments.count_from(1, 10**7, "takes half a day")
 FEW = 1000
 """Motions that are tried sooner than processes are started."""
 

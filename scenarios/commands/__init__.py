@@ -14,22 +14,22 @@ GROUPS: dict[str, dict[str, str]] = {
         "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
     },
     "your robot": {
-        "new-robot": "start from your own arm, with its model file",
+        "new-robot": "start with your own arm, from its model file",
         "excite": "search for a motion that shows a scenario's gains best",
         "payload": "design a weight that shows every joint's gain",
     },
     "record": {
-        "recipe": "a page to take to the cell: what to command, to mount, to log",
+        "recipe": "recording instructions: what to command, mount and log",
         "trajectory": "a scenario's motion for a controller: CSV, ROS 2, URScript",
         "convert": "any log to a recording: CSV, UR, ROS 2, Parquet, NumPy",
-        "check": "what is wrong with recordings, or with the model",
+        "check": "detect faults of recordings or of the model",
     },
     "identify": {
         "identify": "identify the gains of a robot from recordings",
     },
     "prove": {
         "verify": "weigh a known mass with the gains, or cross-validate",
-        "compare-gains": "two sets of gains: what moved beyond its interval",
+        "compare-gains": "compare two sets of gains: significant changes",
     },
     "use": {
         "payload-of": "an unknown payload, from its currents and the gains",
@@ -38,7 +38,7 @@ GROUPS: dict[str, dict[str, str]] = {
     },
     "study": {
         "predict": "error budget to first order: nothing is simulated",
-        "sensitivity": "error budget: which error source costs how much",
+        "sensitivity": "error budget by simulation: effect of each error source",
         "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
         "compare": "methods side by side on scenarios, yours included",
     },

@@ -132,7 +132,7 @@ def _sealed(options: argparse.Namespace) -> Status:
         sealed = seal(loaded, options.trials, seed, options.seal, stages=stages)
     said = (
         Paragraph(f"Publish {options.seal / PROBLEMS} and {options.seal / SEAL}."),
-        Paragraph(f"Keep {options.seal / TRUTH} to yourself until the answers are in; then reveal it."),
+        Paragraph(f"Keep {options.seal / TRUTH} to yourself until the answers have arrived; then publish it."),
     )
     show(Report(f"{sealed.problems} problems sealed", said, sealed.model_dump(mode="json")), options)
     return Status.PASSED

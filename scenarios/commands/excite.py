@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_search_arguments(parser)
     what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
     add("--improve", action="store_true", help="begin with the scenario's own motion, and write no worse one")
-    add("--against", choices=AGAINST, default="noise", help=f"errors to make small: {what} (default noise)")
+    add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
 
@@ -87,7 +87,9 @@ def main(options: argparse.Namespace) -> Status:
         return ending(interrupt)
     motion = fitted.motion
     if fitted.reason:
-        complain(f"the best motion cannot be fitted to the robot ({fitted.reason}); the next best takes its place")
+        complain(
+            f"the best motion cannot be fitted to the limits of the robot ({fitted.reason}); the next best is used"
+        )
     if own is not None and (options.improve or interrupt is None) and own.better_than(motion, design):
         motion = _beside(own, motion, design, options)
     result = SearchedMotion(
@@ -137,8 +139,8 @@ def _beside(
     from scenarios.design.own_motion import worst_deviation
 
     said = (
-        f"the scenario's own motion shows the wanted gains better, the worst to {100.0 * own.worst:.3g} %, the motion "
-        f"found to {100.0 * worst_deviation(design, found):.3g} %"
+        "the scenario's own motion determines the wanted gains better, the worst to "
+        f"{100.0 * own.worst:.3g} %, the motion found to {100.0 * worst_deviation(design, found):.3g} %"
     )
     if options.improve:
         complain(f"{said}; it is written, as no better one was found")

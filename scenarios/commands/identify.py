@@ -87,7 +87,7 @@ def main(options: argparse.Namespace) -> Status:
         origin = Origin(model=options.model, arm=structure.arm, motions=motions, options=own, observing=found.observing)
         gains_file_arguments.write(gains_file(found.estimate, origin), held)
     if form(options) == "json":
-        for said in (*(each.sentence for each in found.found.told), *found.notes):
+        for said in (*(each.sentence for each in found.found.reported), *found.notes):
             complain(said)
     report = estimate_report(found, structure.arm, identify_s)
     title = f"Drive gains of {structure.arm.name} by {options.method}"

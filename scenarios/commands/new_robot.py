@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scenarios.design.excitation import Design
     from scenarios.design.search import Found, Series
 
-EVALUATIONS = arguments.count_from(1, 10**6, "that takes an hour")
+EVALUATIONS = arguments.count_from(1, 10**6, "takes an hour")
 USUAL = 400
 """Motions that are tried."""
 

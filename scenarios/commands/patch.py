@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--arm", type=arguments.file, metavar="A", help=said)
     said = "write mass, centre and inertia of every link as well, of bodies nearest to MODEL's; takes --arm of --gains"
     add("--links", action="store_true", help=said)
-    within = arguments.number_from(1e-6, 1.0, "", "a share of the number itself")
+    within = arguments.number_from(1e-6, 1.0, "", "as a share of the value")
     said = "relative deviation up to which a number is taken (default %(default)s)"
     add("--max-rel-std", type=within, default=0.1, metavar="X", help=said)
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
@@ -48,8 +48,8 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.experiments.files.gains import read_gains
     from scenarios.experiments.robot_models import read_arm
     from scenarios.gains_in_use.model_update.bare_file import read_bare
-    from scenarios.gains_in_use.model_update.drawn_links import drawn_links
     from scenarios.gains_in_use.model_update.link_values import link_values
+    from scenarios.gains_in_use.model_update.nominal_links import nominal_links
     from scenarios.gains_in_use.model_update.patch import patched_model
     from scenarios.gains_in_use.model_update.values import joint_values
     from scenarios.gains_in_use.results import patched
@@ -61,7 +61,7 @@ def main(options: argparse.Namespace) -> Status:
     bare = None if options.arm is None else read_bare(options.arm)
     links = None
     if options.links:
-        links = link_values(bare, structure.arm, drawn_links(options.model, options.flange))
+        links = link_values(bare, structure.arm, nominal_links(options.model, options.flange))
     joints = joint_values(structure, gains, nominal, bare, most=options.max_rel_std)
     found = patched_model(options.model, joints, links)
     contents = [found.content]

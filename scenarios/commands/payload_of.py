@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read, find the payload, tell."""
-    from ident.payload_identification.joint_agreement import accord, check_mass
+    from ident.payload_identification.joint_agreement import check_mass, joint_agreement
     from ident.payload_identification.payload_body import body_of
     from scenarios.experiments.files.gains import read_gains
     from scenarios.reports.payload_of import payload_report
@@ -35,6 +35,6 @@ def main(options: argparse.Namespace) -> Status:
         found, diagnosed = weigh(options, file, options.unloaded, options.logs)
         body = body_of(found)
         check_mass(body)
-        joints = accord(found, body, file.known)
+        joints = joint_agreement(found, body, file.known)
     show(payload_report(found, body, joints, diagnosed), options)
     return Status.PASSED

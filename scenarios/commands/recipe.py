@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
     from ident.payload.payload import Payload
 
-KEPT = "kept; it states another payload than the scenario: if nobody measured that, remove it and write the page again"
+KEPT = (
+    "kept, although it differs from the scenario's payload; if it was not measured, remove it and write the page again"
+)
 """Of a payload's file that stood there before."""
 
 
@@ -44,11 +46,11 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.reports.files import write_markdown
     from scenarios.reports.recipe import recipe_report
     from scenarios.results.written import Written
-    from sim.torque_limits import check_bearable
+    from sim.torque_limits import check_torque_limits
 
     scenario = load_scenario(options.scenario)
     prepared, stated = bench(scenario), stated_payloads(scenario)
-    check_bearable(prepared.experiments)
+    check_torque_limits(prepared.experiments)
     payloads = {mounting: stated[mounting] for mounting in prepared.payloads if mounting in prepared.protocol}
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
         told = horizon(expected_preparation(prepared, enough(prepared)).logs())

@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_model_arguments(parser)
     add_gains_argument(
-        parser, needed=False, said="gains to hold against the scale; without them the motions predict each other"
+        parser, needed=False, said="gains to compare with the scale; without them the motions are cross-validated"
     )
     add_motion_arguments(parser)
     add_log_arguments(parser)

@@ -13,8 +13,8 @@ from scenarios.command_line.surroundings import with_opengl
 from scenarios.support.errors import NoFilm
 from sim.errors import ADVICE, NoPicture
 
-WIDTH = arguments.count_from(64, 4096, "more is slow to draw and hard to send")
-FPS = arguments.number_from(1.0, 60.0, "1/s", "more than a screen shows, or too few to see the motion")
+WIDTH = arguments.count_from(64, 4096, "larger pictures are slow to render")
+FPS = arguments.number_from(1.0, 60.0, "1/s", "outside the useful range of frame rates")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

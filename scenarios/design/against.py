@@ -22,7 +22,7 @@ from scenarios.experiments.studies.sources import settings_with, sources_of
 from scenarios.prediction.moments import points_of
 from scenarios.support.errors import NoSources, NotAPair
 from sim.experiment import Experiment
-from sim.feedforward_currents import needed_currents
+from sim.feedforward_currents import feedforward_currents
 from sim.trajectory import FourierTrajectory
 
 PLANT = "plant."
@@ -87,7 +87,7 @@ class Sourced:
             if source.stream is None and all(place.startswith(PLANT) for place in source.targets)
         ]
         if not self._drawn:
-            raise NoSources(f"{scenario.name}: none of its sources is drawn of the {PLANT[:-1]}: nothing but noise")
+            raise NoSources(f"{scenario.name}: none of its sources is drawn of the {PLANT[:-1]}: only noise remains")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ class Sourced:
         fewer._drawn = [source for source, cost in zip(self._drawn, costs, strict=True) if cost > least]
         if not fewer._drawn:
             name = self._quiet.scenario.name
-            raise NoSources(f"{name}: {', '.join(self.names)}: no cost on any wanted gain: nothing but noise")
+            raise NoSources(f"{name}: {', '.join(self.names)}: no cost on any wanted gain: only noise remains")
         return fewer
 
     def __call__(self, motion: FourierTrajectory, rate_hz: float) -> Array:
@@ -140,7 +140,9 @@ class Sourced:
     def _currents(self, experiments: Sequence[Experiment], motion: FourierTrajectory, rate_hz: float) -> list[Array]:
         """What the first bare and the first loaded motion need, each (N, n); drives warm up in those before them."""
         at = [self._quiet.protocol.index(name) for name in PAIR]
-        needed = needed_currents([replace(each, trajectory=motion) for each in experiments[: max(at) + 1]], rate_hz)
+        needed = feedforward_currents(
+            [replace(each, trajectory=motion) for each in experiments[: max(at) + 1]], rate_hz
+        )
         return [needed[k] for k in at]
 
     def _influence(self, motion: FourierTrajectory, rate_hz: float) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from ident.model.files.xml_tree import Element, read_xml
 from sim.errors import ModelFileError
 from sim.meshes import drop_missing_meshes
 from sim.model_spec import full_spec
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 """What an actuator pulls at; both are the same for a joint of one axis."""
@@ -43,7 +43,7 @@ class ModelFacts:
     left: tuple[str, ...]
 
 
-@quiet()
+@silenced()
 def model_facts(path: Path, flange: str | None) -> ModelFacts:
     """Read them.
 

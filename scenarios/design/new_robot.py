@@ -188,6 +188,7 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
     if any(found.identifiable):
         return found
     raise RobotError(
-        f"robot {new.name}: the largest torques leave room for {body.mass:.2g} kg, which show no gain better "
-        f"than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or masses of the links"
+        f"robot {new.name}: the largest torques leave room for {body.mass:.2g} kg, which determine no "
+        f"gain better than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or "
+        "masses of the links"
     )

@@ -74,7 +74,9 @@ class PayloadDesign:
         """
         first = self.candidates[0]
         if first.refusal:
-            raise NoWeight(f"{self.scenario.name}: no weight will do: the best {first.weight.shape} {first.refusal}")
+            raise NoWeight(
+                f"{self.scenario.name}: no weight meets the limits: the best {first.weight.shape} {first.refusal}"
+            )
         return first
 
     @property

@@ -36,9 +36,9 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
     found = drawn[admissible(design, drawn)][:ENOUGH]
     if not len(found):
         raise TrajectoryError(
-            f"robot {design.problem.plant.robot.name}: neither home nor any of {DRAWN} positions within the ranges "
-            f"keeps its distance from floor and arm and bears the payload with {TORQUE_SHARE:g} of the torque; check "
-            "its shapes, current limits and payload"
+            f"robot {design.problem.plant.robot.name}: neither home nor any of {DRAWN} positions within "
+            "the ranges keeps its distance from floor and arm and carries the payload with "
+            f"{TORQUE_SHARE:g} of the torque; check its shapes, current limits and payload"
         )
     return found
 

@@ -49,6 +49,6 @@ def _check_inertial(link: Element, inertial: Element) -> None:
         if moments[0] + moments[1] < (1.0 - SLACK) * moments[2]:
             principal = ", ".join(f"{each:.4g}" for each in moments)
             raise RobotModelError(
-                f"{inertia.title} of link {shown(link.attributes.get('name', ''))}: no body has principal moments "
-                f"{principal} kg m^2: none is negative, and none is larger than the other two together"
+                f"{inertia.title} of link {shown(link.attributes.get('name', ''))}: no body has principal "
+                f"moments {principal} kg m^2: none is negative, and none exceeds the sum of the other two"
             )

@@ -14,7 +14,7 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import KEYS, read_motion
 from scenarios.experiments.robot_models import read_arm
 from scenarios.support.errors import NoSuchMotion, UnreadableFile
-from sim.torque_limits import check_bearable
+from sim.torque_limits import check_torque_limits
 from sim.trajectory import FourierTrajectory
 
 
@@ -66,7 +66,7 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
     if model is not None or flange is not None:
         raise NoSuchMotion(f"{name}: a scenario names its own robot; --model and --flange go with a motion file")
     prepared = bench(load_scenario(name))
-    check_bearable(prepared.experiments)
+    check_torque_limits(prepared.experiments)
     return scenario_source(prepared)
 
 

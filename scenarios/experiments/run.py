@@ -22,7 +22,7 @@ from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.files.settings import with_settings
 from scenarios.experiments.judge import Verdict, judge
 from scenarios.support.stages import SILENT, Stages
-from sim.closed_loop import Advanced, unheard
+from sim.closed_loop import Advanced, no_progress
 from sim.errors import SimulationError
 from sim.record import each_record
 from sim.sensors import noise_streams
@@ -141,7 +141,7 @@ def simulate_batch(
     streams: Sequence[Sequence[NoiseStreams]],
     *,
     threads: int,
-    advanced: Advanced = unheard,
+    advanced: Advanced = no_progress,
 ) -> Iterator[tuple[int, Simulated | SimulationError]]:
     """Record the motions of prepared scenarios in one batch.
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ident.arm_parameters.bare import BareArm, arm_in_SI, gain_ratios
-from ident.arm_parameters.payload_forecast import ExpectedGain, expected_if_loaded
-from ident.arm_parameters.ratio_discrepancies import OffRatio, off_ratios
+from ident.arm_parameters.payload_forecast import ExpectedGain, forecast_gains
+from ident.arm_parameters.ratio_discrepancies import RatioDiscrepancy, ratio_discrepancies
 from ident.diagnosis.diagnose import diagnose
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.diagnosis.plausibility import prediction_warnings
@@ -54,7 +54,7 @@ class BareAnswer:
 
     found: BareArm
     predicted: tuple[JointPrediction, ...]
-    off: tuple[OffRatio, ...]
+    off: tuple[RatioDiscrepancy, ...]
     in_si: BareArm | None
     if_loaded: IfLoaded | None
     said: Diagnosed
@@ -96,9 +96,9 @@ def bare_answer(
     assert found.ratios is not None, "ratios were asked for"
     off, in_si, if_loaded = (), None, None
     if known is not None:
-        in_si, off = arm_in_SI(problem, options, known), off_ratios(found.ratios, known)
+        in_si, off = arm_in_SI(problem, options, known), ratio_discrepancies(found.ratios, known)
         if payload is not None:
-            expected = expected_if_loaded(problem, options, payload, in_si, known, found.ratios)
+            expected = forecast_gains(problem, options, payload, in_si, known, found.ratios)
             if_loaded = IfLoaded(payload=payload, gains=expected)
     return BareAnswer(
         found=found,

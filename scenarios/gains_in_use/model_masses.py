@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ident.support.arrays import Array
-from scenarios.gains_in_use.model_update.drawn_links import drawn_links
+from scenarios.gains_in_use.model_update.nominal_links import nominal_links
 from sim.errors import ModelFileError
 
 
@@ -15,7 +15,7 @@ def model_links(path: Path, flange: str | None) -> Array | None:
         flange: Its last body; joints that do not lead there are held.
     """
     try:
-        drawn = drawn_links(path, flange)
+        nominal = nominal_links(path, flange)
     except ModelFileError:  # identification needs no masses
         return None
-    return drawn.own + drawn.carried
+    return nominal.own + nominal.carried

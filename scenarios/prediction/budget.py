@@ -16,7 +16,7 @@ from scenarios.experiments.files.schema import Scenario
 from scenarios.prediction.predictor import NO_SPECTRUM, OTHER, Cost, Predictor, predictor_of
 from scenarios.support.errors import ScenarioError
 from sim.errors import SimulationError
-from sim.torque_limits import check_bearable
+from sim.torque_limits import check_torque_limits
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     Raises:
         Saturated: If its motion asks more of a drive than it has; else as `predictor_of`.
     """
-    check_bearable(bench(scenario).experiments)
+    check_torque_limits(bench(scenario).experiments)
     predictor = predictor_of(scenario)
     estimate, costs, unpredicted = predictor.linear.estimate, list[Cost](), list[Unpredicted]()
     for name, source in scenario.table.sources.items():

@@ -12,7 +12,7 @@ from ident.support.arrays import Array
 from scenarios.experiments.build import Bench
 from scenarios.experiments.files.mountings import grouped
 from sim.experiment import Experiment
-from sim.feedforward_currents import needed_currents, states_of
+from sim.feedforward_currents import feedforward_currents, states_of
 from sim.sensors import SensorOptions, logged_without_noise, noises, without_spectrum
 from sim.sensors.effect import Log, Noise
 
@@ -48,7 +48,7 @@ def expected_logs(prepared: Bench, every: int) -> tuple[Expected, ...]:
         PlantError: If a plant cannot be built.
     """
     rate_hz = prepared.scenario.table.experiment.controller.rate_hz / every
-    needed = needed_currents(prepared.experiments, rate_hz)
+    needed = feedforward_currents(prepared.experiments, rate_hz)
     return tuple(_expected(each, v, every, rate_hz) for each, v in zip(prepared.experiments, needed, strict=True))
 
 

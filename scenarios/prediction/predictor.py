@@ -20,7 +20,7 @@ from scenarios.support.errors import NoSources, NotPredicted
 from sim.experiment import Experiment
 
 OTHER = "noise that is no source"
-NO_SPECTRUM = "nothing is known of the spectrum of"
+NO_SPECTRUM = "no first-order model for"
 TAKEN = ("plant.", "experiment.sensors.")
 """Beginnings of places that change what is logged along the same motion."""
 AGAIN = ("belief.", "identification.", "experiment.motion", "experiment.protocol")
@@ -121,7 +121,7 @@ class Predictor:
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
-            raise NotPredicted(f"{odd[0]}: control is taken to be perfect, and a change of it to cost nothing")
+            raise NotPredicted(f"{odd[0]}: control is assumed perfect, so a change of it has no effect")
         logged = all(place.startswith(TAKEN) for place in source.targets)
         return self._by_currents(settings) if logged else self._again(settings)
 

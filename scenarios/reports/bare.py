@@ -27,8 +27,9 @@ PARAMETERS = (
 )
 FRICTION = (Column(title="Joint"), *PARAMETERS)
 BASE_PARAMETERS = (
-    "XX to ZZ: inertia of a link about the origin of its frame; MX, MY, MZ: its first moments; Ia: motor inertia; the "
-    "number is the joint's. Parameters that only their sum shows are regrouped into one of them."
+    "XX to ZZ: inertia of a link about the origin of its frame; MX, MY, MZ: its first moments; Ia: motor "
+    "inertia; the number is the joint's. Parameters of which only the sum is identifiable are regrouped "
+    "into one of them."
 )
 TERMS = {
     "Fv": "Fv: viscous friction",
@@ -55,9 +56,9 @@ def bare_report(result: BareResult, revolute: Array) -> Report:
     parts: list[Part] = [_ratio_table(joints, result.reference)]
     parts.append(
         Paragraph(
-            f"Gains over that of joint {result.reference}, from the links that joints share. Bare motions have no "
-            "newtons: one gain, or a motion with a weighed payload, gives all of them. Predicted: each fifth of the "
-            "motions from the others."
+            f"Gains over that of joint {result.reference}, from the links that joints share. Without "
+            "a payload the gains are known up to a common factor: one gain, or a motion with a weighed payload, "
+            "determines it. Predicted: each fifth of the motions from the others."
         )
     )
     shares = {each.joint - 1: each.predicted_rel_error for each in joints if each.predicted_rel_error is not None}

@@ -37,10 +37,15 @@ def links_parts(links: Links | None, reason: str | None, revolute: Array) -> lis
     title = "Links as bodies, in SI, each in the frame of its joint"
     far = links.farthest_deviations
     words = (
-        "Only base parameters are determined by data; of all links with these, or the nearest that bodies can have, "
-        f"these are nearest to the model's. {links.farthest_parameter} gave way most, by {far:.2g} deviations."
+        "Only base parameters are determined by data; of all links with these, or the nearest that "
+        f"bodies can have, these are nearest to the model's. {links.farthest_parameter} changed most, by "
+        f"{far:.2g} deviations."
     )
-    doubt = "" if far <= FAR else " That is more than its deviation explains: model, gains or data are mistaken."
+    doubt = (
+        ""
+        if far <= FAR
+        else (" This exceeds its standard deviation too far: the model, the gains or the data are wrong.")
+    )
     return [
         Table(title=title, columns=(*COLUMNS, Column(title="Motor", unit=unit)), rows=rows),
         Paragraph(words + doubt, Mood.DOUBTFUL if doubt else Mood.PLAIN),

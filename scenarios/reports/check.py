@@ -51,7 +51,7 @@ def findings(found: Diagnosed, *, hint: str = "") -> list[Paragraph]:
         found: What is said of the logs.
         hint: How to see the good ones.
     """
-    good = len(found.diagnoses) - len(found.doubts)
+    good = len(found.diagnoses) - len(found.findings)
     said = Paragraph(f"Good: {_many(good, 'check')}{hint}.")
     return [*doubt_paragraphs(found, strong=False), said, *horizon_paragraphs(found, every=True)]
 
@@ -66,7 +66,7 @@ def _effect_words(effect: Effect) -> str:
 def _most(found: Diagnosed) -> str:
     """The largest effect of all diagnoses that are not good."""
     effects: Sequence[Effect] = [
-        worst for each in found.doubts if (worst := each.worst) is not None and worst.deviations is not None
+        worst for each in found.findings if (worst := each.worst) is not None and worst.deviations is not None
     ]
     return f"; {_effect_words(max(effects, key=lambda each: abs(each.percent)))}" if effects else ""
 

@@ -37,13 +37,14 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
         Table(columns=(*_gain_columns(found, A), *COLUMNS), rows=rows),
         Paragraph(_common(found)),
         Paragraph(
-            f"A verdict is MOVED beyond {found.each[0].limit:.2f} deviations of the logarithm of the change, so that "
-            "all joints together err once in 20 times where none moved. Changes and 2 sigma are in % of A."
+            f"A verdict is MOVED beyond {found.each[0].limit:.2f} deviations of the logarithm of the "
+            "change, a false alarm rate of 5 % for all joints together. Changes and 2 sigma are in % of "
+            "A."
         ),
         Paragraph(_test("All joints together", found.together)),
     ]
     if found.pattern is not None:
-        parts.append(Paragraph(_test("Beside a scale common to all", found.pattern)))
+        parts.append(Paragraph(_test("Relative to a common scale", found.pattern)))
     parts += [Paragraph(f"Joint {j + 1} has a gain in {which} only.") for j, which in found.missing]
     parts += _same_data(A, B)
     parts.append(_conclusion(found))
@@ -65,8 +66,8 @@ def _common(found: GainComparison) -> str:
     scale, alone = found.scale, np.setdiff1d(found.joints, found.sharing).tolist()
     if not len(found.sharing):
         return (
-            f"No scale is common to more than half of the joints; beside that of all, {100.0 * scale.rel:+.2f} %, no "
-            "change tells which joint moved."
+            "No scale is common to more than half of the joints; relative to that of all, "
+            f"{100.0 * scale.rel:+.2f} %, no change shows which joint moved."
         )
     whose = f"all joints but {', '.join(str(j + 1) for j in alone)}" if alone else "all joints"
     return (
@@ -91,7 +92,8 @@ def _same_data(A: GainsFile, B: GainsFile) -> list[Part]:
     if not shared:
         return []
     words = (
-        f"Note: both are from {', '.join(shared)}: errors are partly common, and the intervals too wide or too narrow."
+        f"Note: both are from {', '.join(shared)}: their errors are correlated, so intervals are too wide "
+        "or too narrow."
     )
     return [Paragraph(words, Mood.DOUBTFUL)]
 
@@ -101,7 +103,7 @@ def _conclusion(found: GainComparison) -> Paragraph:
     if moved:
         return Paragraph(f"MOVED: joint {', '.join(moved)} beyond the interval.", Mood.BAD, strong=True)
     if found.moved:
-        return Paragraph("MOVED: all joints together, though none alone.", Mood.BAD, strong=True)
+        return Paragraph("MOVED: all joints together, but no single joint.", Mood.BAD, strong=True)
     near = [str(j + 1) for j, each in zip(found.joints.tolist(), found.each, strict=True) if each.beyond_two]
-    words = f", joint {', '.join(near)} beyond 2 sigma, which one joint of several may be" if near else ""
+    words = f", joint {', '.join(near)} beyond 2 sigma, as expected of one joint in several" if near else ""
     return Paragraph(f"SAME: no gain moved beyond its interval{words}.", Mood.GOOD, strong=True)

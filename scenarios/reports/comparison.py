@@ -34,19 +34,19 @@ JOINTS = (
     Column(title="Claimed\nover bound"),
 )
 RULE = (
-    f"Order: gains within {100.0 * RANKED_BY:g} % less wrong claims, as a share of the gains that the data should "
-    f"give, so that who refuses everything has 0. A claim is wrong if it is off by more than {100.0 * FAR:g} % and by "
-    f"more than {SURE:g} of its stated deviations; of a gain that the scenario says the data cannot give, also if it "
-    f"states no deviation below {100.0 * FAR:g} %, or is off by more than {SURE:g} of them. A gain that a crash, a "
-    "time-out or a misfit of an answer has cost is neither solved nor refused. Time: median of a call, start of a "
-    "process and reading of files included."
+    f"Order: gains within {100.0 * RANKED_BY:g} % less wrong claims, as a share of the gains that the "
+    "data should give, so refusing everything scores 0. A claim is wrong if it is off by more than "
+    f"{100.0 * FAR:g} % and by more than {SURE:g} of its stated deviations; of a gain that the scenario "
+    f"says the data cannot give, also if it states no deviation below {100.0 * FAR:g} %, or is off by "
+    f"more than {SURE:g} of them. A gain lost to a crash, a time-out or an invalid answer counts neither "
+    "as solved nor as refused. Time: median of a call, start of a process and reading of files included."
 )
 MEANING = (
-    "Bias, spread: mean and standard deviation of the error. Within: trials that err by less than 1 or 2 stated "
-    "deviations, of honest ones 68.3 % and 95.4 %; with the 95 % interval of the latter (Clopper and Pearson). Bound: "
-    "Cramer and Rao's, of all joints together for the injected current noise, with the level that it has in the band "
-    "of the rows; neither encoder noise nor errors of payload or model are in it. Of a scenario that draws numbers, it "
-    "is that of the numbers it states."
+    "Bias, spread: mean and standard deviation of the error. Within: trials that err by less than 1 or 2 "
+    "stated deviations, correct ones give 68.3 % and 95.4 %; with the 95 % interval of the latter "
+    "(Clopper and Pearson). Bound: Cramer-Rao, of all joints together for the injected current noise at "
+    "its level in the band of the rows, without encoder noise and errors of payload or model. Of a "
+    "scenario that draws numbers, it is that of the numbers it states."
 )
 
 

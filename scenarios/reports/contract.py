@@ -14,7 +14,7 @@ def contract_report(found: Contract) -> Report:
         for check in found.checks
     )
     broken = [check for check in found.checks if not check.kept]
-    said = [Paragraph(sentence(f"It is not so that {check.promise}: {check.broken}")) for check in broken]
+    said = [Paragraph(sentence(f"Not fulfilled: {check.promise}: {check.broken}")) for check in broken]
     verdict = (
         Paragraph(f"BROKEN: {len(broken)} of {len(found.checks)} promises.", Mood.BAD, strong=True)
         if broken

@@ -28,7 +28,7 @@ def doubt_paragraphs(found: Diagnosed, *, strong: bool = True) -> list[Paragraph
         Paragraph(
             words_of(each, several=several), MOODS[each.severity], strong=strong and each.severity is not Severity.GOOD
         )
-        for each in found.told
+        for each in found.reported
     ]
 
 
@@ -44,7 +44,7 @@ def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
     place = f"{LABELS[diagnosis.severity]}{f' {named}' if named else ''}: "
     if diagnosis.rivals:
         more = f" and {len(diagnosis.rivals) - 1} more" if diagnosis.rivals[1:] else ""
-        return f"{place}{diagnosis.sentence}. It may as well be: {diagnosis.rivals[0]}{more}."
+        return f"{place}{diagnosis.sentence}. These logs cannot distinguish it from: {diagnosis.rivals[0]}{more}."
     advice = "" if diagnosis.advice is None else f" {diagnosis.advice[0].upper()}{diagnosis.advice[1:]}."
     stop = "" if diagnosis.sentence.endswith("?") else "."
     return f"{place}{diagnosis.sentence}{stop}{advice}"
@@ -59,12 +59,14 @@ def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool 
         expected: Whether the logs are still to be recorded.
     """
     exclude, tell = (
-        ("Logs of these motions will exclude", "They will not tell") if expected else ("Excluded", "Cannot be told")
+        ("Logs of these motions will exclude", "They will not determine")
+        if expected
+        else ("Excluded", "Cannot be checked with these logs")
     )
     excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
-    untold = [each for each in found.untold if every or not each.startswith("whether")]
+    indistinguishable = [each for each in found.indistinguishable if every or not each.startswith("whether")]
     parts = [Paragraph(f"{exclude}: {'; '.join(excluded)}.")] if excluded else []
-    return [*parts, *([Paragraph(f"{tell}: {'; '.join(untold)}.")] if untold else [])]
+    return [*parts, *([Paragraph(f"{tell}: {'; '.join(indistinguishable)}.")] if indistinguishable else [])]
 
 
 def every_line(diagnoses: Sequence[Diagnosis]) -> Table:

@@ -22,9 +22,9 @@ COLUMNS = (
     Column(title="95 % interval", unit="%"),
 )
 MEANING = (
-    "Bias, spread: mean and standard deviation of the error. Claimed: its standard deviation as each trial states it, "
-    "all its shares together. Within: trials that err by less than 1 or 2 of these; of honest ones 68.3 % and 95.4 %. "
-    "A joint that is rightly refused passes."
+    "Bias, spread: mean and standard deviation of the error. Claimed: its standard deviation as each "
+    "trial states it, all its shares together. Within: trials that err by less than 1 or 2 of these; "
+    "correct ones give 68.3 % and 95.4 %. A joint that is rightly refused passes."
 )
 
 
@@ -36,7 +36,7 @@ def monte_carlo_report(result: StudyResult, rows: StudyRows, *, asked: int) -> R
         rows: That it sums up.
         asked: Trials asked for; the folder may hold more.
     """
-    more = f" (the folder holds more than the {asked} asked for)" if result.trials > asked else ""
+    more = f" (the folder contains more than the {asked} asked for)" if result.trials > asked else ""
     parts: list[Part] = [Table(columns=COLUMNS, rows=tuple(_row(joint) for joint in result.joints))]
     parts.append(Paragraph(MEANING))
     parts += [
@@ -69,10 +69,10 @@ def _verdict(statistics: Sequence[JointStatistics]) -> Paragraph:
     trials, allowed, wanted = statistics[0].trials, statistics[0].allowed, f"{100.0 * statistics[0].wanted:g} %"
     few = allowed >= trials
     if missed:
-        rule = f"more than {allowed} of {trials}, which a pass rate of {wanted} does not explain"
+        rule = f"more than {allowed} of {trials} misses are incompatible with a pass rate of {wanted}"
         why = " (too few trials to judge a pass rate)" if few else f": {rule}"
         return Paragraph(f"MISSED on joint {', '.join(missed)}{why}.", Mood.BAD, strong=True)
-    rule = f"no joint missed more than {allowed} of {trials}, as many as a pass rate of {wanted} explains"
+    rule = f"every joint passed (at most {allowed} of {trials} misses are compatible with a pass rate of {wanted})"
     why = "every trial, though too few to judge a pass rate" if few else rule
     return Paragraph(f"PASSED: {why}.", Mood.GOOD, strong=True)
 

@@ -59,7 +59,7 @@ def coverage_plot(recorded: Mapping[str, Sequence[CheckJoint]], arm: Arm) -> Plo
         series.append(intervals(name, names, seen, TONES[k % len(TONES)]))
     of = "the range that the model states" if stated else "no range: the model states none"
     return Plot(
-        title="Where each joint went",
+        title="Range of each joint",
         caption=f"From the lowest to the highest position of each joint, in shares of {of}.",
         x=Axis(title="joint", categories=names),
         y=Axis(title="position", unit=unit, zero=stated),

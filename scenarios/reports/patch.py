@@ -18,10 +18,10 @@ LEFT = (
     Column(title="Why", words=True),
 )
 NOTES = (
-    "Efforts are scaled as the gains were; damping and friction are the viscous and Coulomb friction of the joint's "
-    "own law, in N m s/rad and N m (N s/m and N), offsets and friction that grows with load left out; armature in "
-    "kg m^2 (kg). Links, where asked for, are bodies nearest to the model's of all with the base parameters that data "
-    "determine. Nothing else in the file is another."
+    "Efforts are scaled like the gains; damping and friction are the viscous and Coulomb friction of the "
+    "joint's own law, in N m s/rad and N m (N s/m and N), offsets and friction that grows with load left "
+    "out; armature in kg m^2 (kg). Links, where asked for, are bodies nearest to the model's of all with "
+    "the base parameters that data determine. Nothing else in the file is changed."
 )
 
 

@@ -38,9 +38,9 @@ def payload_report(design: PayloadDesign) -> Report:
     limit = "the robot's file names no rated load" if design.most is None else f"rated load {design.most:g} kg"
     parts.append(
         Paragraph(
-            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; the weight as made adds "
-            f"what tolerances of its dimensions and the scale cost. Limits: {limit}, torque of the drives, distance to "
-            f"floor and arm. Frame: {where}."
+            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; the weight "
+            f"as made includes the tolerances of its dimensions and of the scale. Limits: {limit}, torque "
+            f"of the drives, distance to floor and arm. Frame: {where}."
         )
     )
     parts += [*_own_is_better(design), _conclusion(design)]
@@ -130,8 +130,10 @@ def _own_is_better(design: PayloadDesign) -> list[Paragraph]:
         return []
     return [
         Paragraph(
-            f"The scenario's own payload already shows the worst joint better: {percent(own, '.2f')} % against "
-            f"{percent(new, '.2f')} %; keep it.",
+            (
+                f"The scenario's own payload already identifies the worst joint better: {percent(own, '.2f')} "
+                f"% against {percent(new, '.2f')} %; keep it."
+            ),
             Mood.DOUBTFUL,
             strong=True,
         )
@@ -142,10 +144,12 @@ def _conclusion(design: PayloadDesign) -> Paragraph:
     shown = design.shows(design.after.deviations)
     missing = [str(j + 1) for j in design.problem.joints if not shown[j]]
     if missing:
-        return Paragraph(f"No weight within the limits shows joint {', '.join(missing)}.", Mood.BAD, strong=True)
+        return Paragraph(f"No weight within the limits identifies joint {', '.join(missing)}.", Mood.BAD, strong=True)
     return Paragraph(
-        f"The {design.best.weight.shape} shows every joint; the worst gain's deviation is "
-        f"{percent(float(design.after.deviations.total[design.problem.joints].max()), '.2f')} %.",
+        (
+            f"The {design.best.weight.shape} identifies every joint; the worst gain's standard deviation is "
+            f"{percent(float(design.after.deviations.total[design.problem.joints].max()), '.2f')} %."
+        ),
         Mood.GOOD,
         strong=True,
     )

@@ -61,15 +61,17 @@ def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighe
 def _doubts(body: FoundBody, joints: Sequence[Weighed]) -> Iterator[str]:
     mass = body.of("mass")
     if mass is not None and mass.value < 0.0:
-        yield "Note: the mass is below zero, if not surely: nothing seems mounted, or bare and loaded are swapped."
+        yield (
+            "Note: the mass is negative, but not significantly: nothing was mounted, or bare and loaded are swapped."
+        )
     apart = [
-        f"joint {(each.joint or 0) + 1} says {each.mass.value:.3f} kg (2 sigma {2.0 * each.mass.std:.3f})"
+        f"joint {(each.joint or 0) + 1} alone {each.mass.value:.3f} kg (2 sigma {2.0 * each.mass.std:.3f})"
         for each in joints
         if each.verdict == DIFFERS and each.mass is not None
     ]
     if apart and mass is not None:
         yield (
-            f"WARNING: joints disagree on the mass: alone, {', '.join(apart)}; all together, {mass.value:.3f} kg. A "
-            "gain is off, or the payload moved, and the intervals do not contain that; rx90 verify holds gains against "
-            "a scale."
+            f"WARNING: the joints disagree on the mass: {', '.join(apart)}; all together, "
+            f"{mass.value:.3f} kg. A gain is wrong or the payload moved, which the intervals do not "
+            "include; check the gains with rx90 verify."
         )

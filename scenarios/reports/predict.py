@@ -7,10 +7,11 @@ from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Repor
 from scenarios.reports.diagnoses import horizon_paragraphs
 
 MEANING = (
-    "Root mean square of the relative error that each source makes alone, at its declared size, to first order. All "
-    "together: biases by sign and variances summed. Within: share of runs inside the tolerance, if errors are normal."
+    "Rms of the relative error from each source alone, at its declared size, to first order. All "
+    "together: biases by sign and variances summed. Within: share of runs inside the tolerance, if "
+    "errors are normal."
 )
-CONTROL = "Control is taken to be perfect, sources to be independent and their effects to add; nothing was simulated."
+CONTROL = "Assumes perfect control, independent sources and additive effects; nothing was simulated."
 
 
 def prediction_report(budget: PredictedBudget) -> Report:
@@ -18,7 +19,7 @@ def prediction_report(budget: PredictedBudget) -> Report:
     numbers = [f"joint {joint + 1}" for joint in budget.joints.tolist()]
     title = f"Predicted error budget of scenario {budget.scenario}, method {budget.method}: {len(budget.costs)} sources"
     parts: list[Part] = [_table(budget, numbers), Paragraph(MEANING), Paragraph(CONTROL)]
-    parts += [Paragraph(f"Model taken for granted: {'; '.join(budget.remarks)}.")] * bool(budget.remarks)
+    parts += [Paragraph(f"Assumed without an error source: {'; '.join(budget.remarks)}.")] * bool(budget.remarks)
     parts += [Paragraph(f"Joint {j + 1}: no gain: {why}.", Mood.DOUBTFUL) for j, why in budget.refused.items()]
     parts += [Paragraph(f"Not predicted: {each.source}: {each.reason}.", Mood.DOUBTFUL) for each in budget.unpredicted]
     parts += horizon_paragraphs(budget.horizon, every=True, expected=True)

@@ -33,21 +33,26 @@ WEIGHTS = (
 SHOWN_HZ = 1000.0
 """Rate at which speeds of the motion are looked at."""
 SETTINGS = (
-    "Tell the controller what is mounted, as its manual asks: measured or commanded motor currents mean the same "
-    "whatever it feeds forward. Never log one that a payload was taken out of."
+    "Tell the controller what is mounted, as its manual asks: motor currents, measured or commanded, "
+    "stay valid whatever it feeds forward. Never log a payload-compensated current."
 )
 """What the robot's own settings of a payload are to be: u = K i holds for the current that the motor gets."""
 BEFORE = (
     "Weigh every payload on a scale and write mass and deviation into its file: its error goes into the gains in full.",
     "Bolt the payload so that it cannot turn or rattle.",
     SETTINGS,
-    "Mount exactly what the files describe: hoses, sensors and grippers count, or stay on for bare motions as well.",
+    (
+        "Mount exactly what the files describe: hoses, sensors and grippers belong to the payload, or stay "
+        "on for bare motions as well."
+    ),
     "Log a minute at rest: positions must not drift, and a log must have every sample once.",
     "Turn each joint by hand or slowly: the position that is logged must rise when the model's joint does.",
 )
 SAFETY = (
-    "This page does not replace the robot's manual, nor an assessment of your cell: the motion knows a "
-    "model of the arm at most, no fences, tables, cables or hoses.",
+    (
+        "This page does not replace the robot's manual or a risk assessment of your cell: the motion "
+        "considers the arm's model only, no fences, tables, cables or hoses."
+    ),
     "Nobody is within reach while the robot moves; one person has a hand on the emergency stop.",
     "Run the motion bare at reduced speed first, then at full speed, then with each weight at reduced speed.",
     "Stop at collisions, protective stops or unusual noise; a motion that was stopped is recorded again, all of it.",
@@ -118,8 +123,8 @@ def _warm_up(seconds: float) -> str:
     if seconds > 0.0:
         return f"Before the first one, repeat the motion with a bare flange for {seconds:g} s: drives and oil warm up."
     return (
-        "The scenario states no warm-up. Drives and oil warm up all the same: repeat the motion until its currents no "
-        "longer change; a bare motion at the end shows what drifted."
+        "The scenario states no warm-up. Repeat the motion until its currents no longer change; a bare "
+        "motion at the end reveals the drift."
     )
 
 

@@ -51,11 +51,11 @@ def first_to_buy_down(budgets: Sequence[BudgetJoint]) -> str:
         if budget.costs:
             by_source.setdefault(budget.costs[0].source, []).append(str(budget.joint))
     parts = [f"{source} (joint {', '.join(joints)})" for source, joints in by_source.items()]
-    return f"Buy down first: {'; '.join(parts)}." if parts else "No source gave a gain."
+    return f"Reduce first: {'; '.join(parts)}." if parts else "No source gave a gain."
 
 
 def _silent(names: Sequence[str]) -> str:
-    return f"No trial gave a gain with one of these alone, so their cost is unknown: {', '.join(names)}."
+    return f"No trial gave a gain with one of these alone, so their effect is unknown: {', '.join(names)}."
 
 
 def _headline(budget: BudgetJoint) -> str:

@@ -54,9 +54,7 @@ def trajectory_report(motion: SampledMotion, limits: MotionLimits, out: Path, fo
     if broken:
         parts.append(Paragraph(f"Beyond the limits: {', '.join(broken)}.", Mood.BAD, strong=True))
     parts.append(
-        Paragraph(
-            "The motion begins at the start above: bring the robot there slowly, and watch it at low speed first."
-        )
+        Paragraph("The motion begins at the start above: move the robot there slowly, and run it at low speed first.")
     )
     words = f"{out}: {len(motion.t)} samples, {motion.t[-1]:g} s, {form}."
     parts.append(Paragraph(words, strong=True))

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.estimation.cross_validation import STRETCHES, JointPrediction
+from ident.estimation.cross_validation import TIME_BLOCKS, JointPrediction
 from ident.identification import Identification
 from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
-from ident.support.naming import joints_in_words
+from ident.support.naming import joint_list
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
@@ -42,11 +42,10 @@ def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
         Paragraph(f"The scale says {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
         Table(columns=MASSES, rows=rows),
         Paragraph(
-            "Of a joint alone, the mass is off by as much as its gain. 2 sigma: two standard deviations, in kg those "
-            "of the residual, of the gains and of the model, in % the scale's as well. A verdict is "
-            f"{DIFFERS!r} beyond {found.limit:.2f} deviations, so that all together err once in 20 times where gains "
-            "and deviations are right. A bare motion that identification has had as well makes errors common, which is "
-            "not counted."
+            "Of a joint alone, the mass is off by as much as its gain. 2 sigma: two standard deviations, "
+            f"in kg of residual, gains and model, in % also of the scale. A verdict is {DIFFERS!r} beyond "
+            f"{found.limit:.2f} deviations, a false alarm rate of 5 % for all together. A bare motion "
+            "that was also used for identification correlates the errors, which is neglected."
         ),
     ]
     reasons = [(k, each.reason) for k, each in enumerate(found.joints, 1) if each.reason is not None]
@@ -83,24 +82,24 @@ def _conclusion(found: Verification) -> Paragraph:
     if found.passed:
         return Paragraph("PASSED: the mass from the currents agrees with the scale.", Mood.GOOD, strong=True)
     if off:
-        more = "; the surest stands first, and may bend those behind it" if len(off) > 1 else ""
+        more = "; the most certain one is listed first and may bias the others" if len(off) > 1 else ""
         return Paragraph(f"MISSED: gains are off: {named}{more}.", Mood.BAD, strong=True)
     if found.together.verdict == DIFFERS:
-        words = "the mass differs, and no joint alone says whose gain is off; or the payload is another one"
+        words = "the mass differs, and no single joint explains it; or the payload is not the stated one"
         return Paragraph(f"MISSED: {words}.", Mood.BAD, strong=True)
-    return Paragraph(sentence(f"MISSED: the mass says nothing: {found.together.reason}"), Mood.BAD, strong=True)
+    return Paragraph(sentence(f"MISSED: the mass is inconclusive: {found.together.reason}"), Mood.BAD, strong=True)
 
 
 def _common_words(common: CommonError, found: Verification) -> str:
     shown = sum(each.mass is not None for each in found.joints)
-    who = "all joints" if len(common.joints) == shown else joints_in_words(common.joints)
+    who = "all joints" if len(common.joints) == shown else joint_list(common.joints)
     apart = "".join(
         f"; joint {each.joint + 1} departs from the others by {_off(each.rel_error, each.rel_std)}: its gain is off"
         for each in common.apart
     )
     return (
-        f"{who} alike are off by {_off(common.rel_error, common.rel_std)}: suspect the weight, here or where the "
-        f"gains were found, or all gains in common{apart}"
+        f"{who} alike are off by {_off(common.rel_error, common.rel_std)}: check the weight, here or "
+        f"where the gains were found, or all gains in common{apart}"
     )
 
 
@@ -137,9 +136,10 @@ def prediction_report(identified: Identification, found: Sequence[JointPredictio
         for each in found
     )
     words = (
-        f"Gains from {STRETCHES - 1} of {STRETCHES} parts of each motion, currents predicted on the part left out, "
-        "each part in turn. An error that all parts have alike stays unseen: a wrong mass, a wrong model. A recording "
-        "with another weight shows it: --gains G.toml --loaded B --payload P.toml."
+        f"Gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} parts of each motion, currents predicted on the "
+        "part left out, each part in turn. An error common to all parts, such as a wrong mass or model, "
+        "stays undetected. A recording with another weight reveals it: --gains G.toml --loaded B "
+        "--payload P.toml."
     )
     parts = (Table(columns=PREDICTIONS, rows=rows), Paragraph(words), *doubt_paragraphs(identified.found))
     result = cross_validation_result(identified, found)

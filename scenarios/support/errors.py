@@ -122,7 +122,7 @@ class SchedulerGone(StudyError):
 
     def __init__(self) -> None:
         """Say how to go on."""
-        super().__init__("the scheduler that hands out the work is gone; what is finished is kept, repeat the command")
+        super().__init__("the scheduler has exited; what is finished is kept, repeat the command")
 
     def __reduce__(self) -> tuple[type["SchedulerGone"], tuple[()]]:
         """Pickle without the message, which is always the same."""

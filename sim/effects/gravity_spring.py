@@ -42,7 +42,9 @@ def _hook_spring(values: GravitySpringErrors, spec: mujoco.MjSpec, build: Build)
     link, beyond = spec.joints[spring.joint].parent, spec.joints[spring.joint + 1].parent
     length = float(np.linalg.norm(beyond.pos))
     if not length:
-        raise EffectError(f"errors: gravity_spring: {link.name} has no length to hook a spring to; leave it at 0")
+        raise EffectError(
+            f"errors: gravity_spring: {link.name} has zero length, so no spring can be attached; leave it at 0"
+        )
     along = beyond.pos / length  # of the link, in its own frame
     upright = np.empty(3)
     mujoco.mju_rotVecQuat(upright, along, link.quat / np.linalg.norm(link.quat))

@@ -37,7 +37,7 @@ def _has_frames(values: MovedFrames, robot: Robot, drives: DriveTruth) -> None:
             raise EffectError(f"errors: {name}_error = {error:g} m: {robot.name} has no frame {name}; leave it at 0")
 
 
-def _stretch(values: MovedFrames, spec: mujoco.MjSpec, build: Build) -> None:
+def _move_frames(values: MovedFrames, spec: mujoco.MjSpec, build: Build) -> None:
     for name, error in values.moved.items():
         body = spec.body(build.robot.frames[name])
         if body is None:
@@ -47,9 +47,10 @@ def _stretch(values: MovedFrames, spec: mujoco.MjSpec, build: Build) -> None:
         drawn = float(np.linalg.norm(body.pos))
         if not drawn or drawn + error <= 0.0:
             raise EffectError(
-                f"errors: {name}_error = {error:g} m: {body.name} is drawn {drawn:g} m from its parent; leave it at 0"
+                f"errors: {name}_error = {error:g} m: {body.name} is {drawn:g} m from its parent in the "
+                "model; leave it at 0"
             )
         body.pos = (1.0 + error / drawn) * body.pos
 
 
-EFFECT = Effect[MovedFrames](fits=_has_frames, before_compile=_stretch)
+EFFECT = Effect[MovedFrames](fits=_has_frames, before_compile=_move_frames)

@@ -47,7 +47,7 @@ def _fits(values: Temperature, robot: Robot, drives: DriveTruth) -> None:
     limit = np.asarray(drives.current_limit)
     if values.motor_warming and not limit.all():
         raise EffectError(
-            f"errors: motor_warming is of a drive's largest current, but current_limit of joint "
+            "errors: motor_warming refers to the current limit, but current_limit of joint "
             f"{int(np.argmin(limit)) + 1} is 0; state one above 0"
         )
 

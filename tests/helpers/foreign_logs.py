@@ -12,7 +12,7 @@ T = 3.7 + 0.004 * np.arange(90)
 Q = np.column_stack((np.sin(3.0 * T), -0.7 * np.cos(2.0 * T), 0.3 * np.sin(5.0 * T + 0.4)))
 V = np.column_stack((1.3 * np.cos(5.0 * T), np.sin(4.0 * T) + 0.2, -2.1 * np.cos(3.0 * T)))
 ROUNDED = {"rtol": 1e-14, "atol": 1e-14}  # a product and a sum of float64 each way
-SAID = LogDescription(
+DESCRIPTION = LogDescription(
     signal="current",
     t=Channels(columns=("time",), unit=("s",)),
     q=Channels(columns=("a", "b", "c"), unit=("rad",)),
@@ -37,7 +37,7 @@ def csv(path: Path, columns: dict[str, np.ndarray], separator: str = ",", header
 
 
 def channels(kind: str, **changes: tuple) -> LogDescription:
-    return replace(SAID, **{kind: replace(getattr(SAID, kind), **changes)})
+    return replace(DESCRIPTION, **{kind: replace(getattr(DESCRIPTION, kind), **changes)})
 
 
 def assert_same(found: Recording, t: np.ndarray = T, q: np.ndarray = Q, v: np.ndarray = V) -> None:

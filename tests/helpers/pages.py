@@ -92,9 +92,9 @@ def follow(page: Path, folder: Path) -> None:
             else:
                 assert block.kind in SHELLS, f"{where}: a block of {block.kind} is a file or says why not"
                 for command, shown in commands(block):
-                    said = carried_out(command, where)
+                    printed = carried_out(command, where)
                     if shown:
-                        check_shown(shown, said, where)
+                        check_shown(shown, printed, where)
 
 
 def commands(block: Block) -> Generator[tuple[str, str]]:
@@ -117,11 +117,11 @@ def carried_out(line: str, where: str) -> str:
     command, _, to = STATUS.sub("", line).split("  #")[0].partition(" > ")
     words = [each for word in shlex.split(command) for each in sorted(glob(word)) or [word]]
     assert words[0] in ("rx90", "python"), f"{where}: {line}: which command is this?"
-    status, said = (_command if words[0] == "rx90" else _script)(words[1:])
-    assert status == (int(stated[1]) if stated else 0), f"{where}: {line}: status {status}\n{said}"
+    status, printed = (_command if words[0] == "rx90" else _script)(words[1:])
+    assert status == (int(stated[1]) if stated else 0), f"{where}: {line}: status {status}\n{printed}"
     if to:
-        Path(to.strip()).write_text(said, encoding="utf-8")
-    return said
+        Path(to.strip()).write_text(printed, encoding="utf-8")
+    return printed
 
 
 def _command(words: list[str]) -> tuple[int, str]:
@@ -139,12 +139,12 @@ def _script(words: list[str]) -> tuple[int, str]:
     return done.returncode, done.stdout + (done.stderr if done.returncode else "")
 
 
-def check_shown(shown: str, said: str, where: str) -> None:
+def check_shown(shown: str, printed: str, where: str) -> None:
     """Check that a command said what a page shows, word by word but for times; `...` stands for lines left out."""
-    left = _words(said)
+    left = _words(printed)
     for part in re.split(r"^\.\.\.$", shown, flags=re.MULTILINE):
         words = _words(part)
-        assert not words or words in left, f"{where}: shown is\n{part}\nsaid is\n{said}"
+        assert not words or words in left, f"{where}: shown is\n{part}\nsaid is\n{printed}"
         left = left.partition(words)[2] if words else left
 
 

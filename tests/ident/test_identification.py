@@ -36,7 +36,7 @@ def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(ur, logs):
     for joint, true in zip(found.estimate.joints, UR_GAIN, strict=True):
         assert isinstance(joint, IdentifiedGain)
         assert abs(joint.value - true) < 4.0 * joint.std  # six joints: by chance once in 2600 seeds
-    assert [(each.name, each.joints) for each in found.found.doubts] == [("negative gain", (1,))]
+    assert [(each.name, each.joints) for each in found.found.findings] == [("negative gain", (1,))]
     signs = joint_signs(found.estimate)
     np.testing.assert_array_equal(np.sign(signs.friction_z), np.sign(UR_GAIN))
     std = np.array([joint.residual_std / abs(joint.value) for joint in found.estimate.joints])
@@ -55,13 +55,13 @@ def test_positions_that_are_not_the_joint_s_own_give_no_wrong_gain(ur, logs, cha
 
 
 def test_a_base_on_the_wall_gives_no_gain(logs):
-    with pytest.raises(Contradiction, match="the base stands otherwise"):
+    with pytest.raises(Contradiction, match="the base is oriented differently"):
         identify(*logs, arm_of(ur_like((9.81, 0.0, 0.0))), BRICK, method="ls-2011")
 
 
 def test_a_base_that_is_tilted_by_five_degrees_is_named(logs):
     found = identify(*logs, arm_of(ur_like((0.0, 0.85, -9.77))), BRICK, method="ls-2011").found
-    tilted = next(each for each in found.doubts if each.name == "base")
+    tilted = next(each for each in found.findings if each.name == "base")
     # Upright is one of the bases that are tried; gravity there is 5 degrees off.
     assert "gravity points along (0, 0, -1)" in tilted.sentence or "tilted by 5" in tilted.sentence
     assert tilted.z > 4.0
@@ -71,8 +71,8 @@ def test_a_centre_of_mass_a_centimetre_off_is_named_and_what_it_spoils_is_refuse
     bare, loaded = logs_of(Truth(), seed=2)
     wrong = replace(BRICK, com=(0.07, -0.05, 0.1))
     found = identify(bare, loaded, axes, wrong, method="ls-2011", gains=LOOSE)
-    centre = next(each for each in found.found.doubts if each.name == "payload centre")
-    assert "the payload's centre of mass seems to lie elsewhere than stated" in centre.sentence
+    centre = next(each for each in found.found.findings if each.name == "payload centre")
+    assert "the payload's centre of mass seems to differ from the stated one" in centre.sentence
     spoilt = {each.joint for each in centre.effects if each.spoils}
     assert spoilt == {1, 2}  # 1 of 14 cm, and the lightest of three links; joint 1 has the widest interval
     for j, joint in enumerate(found.estimate.joints):
@@ -88,7 +88,7 @@ def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_r
     right = identify(bare, loaded, axes, BRICK, gains=LOOSE).estimate
     off = Recording(loaded.t, loaded.q, loaded.v + np.array([0.02, -0.07, -0.13]), loaded.name)
     found = identify(bare, off, axes, BRICK, gains=LOOSE)
-    (said,) = [each for each in found.found.doubts if each.name == "offset"]
+    (said,) = [each for each in found.found.findings if each.name == "offset"]
     assert said.logs == ("loaded",)
     assert said.sentence.startswith(
         "the currents are offset from those of the first log in loaded alone; gains are off"
@@ -108,7 +108,7 @@ def test_drives_wired_backwards_have_negative_gains_and_are_no_fault(axes):
     found = identify(*logs, axes, BRICK, method="ls-2011", gains=LOOSE)
     values = [joint.value for joint in found.estimate.joints]
     np.testing.assert_allclose(values, [-13.2, 12.1, -9.7], rtol=0.1)  # known to some per cent
-    assert {each.name for each in found.found.doubts} == {"negative gain"}
+    assert {each.name for each in found.found.findings} == {"negative gain"}
 
 
 def test_swapped_files_are_named(axes):
@@ -159,7 +159,7 @@ def faint() -> tuple[Recording, Recording, Payload]:
 
 def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints_show(ur, faint):
     bare, loaded, payload = faint
-    with pytest.raises(NotIdentifiable, match="by ls-2011 the loaded motion shows no load on any joint"):
+    with pytest.raises(NotIdentifiable, match="ls-2011 finds no load on any joint in the loaded motion"):
         identify(bare, loaded, ur, payload, method="ls-2011", policy=SIMULATED)
     estimate = identify(bare, loaded, ur, payload, policy=SIMULATED).estimate
     gains = {j: each for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}

@@ -84,8 +84,8 @@ def test_what_is_repaired_is_said_once_though_another_repair_changes_what_is_sai
     t = logs[1].t[: len(kept)] + np.where(kept >= 1100, 1.7, 0.0)
     found = examined(Recording(t, logs[1].q[kept], logs[1].v[kept], "loaded"), axes, ObserveOptions())
     assert [each.name for each in found.repairs] == ["lost samples", "missing samples"]
-    assert found.repairs[1] not in found.said["clock"]  # stamps are later by two periods
-    assert found.doubts == found.repairs
+    assert found.repairs[1] not in found.diagnoses["clock"]  # stamps are later by two periods
+    assert found.findings == found.repairs
 
 
 @pytest.mark.parametrize("fault", ["clipped", "frozen"])
@@ -124,10 +124,10 @@ def test_logs_read_otherwise_rest_on_the_same_samples(axes, logs):
     v = logs[1].v.copy()
     v[700:1150, 1] = v[700, 1]
     found = prepared(axes, logs[0], with_v(logs[1], v)).logs()
-    reading = as_logged(axes.arm, 2)
-    same = read_as(found, reading)
+    hypothesis = as_logged(axes.arm, 2)
+    same = read_as(found, hypothesis)
     assert [len(each.V) for each in same.model.rows] == [len(each.V) for each in found.model.rows]
-    exchanged = read_as(found, reading.changed([1], v_order=np.array([1, 0, 2])))
+    exchanged = read_as(found, hypothesis.changed([1], v_order=np.array([1, 0, 2])))
     lost = len(found.model.rows[0].V) - len(exchanged.model.rows[0].V)
     assert lost > 50  # the current that froze is that of joint 1 now, and its position is that of joint 2
 
@@ -175,10 +175,11 @@ def test_what_several_places_say_is_joined_the_worst_first():
     weak = Diagnosis(name="c", severity=Severity.WEAK, sentence="c")
     excluded = Exclusion(family="zero", sentence="zeros")
     found = joined(
-        Diagnosed(diagnoses=(weak, one), untold=("x",)), Diagnosed(diagnoses=(two, one), excluded=(excluded,))
+        Diagnosed(diagnoses=(weak, one), indistinguishable=("x",)),
+        Diagnosed(diagnoses=(two, one), excluded=(excluded,)),
     )
     assert [each.name for each in found.diagnoses] == ["a", "b", "c"]
-    assert (found.excluded, found.untold) == ((excluded,), ("x",))
+    assert (found.excluded, found.indistinguishable) == ((excluded,), ("x",))
 
 
 def test_spikes_are_refused_by_the_row_they_are_in(axes, logs):

@@ -47,7 +47,7 @@ def test_the_controller_does_not_know_the_true_rotors():
     ("values", "message"),
     [
         ({"gain": (1.0, 1.0)}, "2 gains and 6 rotor inertias; expected one a joint"),
-        ({"gain": (1.0, 0.0, 1.0, 1.0, 1.0, 1.0)}, "has a zero, which commands nothing"),
+        ({"gain": (1.0, 0.0, 1.0, 1.0, 1.0, 1.0)}, "has a zero; expected nonzero gains"),
     ],
 )
 def test_impossible_beliefs_are_refused(values, message):

@@ -182,7 +182,7 @@ def test_rounding_pulls_no_link_out_of_the_middle_of_its_play(rng):
         (
             {"motor_warming": 50.0},
             {"current_limit": np.array([480.0, 480, 0, 110, 80, 45])},
-            r"motor_warming is of a drive's largest current, but current_limit of joint 3 is 0; state one above 0$",
+            r"motor_warming refers to the current limit, but current_limit of joint 3 is 0; state one above 0$",
         ),
     ],
 )

@@ -13,8 +13,8 @@ from sim import feedforward_currents as needed_module
 from sim.compile import lean_model
 from sim.effects import EFFECTS, ModelErrors
 from sim.errors import LooseTransmission, NoCurrent, SequenceError
+from sim.feedforward_currents import feedforward_currents as needed_in_turn
 from sim.feedforward_currents import inertia_along, states_of
-from sim.feedforward_currents import needed_currents as needed_in_turn
 from sim.plant import PayloadBody
 from sim.record import record
 from sim.rigid import frictionless
@@ -44,7 +44,7 @@ def arm_with_payload() -> pin.Model:
     return arm
 
 
-def needed_currents(motion, rate):
+def feedforward_currents(motion, rate):
     return needed_in_turn([motion], rate)[0]
 
 
@@ -78,12 +78,12 @@ def test_a_plain_plant_needs_pinocchio_s_torque_its_rotors_and_its_friction():
     motion, d = motion_of(), RX90.drives
     _, _, dq, _ = states(motion)
     expected = rigid_torque(motion) + d.viscous_friction * dq + d.coulomb_friction * np.sign(dq)
-    check(drive_torque(motion, needed_currents(motion, RATE)), expected)
+    check(drive_torque(motion, feedforward_currents(motion, RATE)), expected)
 
 
 def friction_of(motion):
     """Torque beside links and rotors: what friction is."""
-    return drive_torque(motion, needed_currents(motion, RATE)) - rigid_torque(motion)
+    return drive_torque(motion, feedforward_currents(motion, RATE)) - rigid_torque(motion)
 
 
 def test_friction_of_a_later_motion_has_drifted_once_a_motion_before():
@@ -105,7 +105,7 @@ def test_load_friction_takes_its_share_of_the_torque_that_the_current_gives():
     c, d, motion = 0.07, RX90.drives, motion_of(load_friction=0.07)
     _, _, dq, _ = states(motion)
     plain = rigid_torque(motion) + d.viscous_friction * dq + d.coulomb_friction * np.sign(dq)
-    motor = drive_torque(motion, needed_currents(motion, RATE)) + d.coulomb_asymmetry  # g (v - v0)
+    motor = drive_torque(motion, feedforward_currents(motion, RATE)) + d.coulomb_asymmetry  # g (v - v0)
     # c |motor| sign(dq) + plain + Fcoff = motor: 1 - c where the motor drives, 1 + c where it brakes.
     driving = np.sign(plain + d.coulomb_asymmetry) * np.sign(dq)
     check(motor, (plain + d.coulomb_asymmetry) / (1.0 - c * driving))
@@ -120,8 +120,8 @@ def test_friction_by_transmitted_torque_takes_its_share_of_what_the_links_take_o
 
 
 def test_friction_that_eats_all_torque_is_refused():
-    with pytest.raises(NoCurrent, match="motion: no current moves the arm: friction grows with it"):
-        needed_currents(motion_of(load_friction=1.3), RATE)
+    with pytest.raises(NoCurrent, match="motion: no current moves the arm: load-dependent friction"):
+        feedforward_currents(motion_of(load_friction=1.3), RATE)
 
 
 @pytest.mark.parametrize(
@@ -136,10 +136,10 @@ def test_friction_that_eats_all_torque_is_refused():
 )
 def test_an_effect_that_is_asked_moment_by_moment_gives_the_same(effects, monkeypatch):
     motion = motion_of(**effects)
-    at_once = needed_currents(motion, 50.0)
+    at_once = feedforward_currents(motion, 50.0)
     slow = {name: replace(effect, instant=False, along=None) for name, effect in EFFECTS.items()}
     monkeypatch.setattr(needed_module, "EFFECTS", slow)
-    np.testing.assert_allclose(needed_currents(motion, 50.0), at_once, rtol=1e-12)  # rounding
+    np.testing.assert_allclose(feedforward_currents(motion, 50.0), at_once, rtol=1e-12)  # rounding
     assert effects_package.EFFECTS is EFFECTS
 
 
@@ -162,7 +162,7 @@ def test_links_behind_elastic_transmissions_give_way_by_what_they_carry():
         give = np.fft.irfft(C * np.fft.rfft(carried, axis=0) / (1.0 + lag * w), len(q), axis=0)
         carried = link_torque(q - give, dq - rate(give, 1), ddq - rate(give, 2))
     friction = d.viscous_friction * dq + d.coulomb_friction * np.sign(dq)
-    found = drive_torque(motion, needed_currents(motion, slow))[inner]
+    found = drive_torque(motion, feedforward_currents(motion, slow))[inner]
     stiff = link_torque(q, dq, ddq) + d.rotor_inertia * ddq + friction
     difference = carried + d.rotor_inertia * ddq + friction - stiff
     # The difference is what counts; yielding four times leaves 1 % of it.
@@ -196,7 +196,7 @@ def test_a_payload_counts_where_it_is_mounted_and_only_there():
     def needed(loaded, mass):
         motion = motion_of(loaded=loaded)
         plant = replace(motion.plant, payload=replace(BODY, mass=mass))
-        return needed_currents(replace(motion, plant=plant), RATE)
+        return feedforward_currents(replace(motion, plant=plant), RATE)
 
     np.testing.assert_array_equal(needed(False, 2.3), needed(False, 3.1))
     assert np.abs(needed(True, 2.3) - needed(True, 3.1)).max() > 1.0
@@ -222,7 +222,7 @@ def driven(motions):
 def test_what_a_motion_needs_is_what_a_closed_loop_commands(effects):
     plain, rich = (motion_of(**each) for each in ({}, effects))
     loop = np.subtract(*(driven([each])[0] for each in (rich, plain)))
-    needed = needed_currents(rich, 1000.0) - needed_currents(plain, 1000.0)
+    needed = feedforward_currents(rich, 1000.0) - feedforward_currents(plain, 1000.0)
     # Below 10 Hz, as identification looks at it, on the joints whose loops keep up with friction that jumps.
     low = signal.butter(2, 10.0, fs=1000.0, output="sos")
     loop, needed = (signal.sosfiltfilt(low, each, axis=0)[200:-200, :3] for each in (loop, needed))
@@ -246,7 +246,7 @@ def test_drives_are_as_warm_as_the_motions_before_and_the_warm_up_have_left_them
         expected = np.sum((found - plain) * plain, axis=0) / np.sum(plain**2, axis=0)
         assert np.abs(expected).max() > 0.02
         np.testing.assert_allclose(warmth, expected, rtol=0.03, atol=1e-3)
-    with pytest.raises(SequenceError, match="the experiment before it is not the motion before it"):
+    with pytest.raises(SequenceError, match="the preceding motion is missing"):
         needed_in_turn(motions[1:], 200.0)
 
 
@@ -267,7 +267,7 @@ def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_p
         for k in range(2)
     ]
     d, x = motions[0].plant.drives, np.zeros(6)
-    bare, loaded = (needed_currents(motion_of(loaded=each), RATE) for each in (False, True))
+    bare, loaded = (feedforward_currents(motion_of(loaded=each), RATE) for each in (False, True))
     for share in (0.5, 1.0):  # a warm-up under the load of its middle
         load = np.mean((warming_up(bare, d, x)[0] / d.current_limit) ** 2, axis=0)
         x = 300.0 * load * (1.0 - np.exp(-share * 3.1 / 2.5))
@@ -282,5 +282,5 @@ def test_each_sample_has_the_warmth_of_all_before_it_of_the_warm_up_and_of_the_p
 
 
 def test_play_that_a_motion_goes_through_is_refused():
-    with pytest.raises(LooseTransmission, match="joint 1 hangs loose in its backlash"):
-        needed_currents(motion_of(joint_compliance=COMPLIANCE, backlash=1e-3), RATE)
+    with pytest.raises(LooseTransmission, match="joint 1 is inside its backlash gap"):
+        feedforward_currents(motion_of(joint_compliance=COMPLIANCE, backlash=1e-3), RATE)

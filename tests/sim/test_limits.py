@@ -18,7 +18,7 @@ from sim.engine import Engine, Simulation
 from sim.errors import Diverged, PlantError, SimulationError, StepError, TooLong
 from sim.experiment import substeps
 from sim.record import record, try_record
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ import mujoco, numpy as np
 from pathlib import Path
 from plants import nominal_plant
 from sim.compile import plant_model
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 model = plant_model(nominal_plant(), loaded=False, step=1e-3)
 
@@ -110,7 +110,7 @@ def fall(data):
     mujoco.mj_step(model, data)
 
 try:
-    with quiet():
+    with silenced():
         fall(mujoco.MjData(model))
         raise ZeroDivisionError
 except ZeroDivisionError:
@@ -134,7 +134,7 @@ def test_threads_of_a_batch_are_quiet_too(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     model = plant_model(nominal_plant(), loaded=False, step=1e-3)
     engine = Engine([Simulation(model=model, start=np.zeros(6))] * 4, substeps=1, threads=2)
-    with quiet():
+    with silenced():
         engine.q[:] = np.nan
         engine.advance()
     assert engine.unstable().all()

@@ -110,7 +110,9 @@ def test_a_frame_without_a_body_and_a_spring_without_a_link_are_refused(tmp_path
     path = robot_folder(tmp_path / "short", 4, extra=SPRING)
     model = path.parent / "arm.xml"
     model.write_text(model.read_text().replace('name="part3" pos="0.02 0 0.221"', 'name="part3" pos="0 0 0"'))
-    with pytest.raises(EffectError, match="errors: gravity_spring: part2 has no length to hook a spring to"):
+    with pytest.raises(
+        EffectError, match="errors: gravity_spring: part2 has zero length, so no spring can be attached"
+    ):
         plant_model(plant_of(read_robot(path), gravity_spring=900.0), loaded=False, step=1e-3)
 
 

@@ -104,7 +104,7 @@ def test_a_motion_without_the_one_before_it_is_refused():
     first, second, third = sequence(False, True, False)
     for wrong in ([second], [first, third], [second, first], [first, replace(second, plant=nominal_plant()), third]):
         outcomes = try_record(wrong, streams(*range(len(wrong))), threads=1)
-        with pytest.raises(SequenceError, match=r"motion \d: motion \d of a robot whose drives warm up, but the exper"):
+        with pytest.raises(SequenceError, match=r"motion \d: drives warm up, but the preceding"):
             raise next(o for o in outcomes if isinstance(o, Exception))
 
 

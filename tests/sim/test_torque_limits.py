@@ -8,7 +8,7 @@ from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.effects import ModelErrors
 from sim.errors import Saturated
-from sim.torque_limits import check_bearable
+from sim.torque_limits import check_torque_limits
 from sim.trajectory import FourierTrajectory
 
 HOME = np.array([[0.2, 0.3, 1.0, 0.1, 0.4, -0.2]])
@@ -33,13 +33,13 @@ def test_a_drive_may_need_less_than_its_largest_current_and_no_more(loaded, erro
         limit[joint - 1] = share * need[joint - 1]
         e = experiment(plant=nominal_plant(current_limit=limit, errors=errors), trajectory=STILL, loaded=loaded)
         if share > 1.0:
-            check_bearable([e])
+            check_torque_limits([e])
     advice = "use a lighter payload or a slower motion" if loaded else "motion: drive.*; use a slower motion"
     said = rf"drive of joint2 would need up to {need[1]:.4g} where its limit is {limit[1]:g}, for more than 0\.1 s from"
     with pytest.raises(Saturated, match=said):
-        check_bearable([e])
+        check_torque_limits([e])
     with pytest.raises(Saturated, match=advice):
-        check_bearable([e])
+        check_torque_limits([e])
 
 
 def test_the_motion_that_cannot_be_borne_is_named():
@@ -47,6 +47,6 @@ def test_the_motion_that_cannot_be_borne_is_named():
     limit[[0, 2, 3, 4, 5]] = 1e3
     plant = nominal_plant(current_limit=limit)
     moves = [experiment(name=name, plant=plant, trajectory=STILL, loaded=name == "heavy") for name in ("bare", "heavy")]
-    check_bearable(moves[:1])
+    check_torque_limits(moves[:1])
     with pytest.raises(Saturated, match=r"^heavy: drive of joint2 "):
-        check_bearable(moves)
+        check_torque_limits(moves)

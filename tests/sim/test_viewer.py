@@ -91,5 +91,5 @@ def test_without_opengl_a_picture_is_refused_with_what_to_install(shown, monkeyp
         raise mujoco.FatalError("gladLoadGL error\nmore")
 
     monkeypatch.setattr(mujoco, "Renderer", renderer)
-    with pytest.raises(NoPicture, match=r"^no OpenGL to draw with \(FatalError gladLoadGL error\); install EGL"):
+    with pytest.raises(NoPicture, match=r"^no OpenGL for rendering \(FatalError gladLoadGL error\); install EGL"):
         next(pictures(shown, [0.0], width=64, height=64))

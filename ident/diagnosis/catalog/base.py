@@ -28,7 +28,9 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
             gravity = np.array(corner) * size / length
             if np.abs(gravity - arm.gravity).max() > SAME * size:
                 where = f"({', '.join(f'{x:g}' for x in corner)})"
-                yield _standing(logs, gravity, f"the base stands otherwise: gravity points along {where} of its frame")
+                yield _standing(
+                    logs, gravity, f"the base is oriented differently: gravity points along {where} of its frame"
+                )
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
@@ -66,8 +68,8 @@ def _standing(logs: Logs, gravity: Array, words: str) -> Alternative:
         words=words,
         joints=(),
         logs=tuple(range(count)),
-        reading=replace(as_logged(logs.structure.arm, count), gravity=gravity),
-        advice="correct how the base stands in the model (gravity in its frame)",
+        hypothesis=replace(as_logged(logs.structure.arm, count), gravity=gravity),
+        advice="correct the orientation of the base in the model (gravity in its frame)",
     )
 
 

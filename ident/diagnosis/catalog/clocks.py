@@ -50,7 +50,7 @@ def timed(logs: Logs, scope: tuple[int, ...], factor: float) -> Alternative:
         words=in_logs(f"the clock is wrong: t must be multiplied by {factor:.4g}", scope, logs.names),
         joints=(),
         logs=scope,
-        reading=given.changed(scope, clock=factor),
+        hypothesis=given.changed(scope, clock=factor),
         advice="log the controller's own time, in seconds",
         value=100.0 * (factor - 1.0),
         unit="%",

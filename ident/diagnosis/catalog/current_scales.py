@@ -64,7 +64,7 @@ def scaled(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], scale: f
         words=in_logs(words, scope, logs.names),
         joints=joints,
         logs=scope,
-        reading=given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
+        hypothesis=given.changed(scope, v_factor=np.where(own, 1.0 / scale, 1.0)),
         advice="bring the currents of all logs to one unit and sign",
         value=scale,
         unit="",

@@ -60,10 +60,10 @@ def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delays: Ar
     of_joints[list(joints) if joints else slice(None)] = delays
     return Alternative(
         family="delay",
-        words=in_logs(_words(joints, delays), scope, logs.names),
+        words=in_logs(_delays_message(joints, delays), scope, logs.names),
         joints=joints,
         logs=scope,
-        reading=given.changed(scope, delay=of_joints),
+        hypothesis=given.changed(scope, delay=of_joints),
         advice=ADVICE if joints or len(scope) < len(logs.recordings) else f"{ADVICE}, or give --current-delay auto",
         value=1e3 * float(delays[0]) if len(delays) == 1 else None,
         unit="ms",
@@ -72,10 +72,10 @@ def late(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], delays: Ar
     )
 
 
-def _words(joints: tuple[int, ...], delays: Array) -> str:
+def _delays_message(joints: tuple[int, ...], delays: Array) -> str:
     if len(delays) > 1:
         each = ", ".join(f"{1e3 * delay + 0.0:.1f} (v{j + 1})" for j, delay in zip(joints, delays, strict=True))
-        return f"each current is logged later than the positions by a time of its own: {each} ms"
+        return f"the currents lag the positions by different delays: {each} ms"
     delay = float(delays[0])
     what = "the currents are" if not joints else f"v{joints[0] + 1} is"
     way = "later" if delay > 0.0 else "earlier"

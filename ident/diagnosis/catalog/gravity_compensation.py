@@ -16,9 +16,9 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
     if arm.gravity.any():
         yield Alternative(
             family="gravity compensation",
-            words="v is gravity-compensated: the weight of links and payload is missing in it",
+            words="v is gravity-compensated: it lacks the weight of links and payload",
             joints=(),
             logs=tuple(range(count)),
-            reading=replace(as_logged(arm, count), gravity=np.zeros(3)),
+            hypothesis=replace(as_logged(arm, count), gravity=np.zeros(3)),
             advice="log the motor current, or the whole commanded torque",
         )

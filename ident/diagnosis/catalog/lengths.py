@@ -21,7 +21,7 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
     """Every length, or one, a fifth shorter or a quarter longer."""
     for factor in FACTORS:
         for which in _which(logs):
-            yield stretched(logs, which, factor)
+            yield lengthened(logs, which, factor)
 
 
 def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
@@ -31,9 +31,9 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
     for which in _which(logs):
 
         def alternative(value: Array, which: int | None = which) -> Alternative:
-            return stretched(logs, which, 1.0 + float(value[0]))
+            return lengthened(logs, which, 1.0 + float(value[0]))
 
-        longer = replace(arm, translation=_stretch(arm.n, which, 1.0 + STEP)[:, None] * arm.translation)
+        longer = replace(arm, translation=_length_factors(arm.n, which, 1.0 + STEP)[:, None] * arm.translation)
         parts = [motion.rows(motion.changed(longer)[..., None]) for motion in reference.motions]
         yield Direction(
             family="lengths", joints=() if which is None else (which,), logs=every, columns=in_rows(parts, every),
@@ -41,20 +41,20 @@ def directions(reference: Reference, logs: Logs) -> Iterator[Direction]:
         )  # fmt: skip
 
 
-def stretched(logs: Logs, which: int | None, factor: float) -> Alternative:
+def lengthened(logs: Logs, which: int | None, factor: float) -> Alternative:
     """Every length, or that before a joint, from 0, times a factor."""
     arm, count = logs.structure.arm, len(logs.recordings)
     what = "all lengths are" if which is None else f"the length from joint {which} to {which + 1} is"
     return Alternative(
         family="lengths",
-        words=f"{what} {factor:.3g} times those of the model" if which is None else f"{what} {factor:.3g} times drawn",
+        words=f"{what} {factor:.3g} times {'those' if which is None else 'that'} of the model",
         joints=() if which is None else (which,),
         logs=tuple(range(count)),
-        reading=replace(as_logged(arm, count), stretch=_stretch(arm.n, which, factor)),
-        advice="use the model of this arm; mind units and variants of other reach",
+        hypothesis=replace(as_logged(arm, count), length_factors=_length_factors(arm.n, which, factor)),
+        advice="use the model of this arm; check units and the variant of the arm",
         value=100.0 * (factor - 1.0),
         unit="%",
-        refined=lambda more: stretched(logs, which, factor * float(np.exp(more[0]))),
+        refined=lambda more: lengthened(logs, which, factor * float(np.exp(more[0]))),
     )
 
 
@@ -64,5 +64,5 @@ def _which(logs: Logs) -> list[int | None]:
     return [None, *(j for j in long if j > 0)] if long else []
 
 
-def _stretch(n: int, which: int | None, factor: float) -> Array:
+def _length_factors(n: int, which: int | None, factor: float) -> Array:
     return np.full(n, factor) if which is None else np.where(np.arange(n) == which, factor, 1.0)

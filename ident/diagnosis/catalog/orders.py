@@ -48,7 +48,7 @@ def _ordered(
         words=in_logs(words.replace("joints  ", "the joints "), scope, logs.names),
         joints=joints,
         logs=scope,
-        reading=given.changed(scope, **fields),
+        hypothesis=given.changed(scope, **fields),
         advice="bring the columns into the order of the model's joints",
     )
 

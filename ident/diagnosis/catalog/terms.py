@@ -16,23 +16,23 @@ from ident.support.arrays import Array, readonly
 ELASTICITY = "joint elasticity"
 OFFSET, OFFSET_DRIFT = "offset", "offset drift"
 """Of a current sensor: no model of the arm would have it."""
-SAID = {
+MESSAGES = {
     ELASTICITY: (
-        "the joints are elastic, which the model lacks",
-        "let the method model it (nls with compliance), or move more slowly",
+        "the joints are elastic, which is not modelled",
+        "model it (nls with compliance), or move more slowly",
     ),
     "position-dependent torque": (
-        "a torque depends on the joint's position that the model lacks",
-        "look for a spring, a cable or an error of the kinematics",
+        "a torque that depends on the joint's position is not modelled",
+        "check for a spring, a cable or a kinematic error",
     ),
     "friction law": (
-        "friction follows another law of the speed than the model's",
+        "the friction law of the model does not fit",
         "choose a friction law that fits (nls, friction)",
     ),
     "friction drift": ("friction changes within the logs", "warm the drives up before recording"),
     "current drift": (
         "the currents' scale drifts within the log",
-        "warm the drives up before recording; mind magnets that weaken with temperature",
+        "warm the drives up before recording; magnets weaken with temperature",
     ),
     OFFSET: (
         "the currents are offset from those of the first log",
@@ -147,7 +147,7 @@ def _alone(family: str, joint: int, logs: Logs, columns: Array) -> Direction:
 
 
 def _term(family: str, joints: tuple[int, ...], logs: Logs, columns: tuple[Array | None, ...]) -> Direction:
-    words, advice = SAID[family]
+    words, advice = MESSAGES[family]
     sentence = f"joint {joints[0] + 1}: {words}" if joints else words
     return Direction(
         family=family, joints=joints, logs=tuple(range(len(logs.recordings))), columns=columns,

@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.diagnosis.alternative import Alternative, in_logs, scopes
 from ident.diagnosis.hypothesis import as_logged
-from ident.diagnosis.joint_limits import beyond_reach, within_reach
+from ident.diagnosis.joint_limits import beyond_limits, within_limits
 from ident.diagnosis.logs import Logs
 from ident.support.arrays import Array
 
@@ -29,9 +29,9 @@ def alternatives(logs: Logs) -> Iterator[Alternative]:
             for which in [*chosen, *((int(j),) for j in joints)]:
                 for scope in scopes(len(logs.recordings)):
                     found = in_unit(logs, scope, which, factor, f"in {name}")
-                    if all(within_reach(arm, logs.recordings[k], found.reading.logs[k]) for k in scope):
+                    if all(within_limits(arm, logs.recordings[k], found.hypothesis.logs[k]) for k in scope):
                         yield found
-    beyond = {j for log in logs.recordings for j in beyond_reach(arm, log)}
+    beyond = {j for log in logs.recordings for j in beyond_limits(arm, log)}
     if len(beyond) == 1 and arm.revolute[min(beyond)]:  # of several joints at once no ratio can be found alone
         yield from gears(logs, min(beyond))
 
@@ -65,6 +65,6 @@ def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor:
         words=in_logs(f"{what} {words}", scope, logs.names),
         joints=() if every else joints,
         logs=scope,
-        reading=given.changed(scope, q_factor=np.where(np.isin(np.arange(arm.n), joints), factor, 1.0)),
+        hypothesis=given.changed(scope, q_factor=np.where(np.isin(np.arange(arm.n), joints), factor, 1.0)),
         advice="convert the positions to radians and metres of the joints",
     )

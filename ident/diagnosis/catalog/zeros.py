@@ -58,20 +58,20 @@ def turned(logs: Logs, joint: int, scope: tuple[int, ...], sign: float, zero: fl
     how = replace(given.logs[0], q_factor=np.where(own, sign, 1.0), zero=np.where(own, zero, 0.0))
     revolute = bool(arm.revolute[joint])
     size = float(np.rad2deg((zero + np.pi) % (2.0 * np.pi) - np.pi)) if revolute else 1e3 * zero
-    told = f"{abs(size):.3g} {'degrees' if revolute else 'mm'}"
+    size_text = f"{abs(size):.3g} {'degrees' if revolute else 'mm'}"
     way = "plus" if size > 0.0 else "minus"
     # what is wrong with the log is the inverse of how it is read
     if sign < 0.0:
-        words = f"q{joint + 1} is negated" + (f" and its zero off by {told}" if abs(size) > 1e-9 else "")
+        words = f"q{joint + 1} is negated" + (f" and its zero off by {size_text}" if abs(size) > 1e-9 else "")
     else:
-        words = f"the zero of q{joint + 1} is off by {told}"
-    mended = (f"-q{joint + 1}" if sign < 0.0 else f"q{joint + 1}") + (f" {way} {told}" if abs(size) > 1e-9 else "")
+        words = f"the zero of q{joint + 1} is off by {size_text}"
+    mended = (f"-q{joint + 1}" if sign < 0.0 else f"q{joint + 1}") + (f" {way} {size_text}" if abs(size) > 1e-9 else "")
     return Alternative(
         family="sign" if sign < 0.0 else "zero",
         words=in_logs(words, scope, logs.names),
         joints=(joint,),
         logs=scope,
-        reading=given.changed(scope, q_factor=how.q_factor, zero=how.zero),
+        hypothesis=given.changed(scope, q_factor=how.q_factor, zero=how.zero),
         advice=f"use {mended}, or correct the model",
         value=size,
         unit="degrees" if revolute else "mm",
@@ -88,6 +88,6 @@ def reversed_joint(logs: Logs, joint: int, scope: tuple[int, ...]) -> Alternativ
         words=in_logs(f"q{joint + 1} and v{joint + 1} are negated", scope, logs.names),
         joints=(joint,),
         logs=scope,
-        reading=as_logged(arm, len(logs.recordings)).changed(scope, q_factor=own, v_factor=own),
+        hypothesis=as_logged(arm, len(logs.recordings)).changed(scope, q_factor=own, v_factor=own),
         advice=f"negate q{joint + 1} and v{joint + 1} there",
     )

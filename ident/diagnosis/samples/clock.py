@@ -80,7 +80,7 @@ def missing_samples(recording: Recording, observing: ObserveOptions) -> Diagnosi
     found = intervals_of(recording.t)
     if not found.lost:
         return Diagnosis(
-            name="missing samples", sentence="no samples are missing by the time stamps", logs=(recording.name,)
+            name="missing samples", sentence="the time stamps show no missing samples", logs=(recording.name,)
         )
     intervals = np.diff(recording.t)
     at = int(np.where(found.missing, intervals, 0.0).argmax())

@@ -52,7 +52,9 @@ def frozen(recording: Recording, _: ObserveOptions | None = None) -> list[Diagno
                     unit="% of the samples",
                 )
             )
-    return found or [Diagnosis(name="frozen", sentence="no column stops while the arm moves", logs=(recording.name,))]
+    return found or [
+        Diagnosis(name="frozen", sentence="no column is frozen while the arm moves", logs=(recording.name,))
+    ]
 
 
 def spoilt(recording: Recording) -> Mask:

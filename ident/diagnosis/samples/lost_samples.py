@@ -45,7 +45,7 @@ SHOWN = 0.9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OddSteps:
+class TimestampAnomalies:
     """Rows whose step is not that of their neighbours.
 
     Attributes:
@@ -67,7 +67,7 @@ class OddSteps:
 
 
 @lru_cache(maxsize=8)
-def odd_steps(recording: Recording) -> OddSteps:
+def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
     """Steps of all joints together that are too long, or none at all, for the time that they take."""
     clock = intervals_of(recording.t)
     step = np.diff(recording.q, axis=0)  # (N - 1, n)
@@ -91,7 +91,7 @@ def odd_steps(recording: Recording) -> OddSteps:
     long = np.flatnonzero(sure & (share > 1.0) & ~np.concatenate(([False], still[:-1])))  # after old rows it catches up
     lost = (share[long] - 1.0) * periods[long]
     plain = (np.abs(lost - np.rint(lost)) < PLAIN) & (lost < LARGEST_GAP - 1.0)
-    return OddSteps(
+    return TimestampAnomalies(
         long=long,
         lost=np.where(plain, np.rint(lost), 0).astype(np.intp),
         still=np.flatnonzero(still),
@@ -114,7 +114,7 @@ def _beside(rate: Array) -> Array:
 
 def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:
     """What positions and currents say of lost and repeated samples."""
-    odd = odd_steps(recording)
+    odd = timestamp_anomalies(recording)
     found = [_lost(recording, odd), _repeated(recording, odd)]
     held = 100.0 * float((np.diff(recording.v, axis=0) == 0.0).all(axis=1).mean())
     if held > 100.0 * HELD:
@@ -134,12 +134,12 @@ def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[
 
 def lost_spoilt(recording: Recording) -> Mask:
     """Samples on both sides of lost ones, shape (N, n)."""
-    return _beside_steps(recording, odd_steps(recording).long)
+    return _beside_steps(recording, timestamp_anomalies(recording).long)
 
 
 def repeated_spoilt(recording: Recording) -> Mask:
     """Samples that were written again, shape (N, n)."""
-    return _beside_steps(recording, odd_steps(recording).still)
+    return _beside_steps(recording, timestamp_anomalies(recording).still)
 
 
 def _beside_steps(recording: Recording, rows: Indices) -> Mask:
@@ -148,18 +148,20 @@ def _beside_steps(recording: Recording, rows: Indices) -> Mask:
     return found
 
 
-def _lost(recording: Recording, odd: OddSteps) -> Diagnosis:
+def _lost(recording: Recording, odd: TimestampAnomalies) -> Diagnosis:
     name, logs = "lost samples", (recording.name,)
     if not len(odd.long):
-        return Diagnosis(name=name, sentence="no samples are lost by the motion", logs=logs)
+        return Diagnosis(name=name, sentence="the motion shows no lost samples", logs=logs)
     first = f"first after row {odd.long[0] + 1}, {recording.t[odd.long[0]]:.6g} s"
     if odd.plain:
         many = int(odd.lost.sum())
         return Diagnosis(
             name=name,
             severity=Severity.WEAK,
-            sentence=f"{many} {'sample is' if many == 1 else 'samples are'} lost unseen by the time stamps, {first}; "
-            "stamps corrected",
+            sentence=(
+                f"{many} {'sample is' if many == 1 else 'samples are'} lost, which the time stamps "
+                f"do not show, {first}; stamps corrected"
+            ),
             advice="log the controller's own time",
             logs=logs,
             value=float(many),
@@ -176,7 +178,7 @@ def _lost(recording: Recording, odd: OddSteps) -> Diagnosis:
     )
 
 
-def _repeated(recording: Recording, odd: OddSteps) -> Diagnosis:
+def _repeated(recording: Recording, odd: TimestampAnomalies) -> Diagnosis:
     name, logs, still = "repeated samples", (recording.name,), odd.still
     if not len(still):
         return Diagnosis(name=name, sentence="no samples are repeated", logs=logs)

@@ -112,7 +112,7 @@ def motion(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
             sentence=f"q{k + 1} is beside a reversal or at rest for {100.0 * x.slow[k]:.3g} % of the time"
             if slow
             else f"joints are beside a reversal or at rest for {100.0 * x.slow[k]:.3g} % of the time or less",
-            advice="reverse less often, and leave out what is recorded at rest" if slow else None,
+            advice="reverse less often, and leave out samples at rest" if slow else None,
             joints=(k,),
             logs=(recording.name,),
             value=100.0 * float(x.slow[k]),

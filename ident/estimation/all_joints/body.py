@@ -60,8 +60,8 @@ def possible(ready: Setting, final: Fitted) -> Moved:
     moved = of_gains @ of_payload.T @ inverse @ (nearest - found)
     most = int(np.argmax(np.abs(moved)))
     words = (
-        "no body has the payload parameters that fit best; those of the nearest possible one move the gain of joint "
-        f"{most + 1} by {100.0 * abs(moved[most]):.2g} %, the others by less"
+        "the best-fitting payload parameters are not physically consistent; the nearest consistent ones "
+        f"change the gain of joint {most + 1} by {100.0 * abs(moved[most]):.2g} %, the others by less"
     )
     return Moved(moved, (words,))
 
@@ -86,8 +86,8 @@ def _check_shown(ready: Setting, final: Fitted, unknown: Indices) -> None:
     )
     if not whole or not final.fit.theta_influence[unknown].any(axis=1).all():
         raise NotIdentifiable(
-            "arm and motions do not show each unknown parameter of the payload, so that nothing tells whether it is a "
-            "body's; set payload_body = free"
+            "not every unknown payload parameter is identifiable, so physical consistency cannot be "
+            "imposed; set payload_body = free"
         )
 
 

@@ -70,8 +70,8 @@ def settled(first: Fitted, given: Sequence[JointColumns], tame: Tame) -> Fitted:
         if np.abs(np.log(fitted.fit.found.h / before.fit.found.h)).max() < SETTLED:
             return fitted
     raise NotConverged(
-        f"with Student's loss the gains do not settle in {MOST_FITS} fits: too many residuals are far out; "
-        "look at the currents, or set loss = squares"
+        f"with Student's loss the gains do not converge in {MOST_FITS} fits: too many outliers; check the "
+        "currents, or set loss = squares"
     )
 
 

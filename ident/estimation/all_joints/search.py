@@ -105,7 +105,7 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
         kept = (point.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # of the decrease that the step promised
         damping *= SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0
         s, point = s + step, tried
-    raise NotConverged(f"the gains do not settle in {MOST_STEPS} steps; record more, or with a heavier payload")
+    raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 
 
 def _point(joints: Sequence[ReducedJoint], h: Array, off: Array) -> _Point:

@@ -26,8 +26,8 @@ from ident.estimation.all_joints.terms import (
     speed_terms,
     torque_terms,
 )
-from ident.estimation.uncertainty.cautious import cautious
 from ident.estimation.uncertainty.jackknife import left_out
+from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
 from ident.support.arrays import Array
 
 BETTER = 2.0
@@ -49,7 +49,7 @@ SPREAD_SHARE = 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Rival:
+class AlternativeModel:
     """A model that could be meant as well: what differs between two fits counts as one deviation, in part.
 
     Attributes:
@@ -78,7 +78,7 @@ class Selected:
 
     final: Fitted
     remarks: tuple[str, ...]
-    rivals: tuple[Rival, ...] = ()
+    rivals: tuple[AlternativeModel, ...] = ()
     softened: tuple[Array, ...] = ()
     stiff: Fitted | None = None
 
@@ -113,17 +113,17 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
     best, second = loads[form].tried, loads[other].tried
     doubt = max(LEAST_DOUBT, float(scipy.stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
-    rivals = [Rival(share=float(np.sqrt(doubt * (1.0 - doubt))), other=second.fitted, final=best.fitted)]
+    rivals = [AlternativeModel(share=float(np.sqrt(doubt * (1.0 - doubt))), other=second.fitted, final=best.fitted)]
     if yields:
-        rivals.append(Rival(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
-    remarks = [_load_words(form, loads[form].belief)]
+        rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
+    remarks = [_load_note(form, loads[form].belief)]
     remarks += [
         f"{SPEED_TERMS[law].words} on joint {', '.join(str(j + 1) for j in joints)}"
         for law, joints in bent.items()
         if joints
     ]
     if yields:
-        remarks.append("the joints yield")
+        remarks.append("joint elasticity detected and modelled")
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
         final=best.fitted,
@@ -134,12 +134,12 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     )
 
 
-def _load_words(form: str, belief: Belief) -> str:
+def _load_note(form: str, belief: Belief) -> str:
     mean, spread = 100.0 * belief.mean, 100.0 * belief.std
     if belief.mean < LEAST_LOAD:
         allowed = f"{np.hypot(mean, spread):.2g} % of {LOAD_FORMS[form]}"
-        return f"no friction that grows with load is seen; {allowed} is allowed for"
-    return f"friction grows with load: {mean:.2g} % of {LOAD_FORMS[form]}, {spread:.2g} % from joint to joint"
+        return f"no load-dependent friction detected (the intervals allow {allowed})"
+    return f"load-dependent friction: {mean:.2g} % of {LOAD_FORMS[form]}, varying by {spread:.2g} % between joints"
 
 
 def _bent(
@@ -218,6 +218,6 @@ def _belief(free: Fitted, form: str) -> Belief:
     seen = np.array([free.fit.phi[j][k] for j, k in at])
     influence = np.array([free.fit.phi_influence[j][k] for j, k in at])
     held = np.array([np.linalg.norm(free.fit.phi_belief[j][k]) for j, k in at])
-    noise = np.hypot(np.sqrt(np.diag(cautious(free.fit.rows, influence, 0.0))), held)
+    noise = np.hypot(np.sqrt(np.diag(max_of_classical_and_jackknife(free.fit.rows, influence, 0.0))), held)
     found = likeliest(seen, noise)
     return Belief(found.mean, max(found.std, SPREAD_SHARE * found.mean))

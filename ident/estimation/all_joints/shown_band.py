@@ -18,7 +18,7 @@ NOISE_SHARE = 1e-3
 What tells compliance from inertia is a small part of that power, so that a small share of noise bends much: compliances
 of an arm with 2e-5 rad of noise at 500 Hz are off by 2 to 7 % with this one, by 30 % with thrice the noise let in.
 """
-STRETCH = 60.0
+AVERAGED_BLOCK = 60.0
 """Length of the stretches whose spectra are averaged, in periods of the cut-off of the positions."""
 
 
@@ -54,7 +54,7 @@ def shown_hz(behind: FullRate, own: Array, inertia: Array) -> Array:
     Returns:
         Frequencies [Hz], shape (n,); the cut-off of the positions where noise is little up to it.
     """
-    length = min(len(own), round(STRETCH / (behind.cutoff_hz * behind.period)))
+    length = min(len(own), round(AVERAGED_BLOCK / (behind.cutoff_hz * behind.period)))
     f, power = scipy.signal.welch(own, fs=1.0 / behind.period, nperseg=length, axis=0)
     inside = (f > 0.0) & (f <= behind.cutoff_hz)
     f, power = f[inside], power[inside]

@@ -90,8 +90,8 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
     shared = shared_parameters(problem)
     if not shared.known.any() and not given:
         raise NotIdentifiable(
-            "no motion carries a payload of known mass: links that joints share give the ratios of the gains alone; "
-            "mount one, or give one gain (options gain_joint and gain_value)"
+            "no motion carries a payload of known mass, so only ratios of gains are identifiable; mount "
+            "one, or give one gain (options gain_joint and gain_value)"
         )
     return Setting(
         problem=problem,

@@ -50,7 +50,7 @@ class SpeedTerm:
 
 
 SPEED_TERMS = {
-    "cbrt": SpeedTerm(np.cbrt, "viscous friction grows less than the speed"),
+    "cbrt": SpeedTerm(np.cbrt, "viscous friction grows less than linearly with speed"),
     "by-direction": SpeedTerm(np.abs, "viscous friction differs between directions"),
 }
 """Friction in the speed besides viscous and Coulomb, by name."""

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.joint_by_joint.gain_system import GainSystem, gain_system
 from ident.estimation.joint_by_joint.instruments import instrumental
 from ident.estimation.joint_by_joint.joint_fit import JointFit, NoFit, joint_by_joint, joint_fit
@@ -64,7 +64,7 @@ def instrumental_gains(problem: Problem, options: InstrumentOptions) -> GainEsti
     aid = instruments(problem)
     known = [payload.known_part() for payload in problem.payloads]
     fits = [_fit(problem, aid.problem, joint, known) for joint in range(problem.structure.arm.n)]
-    estimate = concluded(NAME, problem, joint_by_joint(fits, known, problem.row_period))
+    estimate = judge_identifiability(NAME, problem, joint_by_joint(fits, known, problem.row_period))
     return replace(estimate, remarks=(_remark(aid.kept),))
 
 
@@ -79,7 +79,7 @@ def instruments(problem: Problem) -> Instruments:
         behind = motion.observation.full_rate
         if behind is None:
             raise NotIdentifiable(
-                f"motion {number + 1} has rows but no recording behind them; {NAME} needs one to find its smooth motion"
+                f"motion {number + 1} has rows but no recording; {NAME} needs one to find its smooth motion"
             )
         smooth = reference(behind)
         kept = max(kept, float(smooth.kept.max()))
@@ -121,6 +121,6 @@ def _remark(kept: float) -> str:
     positions is white, that of accelerations grows with the fourth power of frequency.
     """
     return (
-        f"the instruments share up to {100.0 * kept:.2g} % of the positions' noise and {100.0 * kept**5:.2g} % of the "
-        "accelerations' (of the variance)"
+        f"the instruments retain up to {100.0 * kept:.2g} % of the noise variance of positions, "
+        f"{100.0 * kept**5:.2g} % of that of accelerations"
     )

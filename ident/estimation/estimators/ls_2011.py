@@ -6,8 +6,8 @@ with the reason and the standard deviation one would have to expect.
 
 from dataclasses import dataclass
 
-from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.joint_by_joint.joint_fit import joint_by_joint, joint_fit
 from ident.estimation.problem import Problem
 
@@ -35,4 +35,4 @@ def joint_by_joint_gains(problem: Problem, options: JointByJointOptions) -> Gain
     problem.check_difference()
     known = [payload.known_part() for payload in problem.payloads]
     fits = [joint_fit(problem, joint, known) for joint in range(problem.structure.arm.n)]
-    return concluded(NAME, problem, joint_by_joint(fits, known, problem.row_period))
+    return judge_identifiability(NAME, problem, joint_by_joint(fits, known, problem.row_period))

@@ -16,8 +16,8 @@ from ident.estimation.all_joints.fixed_terms import fit_as_named
 from ident.estimation.all_joints.loss import LOSSES, Tame, drawn_in, settled
 from ident.estimation.all_joints.selection import Selected, selected
 from ident.estimation.all_joints.solution import GivenGain, Setting, setting, solution
-from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import GainEstimate
+from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
 from ident.support.errors import OptionError
 from ident.support.options import NAMES, unknown_name
@@ -80,7 +80,7 @@ class AllJointsOptions:
                 raise unknown_name(name, getattr(self, name), known)
         refuse_outside(self, OptionError)
         if (self.gain_joint is None) != (self.gain_value is None):
-            raise OptionError("gain_joint and gain_value belong together: the number of a joint and its gain")
+            raise OptionError("gain_joint and gain_value must be given together: the number of a joint and its gain")
         if self.gain_value == 0.0:
             raise OptionError("gain_value = 0: expected a gain that is not zero")
 
@@ -111,7 +111,7 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
     if chosen.stiff is not None:
         found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
-    estimate = concluded(NAME, problem, found)
+    estimate = judge_identifiability(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
 
@@ -135,7 +135,7 @@ def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:
     chosen = _chosen(replace(ready, columns=plain.columns), options)
     final = settled(chosen.final, ready.columns, tame)
     share = 100.0 * drawn_in(final, ready.columns)
-    remark = f"by the loss of {options.loss} {share:.2g} % of the rows count less than half"
+    remark = f"{share:.2g} % of the rows have a weight below one half (loss = {options.loss})"
     return replace(chosen, final=final, remarks=(*chosen.remarks, remark))
 
 

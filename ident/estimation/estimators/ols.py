@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.homogeneous.bias import noise_bias
 from ident.estimation.homogeneous.solved import Unknowns, gain_solution
 from ident.estimation.homogeneous.system import HomogeneousSystem, homogeneous_system
 from ident.estimation.homogeneous.weights import HomogeneousOptions
+from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
 
 NAME = "ols"
@@ -39,7 +39,7 @@ def homogeneous_gains(problem: Problem, options: HomogeneousOptions) -> GainEsti
     """
     system = homogeneous_system(problem, options.weights)
     found = _solved(system)
-    estimate = concluded(NAME, problem, gain_solution(system, found))
+    estimate = judge_identifiability(NAME, problem, gain_solution(system, found))
     return replace(estimate, remarks=_remarks(estimate, noise_bias(system, found)))
 
 
@@ -69,7 +69,7 @@ def _solved(system: HomogeneousSystem) -> Unknowns:
 
 def _remarks(estimate: GainEstimate, bias: dict[int, float] | None) -> tuple[str, ...]:
     if bias is None:
-        return ("the currents show no more than their noise would: how much too small the gains are cannot be said",)
+        return ("the currents do not exceed their noise, so the bias of the gains is unknown",)
     return tuple(
         f"joint {j + 1}: noise of the currents makes this gain {100.0 * abs(each):.2g} % "
         f"too {'small' if each < 0.0 else 'large'}"

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import FoundParameter, GainEstimate, GainSolution, IdentifiedGain
+from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.joint_by_joint.first_moments import MOMENT_COLUMNS, MOMENTS, FirstMoments, first_moments
 from ident.estimation.joint_by_joint.joint_fit import JointFit, NoFit, joint_by_joint, joint_fit
 from ident.estimation.problem import Problem
@@ -51,7 +51,7 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
         raise NotIdentifiable(f"{NAME} takes one payload; {1 + len(more)} are mounted")
     mass = replace(payload, known="mass").known_part()
     fits = [joint_fit(problem, joint, [mass]) for joint in range(problem.structure.arm.n)]
-    first = concluded(NAME, problem, joint_by_joint(fits, [mass], problem.row_period))
+    first = judge_identifiability(NAME, problem, joint_by_joint(fits, [mass], problem.row_period))
     found = [
         fit
         for fit, joint in zip(fits, first.joints, strict=True)
@@ -63,7 +63,7 @@ def sequential_gains(problem: Problem, options: SequentialOptions) -> GainEstima
     known = _with_moments(mass, moments)
     both = [fit if j in moments.joints else joint_fit(problem, j, [known]) for j, fit in enumerate(fits)]
     solution = _carried(joint_by_joint(both, [known], problem.row_period), both, moments, problem.payloads[0].mass_std)
-    return concluded(NAME, problem, solution, payload=_parameters(problem, moments, solution))
+    return judge_identifiability(NAME, problem, solution, payload=_parameters(problem, moments, solution))
 
 
 def _with_moments(mass: KnownPayload, moments: FirstMoments) -> KnownPayload:

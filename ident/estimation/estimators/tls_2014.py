@@ -8,12 +8,12 @@ off by tens of percent, or negative; its deviations know it and joints are refus
 
 import numpy as np
 
-from ident.estimation.conclusion import concluded
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.homogeneous.null_vector import null_vector
 from ident.estimation.homogeneous.solved import Unknowns, gain_solution
 from ident.estimation.homogeneous.system import HomogeneousSystem, homogeneous_system
 from ident.estimation.homogeneous.weights import HomogeneousOptions
+from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
 from ident.numerics.least_squares import factors
 from ident.support.arrays import Array, Indices
@@ -37,7 +37,7 @@ def total_gains(problem: Problem, options: HomogeneousOptions) -> GainEstimate:
         TooFewRows: If there are no more rows than unknowns.
     """
     system = homogeneous_system(problem, options.weights)
-    return concluded(NAME, problem, gain_solution(system, _solved(system)))
+    return judge_identifiability(NAME, problem, gain_solution(system, _solved(system)))
 
 
 def _solved(system: HomogeneousSystem) -> Unknowns:

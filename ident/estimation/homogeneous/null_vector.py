@@ -61,7 +61,7 @@ def null_vector(M: Array, scale: Array, *, rank_tol: float) -> NullVector:
     U, s, Vt = np.linalg.svd(R)
     z, others = Vt[-1], Vt[:-1].T
     if s[-2] <= rank_tol * s[0] or abs(z[-1]) <= rank_tol:
-        raise NotIdentifiable("more than one set of gains fits the equations; record a richer motion, or a payload")
+        raise NotIdentifiable("the gains are not unique; record a more exciting motion, or a payload")
     explained = np.asarray(Q @ U[:, :-1], np.float64)
     gap = s[-1] ** 2 - s[:-1] ** 2
     return NullVector(

@@ -9,7 +9,7 @@ from ident.estimation.homogeneous.system import HomogeneousSystem
 from ident.estimation.rows import Rows
 from ident.support.arrays import Array, Mask
 
-UNSEEN = "its rows let the gain be anything"
+UNSEEN = "its rows do not determine the gain"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -95,5 +95,5 @@ def _check_load(W: Array, k: Array, rank_tol: float) -> None:
     Q = factors(W, rank_tol=rank_tol).Q
     if np.linalg.norm(k - Q @ (Q.T @ k)) <= rank_tol * np.linalg.norm(k):
         raise NotIdentifiable(
-            "nothing that is known of the payload puts a torque of its own on the arm; mount a payload of known mass"
+            "no known payload parameter has an independent torque on the arm; mount a payload of known mass"
         )

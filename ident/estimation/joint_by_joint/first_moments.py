@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.joint_by_joint.joint_fit import JointFit
-from ident.estimation.joint_by_joint.pooled_system import StackedSystem, stacked_system
+from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.problem import Problem
 from ident.model.base import independent_columns, random_regressor
 from ident.model.parameters import INERTIAL
@@ -47,7 +47,7 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
         mass: The mass, known.
     """
     joints = [fit.system.rows.joint for fit in found]
-    system = _rows_of(stacked_system(problem.motions), joints)
+    system = _rows_of(pooled_system(problem.motions), joints)
     gain = np.array([1.0 / fit.inverse for fit in found])
     each_gain = gain[np.searchsorted(joints, system.joint)]
     arm, body = _independent(problem.structure, joints, mass)
@@ -73,10 +73,10 @@ def first_moments(problem: Problem, found: Sequence[JointFit], mass: KnownPayloa
     )
 
 
-def _rows_of(system: StackedSystem, joints: Sequence[int]) -> StackedSystem:
+def _rows_of(system: PooledSystem, joints: Sequence[int]) -> PooledSystem:
     """The rows of some joints."""
     rows = np.isin(system.joint, joints)
-    return StackedSystem(
+    return PooledSystem(
         V=system.V[rows],
         W=system.W[rows],
         W_L=system.W_L[rows],

@@ -10,7 +10,7 @@ from ident.support.arrays import Array, Indices, Mask
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class StackedSystem:
+class PooledSystem:
     """`g V = W @ chi + W_L @ chi_L + rho`, the rows of a joint together (eq. 16), of a joint those of a motion.
 
     Attributes:
@@ -32,7 +32,7 @@ class StackedSystem:
     t: Array
 
 
-def stacked_system(motions: Sequence[ObservedMotion]) -> StackedSystem:
+def pooled_system(motions: Sequence[ObservedMotion]) -> PooledSystem:
     """Stack motions of one structure, one or more."""
     structure = motions[0].observation.structure
     parts = [(j, k, motion.observation.joints[j]) for j in range(structure.arm.n) for k, motion in enumerate(motions)]
@@ -42,7 +42,7 @@ def stacked_system(motions: Sequence[ObservedMotion]) -> StackedSystem:
     for _, _, joint in parts:
         W[start : start + len(joint.V), joint.columns] = joint.W
         start += len(joint.V)
-    return StackedSystem(
+    return PooledSystem(
         V=np.concatenate([joint.V for _, _, joint in parts]),
         W=W,
         W_L=np.vstack([joint.W_L if heavy[k] else np.zeros_like(joint.W_L) for _, k, joint in parts]),

@@ -6,19 +6,19 @@
 from collections.abc import Callable
 
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.cautious import cautious
 from ident.estimation.uncertainty.classical import classical
 from ident.estimation.uncertainty.jackknife import jackknife
-from ident.estimation.uncertainty.larger import larger
+from ident.estimation.uncertainty.max_of_classical_and_hac import max_of_classical_and_hac
+from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
 from ident.estimation.uncertainty.serial import serial
 from ident.support.arrays import Array
 
 UNCERTAINTIES: dict[str, Callable[[Rows, Array, float], Array]] = {
-    "larger": larger,
+    "larger": max_of_classical_and_hac,
     "classical": classical,
     "serial": serial,
     "jackknife": jackknife,
-    "cautious": cautious,
+    "cautious": max_of_classical_and_jackknife,
 }
-"""`classical`: eq. 20; `serial`: residuals correlated in time; `larger`: of these two; `jackknife`: a stretch of time
-left out; `cautious`: the larger of `classical` and `jackknife`."""
+"""`classical`: eq. 20, white residuals; `serial`: autocorrelated residuals (Newey and West); `larger`: maximum of these
+two; `jackknife`: delete-a-block; `cautious`: maximum of `classical` and `jackknife`."""

@@ -32,20 +32,20 @@ def jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
 
 
 @lru_cache(maxsize=1)
-def left_out(rows: Rows, stretches: int = BLOCKS) -> tuple[tuple[Indices, Array], ...]:
+def left_out(rows: Rows, blocks: int = BLOCKS) -> tuple[tuple[Indices, Array], ...]:
     """The rows of each stretch, and the residual [drive units] they would have if the model had not seen them.
 
     Args:
         rows: Rows with their residuals; the same ones are asked for by each covariance that an estimate needs.
-        stretches: That each motion is cut into.
+        blocks: That each motion is cut into.
     """
     found: list[tuple[Indices, Array]] = []
     for motion in np.unique(rows.motion):
         own = np.flatnonzero(rows.motion == motion)
         at = rows.position[own] - rows.position[own].min()
-        stretch = at * stretches // (at.max() + 1)
-        for number in np.unique(stretch):
-            block = own[stretch == number]
+        block_of_row = at * blocks // (at.max() + 1)
+        for number in np.unique(block_of_row):
+            block = own[block_of_row == number]
             explained, weight = rows.explained[block], rows.weight[block]
             fresh = _not_fitted_to(explained[:, explained.any(axis=0)], weight * rows.residual[block])
             found.append((block, readonly(fresh / weight)))

@@ -80,10 +80,10 @@ def _gravity(root: Element) -> tuple[float, float, float]:
         if values := vector(option, "gravity", 3, largest=STRONGEST_GRAVITY):
             gravity = (values[0], values[1], values[2])
             if not any(gravity):
-                raise RobotModelError(f"{option.title}: gravity is 0; a payload without weight shows no gain")
+                raise RobotModelError(f"{option.title}: gravity is 0; without weight no gain can be identified")
         for flag in option.all("flag"):
             if flag.attributes.get("gravity", "enable") != "enable":
-                raise RobotModelError(f"{flag.title}: gravity is disabled; a payload without weight shows no gain")
+                raise RobotModelError(f"{flag.title}: gravity is disabled; without weight no gain can be identified")
     return gravity
 
 

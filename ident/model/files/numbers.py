@@ -45,7 +45,7 @@ def vector(element: Element, attribute: str, count: int, *, largest: float = LAR
         raise RobotModelError(f"{what}: {len(words)} numbers, expected {count}")
     values = tuple(float(word) for word in words)
     if not all(abs(value) <= largest for value in values):
-        raise RobotModelError(f"{what}: beyond {largest:g}; no arm is like that, check the number and its unit")
+        raise RobotModelError(f"{what}: beyond {largest:g}; check the number and its unit")
     return values
 
 

@@ -139,12 +139,14 @@ def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Elem
     for joint in joints.values():
         parent, child = (joint.all(end)[0].attributes["link"] for end in ("parent", "child"))
         if child in parent_of:
-            raise RobotModelError(f"{joint.title}: link {child!r} hangs on two joints; closed loops are not supported")
+            raise RobotModelError(
+                f"{joint.title}: link {child!r} has two parent joints; closed loops are not supported"
+            )
         parent_of[child] = parent
     bases = [link for link in links if link not in parent_of]
     if len(bases) != 1:
         names = ", ".join(one_line(base) for base in bases[:5]) or "none"
-        raise RobotModelError(f"{root.title}: expected one base link that hangs on no joint, found {names}")
+        raise RobotModelError(f"{root.title}: expected one base link without a parent joint, found {names}")
     for link in links:
         above = link
         for _ in range(len(links)):
@@ -152,7 +154,7 @@ def _check_tree(root: Element, links: dict[str, Element], joints: dict[str, Elem
                 break
             above = parent_of[above]
         else:
-            raise RobotModelError(f"{links[link].title} hangs on itself through its joints")
+            raise RobotModelError(f"{links[link].title} is its own ancestor through its joints")
 
 
 def _line(element: Element) -> str:

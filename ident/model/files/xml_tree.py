@@ -64,7 +64,7 @@ def read_xml(path: Path) -> Element:
         nonlocal count
         count += 1
         if len(open_elements) >= DEEPEST:
-            raise RobotModelError(f"{where()}: elements are nested deeper than {DEEPEST}; no arm has so many links")
+            raise RobotModelError(f"{where()}: elements are nested deeper than {DEEPEST}")
         if count > MOST_ELEMENTS:
             raise RobotModelError(f"{where()}: more than {MOST_ELEMENTS} elements")
         element = Element(tag, attributes, where())
@@ -75,7 +75,7 @@ def read_xml(path: Path) -> Element:
         open_elements.pop()
 
     def refuse(*_: object) -> None:
-        raise RobotModelError(f"{where()}: it declares a document type; entities are not read, remove it")
+        raise RobotModelError(f"{where()}: document type declarations are not supported; remove this one")
 
     parser.StartElementHandler, parser.EndElementHandler, parser.StartDoctypeDeclHandler = start, end, refuse
     try:

@@ -87,8 +87,8 @@ def _check_turned(path: Path, arrays: dict[str, np.ndarray], samples: int) -> No
         if array.ndim == 2 and array.shape[0] < samples <= array.shape[1]:
             rows, columns = array.shape
             raise RecordingError(
-                f"{one_line(path)}: {one_line(name)} has {rows} rows of {columns} numbers; expected a row a sample: it "
-                "is transposed, save its .T"
+                f"{one_line(path)}: {one_line(name)} has {rows} rows of {columns} numbers; expected one "
+                "row a sample; it is transposed, save its .T"
             )
 
 
@@ -100,8 +100,8 @@ def _check_archive(path: Path, archive: "np.lib.npyio.NpzFile") -> None:
 
 def _check_lengths(path: Path, lengths: dict[str, int]) -> None:
     if len(set(lengths.values())) > 1:
-        said = listed([f"{name}: {length}" for name, length in lengths.items()])
-        raise RecordingError(f"{one_line(path)}: columns of different lengths: {said}")
+        each = listed([f"{name}: {length}" for name, length in lengths.items()])
+        raise RecordingError(f"{one_line(path)}: columns of different lengths: {each}")
     if sum(lengths.values()) > MOST_VALUES:
         raise RecordingError(f"{one_line(path)}: more than {MOST_VALUES} numbers; take a part")
 

@@ -45,25 +45,25 @@ def described(words: Sequence[str]) -> LogDescription:
     """
     found: dict[str, Channels] = {}
     for word in words:
-        kind, equals, said = word.partition("=")
-        if kind not in UNITS or not equals or not said:
+        kind, equals, given = word.partition("=")
+        if kind not in UNITS or not equals or not given:
             raise LogDescriptionError(f"--columns: {shown(word)}; expected t=NAME[unit], q=NAME,NAME,..[unit] or v=..")
         if kind in found:
-            raise LogDescriptionError(f"--columns: {kind}= is there twice")
-        found[kind] = _channels(kind, said)
+            raise LogDescriptionError(f"--columns: {kind}= is given twice")
+        found[kind] = _channels(kind, given)
     return LogDescription(t=found.get("t", NOTHING), q=found.get("q", NOTHING), v=found.get("v", NOTHING))
 
 
-def _channels(kind: str, said: str) -> Channels:
+def _channels(kind: str, given: str) -> Channels:
     """Names and unit; brackets that hold no unit belong to the name of a column."""
     unit: tuple[str, ...] = ()
-    ending = _UNIT.fullmatch(said)
+    ending = _UNIT.fullmatch(given)
     if ending is not None and not ending[2].isdigit():
-        said, unit = ending[1], (ending[2],)
+        given, unit = ending[1], (ending[2],)
         if unit[0] not in UNITS[kind]:
             known = f"{nearest(unit[0], UNITS[kind])}; there are {', '.join(UNITS[kind])}"
             raise LogDescriptionError(f"--columns: unit {shown(unit[0])} of {kind} is unknown{known}")
-    names = [name for word in said.split(",") for name in spread(word.strip(), "--columns")] if said else []
+    names = [name for word in given.split(",") for name in spread(word.strip(), "--columns")] if given else []
     if not all(names):
-        raise LogDescriptionError(f"--columns: {kind}={shown(said)} lacks a name")
+        raise LogDescriptionError(f"--columns: {kind}={shown(given)} lacks a name")
     return Channels(columns=tuple(names), unit=unit)

@@ -94,11 +94,11 @@ def read_csv(path: Path, request: Request) -> Columns:
 
 def _layout(path: Path, text: bytes, request: Request) -> _Layout:
     """Find header, separator and decimal sign, as far as they are not said."""
-    said = request.text
+    layout_given = request.text
     found = _header(path, text, request)
     start, line = found.end, found.line
-    if said.rows is not None:
-        start, line = _start_of_line(path, text, said.rows), said.rows - 1
+    if layout_given.rows is not None:
+        start, line = _start_of_line(path, text, layout_given.rows), layout_given.rows - 1
     rest = text[start : start + 10_000].split(b"\n")
     first = next((row for row in rest if row.split(b"#", 1)[0].strip()), b"")
     if not first and not without_comments(text[start:]).strip():
@@ -106,7 +106,7 @@ def _layout(path: Path, text: bytes, request: Request) -> _Layout:
     cells = _split(_decoded(first.split(b"#", 1)[0].strip()), found.separator)
     quoted = len(cells) == len(found.header) and any(_QUOTED.fullmatch(cell) for cell in cells)
     decimal = "," if quoted or (found.separator != "," and b"," in first.split(b"#", 1)[0]) else "."
-    return _Layout(found.header, found.separator, said.decimal or decimal, line, start)
+    return _Layout(found.header, found.separator, layout_given.decimal or decimal, line, start)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,29 +121,29 @@ class _Header:
 
 def _header(path: Path, text: bytes, request: Request) -> _Header:
     """The header, or the numbers of the columns where it is said that there is none."""
-    said = request.text
-    position = 0 if not said.header else _start_of_line(path, text, said.header)
-    number, commented, words = (said.header or 1) - 1, "", ""
+    layout_given = request.text
+    position = 0 if not layout_given.header else _start_of_line(path, text, layout_given.header)
+    number, commented, words = (layout_given.header or 1) - 1, "", ""
     while position < len(text):
         found = _LINE.match(text, position)
         assert found is not None, "an empty line matches too"
         number += 1
         start, position = position, _next_line(text, found.end())
         line = _decoded(found[0])
-        words = line.strip().lstrip("#").strip() if said.header else line.split("#", 1)[0].strip()
+        words = line.strip().lstrip("#").strip() if layout_given.header else line.split("#", 1)[0].strip()
         if words:
             break
-        if said.header:
-            raise RecordingError(f"{one_line(path)}: line {number}, said to be the header, is empty")
+        if layout_given.header:
+            raise RecordingError(f"{one_line(path)}: line {number}, declared as the header, is empty")
         commented = line.strip().lstrip("#").strip() or commented
     else:
         raise RecordingError(f"{one_line(path)}: expected a header line and at least one row")
-    separator = said.separator or max(SEPARATORS, key=lambda s: _numbers_in(words, s))
+    separator = layout_given.separator or max(SEPARATORS, key=lambda s: _numbers_in(words, s))
     counted = [str(k + 1) for k in range(len(_split(words, separator)))]
-    by_number = said.header is None and _split(words, separator) != counted and request.known(counted) > 1
-    if said.header == 0 or (by_number and _numbers_in(words, separator) == len(counted)):
+    by_number = layout_given.header is None and _split(words, separator) != counted and request.known(counted) > 1
+    if layout_given.header == 0 or (by_number and _numbers_in(words, separator) == len(counted)):
         return _Header(counted, separator, number - 1, start)
-    if said.header is None and not _known(words, request):
+    if layout_given.header is None and not _known(words, request):
         if _known(commented, request) > 1 and not re.search("[a-df-mo-zA-DF-MO-Z]", words):
             words, number, position = commented, number - 1, start  # as numpy.savetxt writes it: names are a comment
         elif all(_NUMBER.fullmatch(w) for w in re.split(r"[\s;,|]+", words) if w):
@@ -151,7 +151,7 @@ def _header(path: Path, text: bytes, request: Request) -> _Header:
                 f"{one_line(path)}: line {number} has numbers where column names are expected; begin with t,q1,..,"
                 'v1,.., or say header = "none" in a log description'
             )
-    separator = said.separator or max(SEPARATORS, key=lambda s: request.known(_split(words, s)))
+    separator = layout_given.separator or max(SEPARATORS, key=lambda s: request.known(_split(words, s)))
     return _Header(_split(words, separator), separator, number, position)
 
 

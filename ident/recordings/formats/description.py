@@ -58,9 +58,9 @@ NOTHING = Channels()
 """Nothing said."""
 
 
-def over(said: Channels, known: Channels) -> Channels:
+def over(given: Channels, known: Channels) -> Channels:
     """What is said, and of what is not what a layout knows; nothing of it where other columns are said."""
-    if said.columns:
-        return said
-    own = {each.name: getattr(said, each.name) for each in fields(said)}
+    if given.columns:
+        return given
+    own = {each.name: getattr(given, each.name) for each in fields(given)}
     return replace(known, **{name: value for name, value in own.items() if value != getattr(NOTHING, name)})

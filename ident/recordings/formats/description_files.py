@@ -113,29 +113,29 @@ def read_description(path: str | Path) -> LogDescription:
 
 
 def _channels(place: str, table: object, kind: str) -> Channels:
-    said = _Table(place, table, CHANNELS[kind])
-    columns = said.words("column" if kind == "t" else "columns")
+    description = _Table(place, table, CHANNELS[kind])
+    columns = description.words("column" if kind == "t" else "columns")
     found = Channels(
         columns=tuple(name for word in columns for name in spread(word, place)),
-        unit=said.words("unit"),
-        counts_per_turn=said.numbers("counts_per_turn"),
-        sign=said.numbers("sign"),
-        zero=said.numbers("zero"),
-        constant=_constant(said),
+        unit=description.words("unit"),
+        counts_per_turn=description.numbers("counts_per_turn"),
+        sign=description.numbers("sign"),
+        zero=description.numbers("zero"),
+        constant=_constant(description),
     )
     if any(abs(sign) != 1.0 for sign in found.sign):
-        raise said.wrong("sign", "1 or -1")
+        raise description.wrong("sign", "1 or -1")
     for key in ("counts_per_turn", "constant"):
         if any(number == 0.0 for number in getattr(found, key) or ()):
-            raise said.wrong(key, "numbers that are not 0")
+            raise description.wrong(key, "numbers that are not 0")
     return found
 
 
-def _constant(said: _Table) -> tuple[float, ...] | None:
+def _constant(description: _Table) -> tuple[float, ...] | None:
     """Constants, none of them if they are said to be unknown, None if nothing is said."""
-    if said.table.get("constant") == UNKNOWN:
+    if description.table.get("constant") == UNKNOWN:
         return ()
-    return said.numbers("constant") or None
+    return description.numbers("constant") or None
 
 
 def _only(top: _Table) -> tuple[tuple[str, float], ...]:
@@ -148,20 +148,24 @@ def _only(top: _Table) -> tuple[tuple[str, float], ...]:
     return tuple((str(name), float(value)) for name, value in table.items())
 
 
-def _text(said: _Table) -> TextLayout:
-    header = 0 if said.table.get("header") == "none" else said.line("header")
-    rows, separator, decimal = said.line("rows"), said.table.get("separator"), said.table.get("decimal")
+def _text(description: _Table) -> TextLayout:
+    header = 0 if description.table.get("header") == "none" else description.line("header")
+    rows, separator, decimal = (
+        description.line("rows"),
+        description.table.get("separator"),
+        description.table.get("decimal"),
+    )
     if separator is not None and (not isinstance(separator, str) or len(separator) != 1 or separator in "\"'\r\n#\0"):
-        raise said.wrong("separator", "one character")
+        raise description.wrong("separator", "one character")
     if decimal is not None and decimal not in (".", ","):
-        raise said.wrong("decimal", "'.' or ','")
+        raise description.wrong("decimal", "'.' or ','")
     if decimal is not None and decimal == separator:
-        raise said.wrong("decimal", "another sign than the separator")
+        raise description.wrong("decimal", "another sign than the separator")
     if header and rows and rows <= header:
-        raise said.wrong("rows", f"a line after that of the header, {header}")
-    encoding = said.word("encoding")
+        raise description.wrong("rows", f"a line after that of the header, {header}")
+    encoding = description.word("encoding")
     if encoding is not None and not _is_encoding(encoding):
-        raise said.wrong("encoding", "one that Python knows: utf-8, utf-16-le, latin-1, cp1252, ..")
+        raise description.wrong("encoding", "one that Python knows: utf-8, utf-16-le, latin-1, cp1252, ..")
     return TextLayout(separator=separator, decimal=decimal, header=header, rows=rows, encoding=encoding)
 
 

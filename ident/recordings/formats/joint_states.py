@@ -15,7 +15,7 @@ NAME = "joint-states"
 STAMP, POSITION, EFFORT = "stamp", ".position", ".effort"
 
 
-def layout(path: Path, names: Sequence[str], said: LogDescription) -> LogDescription | None:
+def layout(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
     """Positions and efforts of the joints by their names; what an effort is has to be said.
 
     Raises:
@@ -24,19 +24,19 @@ def layout(path: Path, names: Sequence[str], said: LogDescription) -> LogDescrip
     there = [name.removesuffix(POSITION) for name in names if name.endswith(POSITION)]
     if STAMP not in names or not there:
         return None
-    joints = said.joints
+    joints = description.joints
     if joints is None:
         raise RecordingError(
-            f"{one_line(path)}: joints are taken by name; say their order, base to flange (--joints, or --model): "
-            f"there are {listed(there)}"
+            f"{one_line(path)}: the order of the joints is not declared; give it, base to flange "
+            f"(--joints, or --model): there are {listed(there)}"
         )
     for joint in joints:
         if joint not in there:
             raise RecordingError(
-                f"{one_line(path)}: no joint {shown(joint)}{nearest(joint, there)}; there are {listed(there)}; say "
-                "what the log calls them, base to flange (--joints)"
+                f"{one_line(path)}: no joint {shown(joint)}{nearest(joint, there)}; there are "
+                f"{listed(there)}; give the log's joint names, base to flange (--joints)"
             )
-        if joint + EFFORT not in names and not said.v.columns:
+        if joint + EFFORT not in names and not description.v.columns:
             raise RecordingError(f"{one_line(path)}: joint {shown(joint)} has no effort in these messages")
     return LogDescription(
         t=Channels(columns=(STAMP,), unit=("s",)),

@@ -94,7 +94,7 @@ def _messages(data: np.ndarray, channel: int, index: np.ndarray) -> Iterator[tup
     heads = _at(data, places, RECORD + 2)  # what it is, its size, its channel
     sizes = np.ascontiguousarray(heads[:, 1:9]).view("<u8")[:, 0]
     if (heads[:, 0] != MESSAGE).any() or (np.ascontiguousarray(heads[:, 9:]).view("<u2") != channel).any():
-        raise DamagedChunk("an index points to something else than a message of its channel")
+        raise DamagedChunk("an index points to no message of its channel")
     for size in np.unique(sizes).tolist():
         own = sizes == size
         if size < MESSAGE_HEAD or size > len(data) or places[own].max() + RECORD + size > len(data):

@@ -35,13 +35,13 @@ MEANINGS: dict[str, Meaning] = {
         words="the controller's torque: current times its constant",
         units=TORQUE,
         unit="N m",
-        note="v is a torque that the controller computed: a gain is what its constant has to be multiplied by",
+        note="v is a torque computed by the controller: a gain is the correction factor of its torque constant",
     ),
     "torque-after-drive": Meaning(
         words="torque measured behind gear and friction",
         units=TORQUE,
         unit="N m",
-        note="v is measured behind the drive: a gain is the scale of the torque sensor, not that of the drive",
+        note="v is measured after the drive: a gain is the scale of the torque sensor, not of the drive",
     ),
     "percent": Meaning(
         words="share of a rated current or torque",
@@ -50,11 +50,13 @@ MEANINGS: dict[str, Meaning] = {
         note="v is a share of a rating: a gain is N m per percent",
     ),
     "gravity-compensated": Meaning(
-        words="current or torque from which the controller has taken the weight",
+        words="current or torque after gravity compensation",
         units=CURRENT | TORQUE | SHARE,
         unit="",
-        refused="the weight of the payload, which gains are found from, is missing in it; log the motor current or the "
-        "whole commanded torque, before or with the compensation",
+        refused=(
+            "the weight of the payload, from which gains are identified, is missing in it; log the "
+            "motor current or the whole commanded torque, before or with the compensation"
+        ),
     ),
 }
 """By the name that a description says."""

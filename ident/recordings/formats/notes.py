@@ -17,25 +17,25 @@ def notes_of(read: Resolved) -> tuple[str, ...]:
     Args:
         read: What was taken for what.
     """
-    said = read.description
-    taken = TAKEN.get(read.layout or "", "") if ur_rtde.taken(said.v.columns) else ""
+    description = read.description
+    taken = TAKEN.get(read.layout or "", "") if ur_rtde.taken(description.v.columns) else ""
     return tuple(note for note in (taken, _meaning_note(read)) if note)
 
 
 def signal_of(read: Resolved) -> str:
     """What v of the recording is, with its unit."""
-    said = read.description
-    if said.signal is None:
+    description = read.description
+    if description.signal is None:
         return "as logged [drive units]"
-    if said.signal == TORQUE_FROM_CURRENT and said.v.constant:
+    if description.signal == TORQUE_FROM_CURRENT and description.v.constant:
         return "current, from torque by the constants stated [A]"
-    return f"{MEANINGS[said.signal].words} [{MEANINGS[said.signal].unit}]"
+    return f"{MEANINGS[description.signal].words} [{MEANINGS[description.signal].unit}]"
 
 
 def _meaning_note(read: Resolved) -> str:
-    said = read.description
-    if said.signal is None:
+    description = read.description
+    if description.signal is None:
         return ""
-    if said.signal == TORQUE_FROM_CURRENT and said.v.constant:
-        return "v is current again: the torque over the constants stated"
-    return MEANINGS[said.signal].note
+    if description.signal == TORQUE_FROM_CURRENT and description.v.constant:
+        return "v is the current: torque divided by the stated constants"
+    return MEANINGS[description.signal].note

@@ -15,14 +15,14 @@ _TIME = re.compile(r"(?i)t[^a-z]|time|stamp|sec|elapsed|clock")
 """How names of columns of time begin."""
 
 
-def layout(path: Path, names: Sequence[str], said: LogDescription) -> LogDescription | None:
+def layout(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
     """Our columns, as far as no others are said to be in their place.
 
     Raises:
         RecordingError: If such a column is missing, doubled or misspelled.
     """
     kinds = {name[0] for name in names if OURS.fullmatch(name)}
-    wanted = {kind for kind in "tqv" if not getattr(said, kind).columns}
+    wanted = {kind for kind in "tqv" if not getattr(description, kind).columns}
     if not kinds & wanted - {"t"} and not kinds >= wanted == {"t"}:
         return None
     return own_columns(path, names, wanted)

@@ -32,54 +32,61 @@ class Resolved:
     @property
     def chosen(self) -> Chosen:
         """The columns to be read, each once; time as dates where its unit says so."""
-        said = self.description
-        names = (*said.t.columns, *said.q.columns, *said.v.columns, *(name for name, _ in said.only))
-        return Chosen(tuple(dict.fromkeys(names)), frozenset(said.t.columns if said.t.unit == (ISO,) else ()))
+        description = self.description
+        names = (
+            *description.t.columns,
+            *description.q.columns,
+            *description.v.columns,
+            *(name for name, _ in description.only),
+        )
+        return Chosen(
+            tuple(dict.fromkeys(names)), frozenset(description.t.columns if description.t.unit == (ISO,) else ())
+        )
 
 
-def resolved(path: Path, names: Sequence[str], said: LogDescription) -> Resolved:
+def resolved(path: Path, names: Sequence[str], description: LogDescription) -> Resolved:
     """Settle what a file's columns are.
 
     Args:
         path: The file, for messages.
         names: Of all its columns.
-        said: What a user says of it.
+        description: What a user says of it.
 
     Raises:
         RecordingError: If the layout is unknown, a column is missing or ambiguous, or something has to be said.
     """
     check_width(path, names)
-    layout, known = _layout(path, names, said)
-    t, q, v = (over(getattr(said, kind), getattr(known, kind)) for kind in "tqv")
+    layout, known = _layout(path, names, description)
+    t, q, v = (over(getattr(description, kind), getattr(known, kind)) for kind in "tqv")
     found = replace(
-        said,
-        signal=said.signal or (None if said.v.columns else known.signal),
-        t=replace(t, columns=_columns(path, names, t.columns, said.joints)),
-        q=replace(q, columns=_columns(path, names, q.columns, said.joints)),
-        v=replace(v, columns=_columns(path, names, v.columns, said.joints)),
+        description,
+        signal=description.signal or (None if description.v.columns else known.signal),
+        t=replace(t, columns=_columns(path, names, t.columns, description.joints)),
+        q=replace(q, columns=_columns(path, names, q.columns, description.joints)),
+        v=replace(v, columns=_columns(path, names, v.columns, description.joints)),
     )
-    if layout == joint_states.NAME and found.signal is not None and not found.v.unit and not said.v.columns:
+    if layout == joint_states.NAME and found.signal is not None and not found.v.unit and not description.v.columns:
         found = replace(found, v=replace(found.v, unit=(MEANINGS[found.signal].unit,)))  # by ROS's REP 103
-    for name, _ in said.only:
+    for name, _ in description.only:
         _column(path, names, name)
-    _check_complete(path, found, own=layout == own.NAME and not said.v.columns)
+    _check_complete(path, found, own=layout == own.NAME and not description.v.columns)
     return Resolved(found, layout)
 
 
-def _layout(path: Path, names: Sequence[str], said: LogDescription) -> tuple[str | None, LogDescription]:
+def _layout(path: Path, names: Sequence[str], description: LogDescription) -> tuple[str | None, LogDescription]:
     """The layout that fits, and what it knows; nothing where all columns are said."""
-    if said.layout is not None:
-        known = LAYOUTS[said.layout](path, names, said)
+    if description.layout is not None:
+        known = LAYOUTS[description.layout](path, names, description)
         if known is None:
-            raise RecordingError(f"{one_line(path)}: not of the layout {said.layout}; found {listed(names)}")
-        return said.layout, known
-    if said.t.columns and said.q.columns and said.v.columns:
+            raise RecordingError(f"{one_line(path)}: not of the layout {description.layout}; found {listed(names)}")
+        return description.layout, known
+    if description.t.columns and description.q.columns and description.v.columns:
         return None, LogDescription()
     for name, layout in LAYOUTS.items():
-        known = layout(path, names, said)
+        known = layout(path, names, description)
         if known is not None:
             return name, known
-    if said.t.columns or said.q.columns or said.v.columns:
+    if description.t.columns or description.q.columns or description.v.columns:
         return None, LogDescription()
     return own.NAME, own.own_columns(path, names, set("tqv"))  # says what is missing
 
@@ -91,8 +98,8 @@ def _columns(path: Path, names: Sequence[str], wanted: Sequence[str], joints: Se
         if "{joint}" in name:
             if joints is None:
                 raise RecordingError(
-                    f"{one_line(path)}: column {shown(name)}: the joints' names are not known; say them (--joints, or "
-                    "--model)"
+                    f"{one_line(path)}: column {shown(name)}: the joints' names are unknown; give them "
+                    "(--joints, or --model)"
                 )
             found += [_column(path, names, name.replace("{joint}", joint)) for joint in joints]
         elif name not in names and entry(name, 0) in names:
@@ -136,21 +143,21 @@ def _check_complete(path: Path, found: LogDescription, *, own: bool) -> None:
 
 def _missing(found: LogDescription, *, own: bool) -> Iterator[str]:
     """All that has still to be said, so that one more attempt is enough."""
-    unsaid = found.signal is None and (bool(found.v.unit) or not own)
+    unstated = found.signal is None and (bool(found.v.unit) or not own)
     for kind, what in (("t", "time"), ("q", "positions"), ("v", "currents")):
         channels: Channels = getattr(found, kind)
         if not channels.columns:
+            yield (f"no column is declared for {what}: {kind}=NAME.. of --columns, or [{kind}] of a log description")
+        if channels.columns and not channels.unit and not (kind == "v" and found.signal is None and not unstated):
             yield (
-                f"which column{'' if kind == 't' else 's'} {what} {'is' if kind == 't' else 'are'} is not "
-                f"said: {kind}=NAME.. of --columns, or [{kind}] of a log description"
+                f"the unit of {what} is not declared: {kind}=NAME..[unit] of --columns, or unit of "
+                f"[{kind}] in a log description"
             )
-        if channels.columns and not channels.unit and not (kind == "v" and found.signal is None and not unsaid):
-            yield (
-                f"the unit of {what} is not said: {kind}=NAME..[unit] of --columns, or unit of [{kind}] in a "
-                "log description"
-            )
-    if unsaid and found.v.columns:
-        yield (f"what {listed(found.v.columns, 3)} is has to be said, with --signal or in a log description: {kinds()}")
+    if unstated and found.v.columns:
+        yield (
+            f"the quantity in {listed(found.v.columns, 3)} is not declared; state it with --signal or "
+            f"in a log description: {kinds()}"
+        )
 
 
 def _check_units(place: str, found: LogDescription) -> None:
@@ -165,11 +172,11 @@ def _check_units(place: str, found: LogDescription) -> None:
         )
     if found.signal == TORQUE_FROM_CURRENT and found.v.constant is None:
         raise RecordingError(
-            f"{place}: v is a torque from current; say the constants it was computed with, N m/A (--constant, or "
-            'constant of [v] in a log description), or that they are "unknown"'
+            f"{place}: v is a torque from current; give the constants it was computed with, N m/A "
+            '(--constant, or constant of [v] in a log description), or that they are "unknown"'
         )
     if found.v.constant is not None and found.signal != TORQUE_FROM_CURRENT:
-        raise RecordingError(f"{place}: constants are said of v, but v is no {TORQUE_FROM_CURRENT}")
+        raise RecordingError(f"{place}: constants are given for v, but v is not a {TORQUE_FROM_CURRENT}")
 
 
 def _check_joints(place: str, found: LogDescription) -> None:
@@ -185,7 +192,7 @@ def _check_joints(place: str, found: LogDescription) -> None:
         raise RecordingError(f"{place}: {len(q)} joints; recordings of up to {MOST_JOINTS} are read")
     doubled = next((name for name in (*q, *v) if (*found.t.columns, *q, *v).count(name) > 1), None)
     if doubled is not None:
-        raise RecordingError(f"{place}: column {shown(doubled)} is said to be two things")
+        raise RecordingError(f"{place}: column {shown(doubled)} is declared twice")
     for kind, channels in (("q", found.q), ("v", found.v)):
         for key in ("unit", "counts_per_turn", "sign", "zero", "constant"):
             many = len(getattr(channels, key) or ())

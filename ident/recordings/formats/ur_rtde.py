@@ -16,14 +16,14 @@ COLUMNS = r"timestamp|(?:actual|target)_(?:q|current)_[0-5]"
 """Pattern of the names by which such a file is told from others."""
 
 
-def actual(path: Path, names: Sequence[str], said: LogDescription) -> LogDescription | None:
+def actual(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
     """With measured currents [A]."""
-    return _with(names, said, "actual_current")
+    return _with(names, description, "actual_current")
 
 
-def target(path: Path, names: Sequence[str], said: LogDescription) -> LogDescription | None:
+def target(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
     """With the currents that the controller asked for [A]."""
-    return _with(names, said, "target_current")
+    return _with(names, description, "target_current")
 
 
 def taken(columns: Sequence[str]) -> bool:
@@ -31,7 +31,7 @@ def taken(columns: Sequence[str]) -> bool:
     return all(re.fullmatch("(?:actual|target)_current_[0-5]", name) for name in columns)
 
 
-def _with(names: Sequence[str], said: LogDescription, current: str) -> LogDescription | None:
+def _with(names: Sequence[str], description: LogDescription, current: str) -> LogDescription | None:
     q, v = (tuple(f"{each}_{j}" for j in range(JOINTS)) for each in ("actual_q", current))
     known = LogDescription(
         signal="current",
@@ -39,7 +39,11 @@ def _with(names: Sequence[str], said: LogDescription, current: str) -> LogDescri
         q=Channels(columns=q, unit=("rad",)),
         v=Channels(columns=v, unit=("A",)),
     )
-    needed = [known_of for known_of, said_of in zip(_kinds(known), _kinds(said), strict=True) if not said_of.columns]
+    needed = [
+        known_of
+        for known_of, wanted_of in zip(_kinds(known), _kinds(description), strict=True)
+        if not wanted_of.columns
+    ]
     return known if all(set(each.columns) <= set(names) for each in needed) else None
 
 

@@ -104,10 +104,10 @@ def checks(method: Method, limits: Limits) -> Iterator[KeptPromise]:
         (f"mass and inertia times {FACTOR} are gains times {FACTOR}", _heavier(noisy, FACTOR), FACTOR * ones),
         (f"currents times {FACTOR} are gains over {FACTOR}", _scaled(noisy, FACTOR * ones), ones / FACTOR),
         ("currents of the other sign are gains of the other sign", _scaled(noisy, -ones), -ones),
-        (f"another unit of joint {MOVED + 1} is its own business", _scaled(noisy, unit), 1.0 / unit),
+        (f"a change of unit of joint {MOVED + 1} affects no other joint", _scaled(noisy, unit), 1.0 / unit),
     ):
         yield asked(promise, motions, lambda found, factor=factor: _differs(found, before, factor, SAME))
-    promise = "a payload that is said to be there, and is not, gives no gain"
+    promise = "a payload that is stated but not mounted gives no gain"
     yield asked(promise, absent.motions, _claims_something, GainOptions())
 
 

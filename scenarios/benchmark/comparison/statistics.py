@@ -129,7 +129,7 @@ class Comparison(ResultModel):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Told:
+class DirectionMessage:
     """Rows of one method as columns of one length; NaN where there is no number.
 
     Attributes:
@@ -170,12 +170,12 @@ class Told:
         return self.claimed & np.where(self.expected, ~near & ~honest, ~good)
 
 
-def told(rows: pd.DataFrame) -> Told:
+def told(rows: pd.DataFrame) -> DirectionMessage:
     """The rows of trials that the method was asked in; others failed before that."""
     posed = rows.dropna(subset=["seconds"])
     numbers = {name: posed[name].to_numpy(dtype=np.float64) for name in ("true", "estimate", "std", "seconds")}
     failure = posed["failure"].fillna("").astype(str).tolist()
-    return Told(
+    return DirectionMessage(
         trial=posed["trial"].to_numpy(dtype=np.intp),
         joint=posed["joint"].to_numpy(dtype=np.intp),
         error=posed["rel_error"].to_numpy(dtype=np.float64),
@@ -201,7 +201,7 @@ def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -
     return tuple(sorted(found, key=lambda summary: -summary.score))
 
 
-def _summary(method: str, of: Told, bound: Array | None) -> MethodSummary:
+def _summary(method: str, of: DirectionMessage, bound: Array | None) -> MethodSummary:
     wanted, wrong = int(of.expected.sum()), int(of.wrong.sum())
     solved = {share: int((of.expected & (np.abs(of.error) <= share)).sum()) for share in SOLVED}
     _, first = np.unique(of.trial, return_index=True)
@@ -226,7 +226,7 @@ def _summary(method: str, of: Told, bound: Array | None) -> MethodSummary:
     )
 
 
-def _joint(joint: int, of: Told, bound: Array | None) -> MethodJoint:
+def _joint(joint: int, of: DirectionMessage, bound: Array | None) -> MethodJoint:
     own = of.joint == joint
     error = of.error[own & of.claimed]
     stated = own & of.claimed & np.isfinite(of.std)

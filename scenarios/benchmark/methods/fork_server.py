@@ -65,10 +65,10 @@ def forked(words: Sequence[str], out: Path, err: Path) -> Nursling:
         helper.stdin.write(json.dumps([*words, str(out), str(err), os.getcwd()]).encode() + b"\n")
         helper.stdin.flush()
     except OSError as error:
-        raise MethodNotStarted("the process that methods are forked from has gone") from error
+        raise MethodNotStarted("the fork server has exited") from error
     line = _line(helper, PATIENCE)
     if line is None:
-        raise MethodNotStarted(f"the process that methods are forked from is silent for {PATIENCE:g} s")
+        raise MethodNotStarted(f"the fork server has not answered for {PATIENCE:g} s")
     return Nursling(helper, int(line))
 
 
@@ -79,7 +79,7 @@ def _line(helper: subprocess.Popen[bytes], timeout: float) -> bytes | None:
     line = helper.stdout.readline()  # unbuffered, and lines are written whole
     if not line:
         _running.cache_clear()
-        raise MethodNotStarted("the process that methods are forked from has died")
+        raise MethodNotStarted("the fork server has died")
     return line
 
 
@@ -104,7 +104,7 @@ def _running(process: int, thread: int) -> subprocess.Popen[bytes]:
     )
     atexit.register(_ended, helper)
     if _line(helper, PATIENCE) is None:
-        raise MethodNotStarted(f"the process that methods are forked from is silent for {PATIENCE:g} s")
+        raise MethodNotStarted(f"the fork server has not answered for {PATIENCE:g} s")
     return helper
 
 

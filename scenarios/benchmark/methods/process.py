@@ -166,9 +166,9 @@ def _end(running: Running) -> None:
 
 
 def _failure(status: int, complaint: str, limits: Limits) -> MethodCrashed | MethodOutOfMemory | MethodTimedOut:
-    last = one_line(complaint.strip().splitlines()[-1]) if complaint.strip() else "it said nothing"
+    last = one_line(complaint.strip().splitlines()[-1]) if complaint.strip() else "it printed no message"
     if "MemoryError" in last or "bad_alloc" in complaint or "annot allocate memory" in last:
-        return MethodOutOfMemory(f"it wanted more than {limits.memory_gb:g} GB: {last}")
+        return MethodOutOfMemory(f"it requested more than {limits.memory_gb:g} GB: {last}")
     if status < 0:
         if -status == getattr(signal, "SIGXCPU", 0):
             return MethodTimedOut(f"more than {limits.time_s:g} s of processor time")

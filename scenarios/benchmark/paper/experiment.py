@@ -15,7 +15,7 @@ import rx90_mjcf
 import scenarios.benchmark.paper.published as published
 from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_joint_gains
-from ident.estimation.joint_by_joint.pooled_system import stacked_system
+from ident.estimation.joint_by_joint.pooled_system import pooled_system
 from ident.estimation.problem import ObservedMotion, pair
 from ident.observation.observation import observe
 from ident.payload.files import read_payload
@@ -88,7 +88,7 @@ def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
     gains = joint_by_joint_gains(pair(unloaded, loaded, prepared.payloads[LOADED], table.gains), JointByJointOptions())
     used = _gains_in_use(gains)
     first_system, second_system = (
-        stacked_system([ObservedMotion(unloaded, None), ObservedMotion(motion, mounted)])
+        pooled_system([ObservedMotion(unloaded, None), ObservedMotion(motion, mounted)])
         for motion, mounted in ((loaded, prepared.payloads[LOADED]), (second, weighed))
     )
     exact = np.zeros(len(used[0]))

@@ -201,5 +201,5 @@ def _distribution(name: str) -> "stats.rv_continuous | stats.rv_discrete":
         raise WrongDraw(f"no distribution {name!r} in scipy.stats{nearest(name, known)}")
     distribution = getattr(stats, name)
     if any(type(distribution)._ppf is family._ppf for family in families):
-        raise WrongDraw(f"{name} has no quantile function of its own; choose a distribution that has, as norm or gamma")
+        raise WrongDraw(f"{name} has no quantile function of its own; choose one that has, such as norm or gamma")
     return distribution

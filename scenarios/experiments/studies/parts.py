@@ -120,7 +120,8 @@ def write_whole(path: Path, content: bytes, unfinished: Path) -> None:
     except OSError as error:
         unfinished.unlink(missing_ok=True)
         raise FolderNotWritable(
-            f"{path}: cannot be written: {error.strerror}; what is finished is kept, make room and repeat the command"
+            f"{path}: cannot be written: {error.strerror}; finished trials are kept; free disk space and "
+            "repeat the command"
         ) from error
 
 

@@ -73,8 +73,8 @@ def completed(
             given_up += 1
             if given_up == HOPELESS and not done:
                 raise WorkersLost(
-                    f"of the first {HOPELESS} chunks of trials none came back: {outcome.reason}; mend that and repeat "
-                    "the command"
+                    f"of the first {HOPELESS} chunks of trials none returned: {outcome.reason}; fix that "
+                    "and repeat the command"
                 )
 
 

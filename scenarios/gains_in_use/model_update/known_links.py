@@ -9,14 +9,14 @@ from ident.arm_parameters.links import nearest_links
 from ident.model.structure import Structure
 from ident.payload.payload import standard_parameters
 from ident.support.errors import NoBody
-from scenarios.gains_in_use.model_update.drawn_links import drawn_links
+from scenarios.gains_in_use.model_update.nominal_links import nominal_links
 from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.results.models.links import Links, links_document
 from sim.errors import ModelFileError
 
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
 """What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
-NO_GAINS = "without gains nothing is in SI (--gains)"
+NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 
 
 def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange: str | None) -> Links | Unknown:
@@ -31,10 +31,10 @@ def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange
     if in_si is None:
         return Unknown(NO_GAINS)
     try:
-        drawn = drawn_links(model, flange)
-        if np.allclose(drawn.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
-            return Unknown("the model file is the kinematics alone, as rx90 writes them, without masses of links")
-        found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, drawn)
+        nominal = nominal_links(model, flange)
+        if np.allclose(nominal.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
+            return Unknown("the model file holds the kinematics alone, as rx90 writes it, without link masses")
+        found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
     except (ModelFileError, NoBody) as error:
         return Unknown(str(error))
-    return links_document(found, drawn, structure.arm)
+    return links_document(found, nominal, structure.arm)

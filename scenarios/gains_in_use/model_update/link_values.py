@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.arm_parameters.links import DrawnLinks
+from ident.arm_parameters.links import ModelLinks
 from ident.model.arm import Arm
 from ident.support.arrays import Array
 from scenarios.gains_in_use.model_update.bare_file import BareFile
@@ -16,10 +16,10 @@ SAME = 1e-6
 FAR = 4.0
 """Deviations of a base parameter from which on links that bodies can have are not those of the data."""
 COMMENT = (
-    "Masses, centres and inertias of the links are from bare motions and drive gains. Data determine base parameters "
-    "alone, which are certain combinations of them; of all links with these the ones nearest to the model as it was "
-    "stand here. A single number of a link need not be that of the link; torques of the arm are right. Motors' "
-    "inertia is in armature{elsewhere}."
+    "Masses, centres and inertias of the links are from bare motions and drive gains. Data determine "
+    "only the base parameters, combinations of these; of all links with the same base parameters those "
+    "nearest to the original model are given. Parameters of single links are not identifiable; joint "
+    "torques are. Motors' inertia is in armature{elsewhere}."
 )
 """What a patched file says of its links."""
 
@@ -43,13 +43,13 @@ class LinkValues:
     motor: float | None
 
 
-def link_values(bare: BareFile | None, arm: Arm, drawn: DrawnLinks) -> tuple[LinkValues, ...]:
+def link_values(bare: BareFile | None, arm: Arm, nominal: ModelLinks) -> tuple[LinkValues, ...]:
     """Links for a model file.
 
     Args:
         bare: What was found from bare motions.
         arm: Of the file.
-        drawn: Its links as they are.
+        nominal: Its links as they are.
 
     Raises:
         WrongBareFile: If there is no physically consistent set, one of another model, or one that the data contradict.
@@ -59,14 +59,15 @@ def link_values(bare: BareFile | None, arm: Arm, drawn: DrawnLinks) -> tuple[Lin
     if bare.consistent is None:
         raise WrongBareFile(
             "--links: --arm has no physically consistent set: "
-            f"{bare.consistent_reason or 'it is of an older version'}; identify bare motions with --gains"
+            f"{bare.consistent_reason or 'it was written by an older version'}; identify bare motions "
+            "with --gains"
         )
-    _check(bare.consistent, arm, drawn)
+    _check(bare.consistent, arm, nominal)
     return tuple(
         LinkValues(
             joint=each.name,
             mass=each.mass,
-            com=_moved(each.com, drawn.offset[each.joint - 1]),
+            com=_moved(each.com, nominal.offset[each.joint - 1]),
             inertia=tuple(each.inertia.six),
             motor=each.motor_inertia if each.motor_found else None,
         )
@@ -78,11 +79,11 @@ def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
     return tuple((np.array(com) + offset).tolist())
 
 
-def _check(found: Links, arm: Arm, drawn: DrawnLinks) -> None:
+def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
     if tuple(each.name for each in found.links) != arm.joint_names:
         raise WrongBareFile(f"--links: links of joints {', '.join(each.name for each in found.links)}")
     for each in found.links:
-        if not same_frames(each, arm, drawn.carried, tolerance=SAME):
+        if not same_frames(each, arm, nominal.carried, tolerance=SAME):
             raise WrongBareFile(
                 f"--links: MODEL has another frame for joint {each.name}, or other things fixed to its link, than the "
                 "model that bare motions were identified with; identify them with this file"
@@ -90,6 +91,6 @@ def _check(found: Links, arm: Arm, drawn: DrawnLinks) -> None:
     if found.farthest_deviations > FAR:
         raise WrongBareFile(
             f"--links: links that bodies can have put base parameter {found.farthest_parameter} "
-            f"{found.farthest_deviations:.2g} deviations from what data say, more than {FAR:g}: model, gains or data "
-            "are mistaken"
+            f"{found.farthest_deviations:.2g} deviations from the estimate, more than {FAR:g}: model, "
+            "gains or data are mistaken"
         )

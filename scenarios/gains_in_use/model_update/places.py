@@ -61,5 +61,5 @@ def scaled_effort(joint: str, attribute: str, before: str | None, factor: Known)
     if after is None or before is None:
         return Change(joint=joint, attribute=attribute, before=before, reason="the model states no limit")
     if not any(map(float, before.split())):
-        return Change(joint=joint, attribute=attribute, before=before, reason="a limit of 0 says nothing")
+        return Change(joint=joint, attribute=attribute, before=before, reason="a limit of 0 is no limit")
     return Change(joint=joint, attribute=attribute, before=before, after=after, rel_std=factor.rel_std)

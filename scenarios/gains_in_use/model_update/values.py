@@ -134,7 +134,7 @@ def _armature(structure: Structure, gains: GainsFile, bare: BareFile | None, j: 
     found = next((each for each in bare.base_parameters if each.parameter == name), None)
     group = structure.base.groups().get(name, {})
     if set(group) != {name}:
-        return Unknown("regrouped with inertia of the links: only their sum shows")
+        return Unknown("regrouped with inertia of the links: only their sum is identifiable")
     unit = _gain(gains.gains[bare.reference - 1])
     if found is None:
         return Unknown("these motions do not show it")

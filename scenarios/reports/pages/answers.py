@@ -12,8 +12,8 @@ from scenarios.reports.plot import TONES, Axis, Plot, about, intervals
 from scenarios.support.errors import ForeignAnswers
 
 UNKNOWN = (
-    "Nobody here knows the truth of these problems, so nothing is said of who is right: methods that agree may be "
-    "wrong together. Answers to sealed problems are scored by `rx90 compare --open`."
+    "The true gains of these problems are unknown, so methods are compared with each other only; methods "
+    "that agree may share an error. Answers to sealed problems are scored by `rx90 compare --open`."
 )
 
 

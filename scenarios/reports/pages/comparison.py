@@ -87,7 +87,7 @@ def plots(compared: ComparedScenario) -> list[Part]:
         ),
         Plot(
             title="How often two stated deviations hold the truth",
-            caption=f"Bars: 95 % intervals. Dashed: {100.0 * NORMAL:.1f} %, what honest ones give.{left}",
+            caption=f"Bars: 95 % intervals. Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage.{left}",
             x=joint,
             y=Axis(title="held", unit="% of gains"),
             series=tuple(held),

@@ -16,8 +16,11 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
     errors = [about(100.0 * (g.rel_error or 0.0), 200.0 * (g.std or 0.0) / abs(g.true or 1.0)) for g in found]
     return Plot(
         title="Error of each gain, with its interval",
-        caption="Point: identified less injected gain. Bar: two standard deviations either way, all shares together. "
-        "An honest bar holds zero in 19 of 20 cases. Broad stripe: the tolerance.",
+        caption=(
+            "Point: identified less injected gain. Bar: two standard deviations either way, all "
+            "shares together. A 95 % interval should contain zero in 19 of 20 cases. Broad stripe: "
+            "the tolerance."
+        ),
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="error", unit="%", zero=True),
         series=(
@@ -81,7 +84,7 @@ def what_would_show(gains: Sequence[ResultGain], allowed: float) -> list[Paragra
         allowed: Largest predicted relative deviation of a gain that is not refused.
     """
     return [
-        Paragraph(f"Joint {gain.joint}, to be shown: {_advice(gain.predicted_rel_std, allowed)}.")
+        Paragraph(f"Joint {gain.joint}: {_advice(gain.predicted_rel_std, allowed)}.")
         for gain in gains
         if not gain.identifiable
     ]
@@ -89,13 +92,14 @@ def what_would_show(gains: Sequence[ResultGain], allowed: float) -> list[Paragra
 
 def _advice(predicted: float | None, allowed: float) -> str:
     if predicted is None:
-        return "these data say nothing of how sure its gain would be; mount a payload whose weight the joint feels"
+        return "the data do not determine the accuracy of its gain; mount a payload whose weight loads the joint"
     factor = predicted / allowed
     if factor <= 1.0:
-        return "its deviation is not what it is refused for; see the reason above"
+        return "it is not refused for its standard deviation; see the reason above"
     return (
-        f"a payload that puts {_times(factor)} times the torque on it (farther from its axis, or heavier; "
-        f"`rx90 payload` designs one), or {_times(factor**2)} times as many rows of motions like these"
+        f"to identify it, use a payload with {_times(factor)} times the torque on it (farther from its "
+        f"axis, or heavier; `rx90 payload` designs one), or record {_times(factor**2)} times as many rows "
+        "of such motions"
     )
 
 

@@ -45,13 +45,13 @@ def page(folder: Path) -> Report:
         Heading("Torques, measured and reconstructed"),
         Paragraph(TOLD),
         *(torque_plot(each, names, fit.begins) for each in fit.rows),
-        Heading("What is left: spectrum"),
+        Heading("Residual: spectrum"),
         Paragraph(SPECTRUM),
         *(spectrum_plot(each, fit.row_period, lag) for each, lag in zip(fit.rows, fit.correlation, strict=True)),
     ]
     for what in ("position", "speed"):
         drawn = (against(each, what) for each in fit.rows)
-        parts += [Heading(f"What is left, against {what}"), Paragraph(AGAINST), *drawn]
+        parts += [Heading(f"Residual against {what}"), Paragraph(AGAINST), *drawn]
     parts += [Heading("Outliers"), *outliers(fit.rows, names)]
     parts += _motion(fit, names, given.arm)
     parts += provenance.assumed(record, provenance.payloads(record, given), given.arm)
@@ -65,7 +65,7 @@ def _verdict(result: Result) -> Paragraph:
 
 def with_warnings(said: Paragraph, found: Diagnosed) -> Paragraph:
     """A verdict without a truth, and how many warnings there are."""
-    failed = len(found.doubts)
+    failed = len(found.findings)
     if not failed:
         return said
     below = "A warning stands below." if failed == 1 else f"{failed} warnings stand below."

@@ -44,7 +44,7 @@ def page(folder: Path) -> Report:
     parts += [
         coverage_plot(rows.joints),
         pass_plot(result.joints),
-        Heading("How far off"),
+        Heading("Errors"),
         *(error_plot(joint, of) for joint, of in panels(rows.joints).items()),
         *_refused(result.joints),
         *_worst(study),
@@ -61,7 +61,7 @@ def coverage_plot(joints: Sequence[JointRows]) -> Plot:
     found = {str(rows.joint): held for rows in joints if (held := coverage(np.abs(rows.z) < 2.0)) is not None}
     return Plot(
         title="How often two claimed deviations hold the truth",
-        caption=f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, what honest ones give.",
+        caption=(f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage."),
         x=Axis(title="joint", categories=names),
         y=Axis(title="held", unit="% of gains"),
         series=(intervals("within 2 sigma", tuple(found), [in_percent(each) for each in found.values()], Tone.FIRST),),

@@ -11,7 +11,7 @@ from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Ta
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.results.record import RecordFile
 
-TWO = (Column(title="What", words=True), Column(title="Taken for granted", words=True))
+TWO = (Column(title="What", words=True), Column(title="Value", words=True))
 
 
 def assumed(record: RecordFile, given: Mapping[str, Payload], arm: Arm) -> list[Part]:

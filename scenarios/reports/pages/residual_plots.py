@@ -13,13 +13,13 @@ from scenarios.results.fit_rows import FitRows
 POINTS, BINS, BANDS = 150, 10, 24
 """Points of a cloud, bins of its means, frequencies of a spectrum."""
 SPECTRUM = (
-    "1 all along is what rows give that have nothing to do with each other (white): of such, 19 in 20 points lie "
-    "between the dashed lines. What is larger on the left lasts; the filter takes away the right end. Below each, how "
-    "each row correlates with the next."
+    "White residuals have a spectrum of 1, with 19 in 20 points between the dashed lines. Larger values "
+    "on the left are slow errors; the filter attenuates the right end. Below each: autocorrelation at "
+    "lag 1."
 )
 AGAINST = (
-    "Points: rows. Bars: means of a tenth of all rows each, two standard errors either way as of unrelated rows. A "
-    "curve in them is something that the model lacks."
+    "Points: rows. Bars: means of a tenth of all rows each, two standard errors either way as of "
+    "unrelated rows. A trend in them is an effect that the model lacks."
 )
 FAR = 4.0
 """Deviations from which on a row is an outlier."""
@@ -49,7 +49,7 @@ def spectrum_plot(rows: FitRows, row_period: float, correlation: float) -> Plot:
     low, high = (float(stats.chi2.ppf(q, freedom) / freedom) for q in (0.025, 0.975))
     return Plot(
         title=f"Joint {rows.joint + 1}",
-        caption=f"Correlation of a row with the next: {correlation:+.2f}.",
+        caption=f"Autocorrelation at lag 1: {correlation:+.2f}.",
         x=Axis(title="frequency", unit="Hz"),
         y=Axis(title="over white", log=True),
         series=(

@@ -45,12 +45,12 @@ def why_another(named: str, scene: str | None) -> str | None:
         scene: By `scene_digest`, when it was run; None of a folder that does not say.
     """
     if scene is None:
-        return "this folder does not say what its scenario looked like, another version of rx90 wrote it"
+        return "this folder, written by another version of rx90, does not contain its scenario"
     try:
         now = scene_digest(load_scenario(named))
     except (ScenarioError, SimulationError) as error:
-        return f"scenario {one_line(named)} cannot be read any more: {error}"
-    return None if now == scene else f"scenario {one_line(named)} is another one since it was run"
+        return f"scenario {one_line(named)} can no longer be read: {error}"
+    return None if now == scene else f"scenario {one_line(named)} has changed since it was run"
 
 
 def still(named: str) -> Picture | None:

@@ -37,7 +37,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
     every = "every row" if step == 1 else f"one row in {step}"
     return Plot(
         title=f"Joint {rows.joint + 1}",
-        caption=f"{what}; {100.0 * share:.2g} % of its rms is left. Drawn is {every} of {len(rows.t)}.",
+        caption=f"{what}; residual {100.0 * share:.2g} % of its rms. Shown: {every} of {len(rows.t)}.",
         x=Axis(title="time", unit="s"),
         y=Axis(title="torque" if rows.unit == "N m" else "force" if rows.unit == "N" else "current", unit=rows.unit),
         series=tuple(series),

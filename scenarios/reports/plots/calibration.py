@@ -34,7 +34,7 @@ def _curve(axis: Axes, of: Calibration) -> None:
         of.band.high,
         color="0.85",
         linewidth=0.0,
-        label="where the whole curve of honest intervals stays",
+        label="band of the whole curve for correct intervals",
     )
     axis.axhline(0.0, color="0.5", linewidth=1.0)
     axis.plot(GRID, of.difference, color="C0", linewidth=1.2, label="share of ranks up to each, less the rank")

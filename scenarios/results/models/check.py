@@ -102,14 +102,14 @@ class CheckReadings(ResultModel):
         wrong = [each for each in found.diagnoses if each.severity is Severity.WRONG]
         return cls(
             better=[each.sentence for each in wrong if each.z is not None],
-            same=list(found.untold),
+            same=list(found.indistinguishable),
             out_of_reach=_joints(found, LIMITS),
             driven_by_friction=_joints(found, FRICTION),
         )
 
 
 def _joints(found: Diagnosed, name: str) -> list[int]:
-    return sorted({joint + 1 for each in found.doubts if each.name == name for joint in each.joints})
+    return sorted({joint + 1 for each in found.findings if each.name == name for joint in each.joints})
 
 
 class Check(DiagnosedResult):

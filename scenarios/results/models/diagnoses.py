@@ -91,11 +91,12 @@ class DiagnosedResult(ResultModel):
     @property
     def found(self) -> diagnosis.Diagnosed:
         """As it was said: joints from 0."""
-        said = _DIAGNOSED.validate_python(self.model_dump(include=set(DiagnosedResult.model_fields)))
+        values = self.model_dump(include=set(DiagnosedResult.model_fields))
+        said = _DIAGNOSED.validate_python(values | {"indistinguishable": values.pop("untold")})
         return diagnosis.Diagnosed(
             diagnoses=tuple(map(_from_0, said.diagnoses)),
             excluded=tuple(replace(each, joints=_all_from_0(each.joints)) for each in said.excluded),
-            untold=said.untold,
+            indistinguishable=said.indistinguishable,
         )
 
     @model_serializer(mode="wrap")
@@ -113,7 +114,7 @@ def diagnosed_values(found: diagnosis.Diagnosed) -> dict[str, Any]:
     return {
         "diagnoses": [_diagnosis_values(each) for each in found.diagnoses],
         "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],
-        "untold": list(found.untold),
+        "untold": list(found.indistinguishable),
     }
 
 

@@ -7,7 +7,7 @@ what is fixed to the link stand beside it, so that a model of other frames is no
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from ident.arm_parameters.links import DrawnLinks, FoundLinks
+from ident.arm_parameters.links import FoundLinks, ModelLinks
 from ident.model.arm import Arm
 from ident.payload.payload import INERTIA_KEYS
 from ident.payload_identification.payload_body import body_values
@@ -74,10 +74,10 @@ class Links(_Open):
     farthest_deviations: float = Field(ge=0.0, description="by how many of its standard deviations")
 
 
-def links_document(found: FoundLinks, drawn: DrawnLinks, arm: Arm) -> Links:
+def links_document(found: FoundLinks, nominal: ModelLinks, arm: Arm) -> Links:
     """What is printed of a set."""
     far = int(np.argmax(np.abs(found.moved)))
-    links = [_link(found, drawn, arm, j) for j in range(arm.n)]
+    links = [_link(found, nominal, arm, j) for j in range(arm.n)]
     return Links(
         links=tuple(links),
         farthest_parameter=found.names[far],
@@ -85,7 +85,7 @@ def links_document(found: FoundLinks, drawn: DrawnLinks, arm: Arm) -> Links:
     )
 
 
-def _link(found: FoundLinks, drawn: DrawnLinks, arm: Arm, j: int) -> Link:
+def _link(found: FoundLinks, nominal: ModelLinks, arm: Arm, j: int) -> Link:
     mass, *rest = body_values(found.own[j]).tolist()
     return Link.model_validate(
         {
@@ -96,7 +96,7 @@ def _link(found: FoundLinks, drawn: DrawnLinks, arm: Arm, j: int) -> Link:
             "inertia": dict(zip(INERTIA_KEYS, rest[3:], strict=True)),
             "motor_inertia": float(found.motor[j]),
             "motor_found": bool(found.motor_found[j]),
-            "carried": drawn.carried[j].tolist(),
+            "carried": nominal.carried[j].tolist(),
             "place": arm.translation[j].tolist(),
             "orientation": arm.rotation[j].tolist(),
             "axis": arm.axis[j].tolist(),

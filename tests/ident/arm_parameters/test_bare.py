@@ -8,8 +8,8 @@ from exact import GAIN, TRUSTING, exact_problem
 
 from ident.arm_parameters.bare import GainRatios, _check_size, arm_in_SI, gain_ratios
 from ident.arm_parameters.parameter_values import _covariance, _friction_unit, _rival_friction
-from ident.arm_parameters.ratio_discrepancies import off_ratios
-from ident.estimation.all_joints.selection import Rival
+from ident.arm_parameters.ratio_discrepancies import ratio_discrepancies
+from ident.estimation.all_joints.selection import AlternativeModel
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
@@ -125,7 +125,7 @@ def test_the_reference_is_the_joint_beside_which_the_others_are_surest(structure
     assert [reason is None for reason in reasons] == again.given.tolist()
     share = 100.0 * again.rel_std[worst]
     assert reasons[worst] == (
-        f"standard deviation {share:.3g} % of the ratio exceeds 10 %; these motions show too little of links that it "
+        f"standard deviation {share:.3g} % of the ratio exceeds 10 %; these motions hardly excite the links that it "
         f"shares with joint {again.reference + 1}"
     )
 
@@ -133,7 +133,7 @@ def test_the_reference_is_the_joint_beside_which_the_others_are_surest(structure
 def test_motions_that_show_no_ratio_are_refused(structure, chi, rng):
     problem = bare(structure, chi, rng, 0.03)
     strict = replace(problem, options=replace(TRUSTING, max_rel_std=1e-6))
-    with pytest.raises(NotIdentifiable, match="bare motions give no ratio of gains"):
+    with pytest.raises(NotIdentifiable, match="bare motions determine no ratio of gains"):
         gain_ratios(strict, AllJointsOptions())
 
 
@@ -142,7 +142,7 @@ def test_a_ratio_that_no_drives_have_is_refused_unless_it_is_none_already(ratio,
     value, given = np.array([0.7, 1.3, ratio, 1e9]), np.array([True, True, True, False])
     ratios = GainRatios(reference=1, value=value, rel_std=np.full(4, 0.05), given=given, max_rel_std=0.1)
     if refused:
-        with pytest.raises(NotIdentifiable, match="gain of joint 3 ran away from that of joint 2"):
+        with pytest.raises(NotIdentifiable, match="gain of joint 3 diverged from that of joint 2"):
             _check_size(ratios)
     else:
         _check_size(ratios)
@@ -213,7 +213,7 @@ def test_what_a_rival_changes_of_friction_is_found_by_name_and_motion(structure,
         own=(*final.own[:2], renamed, *final.own[3:]),
         fit=replace(final.fit, phi=(*final.fit.phi[:2], moved, *final.fit.phi[3:])),
     )
-    found = _rival_friction(Rival(share=0.4, other=other, final=final), 2, final)
+    found = _rival_friction(AlternativeModel(share=0.4, other=other, final=final), 2, final)
     np.testing.assert_allclose(found, [0.4 * 0.5, 0.4 * -0.2, 0.0, 0.4 * 0.3, 0.4 * 0.7], rtol=1e-12)  # rounding
 
 
@@ -224,7 +224,7 @@ def test_a_rival_pair_of_fewer_columns_than_the_final_fit_changes_those_that_bot
     stiff = replace(soft, fit=replace(soft.fit, phi=(*soft.fit.phi[:2], phi + 0.3, *soft.fit.phi[3:])))
     more = replace(own, names=("cbrt", *own.names, "load"), motion=(-1, *own.motion, -1))
     final = replace(soft, own=(*soft.own[:2], more, *soft.own[3:]))
-    found = _rival_friction(Rival(share=0.15, other=stiff, final=soft), 2, final)
+    found = _rival_friction(AlternativeModel(share=0.15, other=stiff, final=soft), 2, final)
     np.testing.assert_allclose(found, [0.0, *[0.15 * 0.3] * len(phi), 0.0], rtol=1e-12)  # rounding
 
 
@@ -243,10 +243,10 @@ def test_a_gain_is_off_beside_what_the_reference_says():
     believed = KnownGains(
         names=("a", "b", "c", "d"), joints=np.arange(3), value=value, covariance=C * np.outer(value, value)
     )
-    first, third = off_ratios(ratios, believed)
+    first, third = ratio_discrepancies(ratios, believed)
     assert (first.joint, third.joint) == (0, 2)
     np.testing.assert_allclose(first.rel, 0.0, atol=1e-12)
     np.testing.assert_allclose(third.rel, 1.4 / 1.5 - 1.0, rtol=1e-12)  # 7 % below
     np.testing.assert_allclose(first.std, np.sqrt(0.01**2 + 0.03**2 + 0.04**2 - 2 * 0.0007), rtol=1e-9)
     np.testing.assert_allclose(third.std, 1.4 / 1.5 * np.sqrt(0.02**2 + 0.06**2 + 0.04**2), rtol=1e-9)
-    assert off_ratios(replace(ratios, reference=3), believed) == ()
+    assert ratio_discrepancies(replace(ratios, reference=3), believed) == ()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.arm_parameters.links import LEFT, DrawnLinks, FoundLinks, nearest_links
+from ident.arm_parameters.links import LEFT, FoundLinks, ModelLinks, nearest_links
 from ident.arm_parameters.parameter_values import Parameter
 from ident.estimation.all_joints.pseudo_inertia import pseudo_inertia
 from ident.model.structure import structure_of
@@ -22,9 +22,9 @@ def body(rng, mass: float) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def drawn() -> DrawnLinks:
+def drawn() -> ModelLinks:
     rng = np.random.default_rng(12)
-    return DrawnLinks(
+    return ModelLinks(
         own=np.array([body(rng, mass) for mass in (11.0, 7.3, 5.2, 3.1, 1.7, 0.9)]),
         carried=np.array([body(rng, mass) for mass in (0.3, 0.2, 0.4, 0.1, 0.25, 0.15)]),
         motor=np.array([0.0, 0.0, 0.21, 0.13, 0.0, 0.07]),
@@ -32,7 +32,7 @@ def drawn() -> DrawnLinks:
     )
 
 
-def base_values(structure, drawn: DrawnLinks) -> dict[str, float]:
+def base_values(structure, drawn: ModelLinks) -> dict[str, float]:
     """Base parameters of links, by the regressor's own regrouping."""
     chi = np.zeros(len(structure.base.labels))
     for j in range(6):
@@ -47,7 +47,7 @@ def found(structure, drawn, values: dict[str, float], std: float, names=None) ->
     return nearest_links(structure.base, parameters, std**2 * np.eye(len(parameters)), drawn)
 
 
-def other_links(drawn: DrawnLinks, scale: float) -> DrawnLinks:
+def other_links(drawn: ModelLinks, scale: float) -> ModelLinks:
     """Bodies of other masses, whose motors have what the model does not say."""
     factor = 1.0 + scale * np.array([0.11, -0.13, 0.17, -0.07, 0.19, -0.05])
     motor = drawn.motor + scale * np.array([0.4, 0.3, 0.11, 0.05, 0.06, 0.03])
@@ -132,7 +132,7 @@ def test_the_distance_is_the_same_in_any_unit_of_mass(structure, drawn):
 def test_a_link_without_mass_is_refused(structure, drawn):
     own = drawn.own.copy()
     own[3] = 0.0
-    with pytest.raises(NoBody, match=r"link 4 of the model is no body \(its mass is 0 kg"):
+    with pytest.raises(NoBody, match=r"link 4 of the model is not physically consistent \(its mass is 0 kg"):
         found(structure, replace(drawn, own=own), base_values(structure, drawn), 1e-3)
     own[3] = standard_parameters(2.0, np.zeros(3), (0.1, 0.1, 0.3, 0.0, 0.0, 0.0))  # 0.1 + 0.1 < 0.3
     with pytest.raises(NoBody, match="link 4"):

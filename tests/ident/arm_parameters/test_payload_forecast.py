@@ -7,7 +7,7 @@ import pytest
 from exact import GAIN, TRUSTING, exact_observation, exact_problem, lopsided
 
 from ident.arm_parameters.bare import arm_in_SI, gain_ratios
-from ident.arm_parameters.payload_forecast import as_if_loaded, expected_if_loaded
+from ident.arm_parameters.payload_forecast import forecast_gains, with_payload_torque
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.known_gains import KnownGains
 from ident.support.errors import NotIdentifiable
@@ -33,7 +33,7 @@ def test_rows_as_if_loaded_are_those_of_the_loaded_motion(structure, payload, ch
         exact_observation(structure, chi, carried, GAIN, np.random.default_rng(2), noise=0.0, rows=40)
         for carried in (np.zeros(10), payload.known_part().chi)
     )
-    for mine, true in zip(as_if_loaded(bare, payload, GAIN).joints, loaded.joints, strict=True):
+    for mine, true in zip(with_payload_torque(bare, payload, GAIN).joints, loaded.joints, strict=True):
         np.testing.assert_allclose(mine.V, true.V, rtol=1e-9, atol=1e-9)  # rounding
 
 
@@ -42,7 +42,7 @@ def test_what_is_expected_is_what_a_loaded_motion_gives(structure, payload, chi,
     bare = exact_problem(structure, [(chi, None, None)], GAIN, rng, noise=NOISE, rows=300, options=TRUSTING)
     gains = held([0, 1, 2, 3, 4, 5])
     ratios = gain_ratios(bare, OPTIONS).ratios
-    expected = expected_if_loaded(bare, OPTIONS, payload, arm_in_SI(bare, OPTIONS, gains), gains, ratios)
+    expected = forecast_gains(bare, OPTIONS, payload, arm_in_SI(bare, OPTIONS, gains), gains, ratios)
     carrying = exact_problem(structure, [(chi, payload, payload)], GAIN, rng, noise=NOISE, rows=300, options=TRUSTING)
     found = all_joints_gains(replace(bare, motions=(*bare.motions, *carrying.motions)), OPTIONS)
     seen = np.array([abs(each.std / each.value) for each in found.joints])
@@ -58,7 +58,7 @@ def test_a_gain_that_the_payload_would_not_show_is_refused_with_the_estimators_r
         structure, [(chi, None, None)], GAIN, rng, noise=NOISE, options=replace(TRUSTING, max_rel_std=0.1)
     )
     gains, ratios = held(list(range(6))), gain_ratios(bare, OPTIONS).ratios
-    expected = expected_if_loaded(bare, OPTIONS, light, arm_in_SI(bare, OPTIONS, gains), gains, ratios)
+    expected = forecast_gains(bare, OPTIONS, light, arm_in_SI(bare, OPTIONS, gains), gains, ratios)
     assert all(each.rel_std is None for each in expected)
     assert all("exceeds 10 %" in each.reason for each in expected)
 
@@ -69,17 +69,17 @@ def test_a_gain_that_is_not_about_known_has_no_expectation(structure, payload, c
     in_si = arm_in_SI(bare, OPTIONS, gains)
     hidden = ratios.given.copy()
     hidden[[2, 4]] = False
-    expected = expected_if_loaded(bare, OPTIONS, payload, in_si, gains, replace(ratios, given=hidden))
-    assert ["neither given nor shown" in (each.reason or "") for each in expected] == [j in (2, 4) for j in range(6)]
+    expected = forecast_gains(bare, OPTIONS, payload, in_si, gains, replace(ratios, given=hidden))
+    assert ["neither given nor identifiable" in (each.reason or "") for each in expected] == [
+        j in (2, 4) for j in range(6)
+    ]
     hidden = np.isin(np.arange(6), (0, 5))  # nothing ties these to the two that are given
-    expected = expected_if_loaded(bare, OPTIONS, payload, in_si, gains, replace(ratios, given=hidden))
+    expected = forecast_gains(bare, OPTIONS, payload, in_si, gains, replace(ratios, given=hidden))
     assert ["neither given" in (each.reason or "") for each in expected] == [j not in (1, 3) for j in range(6)]
 
 
 def test_a_payload_of_which_nothing_is_known_is_refused(structure, payload, chi, rng):
     bare = exact_problem(structure, [(chi, None, None)], GAIN, rng, noise=NOISE, options=TRUSTING)
     ratios, gains = gain_ratios(bare, OPTIONS).ratios, held([1])
-    with pytest.raises(NotIdentifiable, match="nothing of the payload"):
-        expected_if_loaded(
-            bare, OPTIONS, replace(payload, known="none"), arm_in_SI(bare, OPTIONS, gains), gains, ratios
-        )
+    with pytest.raises(NotIdentifiable, match="no parameter of the payload"):
+        forecast_gains(bare, OPTIONS, replace(payload, known="none"), arm_in_SI(bare, OPTIONS, gains), gains, ratios)

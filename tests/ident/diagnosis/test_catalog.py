@@ -66,7 +66,7 @@ def test_the_reading_of_that_name_undoes_it(axes, words):
     wrong = [right[0] if words.endswith("alone") else put(right[0]), put(right[1])]
     logs = doubted(axes, wrong)
     found = by_words(alternatives(logs), words)
-    for log, how, want in zip(wrong, found.reading.logs, right, strict=True):
+    for log, how, want in zip(wrong, found.hypothesis.logs, right, strict=True):
         read = how.read(log)
         for name in ("t", "q", "v"):
             np.testing.assert_allclose(getattr(read, name), getattr(want, name), rtol=1e-9, atol=1e-9, err_msg=name)
@@ -84,7 +84,7 @@ def test_positions_on_the_motors_side_are_read_by_the_nearest_plausible_ratio(ax
         (each for each in units.alternatives(logs) if each.value is not None), key=lambda each: abs(each.value - ratio)
     )
     exact = geared.refined(np.array([ratio / geared.value - 1.0]))
-    np.testing.assert_allclose(exact.reading.logs[0].read(wrong[0]).q, logs_of(Truth())[0].q, atol=1e-9)
+    np.testing.assert_allclose(exact.hypothesis.logs[0].read(wrong[0]).q, logs_of(Truth())[0].q, atol=1e-9)
 
 
 def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(axes):
@@ -93,7 +93,7 @@ def test_degrees_are_read_as_radians_where_that_puts_every_joint_within_reach(ax
     wrong = tuple(changed(each, q=np.rad2deg(each.q)) for each in right)
     logs = replace(model, recordings=wrong)
     found = by_words(units.alternatives(logs), "all positions are in degrees")
-    np.testing.assert_allclose(found.reading.logs[1].read(wrong[1]).q, right[1].q, rtol=1e-12)
+    np.testing.assert_allclose(found.hypothesis.logs[1].read(wrong[1]).q, right[1].q, rtol=1e-12)
     assert not any(each.words == "all positions are in degrees" for each in units.alternatives(model))
 
 
@@ -134,7 +134,7 @@ def test_one_log_has_no_other_scale_and_no_log_of_its_own():
 def test_rates_of_logs_that_differ_are_tried_as_clocks(axes):
     bare, loaded = logs_of(Truth())
     logs = doubted(axes, [bare, changed(loaded, t=1.3 * loaded.t)])
-    told = {(each.logs, round(each.reading.logs[each.logs[0]].clock, 4)) for each in clocks.alternatives(logs)}
+    told = {(each.logs, round(each.hypothesis.logs[each.logs[0]].clock, 4)) for each in clocks.alternatives(logs)}
     assert ((1,), round(1.0 / 1.3, 4)) in told
     assert ((0,), 1.3) in told
 
@@ -155,7 +155,7 @@ def test_every_direction_of_a_fault_is_read_back_with_its_own_size(sound, found)
         more = other.refined(np.full(m, 0.0))
         assert more.words == other.words
         if each.family == "delay" and m > 1:  # each joint by a time of its own
-            np.testing.assert_allclose(other.reading.logs[each.logs[0]].delay, 0.013, rtol=1e-12)
+            np.testing.assert_allclose(other.hypothesis.logs[each.logs[0]].delay, 0.013, rtol=1e-12)
             continue
         size = 0.013 * np.sqrt(m) * each.scale + (each.family == "current scale")
         np.testing.assert_allclose(abs(other.value), size, rtol=1e-9)
@@ -179,35 +179,39 @@ def test_terms_of_the_model_are_no_alternative_readings(found):
 
 def test_steps_of_a_size_add_up(sound):
     turned = zeros.turned(sound, 1, (0, 1), 1.0, 0.3).refined(np.array([0.11]))
-    np.testing.assert_allclose(turned.reading.logs[0].zero, [0.0, 0.41, 0.0], rtol=1e-12)
+    np.testing.assert_allclose(turned.hypothesis.logs[0].zero, [0.0, 0.41, 0.0], rtol=1e-12)
     later = delays.late(sound, (1,), (), np.array([0.004])).refined(np.array([0.003]))
-    np.testing.assert_allclose(later.reading.logs[1].delay, 0.007, rtol=1e-12)
+    np.testing.assert_allclose(later.hypothesis.logs[1].delay, 0.007, rtol=1e-12)
     assert "7 ms later" in later.words
     assert "23 Hz" in later.words  # 1 / (2 pi 7 ms)
     apart = delays.late(sound, (0,), (0, 1, 2), np.array([0.002, -0.003, 0.0])).refined(np.array([0.0, -0.0021, 0.004]))
-    np.testing.assert_allclose(apart.reading.logs[0].delay, [0.002, -0.0051, 0.004], rtol=1e-12)
+    np.testing.assert_allclose(apart.hypothesis.logs[0].delay, [0.002, -0.0051, 0.004], rtol=1e-12)
     assert "2.0 (v1), -5.1 (v2), 4.0 (v3) ms" in apart.words
     assert (apart.value, apart.parameters, later.parameters) == (None, 3, 1)
     timed = clocks.timed(sound, (0,), 1.2).refined(np.array([0.05]))
-    np.testing.assert_allclose(timed.reading.logs[0].clock, 1.2 * np.exp(0.05), rtol=1e-12)
+    np.testing.assert_allclose(timed.hypothesis.logs[0].clock, 1.2 * np.exp(0.05), rtol=1e-12)
     scaled = current_scales.scaled(sound, (1,), (2,), -2.0).refined(np.array([0.1]))
-    np.testing.assert_allclose(scaled.reading.logs[1].v_factor, [1.0, 1.0, -0.5 * np.exp(-0.1)], rtol=1e-12)
-    longer = lengths.stretched(sound, 2, 1.1).refined(np.array([-2.1]))
-    np.testing.assert_allclose(longer.reading.stretch, [1.0, 1.0, 1.1 * np.exp(-2.1)], rtol=1e-12)  # never negative
+    np.testing.assert_allclose(scaled.hypothesis.logs[1].v_factor, [1.0, 1.0, -0.5 * np.exp(-0.1)], rtol=1e-12)
+    longer = lengths.lengthened(sound, 2, 1.1).refined(np.array([-2.1]))
+    np.testing.assert_allclose(
+        longer.hypothesis.length_factors, [1.0, 1.0, 1.1 * np.exp(-2.1)], rtol=1e-12
+    )  # never negative
 
 
 def test_a_tilted_base_is_turned_gravity_of_the_same_size(sound, found):
     tilt = next(each for each in found if each.family == "base")
     value = np.array([0.05, -0.12])
     other = tilt.alternative(value)
-    before, after = sound.structure.arm.gravity, other.reading.gravity
+    before, after = sound.structure.arm.gravity, other.hypothesis.gravity
     np.testing.assert_allclose(np.linalg.norm(after), np.linalg.norm(before), rtol=1e-12)
     angle = np.arccos(before @ after / (before @ before))
     np.testing.assert_allclose(angle, np.linalg.norm(value), rtol=1e-9)
     np.testing.assert_allclose(other.value, np.rad2deg(angle), rtol=1e-9)
     small = 1e-6 * value
     derivative = sum(x * np.cross(axis, before) for x, axis in zip(small, across(sound.structure.arm), strict=True))
-    np.testing.assert_allclose(tilt.alternative(small).reading.gravity - before, derivative, atol=1e-10)  # second order
+    np.testing.assert_allclose(
+        tilt.alternative(small).hypothesis.gravity - before, derivative, atol=1e-10
+    )  # second order
     assert len(list(base.alternatives(sound))) == 25  # of 26 directions, one is the model's
 
 
@@ -315,8 +319,8 @@ def test_lengths_may_be_off_all_together_or_each_but_what_stands_before_the_firs
     assert sound.structure.arm.translation.any(axis=1).all()
     assert [each.joints for each in found if each.family == "lengths"] == [(), (1,), (2,)]
     (second, *_) = (each for each in lengths.alternatives(sound) if each.joints == (2,))
-    assert second.words == "the length from joint 2 to 3 is 0.8 times drawn"
-    np.testing.assert_array_equal(second.reading.stretch, [1.0, 1.0, 0.8])
+    assert second.words == "the length from joint 2 to 3 is 0.8 times that of the model"
+    np.testing.assert_array_equal(second.hypothesis.length_factors, [1.0, 1.0, 0.8])
 
 
 def test_a_centre_that_is_far_off_is_told_in_plain_digits():

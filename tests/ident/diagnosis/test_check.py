@@ -27,7 +27,7 @@ def test_diagnoses_stand_the_worst_first_each_once_else_in_their_order():
 
 def test_a_sound_log_has_motions_and_good_diagnoses(ur, ur_log):
     found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS)
-    assert [each.name for each in found.found.doubts] == ["friction sign"]  # of a drive mounted the other way
+    assert [each.name for each in found.found.findings] == ["friction sign"]  # of a drive mounted the other way
     assert len(found.logs[0].motions) == 6
     assert {"rate", "clipping", "frozen", "noise of q", "range"} <= {each.name for each in found.found.diagnoses}
 
@@ -36,7 +36,7 @@ def test_what_was_repaired_is_said_once_and_motions_are_of_the_repaired_log(ur, 
     q = ur_log.q.copy()
     q[900:, 1] += 2.0 * np.pi
     found = check([Recording(ur_log.t, q, ur_log.v, "w")], ur, observing=OPTIONS, gains=LIMITS)
-    assert [each.name for each in found.found.doubts] == ["wrapped", "friction sign"]
+    assert [each.name for each in found.found.findings] == ["wrapped", "friction sign"]
     assert found.logs[0].motions[1].speed < 3.0
 
 
@@ -51,7 +51,7 @@ def test_a_log_that_cannot_be_filtered_is_wrong_and_has_no_motions(ur, ur_log):
 def test_temperatures_are_judged_beside_the_logs(ur, ur_log):
     warm = Warmth("a/log.csv", np.linspace(21.0, 31.0, 400)[:, None] * np.ones(6))
     found = check([ur_log], ur, observing=OPTIONS, gains=LIMITS, warmths=[warm])
-    assert [each.name for each in found.found.doubts] == ["temperature", "friction sign"]
+    assert [each.name for each in found.found.findings] == ["temperature", "friction sign"]
 
 
 def test_a_log_of_another_arm_is_refused(ur, ur_log):

@@ -69,7 +69,7 @@ def test_a_sound_pair_is_not_changed_and_the_answer_says_what_it_excludes(axes, 
     plain, asked = found(axes, pair, DOUBTED), found(axes, pair)
     assert [each.value for each in asked.estimate.joints] == [each.value for each in plain.estimate.joints]
     assert asked.observing == ObserveOptions()
-    (said,) = [each for each in asked.found.told if each not in plain.found.told]
+    (said,) = [each for each in asked.found.reported if each not in plain.found.reported]
     assert said.severity is Severity.GOOD
     of_all, of_one = [each for each in exclusions(survey(doubted(axes, pair))) if each.family == "delay"]
     assert (of_all.joints, bool(of_one.joints)) == ((), True)
@@ -93,13 +93,13 @@ def test_a_check_undoes_the_same_delay_and_finds_nothing_else(axes, pair):
     spoilt = [shifted(log, 7.3e-3) for log in pair]
     asked = {"observing": ObserveOptions(), "gains": LOOSE, "loaded": [False, True], "payload": BRICK}
     checked = check(spoilt, axes, undelay=True, **asked)
-    (said,) = [each for each in checked.found.doubts if each.name == "delay"]
+    (said,) = [each for each in checked.found.findings if each.name == "delay"]
     delay, _ = common_delay(doubted(axes, spoilt))
     np.testing.assert_allclose(said.value, 1e3 * delay, rtol=1e-9)
     np.testing.assert_allclose(checked.observing.current_delay, -delay, rtol=1e-9)
     plain = check(spoilt, axes, **asked)
     assert plain.observing == ObserveOptions()
-    assert [each.advice for each in plain.found.doubts if each.name == "delay"] != [None]
+    assert [each.advice for each in plain.found.findings if each.name == "delay"] != [None]
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_what_comes_before_a_common_delay_is_named_and_nothing_is_corrected(axes
     assert delay == 0.0
     assert said.value is None
     assert said.severity is Severity.WEAK
-    assert said.sentence.startswith("no delay of all currents is corrected, for another fault comes first: ")
+    assert said.sentence.startswith("delay not corrected, because another fault comes first: ")
     assert re.search(words, said.sentence)
 
 
@@ -127,7 +127,7 @@ def test_a_delay_that_something_else_may_be_is_not_corrected(axes, pair, monkeyp
     monkeypatch.setattr(measuring, "faults", tied)
     delay, said = common_delay(doubted(axes, [shifted(log, 7.3e-3) for log in pair]))
     assert delay == 0.0
-    assert said.sentence.endswith("cannot tell that from: delay or the zero of q2 is off by 3 degrees")
+    assert said.sentence.endswith("cannot distinguish from: delay or the zero of q2 is off by 3 degrees")
 
 
 def test_samples_that_are_spoilt_are_left_out_where_a_delay_is_undone_too(axes, pair):

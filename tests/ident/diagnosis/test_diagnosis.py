@@ -22,7 +22,7 @@ from ident.diagnosis.engine import Fault, compared
 from ident.diagnosis.estimate_lacks import beyond_prior
 from ident.estimation.estimate import IdentifiedGain, RefusedGain
 from ident.estimation.estimators import ESTIMATORS
-from ident.estimation.uncertainty.cautious import cautious
+from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
 from ident.identification import refusal_of, refused_for_faults, spoilt_joints, without_spoilt
 from ident.support.errors import Contradiction
 
@@ -113,7 +113,7 @@ def test_ratios_of_gains_are_those_to_the_gain_that_the_others_are_surest_beside
     fit = sound_survey.fit
     small = next(each for each in sound_survey.small if each.direction.key == ("zero", (1,), (0, 1)))
     rows, influence = fit.fitted.fit.rows, fit.fitted.fit.log_influence
-    C = cautious(rows, influence, 0.0)
+    C = max_of_classical_and_jackknife(rows, influence, 0.0)
     moved = influence @ np.concatenate([each @ small.found.value for each in small.direction.columns])
     ratios = np.eye(3)[:, None] - np.eye(3)  # (3, 3, 3), of the logarithms of two gains
     std = np.sqrt(np.einsum("abj,jk,abk->ab", ratios, C, ratios))
@@ -131,8 +131,8 @@ def test_what_other_columns_explain_of_a_current_is_told_of_the_column_as_it_was
         rows = [SimpleNamespace(V=np.array([6.0, -8.0]) * (k + 1.0)) for k in range(3)]  # rms of 7.07 times 1 to 3
         return SimpleNamespace(model=SimpleNamespace(rows=rows, fits=SimpleNamespace(score=score)))
 
-    reading = SimpleNamespace(logs=[SimpleNamespace(v_order=np.array(each)) for each in ([0, 1, 2], [2, 0, 1])])
-    found = SimpleNamespace(alternative=SimpleNamespace(reading=reading, logs=(1,)), read=fits(0.4, 1.7, 9.0))
+    hypothesis = SimpleNamespace(logs=[SimpleNamespace(v_order=np.array(each)) for each in ([0, 1, 2], [2, 0, 1])])
+    found = SimpleNamespace(alternative=SimpleNamespace(hypothesis=hypothesis, logs=(1,)), read=fits(0.4, 1.7, 9.0))
     shares = {each.joint: each.percent for each in _of_currents(fits(13.0, 7.0, 31.0), found)}
     # Joint 1 was read from the third column, joint 2 from the first, joint 3 from the second, of which less is left.
     assert list(shares) == [2, 0, 1]
@@ -151,10 +151,10 @@ def test_what_is_stated_is_contradicted_from_five_deviations_of_both_together(de
 
 def test_the_consequence_is_told_of_the_gains_that_matter():
     assert consequence([]) == ""
-    assert consequence([effect(0, 4.0, 0.3)]) == "; no gain is moved noticeably"
+    assert consequence([effect(0, 4.0, 0.3)]) == "; no gain changes noticeably"
     said = consequence([effect(0, 4.04, 1.3), effect(1, -0.2, -0.1), effect(4, -11.0, -7.0)])
     assert said == "; gains are off: joint 1 +4 %, joint 5 -11 %"
-    assert consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)]) == "; the gain of joint 3 is no result"
+    assert consequence([effect(0, 4.0, 1.3), effect(2, -1000.0, -9.0)]) == "; the gain of joint 3 is invalid"
     assert consequence([effect(2, -140.0, -9.0)]) == "; gains are off: joint 3 -140 %"
     assert consequence([effect(2, -14.2, -9.0)], "ratios of gains") == "; ratios of gains are off: joint 3 -14 %"
     assert "7.3 % of joint 2's current" in consequence([effect(0, 4.0, None), effect(1, 7.31, None)])
@@ -171,7 +171,7 @@ def test_the_worst_stands_first_and_is_that_of_all():
     ]  # fmt: skip
     assert worst(found) is Severity.WRONG
     assert worst([]) is Severity.GOOD
-    assert len(Diagnosed(diagnoses=tuple(found)).doubts) == 3
+    assert len(Diagnosed(diagnoses=tuple(found)).findings) == 3
 
 
 def test_the_worst_effect_is_the_one_of_most_deviations():
@@ -210,11 +210,11 @@ def test_the_reason_is_the_worst_fault_and_what_it_does_to_that_gain_alone():
     assert [each.reason for each in kept[:3]] == [
         "the gain is off by -138 %: v1 is negated",
         "the gain is off by +6 %: v1 is negated",
-        "the gain is no result: the zero of q2 is off",  # refused by itself as well, for what the fault makes of it
+        "the gain is invalid: the zero of q2 is off",  # refused by itself as well, for what the fault makes of it
     ]
     assert isinstance(kept[3], IdentifiedGain)
     less = replace(other, effects=(effect(0, -1000.0, -100.0),))
-    assert without_spoilt(found, [less]).joints[0].reason == "the gain is no result: the zero of q2 is off"
+    assert without_spoilt(found, [less]).joints[0].reason == "the gain is invalid: the zero of q2 is off"
     named_alone = without_spoilt(found, [said(Severity.WRONG, joints=(2,))]).joints
     assert named_alone[2].reason == "no load"
     assert refused_for_faults([worst_one, other, said(Severity.WEAK, joints=(3,))]) == (0, 1, 2)

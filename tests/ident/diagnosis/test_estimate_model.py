@@ -16,7 +16,7 @@ from ident.diagnosis.candidates import Small
 from ident.diagnosis.catalog import payload as payload_catalog
 from ident.diagnosis.comparison import gains
 from ident.diagnosis.diagnose import _linear
-from ident.diagnosis.estimate_lacks import Lack, told
+from ident.diagnosis.estimate_lacks import Lack, diagnosis_of
 from ident.diagnosis.estimate_model import FINEST, claimed, stated
 from ident.payload.payload import standard_parameters
 
@@ -153,7 +153,7 @@ def test_what_an_estimate_lacks_is_told_with_size_and_deviation_in_one_unit(made
     term = Term(words=lambda _: "it drifts", advice="warm it up", at_fault=False)
     drift = replace(direction(columns, "current drift"), logs=(1,), term=term, unit="%", scale=100.0)
     more = made[0].added(drift)
-    said = told(Lack(made[0], Small(drift, more), ()), ("a.csv", "b.csv"))
+    said = diagnosis_of(Lack(made[0], Small(drift, more), ()), ("a.csv", "b.csv"))
     np.testing.assert_allclose((said.value, said.std), (100.0 * more.value[0], 100.0 * more.covariance[0, 0] ** 0.5))
     assert (said.unit, said.logs) == ("%", ("b.csv",))
     assert said.sentence.startswith("it drifts in b.csv alone; ")

@@ -13,7 +13,7 @@ from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Score, gains, z_of
 from ident.diagnosis.engine import Survey, compared, survey
 from ident.diagnosis.estimate_model import Stated, stated
-from ident.diagnosis.exclusions import SIZES, SURELY_WORSE, bound, centres_excluded, exclusions, untold
+from ident.diagnosis.exclusions import SIZES, SURELY_WORSE, bound, centres_excluded, exclusions, indistinguishable
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.screening import Screened
 from ident.estimation.estimate import GainEstimate
@@ -107,7 +107,7 @@ def test_a_scale_that_is_not_excluded_is_said_to_be_untold_with_what_it_moves(ax
     recorded = logs_of(Truth(), seed=3)
     logs = doubted(axes, recorded)
     seen, base = survey(logs), stated(logs.problem, all_joints(logs.problem))
-    plain = [each for each in untold(seen) if each.startswith("scale")]
+    plain = [each for each in indistinguishable(seen) if each.startswith("scale")]
     faint = [
         replace(each, columns=tuple(None if own is None else 1e-6 * own for own in each.columns))
         for each in seen.directions
@@ -116,7 +116,7 @@ def test_a_scale_that_is_not_excluded_is_said_to_be_untold_with_what_it_moves(ax
     others = [each for each in seen.directions if each.joints not in ((), (0,), (2,))]
     assert plain == ["scale of v1 to 3 in one log", "scale of all currents in one log"]  # nothing excludes them
     bounded = replace(seen, directions=(*faint, *others))
-    assert "scale of v1 to 3 in one log" in list(untold(bounded))
+    assert "scale of v1 to 3 in one log" in list(indistinguishable(bounded))
     by_one_percent = []
     for joint in range(3):
         v = recorded[1].v.copy()
@@ -124,7 +124,7 @@ def test_a_scale_that_is_not_excluded_is_said_to_be_untold_with_what_it_moves(ax
         scaled = [recorded[0], replace(recorded[1], v=v)]
         moved = gains_of(all_joints(problem_of(axes, scaled))) / gains_of(base.estimate) - 1.0
         by_one_percent.append(100.0 * np.abs(moved).max())
-    told = next(each for each in untold(seen, base) if each.startswith("scale of v"))
+    told = next(each for each in indistinguishable(seen, base) if each.startswith("scale of v"))
     np.testing.assert_allclose(float(told.split()[-2]), max(by_one_percent), rtol=0.1)
 
 
@@ -136,7 +136,7 @@ def test_a_scale_that_is_excluded_is_not_said_to_be_untold(seen):
     ]
     rest = [each for each in seen.directions if each.family == "current scale" and each.joints == (4,)]
     faint = [replace(each, columns=tuple(None if x is None else 1e-6 * x for x in each.columns)) for each in rest]
-    assert [each for each in untold(replace(seen, directions=(*large, *faint))) if "scale" in each] == [
+    assert [each for each in indistinguishable(replace(seen, directions=(*large, *faint))) if "scale" in each] == [
         "scale of v5 in one log"
     ]
 
@@ -145,9 +145,9 @@ def test_what_is_bounded_is_not_said_to_be_untold(seen):
     lengths = [each for each in seen.gross if each.alternative.family == "lengths"]
     assert lengths
     kept = replace(seen, gross=tuple(replace(each, gain=0.0 * each.gain) for each in lengths))
-    assert not any(each.startswith("whether") for each in untold(kept))
+    assert not any(each.startswith("whether") for each in indistinguishable(kept))
     open_ones = [each for each in seen.directions if each.family != "lengths"]
-    assert any(each.startswith("whether") for each in untold(replace(kept, directions=tuple(open_ones))))
+    assert any(each.startswith("whether") for each in indistinguishable(replace(kept, directions=tuple(open_ones))))
 
 
 def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not(seen):
@@ -164,7 +164,7 @@ def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not
 
 
 def test_what_a_vertical_axis_hides_is_said_of_its_joint(seen):
-    said = list(untold(seen))
+    said = list(indistinguishable(seen))
     assert "zero of q1" in said
     assert not any(each.endswith(" of q2") for each in said)
 
@@ -180,7 +180,7 @@ def test_half_a_turn_that_is_not_seen_is_told_apart_from_any_zero(seen):
     def said(*hidden: float) -> list[str]:
         gain = {size: -0.9 if size in hidden else -1.1 for size in zeros}
         gross = tuple(Screened(each, np.array([SURELY_WORSE * gain[size]])) for size, each in zeros.items())
-        return list(untold(replace(seen, gross=gross, directions=())))
+        return list(indistinguishable(replace(seen, gross=gross, directions=())))
 
     assert said(-180.0) == ["half a turn of q5"]
     assert said(-180.0, 90.0) == ["zero of q5"]

@@ -128,14 +128,14 @@ def test_a_fault_of_one_of_two_bare_logs_is_named_and_what_it_spoils_is_not_trus
 def test_sound_logs_raise_nothing_anywhere(axes):
     bare, heavy = logs_of(Truth())
     found = identify(bare, heavy, axes, BRICK, method="ls-2011", gains=LOOSE).found
-    assert [each.name for each in found.doubts] == ["negative gain"]  # of a drive that is wired backwards
+    assert [each.name for each in found.findings] == ["negative gain"]  # of a drive that is wired backwards
     assert found.excluded
     seen = check((bare, heavy), axes, observing=ObserveOptions(), gains=LOOSE, loaded=(False, True), payload=BRICK)
-    assert [(each.name, each.joints) for each in seen.found.doubts] == [
+    assert [(each.name, each.joints) for each in seen.found.findings] == [
         ("friction sign", (1,)),
         ("negative gain", (1,)),
     ]
     default = identify(bare, heavy, axes, BRICK, gains=LOOSE).found  # the method that a check asks
-    assert (seen.found.excluded, seen.found.untold) == (default.excluded, default.untold)
+    assert (seen.found.excluded, seen.found.indistinguishable) == (default.excluded, default.indistinguishable)
     assert "payload centre" in {each.family for each in seen.found.excluded}
     assert diagnose(prepare((Motion(bare), Motion(heavy, BRICK)), axes).logs()).diagnoses == ()

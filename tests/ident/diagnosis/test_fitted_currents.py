@@ -10,7 +10,7 @@ from known_logs import BRICK, fourier
 from real_friction import MIDDLE, RATE, Truth
 
 from ident.diagnosis.fitted_currents import STEP, Reference, across, reference
-from ident.diagnosis.hypothesis import Reading, as_logged
+from ident.diagnosis.hypothesis import Hypothesis, as_logged
 from ident.model.arm import Arm
 from ident.model.parameters import STANDARD
 from ident.model.regressor import regressor
@@ -37,13 +37,13 @@ def currents(fit: Reference, log: int, seen: Observation, chi: np.ndarray | None
     return [h * each.W @ (base.regrouping[each.columns] @ chi) for h, each in zip(fit.h, seen.joints, strict=True)]
 
 
-def observed(fit: Reference, log: Recording, reading: Reading, k: int, options: ObserveOptions = OPTIONS):
-    arm = reading.of_arm(fit.arm)
+def observed(fit: Reference, log: Recording, hypothesis: Hypothesis, k: int, options: ObserveOptions = OPTIONS):
+    arm = hypothesis.of_arm(fit.arm)
     structure = fit.problem.structure if arm is fit.arm else structure_of(arm)
-    return observe(reading.logs[k].read(log), structure, options)
+    return observe(hypothesis.logs[k].read(log), structure, options)
 
 
-def differences(fit: Reference, logs, k: int, read: Callable[[float], Reading]) -> list[np.ndarray]:
+def differences(fit: Reference, logs, k: int, read: Callable[[float], Hypothesis]) -> list[np.ndarray]:
     """Central differences by the parameter of a reading."""
     both = [currents(fit, k, observed(fit, logs.recordings[k], read(s * SIZE), k)) for s in (1.0, -1.0)]
     return [(one - other) / (2.0 * SIZE) for one, other in zip(*both, strict=True)]
@@ -66,7 +66,7 @@ def test_zeros_move_currents_as_logs_with_other_zeros(fit, sound, k):
     found = fit.motions[k].rows(fit.motions[k].displaced())
     for joint in range(3):
 
-        def read(x: float, joint: int = joint) -> Reading:
+        def read(x: float, joint: int = joint) -> Hypothesis:
             return as_logged(fit.arm, 2).changed((k,), zero=x * np.eye(3)[joint])
 
         for j, want in enumerate(differences(fit, sound, k, read)):
@@ -77,7 +77,7 @@ def test_a_turned_base_moves_currents_as_the_arm_that_stands_so(fit, sound):
     found = fit.motions[1].rows(fit.motions[1].tilted())
     for which, axis in enumerate(across(fit.arm)):
 
-        def read(x: float, axis: np.ndarray = axis) -> Reading:
+        def read(x: float, axis: np.ndarray = axis) -> Hypothesis:
             gravity = np.cos(x) * fit.arm.gravity + np.sin(x) * np.cross(axis, fit.arm.gravity)
             return replace(as_logged(fit.arm, 2), gravity=gravity)
 
@@ -88,18 +88,18 @@ def test_a_turned_base_moves_currents_as_the_arm_that_stands_so(fit, sound):
 
 def test_longer_links_move_currents_as_the_arm_that_has_them(fit, sound):
     for joint in (1, 2):
-        stretch = np.where(np.arange(3) == joint, 1.0, 0.0)
-        longer = replace(fit.arm, translation=(1.0 + STEP * stretch)[:, None] * fit.arm.translation)
+        length_factors = np.where(np.arange(3) == joint, 1.0, 0.0)
+        longer = replace(fit.arm, translation=(1.0 + STEP * length_factors)[:, None] * fit.arm.translation)
         found = fit.motions[1].rows(fit.motions[1].changed(longer)[..., None])
 
-        def read(x: float, stretch: np.ndarray = stretch) -> Reading:
-            return replace(as_logged(fit.arm, 2), stretch=1.0 + x * stretch)
+        def read(x: float, length_factors: np.ndarray = length_factors) -> Hypothesis:
+            return replace(as_logged(fit.arm, 2), length_factors=1.0 + x * length_factors)
 
         for j, want in enumerate(_by_arms(fit, sound, read)):
             assert_near(found[j][:, 0], want, RESAMPLED)
 
 
-def _by_arms(fit: Reference, sound, read: Callable[[float], Reading]) -> list[np.ndarray]:
+def _by_arms(fit: Reference, sound, read: Callable[[float], Hypothesis]) -> list[np.ndarray]:
     """Differences between arms, whose base parameters differ, by all standard parameters."""
     behind = fit.motions[1].behind
     torque = []

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from known_logs import arm_of, ur_like
 
-from ident.diagnosis.hypothesis import LogReading, as_logged
+from ident.diagnosis.hypothesis import LogHypothesis, as_logged
 from ident.recordings.recording import Recording
 
 RATE = 100.0
@@ -25,7 +25,7 @@ def log() -> Recording:
     return Recording(t, q, v, "log.csv")
 
 
-def how(arm, **fields) -> LogReading:
+def how(arm, **fields) -> LogHypothesis:
     return replace(as_logged(arm, 1).logs[0], **fields)
 
 
@@ -103,17 +103,17 @@ def test_a_delay_is_that_of_the_column_that_the_joint_has(arm, log):
 
 
 def test_other_fields_of_some_logs_leave_the_others_as_they_are(arm):
-    reading = as_logged(arm, 3).changed((0, 2), clock=0.5, zero=np.ones(3))
-    assert [each.clock for each in reading.logs] == [0.5, 1.0, 0.5]
-    assert [float(each.zero[1]) for each in reading.logs] == [1.0, 0.0, 1.0]
+    hypothesis = as_logged(arm, 3).changed((0, 2), clock=0.5, zero=np.ones(3))
+    assert [each.clock for each in hypothesis.logs] == [0.5, 1.0, 0.5]
+    assert [float(each.zero[1]) for each in hypothesis.logs] == [1.0, 0.0, 1.0]
 
 
 def test_an_arm_as_drawn_is_itself_and_another_base_or_length_is_of_it(arm):
-    reading = as_logged(arm, 2)
-    assert reading.of_arm(arm) is arm
-    longer = replace(reading, stretch=np.array([1.0, 1.1, 0.9])).of_arm(arm)
+    hypothesis = as_logged(arm, 2)
+    assert hypothesis.of_arm(arm) is arm
+    longer = replace(hypothesis, length_factors=np.array([1.0, 1.1, 0.9])).of_arm(arm)
     np.testing.assert_allclose(longer.translation, arm.translation * [[1.0], [1.1], [0.9]], rtol=1e-14)
     np.testing.assert_array_equal(longer.gravity, arm.gravity)
-    turned = replace(reading, gravity=np.array([9.81, 0.0, 0.0])).of_arm(arm)
+    turned = replace(hypothesis, gravity=np.array([9.81, 0.0, 0.0])).of_arm(arm)
     np.testing.assert_array_equal(turned.gravity, [9.81, 0.0, 0.0])
     np.testing.assert_array_equal(turned.translation, arm.translation)

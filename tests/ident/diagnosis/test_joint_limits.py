@@ -7,7 +7,7 @@ import pytest
 from known_logs import arm_of, scara
 
 from ident.diagnosis.hypothesis import as_logged
-from ident.diagnosis.joint_limits import SLACK, STILL, beyond_reach, within_reach
+from ident.diagnosis.joint_limits import SLACK, STILL, beyond_limits, within_limits
 from ident.recordings.recording import Recording
 
 T = 0.01 * np.arange(200)
@@ -30,26 +30,26 @@ INSIDE = ((-0.7, 1.8), (0.3, 1.1), (0.05, 0.28), (-3.0, 11.0))
 
 
 def test_a_log_within_the_limits_reaches_every_position(slider):
-    assert beyond_reach(slider, log(*INSIDE)) == ()
+    assert beyond_limits(slider, log(*INSIDE)) == ()
 
 
 def test_a_joint_beyond_its_limits_is_named_and_one_beyond_by_the_slack_is_not(slider):
     for extra, found in ((0.9 * SLACK, ()), (1.1 * SLACK, (0,))):
-        assert beyond_reach(slider, log((-0.7, 2.0 + extra), *INSIDE[1:])) == found
-        assert beyond_reach(slider, log((-1.0 - extra, 1.3), *INSIDE[1:])) == found
+        assert beyond_limits(slider, log((-0.7, 2.0 + extra), *INSIDE[1:])) == found
+        assert beyond_limits(slider, log((-1.0 - extra, 1.3), *INSIDE[1:])) == found
     for extra, found in ((0.9 * SLACK, ()), (1.1 * SLACK, (2,))):
-        assert beyond_reach(slider, log(*INSIDE[:2], (0.1, 0.3 + extra), INSIDE[3])) == found
+        assert beyond_limits(slider, log(*INSIDE[:2], (0.1, 0.3 + extra), INSIDE[3])) == found
 
 
 def test_a_hinge_may_be_counted_from_another_turn_and_a_slide_may_not(slider):
     turn = 2.0 * np.pi
-    assert beyond_reach(slider, log((-0.7 + turn, 1.8 + turn), (0.3 - turn, 1.1 - turn), *INSIDE[2:])) == ()
-    assert beyond_reach(slider, log(*INSIDE[:2], (0.05 + turn, 0.28 + turn), INSIDE[3])) == (2,)
+    assert beyond_limits(slider, log((-0.7 + turn, 1.8 + turn), (0.3 - turn, 1.1 - turn), *INSIDE[2:])) == ()
+    assert beyond_limits(slider, log(*INSIDE[:2], (0.05 + turn, 0.28 + turn), INSIDE[3])) == (2,)
 
 
 def test_a_hinge_without_limits_turns_no_more_than_twice_either_way(slider):
-    assert beyond_reach(slider, log(*INSIDE[:3], (-12.0, 12.0))) == ()
-    assert beyond_reach(slider, log(*INSIDE[:3], (-14.0, 14.0))) == (3,)
+    assert beyond_limits(slider, log(*INSIDE[:3], (-12.0, 12.0))) == ()
+    assert beyond_limits(slider, log(*INSIDE[:3], (-14.0, 14.0))) == (3,)
 
 
 @pytest.mark.parametrize(
@@ -58,12 +58,12 @@ def test_a_hinge_without_limits_turns_no_more_than_twice_either_way(slider):
 )
 def test_another_unit_has_to_leave_a_joint_in_reach_and_moving(slider, span, factor, within):
     how = replace(as_logged(slider, 1).logs[0], q_factor=np.array([1.0, factor, 1.0, 1.0]))
-    assert within_reach(slider, log(INSIDE[0], span, *INSIDE[2:]), how) == within
+    assert within_limits(slider, log(INSIDE[0], span, *INSIDE[2:]), how) == within
     # of joints whose unit stays nothing is asked
-    assert within_reach(slider, log((-7.0, 8.0), span, *INSIDE[2:]), how) == within
+    assert within_limits(slider, log((-7.0, 8.0), span, *INSIDE[2:]), how) == within
 
 
 def test_a_range_at_which_a_joint_moves_is_that_of_the_arm(slider):
     for span, within in ((1.1 * STILL, True), (0.9 * STILL, False)):
         how = replace(as_logged(slider, 1).logs[0], q_factor=np.array([0.01, 1.0, 1.0, 1.0]))
-        assert within_reach(slider, log((0.0, 100.0 * span), *INSIDE[1:]), how) == within
+        assert within_limits(slider, log((0.0, 100.0 * span), *INSIDE[1:]), how) == within

@@ -50,7 +50,7 @@ def test_an_arm_that_weighs_what_its_model_says_is_not_doubted(sound, sound_esti
 def test_gains_that_make_the_arm_another_weight_than_the_models_are_doubted(sound, sound_estimate, drawn):
     finding = link_mass_consistency(sound.problem, sound_estimate, drawn * links_of_three_axes())
     assert finding.severity is Severity.WEAK
-    said = re.match(r"by these gains the arm weighs (\S+) times what its model says", finding.sentence)
+    said = re.match(r"with these gains the arm's masses are (\S+) times those of its model", finding.sentence)
     # Gains are known within 2 %.
     np.testing.assert_allclose(float(said[1]), 1.0 / drawn, rtol=0.05)
     np.testing.assert_allclose(finding.value, 1.0 / drawn, rtol=0.05)
@@ -89,7 +89,7 @@ def test_the_joints_that_show_it_are_named_and_advice_is_given_where_it_is_in_do
 
 
 def test_the_weight_that_is_told_is_the_median():
-    assert "weighs 3.2 times what its model says (median of joints 1 and 2," in judged(weights(1.6, 4.8)).sentence
+    assert "masses are 3.2 times those of its model (median of joints 1 and 2," in judged(weights(1.6, 4.8)).sentence
 
 
 def test_the_limit_itself_is_no_doubt():

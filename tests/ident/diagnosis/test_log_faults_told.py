@@ -40,12 +40,12 @@ def test_all_that_is_not_said_is_told_at_once(tmp_path: Path):
     frame().to_csv(path, index=False)
     with pytest.raises(RecordingError) as caught:
         read_recording(path, said("t=time", "q=a,b", "v=i,k", signal=None))
-    for words in ("unit of time", "unit of positions", "unit of currents", "what i, k is has to be said"):
+    for words in ("unit of time", "unit of positions", "unit of currents", "quantity in i, k is not declared"):
         assert words in str(caught.value)
     with pytest.raises(RecordingError) as caught:
         read_recording(path, said("t=time", "q=a,b[rad]", "v=i,k"))
-    assert "unit of time is not said" in str(caught.value)
-    assert "unit of currents is not said" in str(caught.value)
+    assert "unit of time is not declared" in str(caught.value)
+    assert "unit of currents is not declared" in str(caught.value)
     assert "positions" not in str(caught.value)
 
 
@@ -53,7 +53,7 @@ def test_all_that_is_not_said_is_told_at_once(tmp_path: Path):
 def test_a_clock_in_another_unit_than_said_names_the_stated_one(tmp_path: Path, unit, factor, meant):
     path = tmp_path / "log.csv"
     frame(time=factor * T).to_csv(path, index=False)
-    words = rf"t is said to be in {unit}, and advances by .* {unit} a row, .*; is it in .*{meant}"
+    words = rf"t is declared in {unit} but advances by .* {unit} a row, .*; is it in .*{meant}"
     with pytest.raises(RecordingError, match=words):
         read_recording(path, said(f"t=time[{unit}]", "q=a,b[rad]", "v=i,k[A]"))
 

@@ -10,7 +10,7 @@ from scipy.interpolate import make_interp_spline
 from ident.diagnosis.diagnosis import Diagnosis, Severity, worst
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.clock import clock, least_seconds
-from ident.diagnosis.samples.lost_samples import lost_samples, odd_steps
+from ident.diagnosis.samples.lost_samples import lost_samples, timestamp_anomalies
 from ident.diagnosis.samples.motion import joint_motions, motion
 from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.checks import log_faults
@@ -112,7 +112,7 @@ def test_stamps_that_jitter_miss_nothing(ur_log, rng):
         intervals = np.diff(log.t)
         assert intervals.max() > 1.6 * 0.008
         lines = clocked(log)
-        assert named(lines, "missing samples").sentence == "no samples are missing by the time stamps"
+        assert named(lines, "missing samples").sentence == "the time stamps show no missing samples"
         varied = 100.0 * np.abs(intervals / np.median(intervals) - 1.0).max()
         assert named(lines, "jitter").sentence == f"sampling intervals vary by up to {varied:.3g} %"
 
@@ -163,12 +163,12 @@ def test_a_slow_log_is_weak(ur_log):
 
 def test_samples_lost_behind_an_even_clock_are_found_where_they_are(ur_log):
     lost = [411, 902, 903, 1700]
-    odd = odd_steps(without(ur_log, lost, even=True))
+    odd = timestamp_anomalies(without(ur_log, lost, even=True))
     np.testing.assert_array_equal(odd.long, [410, 900, 1696])  # the row before, in the log that remains
     assert len(odd.still) == 0
     found = named(lost_samples(without(ur_log, lost, even=True)), "lost samples")
     assert found.severity is Severity.WEAK
-    assert "4 samples are lost unseen by the time stamps, first after row 411, 3.28 s" in found.sentence
+    assert "4 samples are lost, which the time stamps do not show, first after row 411, 3.28 s" in found.sentence
 
 
 @pytest.mark.parametrize("honest", [False, True])
@@ -178,28 +178,28 @@ def test_jitter_of_the_stamps_is_no_lost_sample_and_hides_none(ur_log, rng, hone
     taken = make_interp_spline(ur_log.t, ur_log.q, k=3)(t) if honest else ur_log.q
     log = replace(ur_log, t=t, q=taken)
     for sound in (log, without(log, [640, 641, 1300])):  # by honest stamps
-        assert len(odd_steps(sound).long) == len(odd_steps(sound).still) == 0
+        assert len(timestamp_anomalies(sound).long) == len(timestamp_anomalies(sound).still) == 0
     lost = np.array([411, 902, 903, 1700])
     kept = np.setdiff1d(np.arange(len(t)), lost)
     unseen = Recording(t[kept] - 0.008 * np.searchsorted(lost, kept), log.q[kept], log.v[kept])
-    odd = odd_steps(unseen)
+    odd = timestamp_anomalies(unseen)
     np.testing.assert_array_equal(odd.long, [410, 900, 1696])
     np.testing.assert_array_equal(odd.lost, [1, 2, 1])
 
 
 def test_samples_taken_at_the_uneven_times_of_their_stamps_are_not_lost(ur_log, rng):
     t = ur_log.t + 0.008 * np.clip(rng.normal(0.0, 0.25, len(ur_log.t)), -0.37, 0.37)
-    odd = odd_steps(replace(ur_log, t=t, q=make_interp_spline(ur_log.t, ur_log.q, k=3)(t)))
+    odd = timestamp_anomalies(replace(ur_log, t=t, q=make_interp_spline(ur_log.t, ur_log.q, k=3)(t)))
     assert len(odd.long) == len(odd.still) == 0
 
 
 def test_samples_that_the_clock_shows_to_be_missing_are_not_lost_behind_it(ur_log):
-    assert len(odd_steps(without(ur_log, [411, 902, 903, 1700])).long) == 0
+    assert len(timestamp_anomalies(without(ur_log, [411, 902, 903, 1700])).long) == 0
 
 
 def test_a_long_loss_hides_no_short_one_beside_it(ur_log):
     lost = [*range(500, 520), 523]  # a step of 21, two rows on one of 2
-    np.testing.assert_array_equal(odd_steps(without(ur_log, lost, even=True)).long, [499, 502])
+    np.testing.assert_array_equal(timestamp_anomalies(without(ur_log, lost, even=True)).long, [499, 502])
 
 
 def test_a_log_that_loses_too_much_to_be_restored_is_wrong_from_one_step_in_five_hundred(ur_log):
@@ -216,8 +216,8 @@ def test_repeated_rows_of_a_moving_arm_are_found(ur_log):
     rows = np.arange(len(ur_log.t))
     rows[[600, 601, 1500]] = [599, 599, 1499]
     again = Recording(ur_log.t, ur_log.q[rows], ur_log.v[rows], ur_log.name)
-    np.testing.assert_array_equal(odd_steps(again).still, [599, 600, 1499])
-    assert len(odd_steps(again).long) == 0  # the row after them catches up
+    np.testing.assert_array_equal(timestamp_anomalies(again).still, [599, 600, 1499])
+    assert len(timestamp_anomalies(again).long) == 0  # the row after them catches up
     found = named(lost_samples(again), "repeated samples")
     assert "repeat 3 times, first after row 600" in found.sentence
 
@@ -226,30 +226,32 @@ def test_an_arm_at_rest_repeats_nothing(ur_log):
     started = np.clip((ur_log.t - 3.0) / 2.0, 0.0, 1.0) ** 3
     still = ur_log.q[400] + started[:, None] * (ur_log.q - ur_log.q[400])
     assert (still[:300] == still[0]).all()
-    assert len(odd_steps(Recording(ur_log.t, still, ur_log.v)).still) == 0
+    assert len(timestamp_anomalies(Recording(ur_log.t, still, ur_log.v)).still) == 0
 
 
 def test_one_coarse_encoder_is_no_lost_sample(ur_log):
     q = ur_log.q.copy()
     q[:, 3] = np.round(q[:, 3] / 0.004) * 0.004  # about one step a sample
-    assert len(odd_steps(Recording(ur_log.t, q, ur_log.v)).long) == 0
+    assert len(timestamp_anomalies(Recording(ur_log.t, q, ur_log.v)).long) == 0
 
 
 def test_an_arm_whose_encoders_all_are_coarse_loses_and_repeats_nothing(ur_log):
-    odd = odd_steps(Recording(ur_log.t, np.round(ur_log.q / 0.02) * 0.02, ur_log.v))  # a step in several samples
+    odd = timestamp_anomalies(
+        Recording(ur_log.t, np.round(ur_log.q / 0.02) * 0.02, ur_log.v)
+    )  # a step in several samples
     assert len(odd.long) == len(odd.still) == 0
 
 
 def test_a_lost_sample_is_sure_beside_what_rounding_deviates_by_and_no_more(ur_log):
     lost = without(ur_log, [411, 902, 903, 1700], even=True)
-    odd = odd_steps(replace(lost, q=np.round(lost.q / 8e-4) * 8e-4))  # deviation 8e-4 / sqrt(12)
+    odd = timestamp_anomalies(replace(lost, q=np.round(lost.q / 8e-4) * 8e-4))  # deviation 8e-4 / sqrt(12)
     np.testing.assert_array_equal(odd.long, [410, 900, 1696])
 
 
 def test_one_joint_that_jumps_alone_is_no_lost_sample(ur_log):
     q = ur_log.q.copy()
     q[801:, 3] += 9.0 * (q[801, 3] - q[800, 3])
-    assert 800 not in odd_steps(Recording(ur_log.t, q, ur_log.v)).long
+    assert 800 not in timestamp_anomalies(Recording(ur_log.t, q, ur_log.v)).long
 
 
 def test_currents_that_are_logged_more_slowly_are_named(ur_log):

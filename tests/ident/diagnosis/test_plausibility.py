@@ -34,7 +34,9 @@ def test_swapped_motions_are_named(motions, payload):
 
 
 def test_two_bare_motions_show_no_load(motions, payload):
-    with pytest.raises(NotIdentifiable, match="shows no load on any joint; was the payload mounted"):
+    with pytest.raises(
+        NotIdentifiable, match="finds no load on any joint in the loaded motion; was the payload mounted"
+    ):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()))
 
 
@@ -49,7 +51,7 @@ def test_an_estimate_without_any_gain_is_an_error_with_the_first_reason(motions,
 
 
 def test_loaded_motions_that_show_no_load_lack_a_bare_one(motions, payload):
-    with pytest.raises(NotIdentifiable, match="without a bare motion no joint shows the load: record one"):
+    with pytest.raises(NotIdentifiable, match="without a bare motion no joint's load is identifiable: record one"):
         check_load(drive_gains(motions[0], motions[2], lopsided(payload), GainOptions()), bare=False)
 
 

@@ -21,13 +21,13 @@ GROSS = ("q3 negated in one log", "zero of q4 a quarter off", "columns v2 and v3
 
 
 def test_what_is_left_is_what_least_squares_with_every_column_leaves(sound):
-    reading = as_logged(sound.structure.arm, 2)
+    hypothesis = as_logged(sound.structure.arm, 2)
     order = np.array([0, 2, 1])
-    reading = reading.changed(
+    hypothesis = hypothesis.changed(
         (1,), zero=np.array([0.0, 0.4, 0.0]), q_factor=np.array([1.0, 1.0, -1.0]), clock=1.25, v_order=order,
         v_factor=np.array([1.0, 3.0, -0.5]),
     )  # fmt: skip
-    (left,), (rows,) = unexplained(sound, [reading], looked_at(sound))
+    (left,), (rows,) = unexplained(sound, [hypothesis], looked_at(sound))
     bare, loaded = looked_at(sound)
     parts = [
         regressor(sound.structure.arm, bare.q, bare.dq, bare.ddq),
@@ -87,7 +87,7 @@ def test_no_reading_of_a_sound_log_is_worth_a_comparison(six):
 
 
 def test_a_score_counts_each_log_in_its_own_unit(sound):
-    reading = scaled(sound, (1,), (), 1000.0).reading
+    hypothesis = scaled(sound, (1,), (), 1000.0).hypothesis
     unit = replace(as_logged(sound.structure.arm, 2))
     thousand = [
         sound.recordings[0],
@@ -95,23 +95,23 @@ def test_a_score_counts_each_log_in_its_own_unit(sound):
     ]
     other = doubted(sound.structure, thousand)
     # What was logged a thousand times, and is read so, leaves a million times the squares of that log alone.
-    one, two = unexplained(sound, [unit], looked_at(sound))[0], unexplained(other, [reading], looked_at(other))[0]
+    one, two = unexplained(sound, [unit], looked_at(sound))[0], unexplained(other, [hypothesis], looked_at(other))[0]
     np.testing.assert_allclose(two, one * [1.0, 1e6], rtol=1e-6)
 
 
 def test_readings_together_leave_what_each_leaves_alone(sound):
-    readings = [turned(sound, joint, (1,), -1.0, 0.3).reading for joint in (0, 1, 2)]
-    together = unexplained(sound, readings, looked_at(sound))
-    for k, each in enumerate(readings):
+    hypotheses = [turned(sound, joint, (1,), -1.0, 0.3).hypothesis for joint in (0, 1, 2)]
+    together = unexplained(sound, hypotheses, looked_at(sound))
+    for k, each in enumerate(hypotheses):
         for whole, own in zip(together, unexplained(sound, [each], looked_at(sound)), strict=True):
             np.testing.assert_allclose(whole[k], own[0], rtol=1e-9)
 
 
 def test_gravity_along_other_axes_is_found_from_four_regressors(six):
     gravity = [9.0 * np.array(axis) for axis in ((0.6, 0.0, -0.8), (0.0, -0.28, 0.96))]
-    readings = [replace(as_logged(six.structure.arm, 2), gravity=each) for each in gravity]
-    together = unexplained(six, readings, looked_at(six))[0]
-    for k, each in enumerate(readings):
+    hypotheses = [replace(as_logged(six.structure.arm, 2), gravity=each) for each in gravity]
+    together = unexplained(six, hypotheses, looked_at(six))[0]
+    for k, each in enumerate(hypotheses):
         arm = replace(six.structure.arm, gravity=gravity[k])
         bare = looked_at(six)[0]
         own = regressor(arm, bare.q, bare.dq, bare.ddq)
@@ -122,8 +122,8 @@ def test_gravity_along_other_axes_is_found_from_four_regressors(six):
 
 def test_the_gain_of_a_reading_counts_no_more_instants_than_either_has(sound):
     exchanged = next(each for each in orders.alternatives(sound) if each.words == "columns q1 and q2 are exchanged")
-    readings = [as_logged(sound.structure.arm, 2), exchanged.reading]
-    (before, after), freedom = unexplained(sound, readings, looked_at(sound))
+    hypotheses = [as_logged(sound.structure.arm, 2), exchanged.hypothesis]
+    (before, after), freedom = unexplained(sound, hypotheses, looked_at(sound))
     assert (freedom[0] < freedom[1]).any()
     assert (freedom[0] > freedom[1]).any()
     (found,) = screened(sound, [exchanged])
@@ -133,6 +133,6 @@ def test_the_gain_of_a_reading_counts_no_more_instants_than_either_has(sound):
 
 def test_what_is_left_is_the_same_whichever_log_is_the_first(sound):
     other = doubted(sound.structure, sound.recordings[::-1], (BRICK, None))
-    reading = as_logged(sound.structure.arm, 2)
-    (one,), (two,) = (unexplained(each, [reading], looked_at(each))[0] for each in (sound, other))
+    hypothesis = as_logged(sound.structure.arm, 2)
+    (one,), (two,) = (unexplained(each, [hypothesis], looked_at(each))[0] for each in (sound, other))
     np.testing.assert_allclose(two[:, ::-1], one, rtol=0.05)  # by other columns of the same span

@@ -67,7 +67,7 @@ def thin(structure) -> Problem:
 def test_gains_are_those_with_the_nearest_possible_payload(thin):
     free, held = (all_joints_gains(thin, AllJointsOptions(payload_body=body)) for body in ("free", "possible"))
     assert free.remarks == ()
-    assert "no body has the payload parameters that fit best" in held.remarks[0]
+    assert "the best-fitting payload parameters are not physically consistent" in held.remarks[0]
     ready = setting(thin, per_motion=True, prior_std=1.0)
     final = fit_as_named(ready, (), compliance=False)
     moved = possible(ready, final).log
@@ -116,7 +116,7 @@ def test_parameters_that_nothing_shows_are_refused(thin):
     ready = setting(thin, per_motion=True, prior_std=1.0)
     final = fit_as_named(ready, (), compliance=False)
     few = replace(ready, shared=replace(ready.shared, free=(ready.shared.free[0][:-1],)))
-    with pytest.raises(NotIdentifiable, match="do not show each unknown parameter of the payload"):
+    with pytest.raises(NotIdentifiable, match="not every unknown payload parameter is identifiable"):
         possible(few, final)
 
 

@@ -209,7 +209,7 @@ def test_a_search_without_end_is_an_error(structure, heavy, rng, monkeypatch):
     chi = chi_of(rng)
     problem = exact_problem(structure, [(chi, None, None), (chi, heavy, heavy)], GAIN, rng, noise=0.01)
     monkeypatch.setattr("ident.estimation.all_joints.search.MOST_STEPS", 1)
-    with pytest.raises(NotConverged, match="the gains do not settle in 1 steps; record more"):
+    with pytest.raises(NotConverged, match="the gains do not converge in 1 steps; record longer"):
         all_joints_gains(problem, COMMON)
 
 

@@ -69,9 +69,9 @@ def test_the_error_is_that_of_a_prediction_from_the_other_parts(problem):
 def test_each_stretch_is_solved_for_once(problem, monkeypatch):
     asked = list[int]()
 
-    def counted(rows, stretches):
-        asked.append(stretches)
-        return left_out(rows, stretches)
+    def counted(rows, blocks):
+        asked.append(blocks)
+        return left_out(rows, blocks)
 
     monkeypatch.setattr("ident.estimation.cross_validation.left_out", counted)
     cross_validated(gains(problem), 3)

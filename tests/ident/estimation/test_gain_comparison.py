@@ -118,7 +118,7 @@ def test_a_joint_without_a_name_is_any_of_that_number():
     for pair in ((named, bare), (bare, named), (bare, bare)):
         assert compared(*pair).joints.tolist() == [0, 1]
     swapped = gains([0, 1], [2.0, 3.0], [0.1, 0.1], names=("2", "1"))
-    with pytest.raises(GainsError, match="of other joints"):
+    with pytest.raises(GainsError, match="have different joints"):
         compared(named, swapped)
 
 
@@ -144,10 +144,10 @@ def test_one_joint_has_no_pattern():
 @pytest.mark.parametrize(
     ("B", "words"),
     [
-        (gains([0], [2.0], [0.1], names=("a", "b", "d", "c")), "other joints: a, b, c, d against a, b, d, c"),
+        (gains([0], [2.0], [0.1], names=("a", "b", "d", "c")), "different joints: a, b, c, d against a, b, d, c"),
         (gains([2], [2.0], [0.1]), "no joint has a gain in both sets"),
-        (gains([0, 1], [2.0, 3.0], [0.1, 0.0]), "joint 2: neither gain has a deviation"),
-        (gains([0, 1], [2.0, 3.0], [0.1, 0.2], 1.0), "a combination of the gains has no deviation"),
+        (gains([0, 1], [2.0, 3.0], [0.1, 0.0]), "joint 2: neither gain has a standard deviation"),
+        (gains([0, 1], [2.0, 3.0], [0.1, 0.2], 1.0), "the covariance of the gains is singular"),
     ],
 )
 def test_what_cannot_be_compared_is_refused(B, words):

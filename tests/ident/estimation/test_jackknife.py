@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from ident.estimation.rows import Rows
-from ident.estimation.uncertainty.cautious import cautious
 from ident.estimation.uncertainty.classical import classical
 from ident.estimation.uncertainty.jackknife import jackknife, left_out
+from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
 
 UNKNOWNS = 7
 
@@ -121,7 +121,7 @@ def test_an_unknown_that_one_stretch_alone_shows_moves_no_other(linear):
 def test_cautious_is_the_larger_of_classical_and_jackknife(linear):
     rows, influence = linear.rows, linear.influence
     rows = replace(rows, residual=rows.residual * np.where(rows.joint == 0, 1.0 + np.sin(rows.position), 1.0))
-    one, two, both = (kind(rows, influence, 0.0) for kind in (classical, jackknife, cautious))
+    one, two, both = (kind(rows, influence, 0.0) for kind in (classical, jackknife, max_of_classical_and_jackknife))
     assert (np.diag(one) > np.diag(two)).any()
     assert (np.diag(one) < np.diag(two)).any()
     np.testing.assert_allclose(np.diag(both), np.maximum(np.diag(one), np.diag(two)), rtol=1e-13)

@@ -7,7 +7,7 @@ import pytest
 from exact import GAIN
 from weighings import PLAIN, known
 
-from ident.estimation.all_joints.selection import Rival
+from ident.estimation.all_joints.selection import AlternativeModel
 from ident.payload.payload import standard_parameters
 from ident.payload_identification.mass_by_joint import _solved, masses_alone
 from ident.payload_identification.payload_body import Quantity
@@ -58,7 +58,7 @@ def test_a_joint_alone_whose_mass_is_off_by_more_than_a_quarter_says_nothing(wei
     gains = known(rel_std=np.full(6, rel_std))
     alone = masses_alone(payload_of(weighed_problem, known(), PLAIN), heavy, gains)
     assert [isinstance(each, Quantity) for each in alone] == [shown] * 6
-    assert shown or "it shows the mass to 1.8 kg only" in alone[2].reason  # 0.26 of 7.025
+    assert shown or "its estimate of the mass has a standard deviation of 1.8 kg" in alone[2].reason  # 0.26 of 7.025
 
 
 def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_problem, heavy, rng):
@@ -112,7 +112,7 @@ def test_a_rival_s_difference_counts_in_part_for_all_joints_and_for_each_alone(w
         columns=tuple(replace(each, V=1.05 * each.V) for each in final.columns),
         fit=replace(final.fit, found=replace(final.fit.found, theta=theta + moved)),
     )
-    selected = replace(plain.selected, rivals=(Rival(share=0.4, other=other, final=final),))
+    selected = replace(plain.selected, rivals=(AlternativeModel(share=0.4, other=other, final=final),))
     monkeypatch.setattr("ident.payload_identification.payload_estimate.chosen_model", lambda ready, options: selected)
     found = payload_of(weighed_problem, known(), PLAIN)
     at = len(plain.ready.shared.arm) + np.arange(10)

@@ -28,15 +28,15 @@ def test_bare_motions_and_one_given_gain_give_the_others(bare, joint):
 
 
 def test_without_payload_and_given_gain_the_scale_is_free(bare):
-    with pytest.raises(NotIdentifiable, match="links that joints share give the ratios of the gains alone; mount one"):
+    with pytest.raises(NotIdentifiable, match="only ratios of gains are identifiable; mount one"):
         all_joints_gains(bare, AllJointsOptions())
 
 
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"gain_joint": 3}, "gain_joint and gain_value belong together"),
-        ({"gain_value": 3.0}, "gain_joint and gain_value belong together"),
+        ({"gain_joint": 3}, "gain_joint and gain_value must be given together"),
+        ({"gain_value": 3.0}, "gain_joint and gain_value must be given together"),
         ({"gain_joint": 2, "gain_value": 0.0}, "gain_value = 0: expected a gain that is not zero"),
     ],
 )

@@ -32,7 +32,7 @@ def test_what_is_no_number_is_named(word):
 @pytest.mark.parametrize("sign", [1, -1])
 def test_numbers_are_read_up_to_their_largest(sign):
     assert vector(element(pos=f"{sign * 2.5} 0.5"), "pos", 2, largest=2.5) == (sign * 2.5, 0.5)
-    with pytest.raises(RobotModelError, match=r"beyond 2\.5; no arm is like that"):
+    with pytest.raises(RobotModelError, match=r"beyond 2\.5; check the number"):
         vector(element(pos=f"0.5 {sign * 2.5000001}"), "pos", 2, largest=2.5)
 
 
@@ -45,7 +45,7 @@ def test_the_largest_numbers_are_those_of_an_arm(tmp_path):
         (tmp_path / "arm.xml").write_text(inside)
         assert load_arm(tmp_path / "arm.xml").n == 6
         (tmp_path / "arm.xml").write_text(outside)
-        with pytest.raises(RobotModelError, match=r"beyond .*; no arm is like that"):
+        with pytest.raises(RobotModelError, match=r"beyond .*; check the number"):
             load_arm(tmp_path / "arm.xml")
 
 

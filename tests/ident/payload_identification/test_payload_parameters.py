@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from exact import EXACT, exact_observation, lopsided
 
-from ident.estimation.joint_by_joint.pooled_system import StackedSystem, stacked_system
+from ident.estimation.joint_by_joint.pooled_system import PooledSystem, pooled_system
 from ident.estimation.problem import ObservedMotion
 from ident.model.parameters import INERTIAL
 from ident.payload.payload import Payload
@@ -16,13 +16,13 @@ WEIGHED = Payload(mass=3.3, known="mass")
 
 def system(
     structure, chi_payload: np.ndarray, rng: np.random.Generator, noise: float = 0.0, rows: int = 300
-) -> StackedSystem:
+) -> PooledSystem:
     chi = rng.uniform(0.5, 2.0, 84)
     bare, heavy = (
         exact_observation(structure, chi, load, GAIN, rng, noise=noise, rows=rows)
         for load in (np.zeros(10), chi_payload)
     )
-    return stacked_system([ObservedMotion(bare, None), ObservedMotion(heavy, WEIGHED)])
+    return pooled_system([ObservedMotion(bare, None), ObservedMotion(heavy, WEIGHED)])
 
 
 def values(estimate: PayloadEstimate) -> np.ndarray:
@@ -95,8 +95,8 @@ def test_wrong_inputs_are_named(structure, chi, rng):
     with pytest.raises(PayloadError, match="payload parameter 'mass' is not one of XX, XY"):
         payload_parameters(rows, GAIN, gain_std=NONE, known={"mass": 7.0}, weighted=True)
     bare = exact_observation(structure, np.ones(84), np.zeros(10), GAIN, rng, noise=0.01, rows=100)
-    with pytest.raises(IdentificationError, match="no loaded motion: nothing shows the payload"):
-        payload_parameters(stacked_system([ObservedMotion(bare, None)]), GAIN, gain_std=NONE, known={}, weighted=True)
+    with pytest.raises(IdentificationError, match="no loaded motion; without one the payload cannot be identified"):
+        payload_parameters(pooled_system([ObservedMotion(bare, None)]), GAIN, gain_std=NONE, known={}, weighted=True)
 
 
 def test_what_is_given_is_certain_and_what_is_found_is_not(structure, chi, rng):

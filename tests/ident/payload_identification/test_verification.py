@@ -10,7 +10,7 @@ from weighings import NAMES, PLAIN, known, weighed
 
 from ident.estimation.known_gains import KnownGains
 from ident.payload.payload import Payload
-from ident.payload_identification.joint_agreement import _as_stated, accord, check_mass
+from ident.payload_identification.joint_agreement import _as_stated, check_mass, joint_agreement
 from ident.payload_identification.payload_body import FoundBody, Quantity, body_of
 from ident.payload_identification.payload_estimate import payload_of
 from ident.payload_identification.verification import AGREES, DIFFERS, SAYS_NOTHING, verified
@@ -47,7 +47,7 @@ def test_a_mass_that_is_not_sure_says_nothing(weighed_problem, heavy):
     vague = KnownGains(names=NAMES, joints=np.arange(6), value=GAIN, covariance=0.2**2 * np.outer(GAIN, GAIN))
     one = verified(payload_of(weighed_problem, vague, PLAIN), heavy, vague)
     assert one.together.verdict == SAYS_NOTHING
-    assert "its deviation is 20 %, beyond 10 %" in str(one.together.reason)
+    assert "standard deviation is 20 %, above 10 %" in str(one.together.reason)
     assert {(each.verdict, each.reason) for each in one.joints} == {(AGREES, None)}  # a joint alone shows a wrong gain
     assert not one.passed
 
@@ -62,12 +62,12 @@ def test_joints_agree_on_a_mass_unless_a_gain_is_off(structure, heavy, rng):
     noisy, rel_std = weighed(structure, heavy, rng, noise=0.005), np.full(6, 0.003)
     right, wrong = known(rel_std=rel_std), known(GAIN * np.array([1.0, 2.0, 1.0, 1.0, 1.0, 1.0]), rel_std)
     found = payload_of(noisy, right, PLAIN)
-    agreed = accord(found, body_of(found), right)
+    agreed = joint_agreement(found, body_of(found), right)
     assert all(each.mass is not None for each in agreed)  # with the centre found, wrist joints show the mass too
     assert len(agreed) == 6
     assert DIFFERS not in [each.verdict for each in agreed]
     found = payload_of(noisy, wrong, PLAIN)
-    off = accord(found, body_of(found), wrong)[1]
+    off = joint_agreement(found, body_of(found), wrong)[1]
     assert off.verdict == DIFFERS
     # The centre moved with the gains too; the mass of the joint is doubled to within a tenth all the same.
     np.testing.assert_allclose(off.mass.value, 2.0 * heavy.mass, rtol=0.1)
@@ -81,7 +81,7 @@ def a_mass(value: float, *more: Quantity) -> FoundBody:
 
 
 def test_a_mass_below_zero_beyond_doubt_is_refused():
-    with pytest.raises(NegativeMass, match=r"is -0\.31 kg, 2 sigma 0\.2 kg: .* probably swapped"):
+    with pytest.raises(NegativeMass, match=r"negative: -0\.31 kg, 2 sigma 0\.2 kg; .* probably swapped"):
         check_mass(a_mass(-0.31))
     for value in (-0.29, 0.31):  # three deviations are 0.3
         check_mass(a_mass(value))
@@ -89,7 +89,7 @@ def test_a_mass_below_zero_beyond_doubt_is_refused():
 
 @pytest.mark.parametrize("value", [-0.29, 0.29, 2001.0])
 def test_of_a_mass_that_is_not_sure_joints_say_nothing(weighed_problem, value):
-    assert accord(payload_of(weighed_problem, known(), PLAIN), a_mass(value), known()) == ()
+    assert joint_agreement(payload_of(weighed_problem, known(), PLAIN), a_mass(value), known()) == ()
 
 
 def test_what_was_found_is_stated_with_its_deviations():
@@ -105,4 +105,4 @@ def test_without_a_centre_joints_are_asked_for_the_mass_alone(weighed_problem, h
     stated = Payload(mass=heavy.mass, mass_std=0.1, known="mass")
     expected = [each.mass for each in verified(found, stated, known()).joints]
     for body in (a_mass(heavy.mass), a_mass(heavy.mass, *far)):
-        assert [each.mass for each in accord(found, body, known())] == expected
+        assert [each.mass for each in joint_agreement(found, body, known())] == expected

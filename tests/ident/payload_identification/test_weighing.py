@@ -154,7 +154,7 @@ def test_what_shows_only_with_others_is_refused_by_name(weighed_problem):
     assert len(found.names) == 8
     body = body_of(found)
     assert body.possible is None
-    assert "XX: this arm shows it only together with others" in body.refused["ixx"]
+    assert "XX: only its sum with other parameters is identifiable" in body.refused["ixx"]
     assert body.of("x") is not None
-    with pytest.raises(NotIdentifiable, match="the payload's YY: this arm shows it only"):
+    with pytest.raises(NotIdentifiable, match="the payload's YY: only its sum"):
         found.at("YY")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from foreign_logs import SAID, Q, T, V, assert_same, channels, csv, table
+from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
 
 from ident.recordings.files import read_log, read_recording, write_recording
 from ident.recordings.formats.meaning import MEANINGS
@@ -48,9 +48,9 @@ def test_v_keeps_its_unit_and_what_it_is_is_told(tmp_path, signal, unit):
 def test_units_signs_and_zeros_are_each_joints_own(tmp_path):
     logged = np.column_stack((-(Q[:, 0] * 180.0 / np.pi - 41.0), Q[:, 1] * 1e3 - 250.0, Q[:, 2] - 0.3))
     path = csv(tmp_path / "log.csv", table(q=logged, v=V * [1e3, -1.0, -1e3]))
-    said = channels("q", unit=("deg", "mm", "rad"), sign=(-1.0, 1.0, 1.0), zero=(41.0, 250.0, 0.3))
-    said = replace(said, v=replace(said.v, unit=("mA", "A", "mA"), sign=(1.0, -1.0, -1.0)))
-    assert_same(read_recording(path, said))
+    description = channels("q", unit=("deg", "mm", "rad"), sign=(-1.0, 1.0, 1.0), zero=(41.0, 250.0, 0.3))
+    description = replace(description, v=replace(description.v, unit=("mA", "A", "mA"), sign=(1.0, -1.0, -1.0)))
+    assert_same(read_recording(path, description))
 
 
 def test_a_zero_is_added_behind_the_sign_and_before_the_unit(tmp_path):
@@ -62,8 +62,8 @@ def test_a_zero_is_added_behind_the_sign_and_before_the_unit(tmp_path):
 def test_ticks_are_counts_of_a_turn_of_the_joint(tmp_path):
     counts = np.array([4096.0, 524288.0, 100_000.0])
     path = csv(tmp_path / "log.csv", table(q=Q / (2.0 * np.pi) * counts - [0.0, 1024.0, 0.0]))
-    said = channels("q", unit=("ticks",), counts_per_turn=tuple(counts), zero=(0.0, 1024.0, 0.0))
-    assert_same(read_recording(path, said))
+    description = channels("q", unit=("ticks",), counts_per_turn=tuple(counts), zero=(0.0, 1024.0, 0.0))
+    assert_same(read_recording(path, description))
     with pytest.raises(RecordingError, match=r"log\.csv: positions are in ticks; say counts_per_turn of \[q\]"):
         read_recording(path, channels("q", unit=("ticks",)))
 
@@ -71,41 +71,41 @@ def test_ticks_are_counts_of_a_turn_of_the_joint(tmp_path):
 def test_a_torque_from_current_is_divided_by_its_constants_where_they_are_known(tmp_path):
     constants = np.array([0.113, -9.7, 4.1])
     path = csv(tmp_path / "log.csv", table(v=V * constants))
-    said = replace(channels("v", unit=("N m",), constant=tuple(constants)), signal="torque-from-current")
-    log = read_log(path, said)
+    description = replace(channels("v", unit=("N m",), constant=tuple(constants)), signal="torque-from-current")
+    log = read_log(path, description)
     assert_same(log.recording)
-    assert "v is current again" in log.notes[0]
+    assert "v is the current" in log.notes[0]
     assert signal_of(log.read) == "current, from torque by the constants stated [A]"
-    unknown = read_log(path, replace(said, v=replace(said.v, constant=())))
+    unknown = read_log(path, replace(description, v=replace(description.v, constant=())))
     np.testing.assert_array_equal(unknown.recording.v, V * constants)
-    assert "a gain is what its constant has to be multiplied by" in unknown.notes[0]
-    with pytest.raises(RecordingError, match=r"say the constants it was computed with, N m/A"):
-        read_recording(path, replace(said, v=replace(said.v, constant=None)))
-    with pytest.raises(RecordingError, match="constants are said of v, but v is no torque-from-current"):
+    assert "a gain is the correction factor of its torque constant" in unknown.notes[0]
+    with pytest.raises(RecordingError, match=r"give the constants it was computed with, N m/A"):
+        read_recording(path, replace(description, v=replace(description.v, constant=None)))
+    with pytest.raises(RecordingError, match="constants are given for v, but v is not a torque-from-current"):
         read_recording(path, channels("v", constant=(2.0,)))
 
 
 def test_a_log_that_is_said_to_be_gravity_compensated_is_refused_with_the_reason(tmp_path):
     path = csv(tmp_path / "log.csv", table())
     with pytest.raises(RecordingError, match=r"gravity-compensated: the weight of the payload, .*, is missing in it"):
-        read_recording(path, replace(SAID, signal="gravity-compensated"))
+        read_recording(path, replace(DESCRIPTION, signal="gravity-compensated"))
 
 
 def test_rows_are_chosen_by_their_value(tmp_path):
     columns = {name: np.concatenate((value, 1.1 * value)) for name, value in table().items()}
     columns |= {"episode_index": np.repeat([4, 7], len(T)), "take": np.tile([1, 2], len(T))}
     path = csv(tmp_path / "log.csv", columns)
-    assert_same(read_recording(path, replace(SAID, only=(("episode_index", 4.0),))))
-    both = read_recording(path, replace(SAID, only=(("episode_index", 7.0), ("take", 2.0))))
+    assert_same(read_recording(path, replace(DESCRIPTION, only=(("episode_index", 4.0),))))
+    both = read_recording(path, replace(DESCRIPTION, only=(("episode_index", 7.0), ("take", 2.0))))
     assert_same(both, 1.1 * T[1::2], 1.1 * Q[1::2], 1.1 * V[1::2])
-    with pytest.raises(RecordingError, match="no row has 'episode_index' = 5; it goes from 4 to 7"):
-        read_recording(path, replace(SAID, only=(("episode_index", 5.0),)))
+    with pytest.raises(RecordingError, match="no row has 'episode_index' = 5; it ranges from 4 to 7"):
+        read_recording(path, replace(DESCRIPTION, only=(("episode_index", 5.0),)))
     with pytest.raises(RecordingError, match="no column 'episode'; did you mean 'episode_index'"):
-        read_recording(path, replace(SAID, only=(("episode", 5.0),)))
+        read_recording(path, replace(DESCRIPTION, only=(("episode", 5.0),)))
     columns["take"] = columns["episode_index"]
     csv(path, columns)
-    with pytest.raises(RecordingError, match="no row has all that only"):
-        read_recording(path, replace(SAID, only=(("episode_index", 4.0), ("take", 7.0))))
+    with pytest.raises(RecordingError, match="no row satisfies all conditions of only"):
+        read_recording(path, replace(DESCRIPTION, only=(("episode_index", 4.0), ("take", 7.0))))
 
 
 def test_what_v_is_is_written_beside_it(tmp_path):

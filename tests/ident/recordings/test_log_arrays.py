@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from foreign_logs import SAID, Q, T, V, assert_same, channels, table
+from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, table
 
 from ident.recordings.files import read_log, read_recording
 from ident.recordings.formats.column_words import described
@@ -59,12 +59,12 @@ def test_rows_of_unequal_length_are_named(tmp_path):
     path = tmp_path / "log.parquet"
     cells = [row[: 3 - (k == 17)] for k, row in enumerate(Q.tolist())]
     pq.write_table(pa.table({"timestamp": T, "observation.state": cells, "observation.effort": V.tolist()}), path)
-    said = replace(LEROBOT, only=())
+    description = replace(LEROBOT, only=())
     with pytest.raises(RecordingError, match=r"column observation.state: row 18 has not 3 numbers as the first has"):
-        read_recording(path, said)
+        read_recording(path, description)
     pq.write_table(pa.table({"timestamp": T, "observation.state": [None, *cells[1:]]}), path)
     with pytest.raises(RecordingError, match=r"no column 'observation\.state'"):
-        read_recording(path, said)
+        read_recording(path, description)
 
 
 @pytest.mark.parametrize("zone", [None, "UTC", "Europe/Paris"])
@@ -76,7 +76,7 @@ def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
     found = read_recording(path, channels("t", unit=("iso",)))
     np.testing.assert_allclose(found.t, ms / 1000, rtol=0.0, atol=3e-7)  # float64 has 2.4e-7 s in 2024
     with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; say unit = "iso"'):
-        read_recording(path, SAID)
+        read_recording(path, DESCRIPTION)
     pq.write_table(pa.table(columns), path)
     with pytest.raises(RecordingError, match="column time is double, no dates; say s, ms, us or ns"):
         read_recording(path, channels("t", unit=("iso",)))
@@ -107,10 +107,10 @@ def test_archives_of_arrays_are_read(tmp_path, name):
 def test_arrays_of_other_names_are_columns_entry_by_entry(tmp_path):
     path = tmp_path / "log.npz"
     np.savez(path, time=T, pos=np.rad2deg(Q), cur=V, more=T[:-1])
-    said = replace(described(["t=time[s]", "q=pos[deg]", "v=cur[0],cur[1],cur[2][A]"]), signal="current")
-    assert_same(read_recording(path, said))
+    description = replace(described(["t=time[s]", "q=pos[deg]", "v=cur[0],cur[1],cur[2][A]"]), signal="current")
+    assert_same(read_recording(path, description))
     with pytest.raises(RecordingError, match=r"columns of different lengths: more: 89, pos\[0\]: 90"):
-        read_recording(path, replace(said, t=Channels(columns=("more",), unit=("s",))))
+        read_recording(path, replace(description, t=Channels(columns=("more",), unit=("s",))))
 
 
 def test_arrays_may_have_more_rows_than_files_have_columns(tmp_path):
@@ -142,8 +142,8 @@ def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
 def test_one_array_is_rows_or_named_fields(tmp_path):
     path = tmp_path / "log.npy"
     np.save(path, np.column_stack((T, Q, V)))
-    said = replace(described(["t=1[s]", "q={2..4}[rad]", "v={5..7}[A]"]), signal="current")
-    assert_same(read_recording(path, said))
+    description = replace(described(["t=1[s]", "q={2..4}[rad]", "v={5..7}[A]"]), signal="current")
+    assert_same(read_recording(path, description))
     with pytest.raises(RecordingError, match="found 1, 2, 3, 4, 5, 6, 7; say which columns"):
         read_recording(path)
     fields = np.zeros(len(T), dtype=[("t", "f4"), ("q1", "f8"), ("v1", "i4"), ("stamp", "M8[ms]"), ("word", "U3")])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from foreign_logs import ROUNDED, SAID, Q, T, V, assert_same, csv, table
+from foreign_logs import DESCRIPTION, ROUNDED, Q, T, V, assert_same, csv, table
 
 from ident.recordings.files import read_log, read_recording, write_recording
 from ident.recordings.formats.description import Channels, LogDescription
@@ -42,9 +42,9 @@ def test_what_is_said_of_a_known_layout_replaces_what_is_known_of_it(tmp_path):
     turned = read_recording(path, LogDescription(q=Channels(sign=(1.0, -1.0, 1.0, 1.0, -1.0, 1.0), zero=(0.4,))))
     np.testing.assert_allclose(turned.q, plain.q * [1, -1, 1, 1, -1, 1] + 0.4, **ROUNDED)
     other = LogDescription(v=Channels(columns=tuple(f"target_q_{j}" for j in range(6)), unit=("A",)))
-    with pytest.raises(RecordingError, match=r"what target_q_0, target_q_1, target_q_2, .. is has to be said"):
+    with pytest.raises(RecordingError, match=r"quantity in target_q_0, target_q_1, target_q_2, .. is not declared"):
         read_recording(path, other)
-    with pytest.raises(RecordingError, match="the unit of currents is not said"):
+    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
         read_recording(path, LogDescription(signal="current", v=Channels(columns=other.v.columns)))
     log = read_log(path, replace(other, signal="current"))
     np.testing.assert_array_equal(log.recording.v[:, 4], columns["target_q_4"])
@@ -57,17 +57,17 @@ def test_our_own_columns_may_be_in_other_units_and_need_no_word_on_v(tmp_path):
     path = tmp_path / "log.csv"
     write_recording(Recording(T, np.rad2deg(Q), 1e3 * V), path)
     assert_same(read_recording(path, LogDescription(q=Channels(unit=("deg",)))), v=1e3 * V)
-    said = LogDescription(signal="current", q=Channels(unit=("deg",)), v=Channels(unit=("mA",)))
-    assert_same(read_recording(path, said))
-    with pytest.raises(RecordingError, match="the unit of currents is not said"):
-        read_recording(path, replace(said, v=Channels()))
+    description = LogDescription(signal="current", q=Channels(unit=("deg",)), v=Channels(unit=("mA",)))
+    assert_same(read_recording(path, description))
+    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
+        read_recording(path, replace(description, v=Channels()))
 
 
 def test_some_columns_may_be_ours_and_others_not(tmp_path):
     columns = {"t": T} | {f"q{j + 1}": Q[:, j] for j in range(3)} | {name: table()[name] for name in "xyz"}
     path = csv(tmp_path / "log.csv", columns)
-    assert_same(read_recording(path, LogDescription(signal="current", v=SAID.v)))
+    assert_same(read_recording(path, LogDescription(signal="current", v=DESCRIPTION.v)))
     with pytest.raises(RecordingError, match=r"columns v1, v2, .. are missing"):
         read_recording(path)
     csv(path, {"t" if name == "time" else name: value for name, value in table().items()})
-    assert_same(read_recording(path, replace(SAID, t=Channels())))
+    assert_same(read_recording(path, replace(DESCRIPTION, t=Channels())))

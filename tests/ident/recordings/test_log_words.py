@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from foreign_logs import SAID, Q, T, channels, csv, table
+from foreign_logs import DESCRIPTION, Q, T, channels, csv, table
 
 from ident.recordings.files import read_recording
 from ident.recordings.formats.column_words import spread
@@ -15,33 +15,36 @@ from ident.recordings.formats.resolution import resolved
 from ident.support.errors import LogDescriptionError, RecordingError
 
 UNSAID = {
-    "v": (replace(SAID, v=Channels()), r"which columns currents are is not said: v=NAME\.\. of --columns, or \[v\]"),
-    "q": (replace(SAID, q=Channels()), r"which columns positions are is not said"),
-    "t": (replace(SAID, t=Channels()), r"which column time is is not said"),
-    "signal": (
-        replace(SAID, signal=None),
-        r"what x, y, z is has to be said, with --signal .*: current, torque-from-current, torque-after-drive, percent",
+    "v": (
+        replace(DESCRIPTION, v=Channels()),
+        r"no column is declared for currents: v=NAME\.\. of --columns, or \[v\]",
     ),
-    "unit of t": (channels("t", unit=()), r"the unit of time is not said"),
-    "unit of q": (channels("q", unit=()), r"the unit of positions is not said: q=NAME\.\.\[unit\]"),
-    "unit of v": (channels("v", unit=()), r"the unit of currents is not said"),
+    "q": (replace(DESCRIPTION, q=Channels()), r"no column is declared for positions"),
+    "t": (replace(DESCRIPTION, t=Channels()), r"no column is declared for time"),
+    "signal": (
+        replace(DESCRIPTION, signal=None),
+        r"quantity in x, y, z .* --signal .*: current, torque-from-current, torque-after-drive, percent",
+    ),
+    "unit of t": (channels("t", unit=()), r"the unit of time is not declared"),
+    "unit of q": (channels("q", unit=()), r"the unit of positions is not declared: q=NAME\.\.\[unit\]"),
+    "unit of v": (channels("v", unit=()), r"the unit of currents is not declared"),
     "a strange unit": (channels("v", unit=("N m",)), r"unit 'N m' of v, current, is unknown; there are A, mA"),
     "a strange unit of q": (channels("q", unit=("grad",)), r"unit 'grad' of q is unknown; there are rad, deg, rev"),
     "two times": (channels("t", columns=("time", "mode")), r"time is one column, not 2"),
     "joints": (channels("v", columns=("x", "y")), r"3 columns of positions \(a, b, c\), 2 of currents \(x, y\)"),
-    "doubled": (channels("v", columns=("x", "y", "b")), r"column 'b' is said to be two things"),
+    "doubled": (channels("v", columns=("x", "y", "b")), r"column 'b' is declared twice"),
     "near": (channels("q", columns=("a", "b", "mod")), r"no column 'mod'; did you mean 'mode'\?; found x, mode"),
     "entries": (channels("q", sign=(1.0, -1.0)), r"sign of q has 2 entries for 3 joints"),
-    "names": (channels("q", columns=("q_{joint}",)), r"column 'q_\{joint\}': the joints' names are not known"),
+    "names": (channels("q", columns=("q_{joint}",)), r"column 'q_\{joint\}': the joints' names are unknown"),
 }
 
 
 @pytest.mark.parametrize("name", UNSAID)
 def test_what_is_not_said_is_asked_for_in_one_line(tmp_path, name):
-    said, message = UNSAID[name]
+    description, message = UNSAID[name]
     path = csv(tmp_path / "log.csv", table())
     with pytest.raises(RecordingError, match=message) as caught:
-        read_recording(path, said)
+        read_recording(path, description)
     assert str(caught.value).startswith(f"{path}: ")
     assert "\n" not in str(caught.value)
 
@@ -54,20 +57,20 @@ def test_a_log_of_which_nothing_is_said_shows_what_is_there(tmp_path):
 
 def test_columns_go_by_the_joints_names(tmp_path):
     path = csv(tmp_path / "log.csv", {"pos_" + name if name in "abc" else name: x for name, x in table().items()})
-    said = replace(channels("q", columns=("pos_{joint}",)), joints=("b", "c", "a"))
-    np.testing.assert_array_equal(read_recording(path, said).q, Q[:, [1, 2, 0]])
+    description = replace(channels("q", columns=("pos_{joint}",)), joints=("b", "c", "a"))
+    np.testing.assert_array_equal(read_recording(path, description).q, Q[:, [1, 2, 0]])
     with pytest.raises(RecordingError, match="no column 'pos_d'"):
-        read_recording(path, replace(said, joints=("b", "c", "d")))
+        read_recording(path, replace(description, joints=("b", "c", "d")))
 
 
 def test_a_doubled_name_is_refused_where_it_is_wanted(tmp_path):
     path = csv(tmp_path / "log.csv", table())
     path.write_text(path.read_text().replace("mode", "a", 1))
     with pytest.raises(RecordingError, match="column 'a' appears twice"):
-        read_recording(path, SAID)
+        read_recording(path, DESCRIPTION)
     path.write_text(path.read_text().replace("a,z", "mode,z", 1).replace("x,a", "mode,a", 1))
     with pytest.raises(RecordingError, match="no column 'x'"):
-        read_recording(path, SAID)
+        read_recording(path, DESCRIPTION)
 
 
 def test_one_joint_more_than_sixty_four_is_too_many(tmp_path):
@@ -98,7 +101,7 @@ def test_a_range_stands_for_one_to_sixty_four_names():
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "description"),
     [
         ("time_ms", "is it 'time_ms'? --columns 't=time_ms[ms]'; found"),
         ("Timestamp [us]", "is it 'Timestamp [us]'? --columns 't=Timestamp [us][us]'; found"),
@@ -106,14 +109,14 @@ def test_a_range_stands_for_one_to_sixty_four_names():
         ("temperature", "say which one it is: --columns t=NAME[unit]; found"),
     ],
 )
-def test_a_column_that_is_time_by_its_name_is_named_where_t_is_missing(tmp_path, name, said):
-    with pytest.raises(RecordingError, match=re.escape(f"column t is missing; {said} q1, v1")):
+def test_a_column_that_is_time_by_its_name_is_named_where_t_is_missing(tmp_path, name, description):
+    with pytest.raises(RecordingError, match=re.escape(f"column t is missing; {description} q1, v1")):
         resolved(tmp_path / "log.csv", [name, "q1", "v1"], LogDescription())
 
 
 def test_a_log_with_our_own_columns_beside_one_with_others_says_what_to_do(tmp_path):
-    said = LogDescription(t=Channels(columns=("time_ms",), unit=("ms",)))
+    description = LogDescription(t=Channels(columns=("time_ms",), unit=("ms",)))
     with pytest.raises(RecordingError, match=r"no column 'time_ms'.*it has our own t, q1, v1, \.\.: convert only"):
-        resolved(tmp_path / "log.csv", ["t", "q1", "v1"], said)
+        resolved(tmp_path / "log.csv", ["t", "q1", "v1"], description)
     with pytest.raises(RecordingError, match=r"no column 'time_ms'; found seconds, q1, v1$"):
-        resolved(tmp_path / "log.csv", ["seconds", "q1", "v1"], said)
+        resolved(tmp_path / "log.csv", ["seconds", "q1", "v1"], description)

@@ -58,7 +58,7 @@ def test_a_step_is_refused_from_the_speed_that_no_joint_has(sign):
     step = np.where(np.arange(4000) >= 1700, sign * FASTEST * H, 0.0)
     check_log(log(q=slow + np.outer(0.99 * step, [1, 0])))
     with pytest.raises(
-        RecordingError, match=r"log: q1 jumps by -?0\.1.* from row 1700 to the next, faster than 50 rad/s or m/s; no"
+        RecordingError, match=r"log: q1 jumps by -?0\.1.* from row 1700 to the next, faster than 50 rad/s or m/s; such"
     ):
         check_log(log(q=slow + np.outer(1.01 * step, [1, 0])))
 

@@ -21,7 +21,7 @@ T = 1_710_000_000.125 + 0.004 * np.arange(N)
 Q = np.column_stack([np.sin((3.0 + k) * (T - T[0]) + k) for k in range(4)])
 V = np.column_stack([1.7 * np.cos((2.0 + k) * (T - T[0]) - k) + 0.3 for k in range(4)])
 WANTED = [LOGGED.index(joint) for joint in JOINTS]
-SAID = LogDescription(signal="current", joints=JOINTS)
+DESCRIPTION = LogDescription(signal="current", joints=JOINTS)
 
 
 def samples(**changes) -> list[Sample]:
@@ -32,8 +32,8 @@ def samples(**changes) -> list[Sample]:
     return [replace(each, **changes) for each in logs]
 
 
-def assert_read(path: Path, said: LogDescription = SAID) -> None:
-    found = read_recording(path, said)
+def assert_read(path: Path, description: LogDescription = DESCRIPTION) -> None:
+    found = read_recording(path, description)
     # Stamps are whole nanoseconds, and float64 has 2.4e-7 s in 2024.
     np.testing.assert_allclose(found.t, T, rtol=0.0, atol=5e-7)
     np.testing.assert_array_equal(found.q, Q[:, WANTED])
@@ -48,7 +48,7 @@ STORAGES = [("sqlite3", ""), ("sqlite3", "file"), ("sqlite3", "message"), ("mcap
 def test_a_bag_is_read_back_by_the_joints_names(tmp_path, storage, compressed):
     bag = write_bag(tmp_path / "bag", samples(), storage=storage, compressed=compressed, others=["/chatter", "/a"])
     assert_read(bag)
-    log = read_log(bag, SAID)
+    log = read_log(bag, DESCRIPTION)
     assert log.read.layout == "joint-states"
     assert log.read.description.v.unit == ("A",)
 
@@ -110,52 +110,52 @@ def test_joints_in_different_messages_are_refused(tmp_path):
         two.append(replace(each, names=LOGGED[:2], position=Q[k, :2], effort=V[k, :2], velocity=()))
         two.append(replace(each, names=LOGGED[2:], position=Q[k, 2:], effort=V[k, 2:], velocity=()))
     with pytest.raises(RecordingError, match="are not in the same messages as the others; record one publisher"):
-        read_recording(write_bag(tmp_path / "bag", two), SAID)
+        read_recording(write_bag(tmp_path / "bag", two), DESCRIPTION)
 
 
 def test_of_several_topics_one_has_to_be_chosen(tmp_path):
     two = samples(topic="/left/joint_states") + samples(topic="/right/joint_states", position=[0.3, 0.1, 0.2, 0.4])
     bag = write_bag(tmp_path / "bag", two, storage="mcap", others=["/chatter"])
     with pytest.raises(RecordingError, match=r"several topics of .*: /left/joint_states, /right/joint_states; choose"):
-        read_recording(bag, SAID)
-    assert_read(bag, replace(SAID, topic="/left/joint_states"))
+        read_recording(bag, DESCRIPTION)
+    assert_read(bag, replace(DESCRIPTION, topic="/left/joint_states"))
     with pytest.raises(RecordingError, match=r"no topic '/left/joint_state' of .*JointState; did you mean"):
-        read_recording(bag, replace(SAID, topic="/left/joint_state"))
+        read_recording(bag, replace(DESCRIPTION, topic="/left/joint_state"))
 
 
 REFUSED = {
-    "no joints": ({}, replace(SAID, joints=None), r"joints are taken by name; .*: there are elbow, gripper, wrist"),
+    "no joints": ({}, replace(DESCRIPTION, joints=None), r"order of the joints is not declared.*elbow, gripper, wrist"),
     "a strange joint": (
         {},
-        replace(SAID, joints=("shoulder_1", "elbow")),
+        replace(DESCRIPTION, joints=("shoulder_1", "elbow")),
         r"no joint 'shoulder_1'; did you mean 'shoulder'\?; there are elbow, gripper",
     ),
-    "no signal": ({}, replace(SAID, signal=None), r"what shoulder\.effort, elbow\.effort, .* is has to be said"),
-    "no effort": ({"effort": ()}, SAID, r"joint 'shoulder' has no effort in these messages"),
-    "no stamp": ({"stamp": 0.0}, SAID, r"the stamp of every header is 0; the publisher has to set it"),
-    "one stamp": ({"stamp": 1.5}, SAID, r"time does not increase at row 2"),
-    "nan": ({"effort": [np.nan] * 4}, SAID, r"v1 is not a finite number at row 1"),
+    "no signal": ({}, replace(DESCRIPTION, signal=None), r"quantity in shoulder\.effort, elbow.* is not declared"),
+    "no effort": ({"effort": ()}, DESCRIPTION, r"joint 'shoulder' has no effort in these messages"),
+    "no stamp": ({"stamp": 0.0}, DESCRIPTION, r"the stamp of every header is 0; the publisher has to set it"),
+    "one stamp": ({"stamp": 1.5}, DESCRIPTION, r"time does not increase at row 2"),
+    "nan": ({"effort": [np.nan] * 4}, DESCRIPTION, r"v1 is not a finite number at row 1"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_a_bag_lacks_is_said_in_one_line(tmp_path, name):
-    changes, said, text = REFUSED[name]
+    changes, description, text = REFUSED[name]
     bag = write_bag(tmp_path / "bag", samples(**changes))
     with pytest.raises(RecordingError, match=text) as caught:
-        read_recording(bag, said)
+        read_recording(bag, description)
     assert str(caught.value).startswith(f"{bag}: ")
     assert "\n" not in str(caught.value)
 
 
 def test_efforts_are_in_si_units_unless_another_is_said(tmp_path):
     bag = write_bag(tmp_path / "bag", samples())
-    log = read_log(bag, replace(SAID, v=Channels(unit=("mA",), sign=(1.0, -1.0, 1.0))))
+    log = read_log(bag, replace(DESCRIPTION, v=Channels(unit=("mA",), sign=(1.0, -1.0, 1.0))))
     np.testing.assert_allclose(log.recording.v, 1e-3 * V[:, WANTED] * [1, -1, 1], rtol=1e-15)
     efforts = Channels(columns=tuple(f"{joint}.effort" for joint in JOINTS))
-    with pytest.raises(RecordingError, match="the unit of currents is not said"):
-        read_recording(bag, replace(SAID, v=efforts))
-    log = read_log(bag, replace(SAID, signal="torque-after-drive"))
+    with pytest.raises(RecordingError, match="the unit of currents is not declared"):
+        read_recording(bag, replace(DESCRIPTION, v=efforts))
+    log = read_log(bag, replace(DESCRIPTION, signal="torque-after-drive"))
     np.testing.assert_array_equal(log.recording.v, V[:, WANTED])
     assert "scale of the torque sensor" in log.notes[0]
 
@@ -168,7 +168,7 @@ def test_a_bag_without_joint_states_tells_its_topics(tmp_path):
         text = STORE.types["std_msgs/msg/String"](data="x")
         writer.write(topic, 1, STORE.serialize_cdr(text, "std_msgs/msg/String"))
     with pytest.raises(RecordingError, match=r"no topic of .*JointState; there are /chatter \(std_msgs/msg/String\)"):
-        read_recording(tmp_path / "bag", SAID)
+        read_recording(tmp_path / "bag", DESCRIPTION)
 
 
 def test_a_topic_without_messages_is_named(tmp_path):
@@ -177,28 +177,28 @@ def test_a_topic_without_messages_is_named(tmp_path):
     with Writer(tmp_path / "bag", version=9) as writer:
         writer.add_connection("/joint_states", "sensor_msgs/msg/JointState", typestore=STORE)
     with pytest.raises(RecordingError, match="topic /joint_states has no message"):
-        read_recording(tmp_path / "bag", SAID)
+        read_recording(tmp_path / "bag", DESCRIPTION)
 
 
 def test_a_bag_of_ros_1_is_named_and_a_folder_that_is_no_bag_is_a_folder(tmp_path):
     (tmp_path / "old.bag").write_bytes(b"#ROSBAG V2.0\n")
     with pytest.raises(RecordingError, match=r"old\.bag: a bag of ROS 1; make one of ROS 2 of it with rosbags-convert"):
-        read_recording(tmp_path / "old.bag", SAID)
+        read_recording(tmp_path / "old.bag", DESCRIPTION)
     with pytest.raises(RecordingError, match="is a folder; expected a regular file"):
-        read_recording(tmp_path, SAID)
+        read_recording(tmp_path, DESCRIPTION)
 
 
 def test_without_the_library_it_is_asked_for(tmp_path, monkeypatch):
     bag = write_bag(tmp_path / "bag", samples())
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(RecordingError, match="are read with rosbags; pip install rosbags"):
-        read_recording(bag, SAID)
+        read_recording(bag, DESCRIPTION)
 
 
 def complaint(bag: Path) -> str:
     """What is said of a bag, empty if it is read."""
     try:
-        read_recording(bag, SAID)
+        read_recording(bag, DESCRIPTION)
     except RecordingError as error:
         return str(error)
     return ""
@@ -214,12 +214,12 @@ def test_a_damaged_file_is_one_line_or_the_same_log(tmp_path, storage, ending):
         for place in rng.integers(0, len(whole), 3).tolist():
             broken[place] = int(rng.integers(0, 256))
         path.write_bytes(bytes(broken[: rng.integers(100, len(whole))] if rng.random() < 0.4 else broken))
-        said = complaint(bag)
-        assert "\n" not in said
-        assert said.startswith(f"{bag}: ") or not said
+        description = complaint(bag)
+        assert "\n" not in description
+        assert description.startswith(f"{bag}: ") or not description
     (bag / "metadata.yaml").write_text("rosbag2: [")
     with pytest.raises(RecordingError, match="not a readable ROS 2 bag or MCAP file"):
-        read_recording(bag, SAID)
+        read_recording(bag, DESCRIPTION)
 
 
 @pytest.mark.parametrize("part", ["alike", "joint_states", "listed"])
@@ -230,7 +230,7 @@ def test_a_mistake_of_our_own_is_not_called_a_damaged_file(tmp_path, monkeypatch
     bag = write_bag(tmp_path / "bag", samples() + samples(topic="/other"))
     monkeypatch.setattr(ros, part, mistaken)
     with pytest.raises(TypeError, match="a mistake"):
-        read_recording(bag, SAID if part == "listed" else replace(SAID, topic="/joint_states"))
+        read_recording(bag, DESCRIPTION if part == "listed" else replace(DESCRIPTION, topic="/joint_states"))
 
 
 @pytest.mark.parametrize("reader", ["open", "connections", "messages"])
@@ -241,7 +241,7 @@ def test_whatever_the_library_raises_is_said_in_one_line(tmp_path, monkeypatch, 
     bag = write_bag(tmp_path / "bag", samples())
     monkeypatch.setattr(f"rosbags.rosbag2.Reader.{reader}", property(broken) if reader == "connections" else broken)
     with pytest.raises(RecordingError, match=r"bag: not a readable ROS 2 bag or MCAP file \('lost'\)$"):
-        read_recording(bag, SAID)
+        read_recording(bag, DESCRIPTION)
 
 
 def test_more_kinds_of_messages_than_publishers_are_refused(tmp_path, monkeypatch):
@@ -251,7 +251,7 @@ def test_more_kinds_of_messages_than_publishers_are_refused(tmp_path, monkeypatc
     assert_read(bag)
     monkeypatch.setattr(ros, "MOST_LAYOUTS", 3)
     with pytest.raises(RecordingError, match="over 3 kinds of messages on one topic"):
-        read_recording(bag, SAID)
+        read_recording(bag, DESCRIPTION)
 
 
 def test_more_numbers_than_are_read_are_refused(tmp_path, monkeypatch):
@@ -260,11 +260,11 @@ def test_more_numbers_than_are_read_are_refused(tmp_path, monkeypatch):
     assert_read(bag)
     monkeypatch.setattr(ros, "MOST_VALUES", 9 * N - 1)
     with pytest.raises(RecordingError, match=re.escape(f"over {9 * N - 1} numbers on one topic; take a part")):
-        read_recording(bag, SAID)
+        read_recording(bag, DESCRIPTION)
 
 
 def test_a_chunk_that_is_said_to_be_huge_is_not_unpacked(tmp_path, monkeypatch):
     bag = write_bag(tmp_path / "bag", samples(), storage="mcap", compressed="storage")
     monkeypatch.setattr(mcap_chunks, "LARGEST_CHUNK", 3000)
     with pytest.raises(RecordingError, match=r"not a readable ROS 2 bag or MCAP file \(a chunk of 0\.0"):
-        read_recording(bag, SAID)
+        read_recording(bag, DESCRIPTION)

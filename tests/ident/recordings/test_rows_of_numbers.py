@@ -25,8 +25,8 @@ def fields(**more) -> np.ndarray:
     return array
 
 
-def assert_read(path: Path, said: LogDescription | None = None) -> None:
-    found = read_recording(path, said)
+def assert_read(path: Path, description: LogDescription | None = None) -> None:
+    found = read_recording(path, description)
     for one, other in ((found.t, T), (found.q, Q), (found.v, V)):
         np.testing.assert_array_equal(one, other)
 
@@ -42,12 +42,16 @@ def test_fields_of_other_names_are_columns_entry_by_entry(tmp_path):
     array = fields(tool="(2, 3)f8")  # a matrix in each row is no column
     array.dtype.names = ("time", "pos", "cur", "tool")
     np.save(tmp_path / "log.npy", array)
-    said = described(["t=time[s]", "q=pos[rad]", "v=cur[A]"])
-    assert_read(tmp_path / "log.npy", LogDescription(signal="current", t=said.t, q=said.q, v=said.v))
+    description = described(["t=time[s]", "q=pos[rad]", "v=cur[A]"])
+    assert_read(
+        tmp_path / "log.npy", LogDescription(signal="current", t=description.t, q=description.q, v=description.v)
+    )
     with pytest.raises(RecordingError, match=r"no column 'tool'"):
         read_recording(
             tmp_path / "log.npy",
-            LogDescription(signal="current", t=said.t, q=said.q, v=Channels(columns=("tool",), unit=("A",))),
+            LogDescription(
+                signal="current", t=description.t, q=description.q, v=Channels(columns=("tool",), unit=("A",))
+            ),
         )
 
 

@@ -34,7 +34,7 @@ def nested(depth: int) -> dict[str, str]:
 @pytest.mark.parametrize("kind", nested(3))
 def test_nesting_is_read_up_to_its_limit(tmp_path, kind):
     read(tmp_path / "a.toml", nested(DEEPEST)[kind])
-    with pytest.raises(PayloadError, match=rf"a\.toml: not TOML that can be meant: .* nested deeper than {DEEPEST}"):
+    with pytest.raises(PayloadError, match=rf"a\.toml: .* nested deeper than {DEEPEST}"):
         read(tmp_path / "a.toml", nested(DEEPEST + 1)[kind])
 
 

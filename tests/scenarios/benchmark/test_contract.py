@@ -141,7 +141,7 @@ BREAKERS = [
     ),
     (
         of_problem(ABSENT, only(3, lambda claim: Claim(2.0, 9.0, None))),
-        "a payload that is said to be there",
+        "a payload that is stated but not mounted",
         "joint 3 is claimed",
     ),
 ]
@@ -227,5 +227,5 @@ def test_the_command_tells_what_is_broken_and_its_status_says_so(monkeypatch, ca
     assert main(["compare", "--check", text]) == 1
     assert set(asked) == {text}
     told = capsys.readouterr().out
-    assert "It is not so that currents of the other sign are gains of the other sign" in told
+    assert "Not fulfilled: currents of the other sign are gains of the other sign" in told
     assert "BROKEN: " in told

@@ -159,11 +159,11 @@ ENDS = [
     ("method_stubs:raises", "MethodCrashed", "exit status 1: ValueError: what is this?"),
     ("method_stubs:aborts", "MethodCrashed", "ended by SIGABRT"),
     ("method_stubs:leaves", "NoAnswer", "it printed nothing"),
-    ("method_stubs:devours", "MethodOutOfMemory", "it wanted more than 2 GB"),
+    ("method_stubs:devours", "MethodOutOfMemory", "it requested more than 2 GB"),
     ("method_stubs:not_a_number", "NotFinite", "a number is NaN"),
     ("method_stubs:infinite", "NotFinite", "a number is Infinity"),
     ("method_stubs:one_short", "WrongJoints", "expected 1 to 6"),
-    ("exec: false", "MethodCrashed", "exit status 1: it said nothing"),
+    ("exec: false", "MethodCrashed", "exit status 1: it printed no message"),
     ("exec: echo", "NoAnswer", "it printed no JSON"),
     ("exec: yes", "NoAnswer", "it printed more than 10000000 bytes"),
 ]

@@ -138,14 +138,14 @@ def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
             Exclusion(family="zero", sentence="zeros of q2 to q5 beyond 1 degree", joints=(1, 2, 3, 4), limit=1.0),
             Exclusion(family="delay", sentence="delays beyond 5 ms"),
         ),
-        untold=("the zero of q1", "the sign of q6"),
+        indistinguishable=("the zero of q1", "the sign of q6"),
     )
     report = check_report(Checked(logs=(), found=found), ur_arm)
     assert report.title == ("WRONG: 1 fault and 1 warning in 3 checks of logs of ur-like; gain of joint 2 off by 3.7 %")
     assert [part.text for part in report.parts[2:]] == [
         "Good: 1 check; --all lists them.",
         "Excluded: zeros of q2 to q5 beyond 1 degree; delays beyond 5 ms.",
-        "Cannot be told: the zero of q1; the sign of q6.",
+        "Cannot be checked with these logs: the zero of q1; the sign of q6.",
     ]
     document = report.document
     jsonschema.Draft202012Validator(json.loads((FOLDER / f"check{ENDING}").read_text())).validate(document)

@@ -264,7 +264,7 @@ def test_what_nobody_foresaw_is_one_line_with_a_status_of_its_own(monkeypatch, c
     assert main(["list"]) == Status.UNFORESEEN == 70
     output = capsys.readouterr()
     assert output.err.count("\n") == 1
-    assert "ZeroDivisionError: division by zero: nobody foresaw this; please report it" in output.err
+    assert "ZeroDivisionError: division by zero: internal error; please report it" in output.err
     monkeypatch.setenv("RX90_TRACEBACK", "1")
     assert main(["list"]) == Status.UNFORESEEN
     assert "Traceback" in capsys.readouterr().err

@@ -19,7 +19,7 @@ JOINTS = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_j
 T = 0.004 * np.arange(400)
 Q = 0.8 * np.sin(2.0 * T[:, None] + 0.7 * np.arange(6))
 V = 3.0 * np.cos(Q) + 0.1 * Q
-SAID = """
+DESCRIPTION = """
 signal = "current"
 [t]
 column = "time"
@@ -49,7 +49,7 @@ def cell(tmp_path_factory) -> Path:
     rows = np.column_stack((1e3 * T, SIGN * (Q / UNIT - ZERO), 1e3 * V))
     text = "\n".join([";".join(names), *(";".join(f"{x:.17g}" for x in row) for row in rows.tolist())])
     (folder / "log.csv").write_text(text.replace(".", ","))
-    (folder / "log.toml").write_text(SAID)
+    (folder / "log.toml").write_text(DESCRIPTION)
     order = [3, 0, 5, 1, 2, 4]
     write_bag(
         folder / "bag",
@@ -140,14 +140,14 @@ LOGS = {
     "no such file": (["absent.csv"], r"absent\.csv: no such file"),
     "a folder": (["."], r"is a folder; expected a regular file"),
     "of nothing said": (["log.csv"], r"log\.csv: the file names no column t, q1\.\. or v1\.\.; found time"),
-    "no signal": (["log.csv", "--columns", "t=time[ms]", "q=pos_{1..6}[deg]", "v=i_{1..6}[mA]"], "has to be said"),
-    "no joints": (["bag", "--signal", "current"], r"joints are taken by name; say their order, .*shoulder_pan_joint"),
+    "no signal": (["log.csv", "--columns", "t=time[ms]", "q=pos_{1..6}[deg]", "v=i_{1..6}[mA]"], "is not declared"),
+    "no joints": (["bag", "--signal", "current"], r"order of the joints is not declared.*shoulder_pan_joint"),
     "no topic": (["bag", "--signal", "current", "--joints", "a", "--topic", "/x"], r"no topic '/x' of sensor_msgs"),
     "a strange joint": (["bag", "--signal", "current", "--joints", "elbow"], r"no joint 'elbow'; did you mean"),
-    "a bag without signal": (["bag", "--model", "arm.xml"], r"has to be said, with --signal .*: current, torque-from"),
+    "a bag without signal": (["bag", "--model", "arm.xml"], r"declared.* --signal .*: current, torque-from"),
     "compensated": (["bag", "--model", "arm.xml", "--signal", "gravity-compensated"], "the weight of the payload"),
-    "no constant": (["bag", "--model", "arm.xml", "--signal", "torque-from-current"], "say the constants"),
-    "constants of current": (["bag", "--model", "arm.xml", "--signal", "current", "--constant", "2"], "v is no torque"),
+    "no constant": (["bag", "--model", "arm.xml", "--signal", "torque-from-current"], "give the constants"),
+    "constants of current": (["bag", "--model", "arm.xml", "--signal", "current", "--constant", "2"], "not a torque"),
     "three constants": (
         ["bag", "--model", "arm.xml", "--signal", "torque-from-current", "--constant", "2,3,4"],
         "constant of v has 3 entries for 6 joints",
@@ -164,7 +164,7 @@ LOGS = {
     "no word": (["log.csv", "--columns", "time"], r"--columns: 'time'; expected t=NAME\[unit\], q=NAME"),
     "a strange word": (["log.csv", "--columns", "a=b"], r"--columns: 'a=b'; expected t="),
     "nothing": (["log.csv", "--columns", "t="], r"--columns: 't='; expected t="),
-    "a word twice": (["log.csv", "--columns", "t=a", "t=b"], "--columns: t= is there twice"),
+    "a word twice": (["log.csv", "--columns", "t=a", "t=b"], "--columns: t= is given twice"),
     "a strange unit": (["log.csv", "--columns", "t=time[min]"], "unit 'min' of t is unknown; there are s, ms"),
     "no names": (["log.csv", "--columns", "q=a,,b[rad]"], r"--columns: q='a,,b' lacks a name"),
     "an empty range": (["log.csv", "--columns", "q=a{3..1}[rad]"], r"'a\{3\.\.1\}'; expected a range of 1 to 64"),
@@ -203,10 +203,10 @@ def test_what_cannot_be_meant_is_one_line(cell, tmp_path, monkeypatch, capsys, n
 DESCRIPTIONS = {
     "no TOML": ("signal : 1", "not TOML"),
     "empty": ("", "the file is empty"),
-    "a strange key": (SAID + "colums = 1", r"unknown key 'colums'"),
+    "a strange key": (DESCRIPTION + "colums = 1", r"unknown key 'colums'"),
     "a strange table": ("signal = 'current'\n[p]\nx = 1", r"unknown key 'p'; there are signal, layout"),
-    "a strange signal": (SAID.replace('"current"', '"curent"'), r"signal = 'curent'; expected one of .*'current'"),
-    "a number for a signal": (SAID.replace('"current"', "7"), r"signal = 7; expected a text"),
+    "a strange signal": (DESCRIPTION.replace('"current"', '"curent"'), r"signal = 'curent'; expected .*'current'"),
+    "a number for a signal": (DESCRIPTION.replace('"current"', "7"), r"signal = 7; expected a text"),
     "a strange layout": ("layout = 'ur'", r"layout = 'ur'; expected one of own, ur-rtde"),
     "t no table": ("t = 3", r"\[t\] = 3; expected a table with column, unit"),
     "columns of t": ("[t]\ncolumns = 'time'", r"\[t\]: unknown key 'columns'; did you mean 'column'"),

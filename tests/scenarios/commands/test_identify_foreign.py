@@ -70,4 +70,4 @@ def test_how_a_foreign_log_was_read_is_told_beside_the_gains(pair, capsys):
     assert main([*words, "--signal", "torque-after-drive"]) == 0
     err = capsys.readouterr().err
     for name in ("bare", "loaded"):
-        assert f"{pair / name}: v is measured behind the drive: a gain is the scale of the torque sensor" in err
+        assert f"{pair / name}: v is measured after the drive: a gain is the scale of the torque sensor" in err

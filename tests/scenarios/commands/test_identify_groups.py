@@ -49,8 +49,8 @@ UNPAIRED = {
     ("--loaded", "a", "--unloaded", "b", "--payload", "p.toml", "--payload", "q.toml"): "a: no payload is given",
     ("--payload", "payload.toml"): "no recording is given; expected --unloaded A and --loaded B --payload P",
     (): "no recording is given",
-    ("--unloaded", "unloaded.parquet"): "bare motions give no ratio of gains",
-    ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "bare motions give no ratio of gains",
+    ("--unloaded", "unloaded.parquet"): "bare motions determine no ratio of gains",
+    ("--unloaded", "unloaded.parquet", "unloaded-2.parquet"): "bare motions determine no ratio of gains",
     (
         "--loaded",
         "loaded.parquet",
@@ -145,7 +145,7 @@ def test_a_payload_stated_three_times_too_heavy_is_doubted_by_the_models_masses(
         output = capsys.readouterr()
         found = {each["name"]: each for each in json.loads(output.out)["diagnoses"]}["link masses"]
         assert (found["severity"] != "good") == failed
-        assert ("times what its model says" in output.err) == failed
+        assert ("times those of its model" in output.err) == failed
 
 
 def test_a_model_without_masses_is_no_witness_and_no_fault(tmp_path):

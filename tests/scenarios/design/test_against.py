@@ -87,7 +87,7 @@ def test_true_gains_that_differ_are_no_error_and_add_none_to_what_is(scenario):
 
 def test_noise_alone_is_nothing_to_search_against(scenario):
     white = SourceTable(target="experiment.sensors.current_white", stream="white", off=0.0)
-    with pytest.raises(NoSources, match="nominal: none of its sources is drawn of the plant: nothing but noise"):
+    with pytest.raises(NoSources, match="nominal: none of its sources is drawn of the plant: only noise remains"):
         Sourced(with_sources(scenario, white=white), np.arange(5))
 
 

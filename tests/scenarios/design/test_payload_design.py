@@ -124,7 +124,7 @@ def test_a_designed_weight_shows_the_joint_that_the_paper_s_cannot_and_is_within
 
 def test_a_design_in_which_nothing_may_be_mounted_is_refused(designed):
     refused = tuple(replace(each, refusal="weighs 9 kg") for each in designed.candidates)
-    with pytest.raises(NoWeight, match=r"nominal: no weight will do: the best \w+ weighs 9 kg"):
+    with pytest.raises(NoWeight, match=r"nominal: no weight meets the limits: the best \w+ weighs 9 kg"):
         _ = replace(designed, candidates=refused).best
 
 
@@ -162,7 +162,7 @@ def test_a_scenario_s_own_payload_that_shows_the_worst_joint_better_is_said_to_b
     before = Deviations(noise=noise, payload=np.full(6, 7.0))  # what is known of either payload does not count
     report = payload_report(replace(designed, before=replace(designed.before, deviations=before)))
     words = " ".join(part.text for part in report.parts if hasattr(part, "text"))
-    told = f"own payload already shows the worst joint better: {100.0 * worst:.2f} % against"
+    told = f"own payload already identifies the worst joint better: {100.0 * worst:.2f} % against"
     assert (told in words) is better
     assert report.document["own_is_better"] is better
 
@@ -292,4 +292,4 @@ def test_the_command_writes_drawing_payload_and_scenario(designed, tmp_path, cap
     unseen = replace(designed, shown_below=1e-5)
     monkeypatch.setattr(design, "design_payload", lambda *_, **__: unseen)
     assert main(["payload", "nominal"]) == 1
-    assert "No weight within the limits shows joint 1, 2, 3, 4, 5, 6." in capsys.readouterr().out
+    assert "No weight within the limits identifies joint 1, 2, 3, 4, 5, 6." in capsys.readouterr().out

@@ -189,7 +189,10 @@ def test_a_search_that_is_stopped_leaves_its_best_and_the_same_command_goes_on(t
     assert resumed == [(30, SMALL_STEP, 5 + 30, 60 - 30)]
     said = capsys.readouterr().err
     cost, found = (float(word.rstrip(".")) for word in _costs(said))
-    assert "the scenario's own motion shows the wanted gains better, the worst to 0.362 %, the motion found to " in said
+    assert (
+        "the scenario's own motion determines the wanted gains better, the worst to 0.362 %, the motion found to "
+        in said
+    )
     assert "try more --evaluations, or --improve, which begins with it" in said
     assert found <= cost
     assert "Stopped" not in path.read_text()
@@ -231,7 +234,10 @@ def test_a_search_whose_best_cannot_be_fitted_writes_the_next_best_and_says_so(t
     monkeypatch.setattr(Design, "fitted", but_the_best)
     assert main(["excite", "nominal", "--out", str(tmp_path / "m.toml"), *SHORT]) == 0
     said = capsys.readouterr().err
-    assert "cannot be fitted to the robot (the motion comes too near to floor or arm by 8 %); the next best" in said
+    assert (
+        "cannot be fitted to the limits of the robot (the motion comes too near to floor or arm by 8 %); the next best"
+        in said
+    )
     assert len(best) == 2  # as it is, and shrunk farther
     assert np.abs(read_motion("m.toml", tmp_path).sine - best[0]).max() > 1e-3
 

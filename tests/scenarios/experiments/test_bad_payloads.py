@@ -17,7 +17,7 @@ PAYLOAD_FAULTS = {
     "5000 digits": (WHOLE.replace("2.8", "9" * 5000), "not TOML: Exceeds the limit"),
     "huge hex": ("mass = 1\ncom = [0x" + "f" * 9000 + "]", r"com = \[a whole number of 36000 bits\]; expected three"),
     "mass_std 1e300": (WHOLE + "mass_std = 1e300", r"mass_std = 1e\+300 exceeds the mass itself"),
-    "mass_std negative": (WHOLE + "mass_std = -0.1", r"mass_std = -0.1: a standard deviation is negative"),
+    "mass_std negative": (WHOLE + "mass_std = -0.1", r"mass_std = -0.1: expected a standard deviation of 0 or more"),
     "com in mm": (WHOLE.replace("0.1]", "100]"), r"com = .*; farther than 5 m; expected metres"),
     "com_std in mm": (WHOLE + "com_std = [1, 1, 10]", r"com_std = .* exceeds 5; check its unit"),
     "com of two": (WHOLE.replace("0.1]", "]"), r"com = \[0.01, 0.02\]; expected three numbers"),

@@ -137,7 +137,7 @@ FAULTS = {
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = -1 }': "gives no finite numbers",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { loc = [1, 2] }': "or arrays of 6",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "levy_stable"\nparameters = { alpha = 1.7, beta = 0.2 }': (
-        "levy_stable has no quantile function of its own; choose a distribution that has"
+        "levy_stable has no quantile function of its own; choose one that has"
     ),
     '[random.it]\ntarget = "plant.gain"\ndistribution = "zipf"\nparameters = { a = 1.0001 }': "zipf has no quantile",
     '[random.it]\ntarget = "plant.gain"\ndistribution = "norm"\nparameters = { scale = 1e308 }': "no finite numbers",

@@ -302,7 +302,7 @@ def test_a_deviation_beyond_the_limit_a_negative_number_and_no_limit_are_left_al
     assert main(patched(cell, "arm.urdf", *sheet(cell), "--json")) == 0
     told = json.loads(capsys.readouterr().out)["changes"]
     first = [each["reason"] for each in told if each["joint"] == JOINTS[0]]
-    assert first[0] == "a limit of 0 says nothing"
+    assert first[0] == "a limit of 0 is no limit"
     assert "with a deviation of 12 %, more than 10 %" in first[1]
     assert first[2] == "found -20.3: not positive"
     second = next(each for each in told if each["joint"] == JOINTS[1])
@@ -347,4 +347,4 @@ def test_a_sliding_joint_shows_rotor_and_links_as_one(tmp_path):
     assert "Ia1" in structure.base.groups()
     first, _ = joint_values(structure, gains, None, bare, most=0.1)
     assert isinstance(first.armature, Unknown)
-    assert "only their sum shows" in first.armature.reason
+    assert "only their sum is identifiable" in first.armature.reason

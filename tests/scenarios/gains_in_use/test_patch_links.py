@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 from model_files import LINKS, mjcf
 
-from ident.arm_parameters.links import DrawnLinks, FoundLinks, nearest_links
+from ident.arm_parameters.links import FoundLinks, ModelLinks, nearest_links
 from ident.arm_parameters.parameter_values import Parameter
 from ident.model.regressor import regressor
 from ident.model.structure import Structure, structure_of
@@ -18,9 +18,9 @@ from ident.payload.payload import standard_parameters
 from ident.payload_identification.payload_body import body_values
 from scenarios.cli import main
 from scenarios.experiments.robot_models import read_arm
-from scenarios.gains_in_use.model_update.drawn_links import drawn_links
 from scenarios.gains_in_use.model_update.link_values import LinkValues
 from scenarios.gains_in_use.model_update.mjcf_links import mjcf_link_changes
+from scenarios.gains_in_use.model_update.nominal_links import nominal_links
 from scenarios.gains_in_use.model_update.xml_text import start_tags
 from scenarios.results.models.links import links_document
 from scenarios.support.errors import NotPatchable
@@ -74,25 +74,27 @@ def lopsided_mjcf() -> str:
     return f'{head}<body name="wrist_2_link"' + tail.replace("</body></body></body>", tool, 1)
 
 
-def identified(path: Path) -> tuple[Structure, DrawnLinks, FoundLinks]:
+def identified(path: Path) -> tuple[Structure, ModelLinks, FoundLinks]:
     """A set from base parameters that are those of other links, with motors."""
-    structure, drawn = structure_of(read_arm(path, ())), drawn_links(path, None)
+    structure, nominal = structure_of(read_arm(path, ())), nominal_links(path, None)
     rng = np.random.default_rng(4)
     chi = np.zeros(14 * 6)
     for j in range(6):
-        chi[14 * j : 14 * j + 10] = rng.uniform(0.8, 1.25) * drawn.own[j] + drawn.carried[j]
+        chi[14 * j : 14 * j + 10] = rng.uniform(0.8, 1.25) * nominal.own[j] + nominal.carried[j]
         chi[14 * j + 10] = rng.uniform(0.1, 0.4)
     b = structure.base.regrouping @ chi
     names = zip(structure.base.names, b.tolist(), strict=True)
     shown = [Parameter(name=k, unit="", value=v, std=0.01) for k, v in names if k.rstrip("0123456789") not in FRICTION]
-    return structure, drawn, nearest_links(structure.base, shown, 1e-4 * np.eye(len(shown)), drawn)
+    return structure, nominal, nearest_links(structure.base, shown, 1e-4 * np.eye(len(shown)), nominal)
 
 
-def torques(structure: Structure, drawn: DrawnLinks, found: FoundLinks, motion: np.ndarray, motors: bool) -> np.ndarray:
+def torques(
+    structure: Structure, nominal: ModelLinks, found: FoundLinks, motion: np.ndarray, motors: bool
+) -> np.ndarray:
     """What the set says, by the regressor."""
     chi = np.zeros(14 * 6)
     for j in range(6):
-        chi[14 * j : 14 * j + 10] = found.own[j] + drawn.carried[j]
+        chi[14 * j : 14 * j + 10] = found.own[j] + nominal.carried[j]
         chi[14 * j + 10] = found.motor[j] if motors else 0.0
     return regressor(structure.arm, *motion) @ chi
 
@@ -113,14 +115,14 @@ def cell(tmp_path):
     return tmp_path
 
 
-def told(cell: Path, model: str, **more: object) -> tuple[Structure, DrawnLinks, FoundLinks]:
+def told(cell: Path, model: str, **more: object) -> tuple[Structure, ModelLinks, FoundLinks]:
     """The set in a file as identification prints it."""
-    structure, drawn, found = identified(cell / model)
+    structure, nominal, found = identified(cell / model)
     joints = [{"joint": j + 1, "name": name, "friction": []} for j, name in enumerate(JOINTS)]
-    consistent = links_document(found, drawn, structure.arm).model_dump(mode="json") | more
+    consistent = links_document(found, nominal, structure.arm).model_dump(mode="json") | more
     document = {"reference": 1, "joints": joints, "base_parameters": [], "consistent": consistent}
     (cell / "bare.json").write_text(json.dumps(document))
-    return structure, drawn, found
+    return structure, nominal, found
 
 
 def patched(cell: Path, model: str, *more: str) -> list[str]:
@@ -160,7 +162,7 @@ def test_the_rest_of_the_file_stays_and_a_comment_says_what_the_links_are(cell):
     told(cell, "arm.urdf")
     main(patched(cell, "arm.urdf"))
     before, after = ((cell / name).read_text() for name in ("arm.urdf", "patched.urdf"))
-    assert after.count("Data determine base parameters alone") == 1
+    assert after.count("Data determine only the base parameters") == 1
     assert 'rpy="0.1 0.4 0"' in after  # the tool's stays
     assert f'rpy="{RPY}"' not in after
     assert '<mass value="0.31"/>' in after
@@ -251,16 +253,16 @@ def test_a_link_of_an_included_file_is_refused():
 
 def test_links_as_drawn_have_the_torques_of_the_file(cell, motion):
     for name in ("arm.urdf", "arm.xml"):
-        drawn, arm = drawn_links(cell / name, None), read_arm(cell / name, ())
-        chi = np.hstack((drawn.own + drawn.carried, drawn.motor[:, None], np.zeros((6, 3)))).ravel()
+        nominal, arm = nominal_links(cell / name, None), read_arm(cell / name, ())
+        chi = np.hstack((nominal.own + nominal.carried, nominal.motor[:, None], np.zeros((6, 3)))).ravel()
         if name.endswith("urdf"):
             model = pin.buildModelFromUrdf(str(cell / name))
             seen = np.array([pin.rnea(model, model.createData(), *state) for state in np.moveaxis(motion, 1, 0)])
             expected = regressor(arm, *motion) @ chi
             np.testing.assert_allclose(seen, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())  # rounding
-        assert drawn.carried[5, 9] == 0.31
-        assert not drawn.carried[:5].any()
-    np.testing.assert_array_equal(drawn.offset, ANCHORS)
+        assert nominal.carried[5, 9] == 0.31
+        assert not nominal.carried[:5].any()
+    np.testing.assert_array_equal(nominal.offset, ANCHORS)
 
 
 def test_body_values_and_standard_parameters_are_each_others_inverse():

@@ -123,8 +123,8 @@ def test_a_payload_is_not_found_from_what_cannot_show_it(weighed_cell, capsys, l
 def test_joints_that_disagree_on_the_mass_are_named(weighed_cell, capsys):
     off(weighed_cell, 2, 2.0, "doubled.json")
     assert main(weighed(weighed_cell, gains="doubled.json")) == 0
-    assert "WARNING: joints disagree on the mass: alone, " in (words := capsys.readouterr().out)
-    assert "joint 2 says" in words
+    assert "WARNING: the joints disagree on the mass: " in (words := capsys.readouterr().out)
+    assert "joint 2 alone" in words
 
 
 def test_options_that_the_gains_were_found_with_hold_until_others_are_given(weighed_cell, capsys):

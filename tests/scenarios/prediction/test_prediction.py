@@ -264,7 +264,7 @@ def test_what_cannot_be_predicted_is_named_with_the_reason(quick):
     wild = drawn("plant.errors.coulomb_drift", distribution="cauchy", parameters={"scale": 0.01})
     budget = predicted_budget(sourced(quick, loop=loop, wild=wild))
     told = {each.source: each.reason for each in budget.unpredicted}
-    assert told["loop"].startswith("experiment.controller.bandwidth_hz: control is taken to be perfect")
+    assert told["loop"].startswith("experiment.controller.bandwidth_hz: control is assumed perfect")
     assert "cauchy with these parameters has no mean or no deviation" in told["wild"]
     assert [cost.source for cost in budget.costs] == [OTHER]
 
@@ -274,8 +274,8 @@ def test_noise_that_is_on_and_has_neither_source_nor_spectrum_is_named(quick):
     settings = {f"{SENSORS}clock_offset": 0.002, f"{SENSORS}samples_lost": 0.05}
     budget = predicted_budget(with_settings(sourced(quick, load=load), settings))
     assert [(each.source, each.reason) for each in budget.unpredicted] == [
-        (OTHER, "nothing is known of the spectrum of drive_clocks"),
-        (OTHER, "nothing is known of the spectrum of samples"),
+        (OTHER, "no first-order model for drive_clocks"),
+        (OTHER, "no first-order model for samples"),
     ]
 
 
@@ -351,7 +351,11 @@ def test_what_motions_will_exclude_is_what_their_logs_exclude():
     motions = [Motion(log, mounted) for log, mounted in zip(outcome.recordings, prepared.mounted, strict=True)]
     logged = horizon(prepare(motions, prepared.structure, policy=SIMULATED).logs())
     expected = horizon(expected_preparation(prepared, enough(prepared)).logs())
-    assert expected.untold[:3] == logged.untold[:3] == ("zero of q1", "half a turn of q5", "sign and zero of q6")
+    assert (
+        expected.indistinguishable[:3]
+        == logged.indistinguishable[:3]
+        == ("zero of q1", "half a turn of q5", "sign and zero of q6")
+    )
     sizes, found = ({each.family: each for each in one.excluded} for one in (expected, logged))
     assert set(sizes) == set(found)
     assert sizes["sign"].joints == found["sign"].joints == (0, 1, 2, 3, 4)
@@ -385,7 +389,7 @@ def test_the_command_tells_table_and_json(tmp_path, capsys):
     text = capsys.readouterr().out
     assert "Predicted error budget of scenario" in text
     assert f"Logs of these motions will exclude: {'; '.join(each['sentence'] for each in told['excluded'])}." in text
-    assert f"They will not tell: {'; '.join(told['untold'])}." in text
+    assert f"They will not determine: {'; '.join(told['untold'])}." in text
     (row,) = [line.split() for line in text.splitlines() if line.strip().startswith("payload mass ")]
     (k,) = [k for k, cost in enumerate(told["joints"][0]["costs"]) if cost["source"] == "payload mass"]
     assert row == ["payload", "mass", *(f"{100 * joint['costs'][k]['rms']:.3f}" for joint in told["joints"])]

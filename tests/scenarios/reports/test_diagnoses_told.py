@@ -37,7 +37,7 @@ FOUND = Diagnosed(
         Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     ),
-    untold=("zero of q1", "whether q4 is negated"),
+    indistinguishable=("zero of q1", "whether q4 is negated"),
 )
 
 
@@ -49,7 +49,7 @@ def test_a_warning_stands_before_the_notes_and_what_the_logs_exclude_is_said_apa
     assert [each.text for each in rest] == ["Note: clock jitters."]
     assert [each.text for each in horizon_paragraphs(FOUND)] == [
         "Excluded: delays beyond 5 ms.",
-        "Cannot be told: zero of q1.",
+        "Cannot be checked with these logs: zero of q1.",
     ]
 
 
@@ -64,7 +64,8 @@ def test_a_log_is_named_once_and_a_rival_stands_in_place_of_the_advice():
     assert words_of(named, several=True) == "WARNING: the zero of q3 is off in b.csv alone. Correct it."
     tied = replace(DOUBT, rivals=("the base is tilted", "a delay"))
     assert words_of(tied, several=False) == (
-        "WARNING: the zero of q3 is off by 2 degrees. It may as well be: the base is tilted and 1 more."
+        "WARNING: the zero of q3 is off by 2 degrees. "
+        "These logs cannot distinguish it from: the base is tilted and 1 more."
     )
 
 

@@ -142,9 +142,9 @@ def test_verdict_gains_and_refusals_come_first(saved):
         "Refused or missed, and what would show it",
         "Diagnoses",
         "Torques, measured and reconstructed",
-        "What is left: spectrum",
-        "What is left, against position",
-        "What is left, against speed",
+        "Residual: spectrum",
+        "Residual against position",
+        "Residual against speed",
         "Outliers",
         "Motion, and what it covers",
         "What was assumed",
@@ -167,7 +167,7 @@ def test_verdict_gains_and_refusals_come_first(saved):
     assert ["Seed", "5"] in told
     for gain in read_result(saved, Result).gains:
         if gain.estimate is None and gain.predicted_rel_std is not None and 0.1 < gain.predicted_rel_std < 1:
-            torque = f"Joint {gain.joint}, to be shown: a payload that puts {10 * gain.predicted_rel_std:.3g} times"
+            torque = f"Joint {gain.joint}: to identify it, use a payload with {10 * gain.predicted_rel_std:.3g} times"
             assert any(text.startswith(torque) for text in texts)
     errors = error_plot(read_result(saved, Result).gains)
     shown = dict(zip(errors.series[1].x, errors.series[1].y, strict=True))
@@ -229,7 +229,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     reference = told["reference"]
     given = {k: each["ratio"] is not None for k, each in enumerate(told["joints"], 1) if k != reference}
     assert set(given.values()) == {True, False}
-    assert (told["consistent"], "without masses" in told["consistent_reason"]) == (None, True)  # a folder's model
+    assert (told["consistent"], "without link masses" in told["consistent_reason"]) == (None, True)  # a folder's model
     verdict = re.split(" as ratios to that of | they give none", report.parts[0].text)
     assert [[int(k) for k in re.findall(r"\d", part)] for part in verdict] == [
         [k for k in given if given[k]],
@@ -334,9 +334,9 @@ def test_an_arm_that_is_another_since_it_was_run_is_not_shown_but_told(copied, m
     other = replace(scenario, table=scenario.table.model_copy(update={"plant": heavier}))
     assert scene_digest(scenario) == record["scene"] != scene_digest(other)
     for key, value, said in (
-        ("scene", "0123456789abcdef", "is another one since it was run"),
-        ("scene", None, "does not say what its scenario looked like"),
-        ("scenario", "no-such", "cannot be read any more: "),
+        ("scene", "0123456789abcdef", "has changed since it was run"),
+        ("scene", None, "does not contain its scenario"),
+        ("scenario", "no-such", "can no longer be read: "),
     ):
         (copied / "record.json").write_text(json.dumps({**record, key: value}))
         verdict, told, rest = with_picture(report, copied).parts

@@ -76,11 +76,11 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
     # A deviation falls with the torque, and with the root of the rows: 3.5 times, 12.25 times.
     assert "3.5 times the torque" in said[0]
     assert "12 times as many rows" in said[0]
-    assert "say nothing" in said[1]
-    assert "not what it is refused for" in said[2]
+    assert "do not determine" in said[1]
+    assert "not refused for its standard deviation" in said[2]
     assert "puts 1.05 times the torque" in said[3]
     assert "or 1.1 times as many rows" in said[3]
-    assert "not what it is refused for" in said[4]  # as large as is allowed
+    assert "not refused for its standard deviation" in said[4]  # as large as is allowed
     assert "puts 10 times the torque" in said[5]
 
 
@@ -117,7 +117,7 @@ def test_a_torque_is_the_gain_times_what_is_measured_and_what_the_model_makes_of
     ]
     assert plot.bands == ((0.2, 0.3),)
     share = np.linalg.norm(residual) / np.linalg.norm(np.arange(1.0, 7.0))
-    assert f"{100 * share:.2g} % of its rms is left. Drawn is every row of 6" in plot.caption
+    assert f"{100 * share:.2g} % of its rms. Shown: every row of 6" in plot.caption
 
 
 def test_a_line_breaks_where_rows_are_left_out_and_between_motions():
@@ -246,7 +246,7 @@ def test_a_page_lists_every_diagnosis_and_what_is_excluded_and_cannot_be_told():
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     )
     heading, table, *said = diagnosis_parts(
-        Diagnosed(diagnoses=(DOUBT, GOOD), excluded=excluded, untold=("zero of q1", "whether q4 is negated"))
+        Diagnosed(diagnoses=(DOUBT, GOOD), excluded=excluded, indistinguishable=("zero of q1", "whether q4 is negated"))
     )
     assert heading.text == "Diagnoses"
     assert [[cell.text for cell in row] for row in table.rows] == [
@@ -256,7 +256,7 @@ def test_a_page_lists_every_diagnosis_and_what_is_excluded_and_cannot_be_told():
     assert [cell.mood for row in table.rows for cell in row[2:3]] == [Mood.BAD, Mood.GOOD]
     assert [part.text for part in said] == [
         "Excluded: delays beyond 5 ms; another sign (7 of 12 cases).",
-        "Cannot be told: zero of q1; whether q4 is negated.",
+        "Cannot be checked with these logs: zero of q1; whether q4 is negated.",
     ]
     assert diagnosis_parts(Diagnosed()) == []
 

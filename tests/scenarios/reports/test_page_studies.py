@@ -100,7 +100,7 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
         "2 answers of 2 methods to 1 problem: 2 gains, 1 refused, 1 call without any answer."
     )
     assert (report.parts[0].strong, report.parts[0].mood) == (True, Mood.BAD)
-    assert "Nobody here knows the truth" in report.parts[1].text
+    assert "The true gains of these problems are unknown" in report.parts[1].text
     (plot,) = [part for part in report.parts if isinstance(part, Plot)]
     (drawn,) = plot.series  # the method that did not answer has none
     assert (drawn.label, drawn.x, drawn.y, drawn.low, drawn.high) == (

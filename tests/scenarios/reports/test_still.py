@@ -42,4 +42,4 @@ def test_a_scenario_or_robot_that_cannot_be_read_any_more_is_no_picture_but_a_re
         raise error("moved away")
 
     monkeypatch.setattr("scenarios.reports.pages.still.load_scenario", gone)
-    assert why_another("mine", "0123456789abcdef") == "scenario mine cannot be read any more: moved away"
+    assert why_another("mine", "0123456789abcdef") == "scenario mine can no longer be read: moved away"

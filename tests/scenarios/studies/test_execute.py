@@ -65,7 +65,7 @@ def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
 
 
 def test_workers_that_never_bring_anything_back_end_it():
-    with pytest.raises(WorkersLost, match="of the first 3 chunks of trials none came back: its worker failed: Value"):
+    with pytest.raises(WorkersLost, match="of the first 3 chunks of trials none returned: its worker failed: Value"):
         results(threads(1), fail, range(100))
 
 

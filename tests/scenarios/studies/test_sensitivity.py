@@ -216,7 +216,7 @@ def test_a_source_without_a_single_gain_is_named(tmp_path):
     (budget,) = budgets(rows, ["mass", "white"], [2], seed=0)
     report = sensitivity_report(Budget(scenario="two", trials=4, joints=[budget]), scenario)
     words = [part.text for part in report.parts if isinstance(part, Paragraph)]
-    assert "No trial gave a gain with one of these alone, so their cost is unknown: white." in words
+    assert "No trial gave a gain with one of these alone, so their effect is unknown: white." in words
     assert report.document["joints"][0]["silent"] == ["white"]
     assert budgets(rows.fillna(0.01), ["mass", "white"], [2], seed=0)[0].silent == []
 
@@ -228,7 +228,7 @@ def test_what_to_buy_down_first_stands_out(tmp_path):
     found = budgets(rows, ["mass", "white"], [1], seed=0)
     report = sensitivity_report(Budget(scenario="two", trials=study.count, joints=list(found)), scenario)
     strong = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
-    assert strong == ["Buy down first: mass (joint 1)."]
+    assert strong == ["Reduce first: mass (joint 1)."]
 
 
 def test_shares_add_up_to_one_and_intervals_hold_their_value_however_small_the_errors(tmp_path):

@@ -8,7 +8,7 @@ from ident.estimation.uncertainty.serial import serial
 from ident.support.arrays import Array
 
 
-def larger(rows: Rows, influence: Array, serial_s: float) -> Array:
+def max_of_classical_and_hac(rows: Rows, influence: Array, serial_s: float) -> Array:
     """Covariance with the larger of both deviations and the correlations of the classical one.
 
     Args:
@@ -19,10 +19,10 @@ def larger(rows: Rows, influence: Array, serial_s: float) -> Array:
     Returns:
         Covariance, shape (k, k).
     """
-    return grown(classical(rows, influence, serial_s), serial(rows, influence, serial_s))
+    return with_larger_deviation(classical(rows, influence, serial_s), serial(rows, influence, serial_s))
 
 
-def grown(covariance: Array, other: Array) -> Array:
+def with_larger_deviation(covariance: Array, other: Array) -> Array:
     """A covariance with the correlations of the first and the larger of both deviations, shape (k, k)."""
     own = np.diag(covariance)
     factor = np.sqrt(np.maximum(own, np.diag(other)) / np.where(own > 0.0, own, 1.0))

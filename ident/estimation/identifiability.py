@@ -16,7 +16,7 @@ from ident.estimation.refusal import refusal
 from ident.estimation.uncertainty import UNCERTAINTIES
 
 
-def concluded(
+def judge_identifiability(
     method: str, problem: Problem, solution: GainSolution, *, payload: tuple[FoundParameter, ...] = ()
 ) -> GainEstimate:
     """Judge a solution joint by joint.

@@ -3,11 +3,11 @@
 from ident.estimation.rows import Rows
 from ident.estimation.uncertainty.classical import classical
 from ident.estimation.uncertainty.jackknife import jackknife
-from ident.estimation.uncertainty.larger import grown
+from ident.estimation.uncertainty.max_of_classical_and_hac import with_larger_deviation
 from ident.support.arrays import Array
 
 
-def cautious(rows: Rows, influence: Array, serial_s: float) -> Array:
+def max_of_classical_and_jackknife(rows: Rows, influence: Array, serial_s: float) -> Array:
     """Covariance with the larger of both deviations and the correlations of the classical one.
 
     Args:
@@ -18,4 +18,4 @@ def cautious(rows: Rows, influence: Array, serial_s: float) -> Array:
     Returns:
         Covariance, shape (k, k).
     """
-    return grown(classical(rows, influence, serial_s), jackknife(rows, influence, serial_s))
+    return with_larger_deviation(classical(rows, influence, serial_s), jackknife(rows, influence, serial_s))

@@ -5,18 +5,18 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from ident.arm_parameters.links import DrawnLinks
+from ident.arm_parameters.links import ModelLinks
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
 from ident.support.naming import one_line
 from sim.compile import compiler_reason
 from sim.errors import ModelFileError
 from sim.model_spec import lean_spec
-from sim.silenced_mujoco import quiet
+from sim.silenced_mujoco import silenced
 
 
-@quiet()
-def drawn_links(path: Path, flange: str | None) -> DrawnLinks:
+@silenced()
+def nominal_links(path: Path, flange: str | None) -> ModelLinks:
     """Read the links of a model file as MuJoCo reads it.
 
     Args:
@@ -40,7 +40,7 @@ def drawn_links(path: Path, flange: str | None) -> DrawnLinks:
         if root:
             j = joint_of[root]
             (own if body == root else carried)[j] += _parameters(model, data, body, j)
-    return DrawnLinks(own=own, carried=carried, motor=model.dof_armature.copy(), offset=model.jnt_pos.copy())
+    return ModelLinks(own=own, carried=carried, motor=model.dof_armature.copy(), offset=model.jnt_pos.copy())
 
 
 def _parameters(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: int) -> Array:

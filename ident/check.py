@@ -146,7 +146,7 @@ def _said(log: Examined) -> list[Diagnosis]:
     """Everything that one log shows by itself."""
     found = [*(each for said in log.said.values() for each in said), *log.repairs]
     if log.unfit is not None:
-        sentence = f"it cannot be filtered: {str(log.unfit).removeprefix(f'{log.longest.name}: ')}"
+        sentence = f"it cannot be filtered: {log.unfit.reason}"
         found.append(Diagnosis(name="filters", severity=Severity.WRONG, sentence=sentence, logs=(log.recording.name,)))
     return found
 

@@ -302,4 +302,5 @@ def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:
         diagnoses=worst_first([*(each for part in parts for each in part.diagnoses), *more]),
         excluded=tuple(each for part in parts for each in part.excluded),
         untold=tuple(each for part in parts for each in part.untold),
+        untold_of_joints=tuple(each for part in parts for each in part.untold_of_joints),
     )

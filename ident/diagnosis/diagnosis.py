@@ -115,11 +115,13 @@ class Diagnosed:
         diagnoses: One a thing that was looked at, the worst first.
         excluded: Faults that these logs exclude.
         untold: What these logs cannot tell from what they say, a sentence each.
+        untold_of_joints: Those of them that are about single joints.
     """
 
     diagnoses: tuple[Diagnosis, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
     untold: tuple[str, ...] = ()
+    untold_of_joints: tuple[str, ...] = ()
 
     @property
     def severity(self) -> Severity:

@@ -215,7 +215,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
 def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -> "Compared":
     from scenarios.benchmark.comparison.bound import gain_bound
     from scenarios.benchmark.comparison.statistics import NEEDED, summaries
-    from scenarios.experiments.build import bench
+    from scenarios.experiments.build import setup_of
     from scenarios.reports.comparison import Compared
 
     rows = folder.table(NEEDED)
@@ -224,7 +224,7 @@ def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -
         name=study.scenario.name,
         trials=trials,
         unposed=trials - posed,
-        methods=summaries(rows, [method.text for method in methods], gain_bound(bench(study.scenario))),
+        methods=summaries(rows, [method.text for method in methods], gain_bound(setup_of(study.scenario))),
     )
 
 

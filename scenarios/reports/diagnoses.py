@@ -62,7 +62,7 @@ def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool 
         ("Logs of these motions will exclude", "They will not tell") if expected else ("Excluded", "Cannot be told")
     )
     excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
-    untold = [each for each in found.untold if every or not each.startswith("whether")]
+    untold = found.untold if every else found.untold_of_joints
     parts = [Paragraph(f"{exclude}: {'; '.join(excluded)}.")] if excluded else []
     return [*parts, *([Paragraph(f"{tell}: {'; '.join(untold)}.")] if untold else [])]
 

@@ -14,7 +14,7 @@ from scenarios.results.documents import run_document
 
 def run_report(run: Run) -> Report:
     """The table of injected against identified gains, the reasons, and the verdict."""
-    scenario, revolute = run.bench.scenario, run.bench.structure.arm.revolute
+    scenario, revolute = run.setup.scenario, run.setup.structure.arm.revolute
     parts: list[Part] = [judged_table(run.verdict.gains, run.estimate.joints, revolute)]
     parts += note_paragraphs(run.notes, run.found, revolute)
     parts += horizon_paragraphs(run.found)

@@ -13,7 +13,7 @@ from ident.model.parameters import INERTIAL
 from ident.payload.payload import standard_parameters
 
 if TYPE_CHECKING:  # a process that only identifies needs no simulator
-    from scenarios.experiments.build import Bench
+    from scenarios.experiments.build import Setup
     from scenarios.experiments.run import Run
     from sim.plant import PayloadBody
 
@@ -23,10 +23,10 @@ def run_document(run: "Run") -> dict[str, object]:
     gains = [
         {**asdict(gain), **_more(joint)} for gain, joint in zip(run.verdict.gains, run.estimate.joints, strict=True)
     ]
-    bodies = list(true_bodies(run.bench).values())
+    bodies = list(true_bodies(run.setup).values())
     true = _true_parameters(bodies[0]) if len(bodies) == 1 else {}  # of several, a name does not say whose it is
     return {
-        "scenario": run.bench.scenario.name,
+        "scenario": run.setup.scenario.name,
         "seed": run.seed,
         "passed": run.verdict.passed,
         "gains": gains,
@@ -39,11 +39,11 @@ def run_document(run: "Run") -> dict[str, object]:
     }
 
 
-def true_bodies(prepared: "Bench") -> "dict[str, PayloadBody]":
+def true_bodies(setup: "Setup") -> "dict[str, PayloadBody]":
     """The payloads that are really mounted, by mounting."""
     return {
         carried: experiment.plant.payload
-        for carried, experiment in zip(prepared.protocol, prepared.experiments, strict=True)
+        for carried, experiment in zip(setup.protocol, setup.experiments, strict=True)
         if experiment.loaded
     }
 

@@ -7,7 +7,7 @@ import statistics
 import sys
 import time
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from sim.compile import lean_model, resting
 from sim.effects import ModelErrors
@@ -39,7 +39,7 @@ EFFECTS = {
 
 def engine_with(errors: ModelErrors, simulations: int) -> Engine:
     """Simulations of one plant at rest, each with a model of its own."""
-    first = bench(load_scenario("nominal")).experiments[0]
+    first = setup_of(load_scenario("nominal")).experiments[0]
     plant = Plant(robot=first.plant.robot, drives=first.plant.drives, payload=first.plant.payload, errors=errors)
     entries: list[Simulation] = []
     for _ in range(simulations):

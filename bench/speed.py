@@ -21,10 +21,9 @@ from ident.identification import identify
 from ident.model.arm import load_pinocchio
 from ident.model.regressor import regressor_blocks
 from ident.preparation import DOUBTED, SIMULATED, Policy
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.mountings import LOADED
-from scenarios.experiments.run import run
+from scenarios.experiments.run import simulate
 from sim.compile import lean_model
 from sim.engine import Engine, Simulation
 from sim.record import record
@@ -49,8 +48,8 @@ def medians(*actions: Callable[[], object]) -> list[list[float]]:
 
 def regressor_speed() -> None:
     """Vectorised regressor against Pinocchio called sample by sample."""
-    prepared = bench(load_scenario("nominal"))
-    arm, rng = prepared.structure.arm, np.random.default_rng(0)
+    setup = setup_of(load_scenario("nominal"))
+    arm, rng = setup.structure.arm, np.random.default_rng(0)
     q, dq, ddq = rng.uniform(-2, 2, (3, 20_000, arm.n))
     model = load_pinocchio(rx90_mjcf.MJCF)
     data = model.createData()
@@ -75,16 +74,14 @@ def regressor_speed() -> None:
 
 def identification_speed() -> None:
     """Identification of the nominal pair, recordings in memory."""
-    prepared = bench(load_scenario("nominal"))
-    unloaded, loaded = run(prepared, 0).recordings
-    chosen = prepared.scenario.table.identification
+    setup = setup_of(load_scenario("nominal"))
+    logs = simulate(setup, 0).logs
+    chosen = setup.scenario.table.identification
 
     def action(policy: Policy) -> None:
         identify(
-            unloaded,
-            loaded,
-            prepared.structure,
-            prepared.payloads[LOADED],
+            setup.structure,
+            logs,
             method=chosen.method,
             observing=chosen.observe,
             gains=chosen.gains,
@@ -92,17 +89,17 @@ def identification_speed() -> None:
         )
 
     times, checks = medians(lambda: action(SIMULATED), lambda: action(DOUBTED))
-    samples = len(unloaded.t) + len(loaded.t)
+    samples = sum(len(each.recording.t) for each in logs)
     print(f"identification of the pair ({samples} samples): {statistics.median(times):.3f} s (best {min(times):.3f})")
     print(f"the same with every doubt about the logs: {statistics.median(checks):.3f} s (best {min(checks):.3f})")
 
 
 def closed_loop_ratio(simulations: int) -> None:
     """Closed loop with controller, sensors and logging over bare stepping of as many steps, two threads each."""
-    prepared = bench(load_scenario("nominal"))
-    motion = replace(prepared.experiments[0].trajectory, duration=4.0)
+    setup = setup_of(load_scenario("nominal"))
+    motion = replace(setup.experiments[0].trajectory, duration=4.0)
     slow = replace(motion, sine=0.05 * motion.sine, cosine=0.05 * motion.cosine)
-    experiments = [replace(prepared.experiments[i % 2], trajectory=slow) for i in range(simulations)]
+    experiments = [replace(setup.experiments[i % 2], trajectory=slow) for i in range(simulations)]
     step = experiments[0].step
     bare, loaded = (lean_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
     periods, substeps = 4001, round(1e-3 / step)

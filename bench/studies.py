@@ -22,7 +22,7 @@ from threadpoolctl import threadpool_limits
 import scenarios.experiments.run
 import sim.closed_loop
 import sim.record
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import motion_streams
 from scenarios.experiments.studies.folder import study_folder
@@ -81,7 +81,8 @@ class BareStepping:
     """A chunk's simulations, replayed with the currents that its controllers commanded."""
 
     def __init__(self, model_of: Callable[..., mujoco.MjModel]) -> None:
-        experiments = [replace(e, sensors=SensorOptions()) for _ in range(CHUNK) for e in bench(SCENARIO).experiments]
+        motions = setup_of(SCENARIO).experiments
+        experiments = [replace(each, sensors=SensorOptions()) for _ in range(CHUNK) for each in motions]
         streams = [s for k in range(CHUNK) for s in motion_streams(k, {}, 2)]
         recordings = record(experiments, streams, threads=JOBS)  # without noise the log is what was commanded
         self.currents = np.stack([r.v for r in recordings], axis=1)  # (N, B, n)
@@ -154,7 +155,7 @@ def split() -> None:
     sim.record.closed_loop = timed("loop", sim.record.closed_loop)
     sim.record.logged = timed("sensors", sim.record.logged)
     sim.record._prepared = timed("models", sim.record._prepared)
-    scenarios.experiments.run.identify_motions = timed("identification", scenarios.experiments.run.identify_motions)
+    scenarios.experiments.run.identify = timed("identification", scenarios.experiments.run.identify)
     with TemporaryDirectory() as folder:
         started = time.perf_counter()
         rows = run_trials(SCENARIO, trials(0), SCHEMA, threads=1)

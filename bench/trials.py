@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from threadpoolctl import threadpool_limits
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.methods import with_method
 from scenarios.experiments.run import run
@@ -35,9 +35,9 @@ def processor_s(action: Callable[[], object], times: int = RUNS) -> float:
 def runs_and_trials(name: str) -> None:
     """Of one scenario, recording and identification together, and identification alone."""
     scenario = load_scenario(name)
-    prepared, schema = bench(scenario), trial_schema(scenario, (), ())
-    first = run(prepared, 0)  # imports, tables
-    one = processor_s(lambda: run(prepared, 1))
+    setup, schema = setup_of(scenario), trial_schema(scenario, (), ())
+    first = run(setup, 0)  # imports, tables
+    one = processor_s(lambda: run(setup, 1))
     print(f"{name}, {len(first.estimate.joints)} joints: a run takes {one:.2f} s; a trial", end="")
     for size, times in BATCHES.items():
         batch = [Trial(number=k, seed=k) for k in range(size)]

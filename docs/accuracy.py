@@ -10,8 +10,9 @@ from ident.identification import identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import SIMULATED
 from ident.recordings.recording import Recording
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.run import as_identified
 from sim.record import record
 from sim.sensors import SensorOptions, noise_streams
 
@@ -19,35 +20,34 @@ STEPS_MS = (1.0, 0.5, 0.25, 0.125)
 SHARES = (0.0, 0.05, 0.1, 0.2, 0.3)
 
 
-def recordings(prepared: Bench, step: float, sensors: SensorOptions) -> tuple[Recording, Recording]:
-    experiments = [replace(e, step=step, sensors=sensors) for e in prepared.experiments]
+def recordings(setup: Setup, step: float, sensors: SensorOptions) -> tuple[Recording, Recording]:
+    experiments = [replace(e, step=step, sensors=sensors) for e in setup.experiments]
     unloaded, loaded = record(experiments, [noise_streams(np.random.default_rng(i)) for i in range(2)], threads=2)
     return unloaded, loaded
 
 
 def estimate(
-    prepared: Bench, pair: tuple[Recording, Recording], observing: ObserveOptions, *, method: str = "ls-2011"
+    setup: Setup, pair: tuple[Recording, Recording], observing: ObserveOptions, *, method: str = "ls-2011"
 ) -> GainEstimate:
     return identify(
-        *pair,
-        prepared.structure,
-        prepared.payloads["loaded"],
+        setup.structure,
+        as_identified(setup, pair),
         method=method,
         observing=observing,
         policy=SIMULATED,
     ).estimate
 
 
-def row(label: str, prepared: Bench, found: GainEstimate) -> str:
+def row(label: str, setup: Setup, found: GainEstimate) -> str:
     errors = [
         f"{joint.value / true - 1:+.1e}" if isinstance(joint, IdentifiedGain) else "refused"
-        for joint, true in zip(found.joints, prepared.true_gain, strict=True)
+        for joint, true in zip(found.joints, setup.true_gain, strict=True)
     ]
     return f"| {label} | {' | '.join(errors)} | {found.rel_error_norm:.1e} | {found.rows} |"
 
 
 def main() -> None:
-    ideal, nominal = bench(load_scenario("ideal")), bench(load_scenario("nominal"))
+    ideal, nominal = setup_of(load_scenario("ideal")), setup_of(load_scenario("nominal"))
     header = "| joint 1 | joint 2 | joint 3 | joint 4 | joint 5 | joint 6 | residual | rows |\n" + "|---" * 9 + "|"
     pairs = {step: recordings(ideal, 1e-3 * step, SensorOptions()) for step in STEPS_MS}
     for delay_ms in (0.0, 0.5):

@@ -1,4 +1,4 @@
-"""What `identify_motions` says of one set of logs, as a record that a line of JSON holds."""
+"""What `identify` says of one set of logs, as a record that a line of JSON holds."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -21,7 +21,7 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.engine import Survey
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.gain_options import GainOptions
-from ident.identification import identify_motions
+from ident.identification import identify
 from ident.model.structure import Structure, structure_of
 from ident.observation.observation import ObserveOptions
 from ident.preparation import DOUBTED
@@ -196,8 +196,8 @@ def _answer(name: str, motions: Sequence[Motion], structure: Structure) -> Run:
     if all(each.payload is None for each in motions):
         logs = [each.recording for each in motions]
         checked = check(logs, structure, observing=ObserveOptions(), gains=GainOptions())
-        return Run(name=name, said=[said(each) for each in checked.found.findings])
-    found = identify_motions(motions, structure, policy=DOUBTED)
+        return Run(name=name, said=[said(each) for each in checked.found.doubts])
+    found = identify(structure, motions, policy=DOUBTED)
     joints = found.estimate.joints
     return Run(
         name=name,

@@ -16,7 +16,6 @@ from ident.recordings.motion import Motion
 from ident.support.arrays import Array
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import MOTIONS
-from scenarios.experiments.files.resolved import resolved
 from scenarios.experiments.named_files import robot_of
 from scenarios.experiments.run import Simulated
 
@@ -100,18 +99,18 @@ def simulated(robot: str, condition: str, seeds: Sequence[int]) -> list[Made]:
         return [
             Made(
                 seed=own[seed],
-                motions=tuple(Motion(r, p) for r, p in zip(outcome.recordings, prepared.mounted, strict=True)),
-                structure=prepared.structure,
-                gain=prepared.true_gain,
+                motions=tuple(Motion(r, p) for r, p in zip(outcome.recordings, setup.mounted, strict=True)),
+                structure=setup.structure,
+                gain=setup.true_gain,
             )
-            for seed, prepared, outcome in outcomes_of(scenario, list(own))
+            for seed, setup, outcome in outcomes_of(scenario, list(own))
             if isinstance(outcome, Simulated)
         ]
 
 
 def _written(folder: Path, base: str, condition: str, text: str) -> Path:
     loaded = load_scenario(base)
-    rotors = robot_of(resolved(loaded)).drives.rotor_inertia
+    rotors = robot_of(loaded).drives.rotor_inertia
     soft = {f"soft{hz:g}": json.dumps((1.0 / (rotors * (2.0 * np.pi * hz) ** 2)).tolist()) for hz in SOFT}
     motion = tomllib.loads((MOTIONS / f"{loaded.table.experiment.motion}.toml").read_text(encoding="utf-8"))
     for name, (longer, larger, forwards) in MOTION_CHANGES.items():

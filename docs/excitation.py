@@ -15,7 +15,7 @@ from scenarios.design.own_motion import worst_deviation
 from scenarios.design.problem import design_problem
 from scenarios.design.search import STEP, Found, Judge, Series, judge_here, random_point, search
 from scenarios.design.start import starts
-from scenarios.experiments.build import bench, cell
+from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from sim.errors import TrajectoryError
 
@@ -93,7 +93,7 @@ def random_motions(design: Design, series: Series, at: np.ndarray, seed: int) ->
 def row(name: str) -> Row:
     """Of one scenario."""
     scenario = load_scenario(name)
-    problem = design_problem(cell(scenario))
+    problem = design_problem(setup_without_motion(scenario))
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=HARMONICS, duration=DURATION)
     at = starts(design, problem.plant.robot.home, np.random.default_rng(0))
@@ -109,7 +109,7 @@ def row(name: str) -> Row:
         scenario=name,
         random=min(random, default=None),
         fitted=len(random),
-        own=worst_deviation(design, bench(scenario).experiments[0].trajectory),
+        own=worst_deviation(design, setup_of(scenario).experiments[0].trajectory),
         searched=worst_deviation(design, motion),
         tried=tried,
         seconds=time.process_time() - began,

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.schema import Scenario, SourceTable
 from scenarios.experiments.files.settings import Value, with_settings
@@ -104,12 +104,12 @@ class Own:
 
 def errors_again(predictor: Predictor, off: Scenario, settings: Mapping[str, Value]) -> np.ndarray:
     """Errors of the estimate that is made of the expected logs at settings, all else off."""
-    found = linearised(bench(with_settings(off, settings)), predictor.linear.every)
+    found = linearised(setup_of(with_settings(off, settings)), predictor.linear.every)
     missing = np.setdiff1d(predictor.joints, found.estimate.solution.joints)
     if missing.size:
         sys.exit(f"joint {missing[0] + 1} has no gain at {dict(settings)}")
     inverse = found.estimate.solution.inverse[np.searchsorted(found.estimate.solution.joints, predictor.joints)]
-    return 1.0 / (inverse * found.bench.true_gain[predictor.joints]) - 1.0
+    return 1.0 / (inverse * found.setup.true_gain[predictor.joints]) - 1.0
 
 
 def exception(predictor: Predictor, off: Scenario, name: str, found: list[Entry], rows: pd.DataFrame, own: Own) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import run
 from sim.effects.temperature import warmed
@@ -64,21 +64,21 @@ class Protocol:
 
 
 def read(name: str, folder: Path) -> Protocol:
-    prepared = bench(load_scenario(str(HOME / "protocols" / f"{name}.toml")))
+    setup = setup_of(load_scenario(str(HOME / "protocols" / f"{name}.toml")))
     rows = pd.read_parquet(folder / name / "trials")
     rows = rows[rows["joint"] <= len(JOINTS)]
-    first = prepared.experiments[0]
+    first = setup.experiments[0]
     seconds = first.warm_up + sum(
-        e.trajectory.duration + (e.pause if k else 0.0) for k, e in enumerate(prepared.experiments)
+        e.trajectory.duration + (e.pause if k else 0.0) for k, e in enumerate(setup.experiments)
     )
-    return Protocol(name, prepared.protocol, seconds / 60.0, temperature_rise(prepared), rows)
+    return Protocol(name, setup.protocol, seconds / 60.0, temperature_rise(setup), rows)
 
 
-def temperature_rise(prepared: Bench) -> np.ndarray:
+def temperature_rise(setup: Setup) -> np.ndarray:
     """In the middle of the loaded motions, on average [K], shape (n,); from the currents of one run."""
-    done = run(prepared, 0)
+    done = run(setup, 0)
     rise, seen = np.zeros(done.recordings[0].v.shape[1]), []
-    for k, (experiment, recording) in enumerate(zip(done.bench.experiments, done.recordings, strict=True)):
+    for k, (experiment, recording) in enumerate(zip(done.setup.experiments, done.recordings, strict=True)):
         errors, duration = experiment.plant.errors, experiment.trajectory.duration
         load = np.mean((recording.v / experiment.plant.drives.current_limit) ** 2, axis=0)
         if k == 0 and experiment.warm_up:

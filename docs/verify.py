@@ -14,14 +14,14 @@ from threadpoolctl import threadpool_limits
 from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.known_gains import KnownGains, estimated_gains
 from ident.estimation.problem import ObservedMotion, Problem
-from ident.identification import identify_motions
+from ident.identification import identify
 from ident.observation.observation import observe
 from ident.payload_identification.payload_estimate import payload_of
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, verified
 from ident.preparation import SIMULATED
 from ident.recordings.motion import Motion
 from ident.support.errors import IdentificationError
-from scenarios.experiments.build import Bench
+from scenarios.experiments.build import Setup
 from scenarios.experiments.run import Simulated
 
 HERE = Path(__file__).parent
@@ -36,34 +36,34 @@ LARGEST = 0.1
 class Trial:
     """A robot with its recordings, the gains found from the heavier payload, and the lighter one to weigh."""
 
-    prepared: Bench
+    setup: Setup
     recordings: tuple
     gains: KnownGains
 
     def verified(self, gains: KnownGains) -> Verification:
-        payload = self.prepared.payloads[WEIGHED]
+        payload = self.setup.payloads[WEIGHED]
         unknown = replace(payload, known="none")
-        table = self.prepared.scenario.table.identification
+        table = self.setup.scenario.table.identification
         motions = tuple(
             ObservedMotion(
-                observe(recording, self.prepared.structure, table.observe), unknown if carried == WEIGHED else None
+                observe(recording, self.setup.structure, table.observe), unknown if carried == WEIGHED else None
             )
-            for carried, recording in zip(self.prepared.protocol, self.recordings, strict=True)
+            for carried, recording in zip(self.setup.protocol, self.recordings, strict=True)
             if carried != FOUND
         )
-        problem = Problem(self.prepared.structure, motions, table.gains)
+        problem = Problem(self.setup.structure, motions, table.gains)
         return verified(payload_of(problem, gains, AllJointsOptions()), payload, gains)
 
 
-def trial(prepared: Bench, recordings: tuple) -> Trial:
-    table = prepared.scenario.table.identification
+def trial(setup: Setup, recordings: tuple) -> Trial:
+    table = setup.scenario.table.identification
     motions = [
-        Motion(recording, prepared.payloads.get(carried))
-        for carried, recording in zip(prepared.protocol, recordings, strict=True)
+        Motion(recording, setup.payloads.get(carried))
+        for carried, recording in zip(setup.protocol, recordings, strict=True)
         if carried != WEIGHED
     ]
-    found = identify_motions(motions, prepared.structure, observing=table.observe, gains=table.gains, policy=SIMULATED)
-    return Trial(prepared, recordings, estimated_gains(found.estimate))
+    found = identify(setup.structure, motions, observing=table.observe, gains=table.gains, policy=SIMULATED)
+    return Trial(setup, recordings, estimated_gains(found.estimate))
 
 
 def rows_of(one: Trial, scenario: str, seed: int) -> list[dict]:
@@ -78,7 +78,7 @@ def rows_of(one: Trial, scenario: str, seed: int) -> list[dict]:
     rows = []
     for injected, gains in ((0.0, one.gains), (error, wrong)):
         found = one.verified(gains)
-        true = dict(zip(gains.joints.tolist(), gains.value / one.prepared.true_gain[gains.joints] - 1.0, strict=True))
+        true = dict(zip(gains.joints.tolist(), gains.value / one.setup.true_gain[gains.joints] - 1.0, strict=True))
         std = dict(zip(gains.joints.tolist(), gains.std / np.abs(gains.value), strict=True))
         rows += [
             {
@@ -101,12 +101,12 @@ def rows_of(one: Trial, scenario: str, seed: int) -> list[dict]:
 
 def simulated(name: str, seeds: range) -> list[dict]:
     rows = []
-    for seed, prepared, outcome in outcomes_of(SCENARIOS[name], seeds):
+    for seed, setup, outcome in outcomes_of(SCENARIOS[name], seeds):
         if not isinstance(outcome, Simulated):
             print(f"{name} {seed}: {outcome}")
             continue
         try:
-            rows += rows_of(trial(prepared, outcome.recordings), name, seed)
+            rows += rows_of(trial(setup, outcome.recordings), name, seed)
         except IdentificationError as error:
             print(f"{name} {seed}: {error}")
     return rows

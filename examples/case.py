@@ -17,20 +17,18 @@ def _(mo):
     mo.md("""
     One robot, two motions, its gains: what `rx90 run` does, step by step. Open it with `marimo edit examples/case.py`,
     change a number, and everything below follows.
-
-    A scenario is a value. `bench` turns it into what simulator and identification work with.
     """)
     return
 
 
 @app.cell
 def _():
-    from scenarios import load_scenario
-    from scenarios.experiments.build import bench
+    import ident
+    import scenarios
 
-    cell = bench(load_scenario("nominal"))
-    cell.protocol
-    return (cell,)
+    exp = scenarios.load("nominal")
+    exp.arm.joint_names
+    return exp, ident
 
 
 @app.cell(hide_code=True)
@@ -45,20 +43,15 @@ def _(mo):
 
 
 @app.cell
-def _(cell):
-    import numpy as np
-
-    from sim.record import record
-    from sim.sensors import noise_streams
-
-    streams = [noise_streams(np.random.default_rng(seed)) for seed in (1, 2)]
-    bare, loaded = record(cell.experiments, streams, threads=1)
+def _(exp):
+    s = exp.simulate(seed=3)
+    bare, loaded = (motion.recording for motion in s.logs)
     bare.t.shape, bare.q.shape, bare.v.shape
-    return bare, loaded, np
+    return bare, loaded, s
 
 
 @app.cell
-def _(bare, cell, loaded):
+def _(bare, exp, loaded):
     import matplotlib
 
     matplotlib.use("agg")
@@ -68,7 +61,7 @@ def _(bare, cell, loaded):
     for joint, axes in enumerate(figure.subplots(2, 3, sharex=True).flat):
         axes.plot(bare.t[::10], bare.v[::10, joint], label="bare", linewidth=1)
         axes.plot(loaded.t[::10], loaded.v[::10, joint], label="loaded", linewidth=1)
-        axes.set_title(cell.structure.arm.joint_names[joint])
+        axes.set_title(exp.arm.joint_names[joint])
     figure.supxlabel("time [s]")
     figure.supylabel("current [drive units]")
     figure.axes[0].legend()
@@ -81,23 +74,18 @@ def _(mo):
     mo.md("""
     ## Identify
 
-    From here on only what a real cell has: two recordings, the arm's kinematics, the weighed payload. A joint comes
-    back as an `IdentifiedGain` with its interval, or as a `RefusedGain` with the reason.
+    From here on only what a real cell has: two recordings, the arm's kinematics, the weighed payload. Logs of your own
+    are `[ident.read("bare.csv"), ident.read("loaded.csv", payload="p.toml")]`. Gains and their standard deviations are
+    masked where a joint is refused.
     """)
     return
 
 
 @app.cell
-def _(bare, cell, loaded):
-    from ident import IdentifiedGain, identify
-
-    found = identify(bare, loaded, cell.structure, cell.payloads["loaded"])
-    for each in found.estimate.joints:
-        if isinstance(each, IdentifiedGain):
-            print(f"{each.value:.4f} N m/unit, 2 sigma {200.0 * each.std / abs(each.value):.2f} %")
-        else:
-            print(f"refused: {each.reason}")
-    return IdentifiedGain, found, identify
+def _(exp, ident, s):
+    r = ident.identify(exp.arm, s.logs)
+    r.gain, 2.0 * r.std / abs(r.gain), r.reasons
+    return (r,)
 
 
 @app.cell(hide_code=True)
@@ -112,15 +100,10 @@ def _(mo):
 
 
 @app.cell
-def _(IdentifiedGain, cell, found, np):
-    def errors(estimate):
-        """Relative error of each gain [%], NaN where it is refused."""
-        values = [each.value if isinstance(each, IdentifiedGain) else np.nan for each in estimate.joints]
-        return 100.0 * (np.array(values) / cell.true_gain - 1.0)
-
-    right = errors(found.estimate)
+def _(r, s):
+    right = 100.0 * (r.gain / s.truth.gain - 1.0)
     right.round(2)
-    return errors, right
+    return (right,)
 
 
 @app.cell(hide_code=True)
@@ -135,22 +118,41 @@ def _(mo):
 
 
 @app.cell
-def _(bare, cell, errors, identify, loaded):
+def _(bare, exp, ident, loaded, s):
     from dataclasses import replace
 
-    payload = cell.payloads["loaded"]
+    payload = s.logs[1].payload
     inertia = tuple(1.03 * each for each in payload.inertia)
     heavier = replace(payload, mass=1.03 * payload.mass, inertia=inertia)
-    spoilt = errors(identify(bare, loaded, cell.structure, heavier).estimate)
+    logs = [ident.Motion(bare), ident.Motion(loaded, heavier)]
+    spoilt = 100.0 * (ident.identify(exp.arm, logs).gain / s.truth.gain - 1.0)
     spoilt.round(2)
     return (spoilt,)
 
 
 @app.cell
-def _(np, right, spoilt):
-    shift = np.nanmean(spoilt - right)
+def _(right, spoilt):
+    shift = (spoilt - right).mean()
     print(f"all gains together moved by {shift:+.2f} %")
     return (shift,)
+
+
+@app.cell(hide_code=True)
+def _(mo):
+    mo.md("""
+    ## Repeat
+
+    One run is one draw. `monte_carlo` repeats the scenario with seeds that count up, `sweep` with every combination of
+    some of its values; rows come as a table of pandas. More trials: `workers=scenarios.local_processes(4)`.
+    """)
+    return
+
+
+@app.cell
+def _(exp):
+    rows = exp.sweep({"observe.cutoff_hz": [8, 15, 30]}, seeds=2).to_frame()
+    rows.groupby(["identification.observe.cutoff_hz", "joint"])["rel_error"].std().unstack()
+    return (rows,)
 
 
 if __name__ == "__main__":

@@ -11,11 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from ident import load_arm
 from ident.payload.files import write_payload
-from scenarios.experiments.build import bench
-from scenarios.experiments.files.loading import load_scenario
+from scenarios import load
 from scenarios.experiments.robots import robot
-from sim.record import record
-from sim.sensors import noise_streams
 
 SCENARIO = """extends = "ur10e"
 [plant.payloads]
@@ -49,12 +46,12 @@ def urdf() -> str:
 def main() -> None:
     """Write everything."""
     Path("cell.toml").write_text(SCENARIO)
-    cell = bench(load_scenario("cell.toml"))
-    streams = [noise_streams(np.random.default_rng(seed)) for seed in (11, 12, 13)]
-    for name, log in zip(cell.protocol, record(cell.experiments, streams, threads=1), strict=True):
+    simulated = load("cell.toml").simulate(seed=11)
+    setup = simulated.setup
+    for name, log in zip(setup.protocol, simulated.recordings, strict=True):
         rows = np.column_stack((1e4 + log.t, log.q, log.v))[::2]  # 500 Hz
         np.savetxt(f"{name}.csv", rows, fmt="%.9f", header=" ".join(NAMES), comments="")
-    for name, payload in cell.payloads.items():
+    for name, payload in setup.payloads.items():
         write_payload(payload, Path(f"{name}.toml"))
     Path("arm.urdf").write_text(urdf())
     entries = [f"[[gains]]\njoint = {j}\nestimate = {gain}\nstd = 0.0\n" for j, gain in enumerate(SHEET, 1)]

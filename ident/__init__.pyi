@@ -7,7 +7,6 @@ from .estimation.gain_options import GainOptions as GainOptions
 from .estimation.uncertainty import UNCERTAINTIES as UNCERTAINTIES
 from .identification import Identification as Identification
 from .identification import identify as identify
-from .identification import identify_motions as identify_motions
 from .model.arm import Arm as Arm
 from .model.arm import load_arm as load_arm
 from .model.structure import Structure as Structure
@@ -17,5 +16,6 @@ from .payload.files import read_payload as read_payload
 from .payload.payload import Payload as Payload
 from .recordings.files import read_recording as read_recording
 from .recordings.motion import Motion as Motion
+from .recordings.motion import read as read
 from .recordings.recording import Recording as Recording
 from .support.errors import IdentificationError as IdentificationError

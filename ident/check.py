@@ -146,7 +146,7 @@ def _diagnoses_of(log: Examined) -> list[Diagnosis]:
     """Everything that one log shows by itself."""
     found = [*(each for own in log.diagnoses.values() for each in own), *log.repairs]
     if log.unfit is not None:
-        sentence = f"it cannot be filtered: {str(log.unfit).removeprefix(f'{log.longest.name}: ')}"
+        sentence = f"it cannot be filtered: {log.unfit.reason}"
         found.append(Diagnosis(name="filters", severity=Severity.WRONG, sentence=sentence, logs=(log.recording.name,)))
     return found
 

@@ -6,22 +6,20 @@ from dataclasses import dataclass, replace
 from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnose import diagnose, lacking
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from ident.diagnosis.effects import NO_RESULT
+from ident.diagnosis.effects import NO_RESULT, Estimate
 from ident.diagnosis.gain_symptoms import symptoms
 from ident.diagnosis.link_masses import link_mass_consistency
 from ident.diagnosis.plausibility import check_load
-from ident.estimation.estimate import GainEstimate, IdentifiedGain, RefusedGain
+from ident.estimation.estimate import GainEstimate, IdentifiedGain, JointResult, RefusedGain
 from ident.estimation.estimators import DEFAULT, estimator
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
-from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Policy, Prepared, joined, prepare, raise_for, refusal_of
 from ident.recordings.motion import Motion
-from ident.recordings.recording import Recording
-from ident.support.arrays import Array
+from ident.support.arrays import Array, MaskedArray
 from ident.support.errors import Contradiction, IdentificationError
 
 OBSERVE_DEFAULTS, GAIN_DEFAULTS = ObserveOptions(), GainOptions()
@@ -45,29 +43,50 @@ class Identification:
     observing: ObserveOptions = OBSERVE_DEFAULTS
     prepared: Prepared | None = None
 
+    @property
+    def joints(self) -> tuple[JointResult, ...]:
+        """Each joint's gain, or why it has none."""
+        return self.estimate.joints
+
+    @property
+    def gain(self) -> MaskedArray:
+        """Drive gains [N m / drive unit], shape (n,), masked where refused."""
+        return self.estimate.gain
+
+    @property
+    def std(self) -> MaskedArray:
+        """Their standard deviations, all shares together [N m / drive unit], shape (n,), masked where refused."""
+        return self.estimate.std
+
+    @property
+    def residual_std(self) -> MaskedArray:
+        """Shares of `std` from the residuals [N m / drive unit], shape (n,), masked where refused."""
+        return self.estimate.residual_std
+
+    @property
+    def payload_std(self) -> MaskedArray:
+        """Shares of `std` from the payload's own uncertainty [N m / drive unit], shape (n,), masked where refused."""
+        return self.estimate.payload_std
+
+    @property
+    def model_std(self) -> MaskedArray:
+        """Shares of `std` from what the model takes for granted [N m / drive unit], shape (n,), masked likewise."""
+        return self.estimate.model_std
+
+    @property
+    def reasons(self) -> tuple[str | None, ...]:
+        """Why each joint is refused, None where it has a gain."""
+        return self.estimate.reasons
+
+    @property
+    def diagnoses(self) -> tuple[Diagnosis, ...]:
+        """What is said of the logs and of the estimate, the worst first."""
+        return self.found.diagnoses
+
 
 def identify(
-    unloaded: Recording,
-    loaded: Recording,
-    robot: Arm | Structure,
-    payload: Payload,
-    *,
-    method: str = DEFAULT,
-    options: object | None = None,
-    observing: ObserveOptions = OBSERVE_DEFAULTS,
-    gains: GainOptions = GAIN_DEFAULTS,
-    policy: Policy = DOUBTED,
-) -> Identification:
-    """Identify drive gains from one bare and one loaded motion; arguments as `identify_motions`."""
-    motions = (Motion(unloaded), Motion(loaded, payload))
-    return identify_motions(
-        motions, robot, method=method, options=options, observing=observing, gains=gains, policy=policy
-    )
-
-
-def identify_motions(
-    motions: Sequence[Motion],
-    robot: Arm | Structure,
+    arm: Arm | Structure,
+    logs: Sequence[Motion],
     *,
     method: str = DEFAULT,
     options: object | None = None,
@@ -79,8 +98,8 @@ def identify_motions(
     """Identify drive gains from any number of motions, bare and with one or more mountings of a payload.
 
     Args:
-        motions: In order of time, where that is known.
-        robot: The arm that moved, or its structure, which takes a while to find for many joints.
+        arm: The arm that moved, or its structure, which takes a while to find for many joints.
+        logs: Motions, in order of time where that is known, as `read` gives them.
         method: A name in `ESTIMATORS`.
         options: The method's own, of the class that `ESTIMATORS` names; its defaults if None.
         observing: Filters and thresholds.
@@ -95,30 +114,45 @@ def identify_motions(
     """
     chosen = estimator(method)
     wanted = chosen.options() if options is None else options
-    prepared = prepare(motions, robot, observing=observing, gains=gains, policy=policy)
+    prepared = prepare(logs, arm, observing=observing, gains=gains, policy=policy)
     raise_for(prepared, Diagnosed())
 
-    def reestimate(problem: Problem) -> GainEstimate:
+    def estimate_of(problem: Problem) -> GainEstimate:
         return chosen.estimate(problem, wanted)
 
+    estimate = _estimated(prepared, estimate_of)
+    found = _diagnosed(prepared, estimate, estimate_of, links)
+    kept = without_spoilt(estimate, found.diagnoses)
+    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing, prepared)
+
+
+def _estimated(prepared: Prepared, estimate_of: Estimate) -> GainEstimate:
+    """The estimate of prepared logs; where there is none, a fault of the logs is told before what it made of them.
+
+    Raises:
+        IdentificationError: If there is none.
+    """
     try:
-        estimate = reestimate(prepared.problem)
+        estimate = estimate_of(prepared.problem)
         check_load(estimate, bare=any(motion.payload is None for motion in prepared.problem.motions))
     except IdentificationError as error:
-        raise_for(prepared, diagnose(prepared.logs()) if policy.doubt else Diagnosed())
+        raise_for(prepared, diagnose(prepared.logs()) if prepared.policy.doubt else Diagnosed())
         if prepared.diagnoses:
             raise type(error)(f"{error}; {prepared.diagnoses[0].sentence}") from error
-        raise error
-    if policy.doubt:
-        found = diagnose(prepared.logs(), estimate, reestimate)
+        raise
+    return estimate
+
+
+def _diagnosed(prepared: Prepared, estimate: GainEstimate, estimate_of: Estimate, links: Array | None) -> Diagnosed:
+    """What is said of prepared logs and of their estimate, a cause before what it makes of a gain."""
+    if prepared.policy.doubt:
+        found = diagnose(prepared.logs(), estimate, estimate_of)
     else:
         found = lacking(prepared.problem, estimate, prepared.logs())
     found = joined(Diagnosed(diagnoses=prepared.diagnoses), found)
-    found = joined(found, symptoms(estimate, found))  # a cause before what it makes of a gain
+    found = joined(found, symptoms(estimate, found))
     weight = None if links is None else link_mass_consistency(prepared.problem, estimate, links)
-    found = joined(found, more=() if weight is None else (weight,))
-    kept = without_spoilt(estimate, found.diagnoses)
-    return Identification(kept, estimate.remarks + prepared.notes, found, prepared.observing, prepared)
+    return joined(found, more=() if weight is None else (weight,))
 
 
 def without_spoilt(estimate: GainEstimate, diagnoses: Sequence[Diagnosis]) -> GainEstimate:

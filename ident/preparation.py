@@ -306,4 +306,5 @@ def joined(*parts: Diagnosed, more: Sequence[Diagnosis] = ()) -> Diagnosed:
         diagnoses=worst_first([*(each for part in parts for each in part.diagnoses), *more]),
         excluded=tuple(each for part in parts for each in part.excluded),
         indistinguishable=tuple(each for part in parts for each in part.indistinguishable),
+        indistinguishable_together=tuple(each for part in parts for each in part.indistinguishable_together),
     )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import pyarrow as pa
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.draws import check_draws, places_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.joint_rows import study_rows
@@ -48,7 +48,7 @@ def assert_scenario(
     loaded, seeds = load_scenario(scenario), _checked(seeds)
     if not 0.0 < false_alarm < 1.0:
         raise TooFewSeeds(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
-    check_draws(loaded, bench)
+    check_draws(loaded, setup_of)
     wanted = loaded.table.tolerance.pass_rate
     if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
         seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"

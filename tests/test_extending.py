@@ -32,8 +32,9 @@ from ident.estimation.gain_options import GainOptions
 from ident.identification import identify
 from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
+from scenarios import load
 from scenarios.cli import main
-from scenarios.experiments.run import Run, run_scenario
+from scenarios.experiments.run import Run, as_identified
 from scenarios.results.run_folder import save_run
 
 GAIN = np.array([0.9401, 0.9619, 1.1148, 0.9146, 1.0, 1.0])
@@ -77,7 +78,7 @@ CONTRACTS = {
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory) -> Run:
-    return run_scenario(str(quick_scenario(tmp_path_factory.mktemp("quick"), method="nls")))
+    return load(str(quick_scenario(tmp_path_factory.mktemp("quick"), method="nls"))).run()
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ def followed(plain, tmp_path_factory) -> Followed:
     for recipe in RECIPES.values():
         follow(recipe, packages, work)
     changed = touched(packages)
-    shutil.copy(plain.bench.scenario.folder / "short.toml", packages / "scenarios/catalog/motions/drive-gains.toml")
+    shutil.copy(plain.setup.scenario.folder / "short.toml", packages / "scenarios/catalog/motions/drive-gains.toml")
     (work / "weighed.py").write_text(WEIGHED)
     for name, text in TAKEN.items():
         (work / name).write_text(f'extends = "nominal"\n{text}\n')
@@ -248,7 +249,7 @@ def test_an_uncertainty_decides_about_deviations_from_command_line_and_scenario(
     sizes = np.array([np.sum(rows.joint == j) for j in range(6)])
     correction = np.sqrt(sizes / (sizes - np.array([rows.unknowns[j] for j in range(6)])))
     options = GainOptions(uncertainty="serial", serial_s=0.0)
-    serial = identify(*plain.recordings, arm, plain.bench.payloads["loaded"], gains=options).estimate
+    serial = identify(arm, as_identified(plain.setup, plain.recordings), gains=options).estimate
     compared = 0
     for gain, joint, factor in zip(gains, serial.joints, correction, strict=True):
         if gain["std"] is not None:
@@ -340,7 +341,7 @@ def test_an_executor_gives_the_rows_of_any_other_and_its_profile(followed, plain
 
 def test_a_command_is_found_and_tells_the_largest_speeds(followed, plain):
     result = json.loads(followed.said("command"))
-    motion = plain.bench.experiments[0].trajectory
+    motion = plain.setup.experiments[0].trajectory
     t = np.linspace(0.0, motion.duration, 2000)
     expected = np.abs(np.gradient(motion(t)[0], t, axis=0)).max(axis=0)
     np.testing.assert_allclose(result["fastest"], expected, rtol=1e-3)  # differences over 6 ms

@@ -84,6 +84,7 @@ def test_the_page_of_the_notebook_has_its_words_its_cells_and_its_picture():
         "Identify",
         "Judge",
         "Spoil it",
+        "Repeat",
     ]
     cells = re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
     hidden = notebook.read_text().count("hide_code=True")

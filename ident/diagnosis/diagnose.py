@@ -18,7 +18,7 @@ from ident.diagnosis.effects import Estimate, between, consequence, severity_of
 from ident.diagnosis.engine import Fault, Survey, compared, directions, faults, survey
 from ident.diagnosis.estimate_lacks import lacks_of
 from ident.diagnosis.estimate_model import Stated, stated
-from ident.diagnosis.exclusions import centres_excluded, exclusions, indistinguishable
+from ident.diagnosis.exclusions import centres_excluded, exclusions, indistinguishable, indistinguishable_together
 from ident.diagnosis.fitted_currents import Reference, reference
 from ident.diagnosis.friction_sign import opposed
 from ident.diagnosis.logs import Logs, scored_as
@@ -55,8 +55,8 @@ def diagnose(logs: Logs, estimate: GainEstimate | None = None, reestimate: Estim
         diagnoses += _of_mended(of_logs[-1], reestimate, logs.names)
     else:
         elastic = any(each.found.family == ELASTICITY for each in found)  # by the logs alone: nothing imitates it
-        doubted = replace(base, solution=replace(base.solution, stiff=None)) if elastic else base
-        diagnoses += lacks_of(doubted, seen.directions, logs.names, logs.model, reestimate)
+        stiff = None if elastic else base.solution.stiff
+        diagnoses += lacks_of(base, seen.directions, logs.names, logs.model, reestimate, stiff=stiff)
     spoilt = any(each.severity is Severity.WRONG for each in diagnoses)
     diagnosed = Diagnosed() if spoilt else _horizon(seen, base)  # beside a fault nothing is surely excluded
     return replace(diagnosed, diagnoses=worst_first(diagnoses))
@@ -69,7 +69,11 @@ def horizon(logs: Logs) -> Diagnosed:
 
 def _horizon(seen: Survey, base: Stated | None) -> Diagnosed:
     excluded = (*exclusions(seen), *(() if base is None else centres_excluded(base)))
-    return Diagnosed(excluded=excluded, indistinguishable=tuple(indistinguishable(seen, base)))
+    return Diagnosed(
+        excluded=excluded,
+        indistinguishable=tuple(indistinguishable(seen, base)),
+        indistinguishable_together=tuple(indistinguishable_together(seen)),
+    )
 
 
 def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
@@ -78,7 +82,8 @@ def lacking(problem: Problem, estimate: GainEstimate, logs: Logs) -> Diagnosed:
         return Diagnosed()
     fit = reference(logs.problem)
     small = directions(fit, logs, tuple(FAMILIES.values()))
-    return Diagnosed(diagnoses=worst_first(lacks_of(stated(problem, estimate), small, logs.names)))
+    base = stated(problem, estimate)
+    return Diagnosed(diagnoses=worst_first(lacks_of(base, small, logs.names, stiff=base.solution.stiff)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -232,7 +237,8 @@ def _of_mended(last: Fault, reestimate: Estimate | None, names: Sequence[str]) -
         return
     if mended is not None and _linear(mended):
         small = directions(reference(read.problem), read, tuple(FAMILIES.values()))
-        yield from lacks_of(stated(read.problem, mended), small, names, read.model, reestimate)
+        stiff = mended.solution.stiff
+        yield from lacks_of(stated(read.problem, mended), small, names, read.model, reestimate, stiff=stiff)
 
 
 def _linear(estimate: GainEstimate) -> bool:

@@ -114,12 +114,14 @@ class Diagnosed:
     Attributes:
         diagnoses: One a thing that was looked at, the worst first.
         excluded: Faults that these logs exclude.
-        indistinguishable: What these logs cannot tell from what they say, a sentence each.
+        indistinguishable: What of single joints and of scales these logs cannot show, a phrase each.
+        indistinguishable_together: What of all joints together they cannot show, a phrase each.
     """
 
     diagnoses: tuple[Diagnosis, ...] = ()
     excluded: tuple[Exclusion, ...] = ()
     indistinguishable: tuple[str, ...] = ()
+    indistinguishable_together: tuple[str, ...] = ()
 
     @property
     def severity(self) -> Severity:

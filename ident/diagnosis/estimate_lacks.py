@@ -16,6 +16,7 @@ from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.diagnosis.effects import Estimate, between, consequence, severity_of
 from ident.diagnosis.estimate_model import Stated, stated
 from ident.diagnosis.free_model import FreeModel
+from ident.estimation.estimate import GainSolution
 from ident.estimation.problem import Problem
 from ident.support.errors import IdentificationError
 
@@ -30,6 +31,8 @@ def lacks_of(
     names: Sequence[str],
     free: FreeModel | None = None,
     reestimate: Estimate | None = None,
+    *,
+    stiff: GainSolution | None,
 ) -> Iterator[Diagnosis]:
     """What an estimate lacks, the one that explains most first.
 
@@ -39,11 +42,12 @@ def lacks_of(
         names: Of the logs.
         free: Each joint explained alone; where it predicts surely better, something is lacking. None if nobody asks.
         reestimate: The same estimate of other problems.
+        stiff: Its solution without yielding joints, whose lacks these may imitate; None if they surely imitate nothing.
     """
     of_payload = list(payload.directions(base.problem, base.estimate))
     believed = [each for each in of_payload if each.prior_std is not None]
     open_ones = [*small, *(each for each in of_payload if each.prior_std is None)]
-    taken_up = list(imitated(base, believed, open_ones))
+    taken_up = list(imitated(base, stiff, believed, open_ones))
     for lack in taken_up:
         yield diagnosis_of(lack, names)
         base = base.beside(lack.best.direction)
@@ -100,11 +104,13 @@ def shown_beside(base: Stated, choices: Sequence[Direction]) -> Iterator[Lack]:
         choices.remove(best.direction)
 
 
-def imitated(base: Stated, believed: Sequence[Direction], choices: Sequence[Direction]) -> Iterator[Lack]:
+def imitated(
+    base: Stated, solution: GainSolution | None, believed: Sequence[Direction], choices: Sequence[Direction]
+) -> Iterator[Lack]:
     """Faults that yielding joints take up where data chose these: what predicts surely better is no elasticity."""
-    if base.solution.stiff is None:
+    if solution is None:
         return
-    stiff = stated(base.problem, base.estimate, base.solution.stiff)
+    stiff = stated(base.problem, base.estimate, solution)
     for each in believed:
         stiff = stiff.beside(each)
     for lack in islice(shown_beside(stiff, choices), MOST):

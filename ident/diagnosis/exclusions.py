@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.diagnosis.alternative import Direction
+from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Fits, each_z, gains
@@ -130,25 +130,27 @@ def _gross(seen: Survey) -> Iterator[Exclusion]:
 
 
 def indistinguishable(seen: Survey, base: Stated | None = None) -> Iterator[str]:
-    """What cannot be checked from these logs: by joint, then the rest.
+    """What of single joints, and of scales of currents, cannot be checked from these logs.
 
     Args:
         seen: What all alternatives say of them.
         base: What was found from them, for how much it matters; None where nothing was.
     """
-    open_ones = [each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE]
-    n = seen.logs.structure.arm.n
-    every = tuple(range(len(seen.logs.recordings)))
+    n, open_ones = seen.logs.structure.arm.n, _of_every_log(seen)
     for j in range(n):
-        own = [each for each in open_ones if each.joints == (j,) and each.logs == every]
+        own = [each for each in open_ones if each.joints == (j,)]
         kinds = [kind for kind in ("sign", "zero", "unit") if any(each.family == kind for each in own)]
         if kinds:
             half = kinds == ["zero"] and all(abs(each.value or 0.0) > QUARTER for each in own)
             what = f"{', '.join(kinds[:-1])} and {kinds[-1]}" if kinds[1:] else kinds[0]
             yield f"half a turn of q{j + 1}" if half else f"{what} of q{j + 1}"
     yield from _open_scales(seen, base)
+
+
+def indistinguishable_together(seen: Survey) -> Iterator[str]:
+    """What of several joints together cannot be checked from these logs."""
     bounded = {each for each in SIZED if _sizes(seen, each, of_joints=False, one_log=False)} | {"clock"}
-    rest = [each for each in open_ones if len(each.joints) != 1 and each.logs == every and each.family not in bounded]
+    rest = [each for each in _of_every_log(seen) if len(each.joints) != 1 and each.family not in bounded]
     if rest:
         yield f"whether {_few([each.words for each in rest])}"
 
@@ -169,6 +171,13 @@ def _moved_by_a_hundredth(scales: Sequence[Direction], base: Stated) -> float:
     """Largest change of a gain [%] by 1 % of any of the scales."""
     found = (effect for each in scales for effect in base.effects(0.01 * base.stacked(each.columns)[:, 0]))
     return max((abs(effect.percent) for effect in found), default=0.0)
+
+
+def _of_every_log(seen: Survey) -> list[Alternative]:
+    """What all logs may mean instead, for all that they say."""
+    every = tuple(range(len(seen.logs.recordings)))
+    open_ones = (each.alternative for each in seen.gross if _loss(each) <= SURELY_WORSE)
+    return [each for each in open_ones if each.logs == every]
 
 
 def _loss(each: Screened) -> float:

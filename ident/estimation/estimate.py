@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.rows import Rows
-from ident.support.arrays import Array, Indices, Mask
+from ident.support.arrays import Array, Indices, Mask, MaskedArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,6 +191,41 @@ class GainEstimate:
     def identifiable(self) -> Mask:
         """Which joints have a gain, shape (n,)."""
         return np.array([isinstance(joint, IdentifiedGain) for joint in self.joints])
+
+    @property
+    def gain(self) -> MaskedArray:
+        """The gains [N m / drive unit], shape (n,), masked where refused."""
+        return self._each("value")
+
+    @property
+    def std(self) -> MaskedArray:
+        """Standard deviations from residuals, payload and model together, shape (n,), masked where refused."""
+        return self._each("std")
+
+    @property
+    def residual_std(self) -> MaskedArray:
+        """Standard deviations from the residuals, shape (n,), masked where refused."""
+        return self._each("residual_std")
+
+    @property
+    def payload_std(self) -> MaskedArray:
+        """Standard deviations from the payload's own uncertainty, shape (n,), masked where refused."""
+        return self._each("payload_std")
+
+    @property
+    def model_std(self) -> MaskedArray:
+        """Standard deviations from what the model takes for granted, shape (n,), masked where refused."""
+        return self._each("model_std")
+
+    @property
+    def reasons(self) -> tuple[str | None, ...]:
+        """Why each joint is refused, None where it has a gain."""
+        return tuple(None if isinstance(joint, IdentifiedGain) else joint.reason for joint in self.joints)
+
+    def _each(self, name: str) -> MaskedArray:
+        """A number of every joint's gain, shape (n,), masked where refused."""
+        numbers = [getattr(joint, name) if isinstance(joint, IdentifiedGain) else 0.0 for joint in self.joints]
+        return np.ma.array(numbers, mask=~self.identifiable, dtype=np.float64)
 
     @property
     def rows(self) -> int:

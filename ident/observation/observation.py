@@ -153,7 +153,7 @@ def observe(
     """
     n = structure.arm.n
     if recording.n != n:
-        raise RecordingError(f"{recording.name}: {recording.n} joints, but robot {structure.arm.name} has {n}")
+        raise RecordingError(f"{recording.n} joints, but robot {structure.arm.name} has {n}", recording.name)
     notes = []
     if recording.jitter > JITTER_TOL:
         notes.append(f"{recording.name}: {_uneven(recording)}; resampled at {1.0 / recording.period:.4g} Hz")
@@ -166,8 +166,9 @@ def observe(
         > recording.t[-1] - recording.t[0]
     ):
         raise RecordingError(
-            f"{recording.name}: {recording.t[-1] - recording.t[0]:.3g} s are too short for cut-offs of "
-            f"{options.cutoff_hz:g} and {options.decimation_cutoff_hz:g} Hz"
+            f"{recording.t[-1] - recording.t[0]:.3g} s are too short for cut-offs of "
+            f"{options.cutoff_hz:g} and {options.decimation_cutoff_hz:g} Hz",
+            recording.name,
         )
     group = max(1, int(1.0 / (recording.period * REGRESSOR_RATE * options.cutoff_hz)))
     period = group * recording.period
@@ -178,7 +179,7 @@ def observe(
     rows = D.rows(len(t))
     if rows < 10 * n:
         raise RecordingError(
-            f"{recording.name}: {recording.t[-1] - recording.t[0]:.3g} s give {rows} rows; at least {10 * n} are needed"
+            f"{recording.t[-1] - recording.t[0]:.3g} s give {rows} rows; at least {10 * n} are needed", recording.name
         )
     smooth = smooth_motion(recording.q, recording.period, options.cutoff_hz)
     q, dq, ddq = (group_means(x[inner], group) for x in smooth)
@@ -283,11 +284,12 @@ def _kept(
 
 def _check_rates(recording: Recording, options: ObserveOptions) -> None:
     if recording.period < FASTEST_PERIOD:
-        raise RecordingError(f"{recording.name}: sampled every {recording.period:.3g} s; is t in seconds?")
+        raise RecordingError(f"sampled every {recording.period:.3g} s; is t in seconds?", recording.name)
     nyquist = 0.5 / recording.period
     highest = max(options.cutoff_hz, options.decimation_cutoff_hz)
     if highest >= nyquist:
         raise RecordingError(
-            f"{recording.name}: sampled at {2.0 * nyquist:.4g} Hz, too slow for a cut-off of {highest:g} Hz; "
-            f"choose one below {nyquist:.4g} Hz"
+            f"sampled at {2.0 * nyquist:.4g} Hz, too slow for a cut-off of {highest:g} Hz; "
+            f"choose one below {nyquist:.4g} Hz",
+            recording.name,
         )

@@ -2,8 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+from ident.payload.files import read_payload
 from ident.payload.payload import Payload
+from ident.recordings.files import read_unrepaired
+from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
 
 ABSOLUTE = 1e8
@@ -22,6 +26,25 @@ class Motion:
 
     recording: Recording
     payload: Payload | None = None
+
+
+def read(
+    path: str | Path, payload: str | Path | Payload | None = None, description: LogDescription | None = None
+) -> Motion:
+    """Read a motion, ready for `identify`, which repairs what needs no guess and refuses what is wrong with it.
+
+    Args:
+        path: The log, of any format of `formats.LOGS`.
+        payload: What was mounted: a file of it, or what `read_payload` gave; None for a bare flange. Several motions
+            of one mounting are given one `Payload`.
+        description: What the log's columns are, where they are not ours or of a layout that is known.
+
+    Raises:
+        RecordingError: If the log is missing or unreadable, or is none.
+        PayloadError: If the payload's file is missing, or describes none.
+    """
+    recording = read_unrepaired(path, description or LogDescription()).recording
+    return Motion(recording, payload if payload is None or isinstance(payload, Payload) else read_payload(payload))
 
 
 def in_order_of_time(motions: Sequence[Motion]) -> tuple[Motion, ...]:

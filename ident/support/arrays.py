@@ -8,6 +8,8 @@ import numpy.typing as npt
 Array: TypeAlias = npt.NDArray[np.float64]
 Mask: TypeAlias = npt.NDArray[np.bool_]
 Indices: TypeAlias = npt.NDArray[np.intp]
+MaskedArray: TypeAlias = np.ma.MaskedArray[tuple[int, ...], np.dtype[np.float64]]
+"""Numbers of which some may not exist."""
 
 
 def readonly(values: npt.ArrayLike) -> Array:

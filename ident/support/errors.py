@@ -6,7 +6,16 @@ class IdentificationError(ValueError):
 
 
 class RecordingError(IdentificationError):
-    """A recording that cannot be used as it stands."""
+    """A recording that cannot be used as it stands.
+
+    Attributes:
+        reason: Why; the message has the recording's name before it, where that is given.
+    """
+
+    def __init__(self, reason: str, recording: str = "") -> None:
+        """State why, and of which recording."""
+        super().__init__(f"{recording}: {reason}" if recording else reason)
+        self.reason = reason
 
 
 class RobotModelError(IdentificationError):

@@ -217,7 +217,7 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
 def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -> "ComparedScenario":
     from scenarios.benchmark.comparison.bound import gain_bound
     from scenarios.benchmark.comparison.statistics import NEEDED, ComparedScenario, summaries
-    from scenarios.experiments.build import bench
+    from scenarios.experiments.build import setup_of
 
     rows = folder.table(NEEDED)
     trials, posed = (each["trial"].unique().size for each in (rows, rows.dropna(subset=["seconds"])))
@@ -225,7 +225,7 @@ def _summed_up(study: "Study", folder: "StudyFolder", methods: "list[Method]") -
         name=study.scenario.name,
         trials=trials,
         unposed=trials - posed,
-        methods=list(summaries(rows, [method.text for method in methods], gain_bound(bench(study.scenario)))),
+        methods=list(summaries(rows, [method.text for method in methods], gain_bound(setup_of(study.scenario)))),
     )
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from scenarios.design.excitation import Design, Problem
     from scenarios.design.own_motion import OwnMotion
     from scenarios.design.searched_motion import SearchedMotion
-    from scenarios.experiments.build import Cell
+    from scenarios.experiments.build import Setup
     from scenarios.experiments.files.schema import Scenario
     from scenarios.reports.content import Report
     from sim.trajectory import FourierTrajectory
@@ -59,20 +59,20 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.design.prediction import RESIDUAL
     from scenarios.design.search import Series
     from scenarios.design.searched_motion import SearchedMotion, Unfinished, unfinished, write_searched
-    from scenarios.experiments.build import cell
+    from scenarios.experiments.build import setup_without_motion
     from scenarios.experiments.files.loading import load_scenario
     from sim.errors import TrajectoryError
 
     command = found_by(options)
     before = unfinished(options.out, command)
     scenario = load_scenario(options.scenario)
-    prepared = cell(scenario)
-    problem = _problem(scenario, prepared, options)
+    setup = setup_without_motion(scenario)
+    problem = _problem(scenario, setup, options)
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
     if options.improve and before is None:
-        before = Unfinished(motion=first_motion(prepared.scenario, series), tried=0)
-    own = own_motion(prepared.scenario, design)
+        before = Unfinished(motion=first_motion(setup.scenario, series), tried=0)
+    own = own_motion(setup.scenario, design)
     outcome = searched(design, series, options, before)
     first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
     if first is None or found is None:
@@ -116,17 +116,17 @@ def _report(result: "SearchedMotion", start: float, cost: float, out: Path) -> "
     return Report(said, (), searched_result(result, start, cost, out).model_dump(mode="json"))
 
 
-def _problem(scenario: "Scenario", prepared: "Cell", options: argparse.Namespace) -> "Problem":
+def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Problem":
     """The problem, against the errors that the options name."""
     from scenarios.design.against import Sourced
     from scenarios.design.excitation import SEARCHED_HZ
     from scenarios.design.problem import design_problem
-    from scenarios.experiments.build import bench
+    from scenarios.experiments.build import setup_of
 
-    problem = design_problem(prepared)
+    problem = design_problem(setup)
     if options.against != "all":
         return problem
-    motion = bench(scenario).experiments[0].trajectory
+    motion = setup_of(scenario).experiments[0].trajectory
     sourced = Sourced(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
     complain(f"searching against noise and {', '.join(sourced.names)}")
     return replace(problem, added=sourced)

@@ -6,7 +6,7 @@ import time
 import scenarios.command_line.arguments as arguments
 from ident.estimation.estimators import DEFAULT, ESTIMATORS
 from ident.estimation.gain_options import GainOptions
-from ident.identification import identify_motions
+from ident.identification import identify
 from ident.observation.observation import ObserveOptions
 from ident.recordings.formats.description import LogDescription
 from ident.recordings.motion import Motion
@@ -70,9 +70,9 @@ def main(options: argparse.Namespace) -> Status:
     # small matrices gain nothing from a threaded BLAS, and stall now and then
     with under_way(options, "identifying"), threadpool_limits(1):
         started = time.perf_counter()
-        found = identify_motions(
-            motions,
+        found = identify(
             structure,
+            motions,
             method=options.method,
             options=own,
             observing=observing,

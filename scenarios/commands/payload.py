@@ -46,15 +46,15 @@ def main(options: argparse.Namespace) -> Status:
         PROCESSES.prepare()
     from scenarios.design.payload_design import STEPS, design_payload
     from scenarios.design.payload_folder import write_payload_folder
-    from scenarios.experiments.build import bench
+    from scenarios.experiments.build import setup_of
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.files import write_figures, write_markdown
     from scenarios.reports.payload import payload_report
     from scenarios.support.search_progress import search_progress
 
-    prepared, motion = bench(load_scenario(options.scenario)), None
+    setup, motion = setup_of(load_scenario(options.scenario)), None
     with search_progress("weights", STEPS, console(options)) as say:
-        found = design_payload(prepared, density=options.density, seed=options.seed, tell=say)
+        found = design_payload(setup, density=options.density, seed=options.seed, tell=say)
     if options.excite:
         found, motion = _excited(found, options)
     report = payload_report(found)

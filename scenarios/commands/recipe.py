@@ -38,9 +38,8 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from ident.diagnosis.diagnose import horizon
-    from scenarios.experiments.build import bench
-    from scenarios.experiments.files.loading import load_scenario
-    from scenarios.experiments.files.resolved import stated_payloads
+    from scenarios.experiments.build import setup_of
+    from scenarios.experiments.files.loading import load_scenario, payloads_as_stated
     from scenarios.prediction.expected import enough, expected_preparation
     from scenarios.reports.content import Mood, Paragraph, Report
     from scenarios.reports.files import write_markdown
@@ -48,13 +47,12 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.results.written import Written
     from sim.torque_limits import check_torque_limits
 
-    scenario = load_scenario(options.scenario)
-    prepared, stated = bench(scenario), stated_payloads(scenario)
-    check_torque_limits(prepared.experiments)
-    payloads = {mounting: stated[mounting] for mounting in prepared.payloads if mounting in prepared.protocol}
+    setup, stated = setup_of(load_scenario(options.scenario)), payloads_as_stated(options.scenario)
+    check_torque_limits(setup.experiments)
+    payloads = {mounting: stated[mounting] for mounting in setup.payloads if mounting in setup.protocol}
     with threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS, and stall now and then
-        told = horizon(expected_preparation(prepared, enough(prepared)).logs())
-    report = recipe_report(prepared, payloads, options.scenario, COMMANDS, told)
+        told = horizon(expected_preparation(setup, enough(setup)).logs())
+    report = recipe_report(setup, payloads, options.scenario, COMMANDS, told)
     with held.writing():
         write_markdown(report, options.out)
     written, other = _write_payloads(payloads, held)

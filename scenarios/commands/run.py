@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Simulate, identify, judge; 1 if a tolerance is missed."""
     from scenarios.command_line.writing import right_to_write
-    from scenarios.experiments.build import bench
+    from scenarios.experiments.build import setup_of
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.experiments.run import run
     from scenarios.reports.content import Line, Paragraph
@@ -37,21 +37,21 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.results.run_folder import identify_command, origin, run_files, save_run
     from scenarios.results.scene import scene_digest
 
-    prepared, held = bench(load_scenario(options.scenario)), None
+    setup, held = setup_of(load_scenario(options.scenario)), None
     if options.save is not None:
-        held = right_to_write(options, options.save, run_files(prepared), command="rx90 run --save")
+        held = right_to_write(options, options.save, run_files(setup), command="rx90 run --save")
     out = gains_file_arguments.claimed(options, "rx90 run")
     with under_way(options, "preparing") as stages:
-        result = run(prepared, options.seed, stages=stages)
+        result = run(setup, options.seed, stages=stages)
     report = run_report(result)
     if out is not None:
         gains_file_arguments.write(gains_file(result.estimate, origin(result)), out)
     if held is not None:
         with held.writing():
-            scene = scene_digest(prepared.scenario)
+            scene = scene_digest(setup.scenario)
             save_run(result, held.folder, command=options.command_line, named=options.scenario, scene=scene)
         saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
-        again = Line(identify_command(result.bench, held.folder))
+        again = Line(identify_command(result.setup, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))
     show(report, options)
     return Status.PASSED if result.verdict.passed else Status.MISSED

@@ -54,7 +54,7 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
 
     from ident.estimation.cross_validation import cross_validated
     from ident.estimation.estimators.nls import AllJointsOptions
-    from ident.identification import identify_motions
+    from ident.identification import identify
     from ident.observation.observation import ObserveOptions
     from ident.recordings.motion import in_order_of_time
     from ident.support.options import options_from_words
@@ -67,7 +67,7 @@ def _cross_validated(options: argparse.Namespace, files: tuple[MountedFiles, ...
         arm = named_structure(options)
         said = log_description(options, arm.arm.joint_names)
         motions = in_order_of_time([motion for each in files for motion in recorded(each, said)])
-        identified = identify_motions(motions, arm, options=own, observing=observing, policy=policy_of(options))
+        identified = identify(arm, motions, options=own, observing=observing, policy=policy_of(options))
         stages.begin("predicting")
         found = cross_validated(identified.estimate)
     show(prediction_report(identified, found), options)

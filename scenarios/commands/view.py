@@ -43,7 +43,7 @@ def main(options: argparse.Namespace) -> Status:
         os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo asks for a screen unless it is told, when it is imported
     _check_opengl()
     from scenarios.command_line.writing import right_to_write
-    from scenarios.experiments.build import bench
+    from scenarios.experiments.build import setup_of
     from scenarios.experiments.files.loading import load_scenario
     from scenarios.reports.content import Report
     from scenarios.reports.film import WRITERS, captioned, frames
@@ -54,8 +54,8 @@ def main(options: argparse.Namespace) -> Status:
     path = options.render
     if path is not None and path.suffix.lower() not in WRITERS:
         raise NoFilm(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(WRITERS)}")
-    prepared = bench(load_scenario(options.scenario))
-    shown = scene(prepared.experiments)
+    setup = setup_of(load_scenario(options.scenario))
+    shown = scene(setup.experiments)
     if options.at is not None and options.at > shown.duration:
         raise NoFilm(f"--at {options.at:g} s: the motion ends at {shown.duration:g} s; name a time up to that")
     if path is None:
@@ -66,9 +66,9 @@ def main(options: argparse.Namespace) -> Status:
     if path.suffix.lower() == ".png":
         times = (0.5 * shown.duration if options.at is None else options.at,)
     drawn = pictures(shown, times, width=options.width, height=options.height)
-    names = ", ".join(experiment.name for experiment in prepared.experiments)
+    names = ", ".join(experiment.name for experiment in setup.experiments)
     labelled = (
-        captioned(picture, f"{prepared.scenario.name}, from left: {names}; {t:.1f} s")
+        captioned(picture, f"{setup.scenario.name}, from left: {names}; {t:.1f} s")
         for t, picture in zip(times, drawn, strict=True)
     )
     with held.writing(), under_way(options, "drawing") as stages:

@@ -14,7 +14,7 @@ from scipy import linalg
 from ident.model.regressor import regressor
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array, Indices
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.mountings import PAIR
 from scenarios.experiments.files.schema import DrawTable, Scenario
 from scenarios.experiments.files.settings import Value, with_settings
@@ -77,7 +77,7 @@ class Sourced:
         """
         sources = sources_of(scenario)
         off = with_settings(scenario, settings_with(sources, {}).settings)
-        self._quiet = bench(off)
+        self._quiet = setup_of(off)
         if not set(PAIR) <= set(self._quiet.protocol):
             raise NotAPair(f"{scenario.name}: --against all needs a bare and a loaded motion in experiment.protocol")
         self._joints = joints
@@ -165,11 +165,11 @@ class Sourced:
         return bare, loaded
 
 
-def _source(name: str, source: DrawTable, off: Scenario, quiet: Bench) -> _Source:
+def _source(name: str, source: DrawTable, off: Scenario, quiet: Setup) -> _Source:
     points = points_of(source, quiet.scenario.table)
 
     def experiments(settings: Mapping[str, Value]) -> Sequence[Experiment]:
-        return bench(with_settings(off, settings)).experiments
+        return setup_of(with_settings(off, settings)).experiments
 
     deviated, equal = (tuple(experiments(each) for each in few) for few in (points.deviated, points.equal))
     return _Source(name, experiments(points.mean), deviated, equal)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from scenarios.design.excitation import Design
 from scenarios.design.search import Series
 from scenarios.experiments.files.motions import read_motion
-from scenarios.experiments.files.resolved import Resolved
+from scenarios.experiments.files.schema import Scenario
 from scenarios.support.errors import OtherSeries, ScenarioError
 from sim.trajectory import FourierTrajectory
 
@@ -29,7 +29,7 @@ class OwnMotion:
         return self.cost < design.cost(motion)
 
 
-def own_motion(scenario: Resolved, design: Design) -> OwnMotion | None:
+def own_motion(scenario: Scenario, design: Design) -> OwnMotion | None:
     """The motion of a scenario; None where there is none yet, or none that this robot can make."""
     try:
         motion = read_motion(scenario.table.experiment.motion, scenario.folder)
@@ -45,7 +45,7 @@ def worst_deviation(design: Design, motion: FourierTrajectory) -> float:
     return float(design.deviations(design.rows(motion)).total[design.problem.joints].max())
 
 
-def first_motion(scenario: Resolved, series: Series) -> FourierTrajectory:
+def first_motion(scenario: Scenario, series: Series) -> FourierTrajectory:
     """The motion of a scenario, for a search to begin with.
 
     Raises:

@@ -12,7 +12,7 @@ from scenarios.design.payload_search import Candidate, Carrying, best_weight, pa
 from scenarios.design.prediction import RESIDUAL, Deviations
 from scenarios.design.problem import design_problem, for_all_joints
 from scenarios.design.weights import SHAPES
-from scenarios.experiments.build import Bench, cell
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import mountings
 from scenarios.experiments.files.schema import Scenario
 from scenarios.support.errors import NoWeight
@@ -94,12 +94,12 @@ class PayloadDesign:
 
 
 def design_payload(
-    prepared: Bench, *, density: float, seed: int, tell: Callable[[int, Callable[[], str]], None]
+    setup: Setup, *, density: float, seed: int, tell: Callable[[int, Callable[[], str]], None]
 ) -> PayloadDesign:
     """Search the best weight of every shape along a scenario's motion, to show every joint.
 
     Args:
-        prepared: The scenario.
+        setup: The scenario.
         density: Of the material [kg/m^3].
         seed: Of the search.
         tell: Told how many of `STEPS` are done, and what is being searched.
@@ -107,9 +107,9 @@ def design_payload(
     Raises:
         NothingCarried: If the scenario mounts no payload.
     """
-    problem = for_all_joints(design_problem(cell(prepared.scenario)))
-    mounting = mountings(prepared.protocol)[0]
-    believed, robot, motion = prepared.payloads[mounting], problem.plant.robot, prepared.experiments[0].trajectory
+    problem = for_all_joints(design_problem(setup))
+    mounting = mountings(setup.protocol)[0]
+    believed, robot, motion = setup.payloads[mounting], problem.plant.robot, setup.experiments[0].trajectory
     design, flange = Design(problem), flange_of(robot)
     rows = design.rows(motion)
     carrying = Carrying(
@@ -125,9 +125,9 @@ def design_payload(
         return best_weight(carrying, shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
 
     candidates = [best(number, shape) for number, shape in enumerate(SHAPES)]
-    gains = prepared.scenario.table.identification.gains
+    gains = setup.scenario.table.identification.gains
     return PayloadDesign(
-        scenario=prepared.scenario,
+        scenario=setup.scenario,
         mounting=mounting,
         problem=problem,
         flange=flange,

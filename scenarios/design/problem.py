@@ -9,30 +9,30 @@ from scenarios.design.excitation import Problem
 from scenarios.design.limits import robot_limits
 from scenarios.design.prediction import prediction_of
 from scenarios.design.rows import carried
-from scenarios.experiments.build import Cell
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import mountings
-from scenarios.experiments.files.resolved import Resolved, believed_payloads
+from scenarios.experiments.files.schema import Scenario
 from scenarios.support.errors import NoJointWanted, NothingCarried
 
 
-def design_problem(prepared: Cell) -> Problem:
+def design_problem(setup: Setup) -> Problem:
     """State the problem with the first payload that the scenario mounts.
 
     Raises:
         NoJointWanted: If it wants no joint's gain.
         NothingCarried: If it mounts no payload.
     """
-    scenario = prepared.scenario
+    scenario = setup.scenario
     wanted = wanted_joints(scenario)
     names = mountings(scenario.table.experiment.protocol)
     if not names:
         raise NothingCarried(
             f'{scenario.name}: experiment.protocol mounts no payload; a design needs one, as ["bare", "loaded"]'
         )
-    plant, believed = prepared.plants.get(names[0], prepared.plant), believed_payloads(scenario)[names[0]]
+    plant, believed = setup.plants.get(names[0], setup.plant), setup.payloads[names[0]]
     return Problem(
         plant=plant,
-        structure=prepared.structure,
+        structure=setup.structure,
         limits=robot_limits(plant),
         joints=wanted,
         carried=carried(plant.payload, believed),
@@ -40,7 +40,7 @@ def design_problem(prepared: Cell) -> Problem:
     )
 
 
-def wanted_joints(scenario: Resolved) -> Indices:
+def wanted_joints(scenario: Scenario) -> Indices:
     """Joints whose gains the scenario wants, from 0.
 
     Raises:

@@ -9,7 +9,7 @@ from ident.model.arm import Arm
 from ident.support.toml_files import read_toml
 from scenarios.design.motion_formats.limits import MotionLimits
 from scenarios.design.motion_formats.sampled import SampledMotion, sampled
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import KEYS, read_motion
 from scenarios.experiments.robot_models import read_arm
@@ -65,16 +65,16 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
         return Source(name=name, motion=motion, arm=arm, limits=limits)
     if model is not None or flange is not None:
         raise NoSuchMotion(f"{name}: a scenario names its own robot; --model and --flange go with a motion file")
-    prepared = bench(load_scenario(name))
-    check_torque_limits(prepared.experiments)
-    return scenario_source(prepared)
+    setup = setup_of(load_scenario(name))
+    check_torque_limits(setup.experiments)
+    return scenario_source(setup)
 
 
-def scenario_source(prepared: Bench) -> Source:
+def scenario_source(setup: Setup) -> Source:
     """The motion of a prepared scenario."""
-    arm, plant = prepared.structure.arm, prepared.experiments[0].plant
+    arm, plant = setup.structure.arm, setup.experiments[0].plant
     limits = MotionLimits(
         lower=arm.lower, upper=arm.upper, velocity=plant.robot.max_velocity, acceleration=plant.robot.max_acceleration
     )
-    motion = prepared.experiments[0].trajectory
-    return Source(name=prepared.scenario.name, motion=motion, arm=arm, limits=limits)
+    motion = setup.experiments[0].trajectory
+    return Source(name=setup.scenario.name, motion=motion, arm=arm, limits=limits)

@@ -1,7 +1,7 @@
 """From a scenario's tables to the values that `sim` and `ident` work with: truth on one side, belief on the other."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -9,8 +9,9 @@ from ident.model.structure import Structure
 from ident.payload.payload import Payload
 from ident.support.arrays import Array
 from scenarios.experiments.files.mountings import BARE, by_mounting, motion_names, mountings
-from scenarios.experiments.files.resolved import Resolved, believed_payloads, resolved
+from scenarios.experiments.files.resolved import believed_payloads
 from scenarios.experiments.files.schema import BodyTable, Scenario
+from scenarios.experiments.files.settings import Value, with_settings
 from scenarios.experiments.named_files import motion_of, robot_of
 from scenarios.experiments.robots import structure as believed_structure
 from scenarios.support.errors import WrongLength
@@ -21,25 +22,32 @@ from sim.plant import PayloadBody, Plant
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Bench:
+class Setup:
     """Everything a scenario needs to run, for any seed.
 
     Attributes:
-        scenario: Where it came from, every number stated.
-        experiments: The motions, in order of time.
+        scenario: Where it came from.
+        plants: The truth, by mounting.
         structure: Identifiable structure of the arm, from its kinematics.
         payloads: The payloads as believed, by mounting.
+        experiments: The motions, in order of time; none where the robot has no motion yet.
     """
 
-    scenario: Resolved
-    experiments: tuple[Experiment, ...]
+    scenario: Scenario
+    plants: Mapping[str, Plant]
     structure: Structure
     payloads: Mapping[str, Payload]
+    experiments: tuple[Experiment, ...] = ()
+
+    @property
+    def plant(self) -> Plant:
+        """The truth with the first mounting."""
+        return next(iter(self.plants.values()))
 
     @property
     def true_gain(self) -> Array:
         """The injected drive gains [N m / drive unit], shape (n,)."""
-        return self.experiments[0].plant.drives.gain
+        return self.plant.drives.gain
 
     @property
     def protocol(self) -> tuple[str, ...]:
@@ -58,28 +66,8 @@ class Bench:
         return {carried: experiment.plant.payload for carried, experiment in pairs if experiment.loaded}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Cell:
-    """A scenario's robot, whatever it is moved by.
-
-    Attributes:
-        scenario: Where it came from, every number stated.
-        plants: The truth, by mounting.
-        structure: Identifiable structure of the arm, from its kinematics.
-    """
-
-    scenario: Resolved
-    plants: Mapping[str, Plant]
-    structure: Structure
-
-    @property
-    def plant(self) -> Plant:
-        """That of the first mounting."""
-        return next(iter(self.plants.values()))
-
-
-def cell(scenario: Scenario) -> Cell:
-    """Prepare a scenario's robot.
+def setup_without_motion(scenario: Scenario) -> Setup:
+    """Prepare a scenario's robot, whatever it is moved by.
 
     Raises:
         WrongLength: If arrays do not fit the arm.
@@ -87,27 +75,27 @@ def cell(scenario: Scenario) -> Cell:
         SimulationError: One of its kinds, if robot or plant are impossible.
         RobotModelError: If the robot's model file is no arm.
     """
-    ready = resolved(scenario)
-    table = ready.table
-    arm = robot_of(ready)
+    table, arm = scenario.table, robot_of(scenario)
     if len(table.tolerance.gain) != arm.n:
         raise WrongLength(
             f"{scenario.name}: tolerance.gain has {len(table.tolerance.gain)} values, but robot {arm.name} has {arm.n} "
             "joints; state arrays of plant, belief and tolerance for this robot, one value a joint"
         )
     structure = believed_structure(arm, tuple((first - 1, second - 1) for first, second in table.belief.couplings))
-    return Cell(ready, true_plants(ready), structure)
+    believed = believed_payloads(scenario)
+    payloads = {name: believed[name] for name in mountings(table.experiment.protocol)}
+    return Setup(scenario, true_plants(scenario), structure, payloads)
 
 
-def bench(scenario: Scenario) -> Bench:
+def setup_of(scenario: Scenario) -> Setup:
     """Prepare a scenario.
 
     Raises:
         WrongLength: If arrays or the motion do not fit the arm.
         ScenarioError: One of its kinds, if it names a payload or motion that does not exist or is impossible.
     """
-    ready = cell(scenario)
-    table, plant = ready.scenario.table, ready.plant
+    setup = setup_without_motion(scenario)
+    table, plant = scenario.table, setup.plant
     protocol, n = table.experiment.protocol, plant.robot.n
     motion = motion_of(scenario)
     if motion.n != n:
@@ -121,7 +109,7 @@ def bench(scenario: Scenario) -> Bench:
     experiments = tuple(
         Experiment(
             name=name,
-            plant=ready.plants.get(carried, plant),
+            plant=setup.plants.get(carried, plant),
             loaded=carried != BARE,
             trajectory=motion,
             belief=belief,
@@ -134,11 +122,21 @@ def bench(scenario: Scenario) -> Bench:
         )
         for earlier, (name, carried) in enumerate(zip(motion_names(protocol), protocol, strict=True))
     )
-    believed = believed_payloads(ready.scenario)
-    return Bench(ready.scenario, experiments, ready.structure, {name: believed[name] for name in mountings(protocol)})
+    return replace(setup, experiments=experiments)
 
 
-def true_plants(scenario: Resolved) -> dict[str, Plant]:
+def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
+    """The setup with other values at some places of its scenario; itself where there are none.
+
+    Raises:
+        UnknownPlace: If a place does not exist.
+        WrongValue: If one does not take its value.
+        ScenarioError: As `setup_of`.
+    """
+    return setup_of(with_settings(setup.scenario, settings)) if settings else setup
+
+
+def true_plants(scenario: Scenario) -> dict[str, Plant]:
     """The truth of a scenario, by mounting: one robot, with the payload that it carries then."""
     stated, arm = scenario.table.plant, robot_of(scenario)
     drives = DriveTruth(**{field.name: np.array(getattr(stated, field.name)) for field in fields(DriveTruth)})

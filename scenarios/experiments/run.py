@@ -1,4 +1,4 @@
-"""`run`: a scenario and a seed to a verdict, the four verbs in four lines; many of them in one batch."""
+"""A scenario and a seed to a verdict: draw, simulate, identify, judge; one trial or many in one batch."""
 
 import time
 from collections import defaultdict
@@ -6,23 +6,23 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import GainEstimate
-from ident.identification import identify_motions
+from ident.identification import identify
 from ident.preparation import SIMULATED, Prepared
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, changed
 from scenarios.experiments.files.draws import drawn_settings
-from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.mountings import grouped
-from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.files.settings import with_settings
+from scenarios.experiments.files.settings import Value
 from scenarios.experiments.judge import Verdict, judge
 from scenarios.support.stages import SILENT, Stages
 from sim.closed_loop import Advanced, no_progress
+from sim.drives import DriveTruth
 from sim.errors import SimulationError
 from sim.record import each_record
 from sim.sensors import noise_streams
@@ -30,11 +30,75 @@ from sim.sensors.effect import NoiseStreams
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One run of a scenario.
+
+    Attributes:
+        number: From 0.
+        seed: Of its noise, and of its random settings unless they are given.
+        settings: Values by place; None to draw what the scenario declares random.
+        streams: Seeds of single noise streams, by name, in place of those that follow from `seed`.
+        labels: What a study wants written into every row.
+    """
+
+    number: int = 0
+    seed: int
+    settings: Mapping[str, Value] | None = None
+    streams: Mapping[str, int] = field(default_factory=dict[str, int])
+    labels: Mapping[str, str] = field(default_factory=dict[str, str])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadyTrial:
+    """A trial with everything random drawn.
+
+    Attributes:
+        trial: Which.
+        setup: Of its scenario, nothing random left.
+        settings: What was drawn, by place.
+    """
+
+    trial: Trial
+    setup: Setup
+    settings: Mapping[str, Value]
+
+    @property
+    def streams(self) -> tuple[NoiseStreams, ...]:
+        """Noise of its motions."""
+        return motion_streams(self.trial.seed, self.trial.streams, len(self.setup.experiments))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulated:
+    """What the robot of one setup logged.
+
+    Attributes:
+        setup: Nothing random left in it.
+        recordings: Of the motions, in order of time.
+        simulate_s: Wall time, its share of the batch [s].
+    """
+
+    setup: Setup
+    recordings: tuple[Recording, ...]
+    simulate_s: float
+
+    @property
+    def logs(self) -> tuple[Motion, ...]:
+        """The motions as identification is given them, each with the payload that it is believed to carry."""
+        return as_identified(self.setup, self.recordings)
+
+    @property
+    def truth(self) -> DriveTruth:
+        """The drives as they are: `truth.gain` [N m / drive unit], shape (n,), and what they lose."""
+        return self.setup.plant.drives
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
     """What one run of a scenario produced.
 
     Attributes:
-        bench: The prepared scenario, what was random drawn.
+        setup: What was simulated, nothing random left in it.
         seed: Seed of every random number.
         recordings: Of the motions, in order of time.
         estimate: The identified gains.
@@ -46,7 +110,7 @@ class Run:
         prepared: The recordings, as they were estimated from.
     """
 
-    bench: Bench
+    setup: Setup
     seed: int
     recordings: tuple[Recording, ...]
     estimate: GainEstimate
@@ -58,11 +122,11 @@ class Run:
     prepared: Prepared | None = None
 
 
-def run(prepared: Bench, seed: int, *, stages: Stages = SILENT) -> Run:
-    """Draw what is random, record the motions, identify, judge.
+def run(setup: Setup, seed: int, *, stages: Stages = SILENT) -> Run:
+    """Draw what is random, simulate, identify, judge: one trial of `run_batch`.
 
     Args:
-        prepared: The prepared scenario.
+        setup: The scenario's.
         seed: Seed of every random number; the same seed gives the same bytes.
         stages: Told what is under way.
 
@@ -71,39 +135,36 @@ def run(prepared: Bench, seed: int, *, stages: Stages = SILENT) -> Run:
         SimulationError: If a motion cannot be carried out.
         IdentificationError: If the recordings cannot be identified at all.
     """
-    ready = drawn(prepared, seed)
-    streams = motion_streams(seed, {}, len(ready.experiments))
-    # A pair steps in some 30 microseconds: to share that with a second thread takes longer.
-    stages.begin("simulating", sum(each.trajectory.duration for each in ready.experiments))
-    ((_, simulated),) = simulate_batch([ready], [streams], threads=1, advanced=stages.advance)
-    if not isinstance(simulated, Simulated):
-        raise simulated
-    stages.begin("identifying")
-    outcome = _identified(ready, seed, simulated)
+    ready = ready_trial(setup, Trial(seed=seed))
+    # A pair steps in some 30 microseconds: to share that with a second thread takes longer, and so do small matrices.
+    with threadpool_limits(1):
+        ((_, outcome),) = run_batch([ready], threads=1, stages=stages)
     if isinstance(outcome, Run):
         return outcome
     raise outcome
 
 
-def run_scenario(scenario: str | Scenario, seed: int = 0) -> Run:
-    """Run a scenario, as `rx90 run` does.
+def simulate(setup: Setup, seed: int, *, threads: int = 1) -> Simulated:
+    """Draw what is random, and simulate; raises as `run` but for identification."""
+    ((_, outcome),) = simulate_batch([ready_trial(setup, Trial(seed=seed))], threads=threads)
+    if isinstance(outcome, Simulated):
+        return outcome
+    raise outcome
 
-    Args:
-        scenario: A built-in name, the path of a TOML file, or what `load_scenario` gave.
-        seed: Seed of every random number; the same seed gives the same bytes.
+
+def trial_settings(setup: Setup, trial: Trial) -> Mapping[str, Value]:
+    """Values of a trial by place, drawn where it has none of its own."""
+    return drawn_settings(setup.scenario, trial.seed) if trial.settings is None else trial.settings
+
+
+def ready_trial(setup: Setup, trial: Trial) -> ReadyTrial:
+    """A trial with everything random drawn.
 
     Raises:
-        ScenarioError: If the scenario is wrong.
-        SimulationError: If a motion cannot be carried out.
-        IdentificationError: If the recordings cannot be identified at all.
+        ScenarioError: If a random setting cannot be drawn or does not fit.
     """
-    return run(bench(load_scenario(scenario) if isinstance(scenario, str) else scenario), seed)
-
-
-def drawn(prepared: Bench, seed: int) -> Bench:
-    """The bench with everything random drawn for one seed."""
-    settings = drawn_settings(prepared.scenario, seed)
-    return bench(with_settings(prepared.scenario, settings)) if settings else prepared
+    settings = trial_settings(setup, trial)
+    return ReadyTrial(trial=trial, setup=changed(setup, settings), settings=settings)
 
 
 def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tuple[NoiseStreams, ...]:
@@ -123,99 +184,86 @@ def motion_streams(seed: int, replaced: Mapping[str, int], motions: int) -> tupl
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulated:
-    """What the cell of one prepared scenario logged.
-
-    Attributes:
-        recordings: Of the motions, in order of time.
-        simulate_s: Wall time, its share of the batch [s].
-    """
-
-    recordings: tuple[Recording, ...]
-    simulate_s: float
-
-
 def simulate_batch(
-    benches: Sequence[Bench],
-    streams: Sequence[Sequence[NoiseStreams]],
-    *,
-    threads: int,
-    advanced: Advanced = no_progress,
+    trials: Sequence[ReadyTrial], *, threads: int, advanced: Advanced = no_progress
 ) -> Iterator[tuple[int, Simulated | SimulationError]]:
-    """Record the motions of prepared scenarios in one batch.
+    """Record the motions of trials in one batch.
 
     Args:
-        benches: Nothing random left in them.
-        streams: Noise of the motions of each.
+        trials: Nothing random left in them.
         threads: Threads to step with; recordings do not depend on it, nor on what else is in the batch.
         advanced: Told how much is simulated.
 
     Yields:
-        The number of a bench, with its recordings or the first reason why there are none; one at a time, so that they
+        The place of a trial, with its recordings or the first reason why there are none; one at a time, so that they
         need not be kept.
     """
     started = time.perf_counter()
-    experiments = [experiment for prepared in benches for experiment in prepared.experiments]
-    places = [(i, m) for i, prepared in enumerate(benches) for m in range(len(prepared.experiments))]
+    experiments = [experiment for each in trials for experiment in each.setup.experiments]
+    places = [(i, m) for i, each in enumerate(trials) for m in range(len(each.setup.experiments))]
     waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
     simulate_s = 0.0
-    all_streams = [stream for each in streams for stream in each]
-    for k, outcome in each_record(experiments, all_streams, threads=threads, advanced=advanced):
-        simulate_s = simulate_s or (time.perf_counter() - started) / len(benches)
+    streams = [stream for each in trials for stream in each.streams]
+    for k, outcome in each_record(experiments, streams, threads=threads, advanced=advanced):
+        simulate_s = simulate_s or (time.perf_counter() - started) / len(trials)
         i, motion = places[k]
         waiting[i][motion] = outcome
-        if len(waiting[i]) == len(benches[i].experiments):
+        if len(waiting[i]) == len(trials[i].setup.experiments):
             complete = waiting.pop(i)
-            yield i, _simulated([complete[m] for m in sorted(complete)], simulate_s)
+            yield i, _simulated(trials[i].setup, [complete[m] for m in sorted(complete)], simulate_s)
 
 
 def run_batch(
-    benches: Sequence[tuple[Bench, int]],
-    streams: Sequence[Sequence[NoiseStreams]],
-    *,
-    threads: int,
+    trials: Sequence[ReadyTrial], *, threads: int, stages: Stages = SILENT
 ) -> Iterator[tuple[int, Run | SimulationError | IdentificationError]]:
-    """Run prepared scenarios in one batch.
+    """Run trials in one batch.
 
     Args:
-        benches: Nothing random left in them, each with the seed it stands for.
-        streams: Noise of the motions of each.
+        trials: Nothing random left in them.
         threads: Threads to step with; outcomes do not depend on it, nor on what else is in the batch.
+        stages: Told what is under way.
 
     Yields:
-        The number of a bench, with its run or why there is none, one at a time.
+        The place of a trial, with its run or why there is none, one at a time.
     """
-    for i, outcome in simulate_batch([prepared for prepared, _ in benches], streams, threads=threads):
-        yield i, _identified(*benches[i], outcome) if isinstance(outcome, Simulated) else outcome
+    stages.begin("simulating", sum(motion.trajectory.duration for each in trials for motion in each.setup.experiments))
+    for i, outcome in simulate_batch(trials, threads=threads, advanced=stages.advance):
+        if isinstance(outcome, Simulated):
+            stages.begin("identifying")
+            yield i, _identified(outcome, trials[i].trial.seed)
+        else:
+            yield i, outcome
 
 
-def as_identified(prepared: Bench, recordings: Sequence[Recording]) -> tuple[Motion, ...]:
+def as_identified(setup: Setup, recordings: Sequence[Recording]) -> tuple[Motion, ...]:
     """The motions of a scenario in the order that identification is given them, each with what it carries.
 
     Args:
-        prepared: The scenario.
+        setup: The scenario's.
         recordings: Of its motions, in order of time.
     """
-    return tuple(Motion(recordings[k], prepared.mounted[k]) for k in grouped(prepared.protocol))
+    return tuple(Motion(recordings[k], setup.mounted[k]) for k in grouped(setup.protocol))
 
 
-def _simulated(outcomes: Sequence[Recording | SimulationError], simulate_s: float) -> Simulated | SimulationError:
+def _simulated(
+    setup: Setup, outcomes: Sequence[Recording | SimulationError], simulate_s: float
+) -> Simulated | SimulationError:
     recordings: list[Recording] = []
     for outcome in outcomes:
         if isinstance(outcome, SimulationError):
             return outcome
         recordings.append(outcome)
-    return Simulated(recordings=tuple(recordings), simulate_s=simulate_s)
+    return Simulated(setup=setup, recordings=tuple(recordings), simulate_s=simulate_s)
 
 
-def _identified(prepared: Bench, seed: int, simulated: Simulated) -> Run | IdentificationError:
-    table, started = prepared.scenario.table, time.perf_counter()
+def _identified(simulated: Simulated, seed: int) -> Run | IdentificationError:
+    setup, started = simulated.setup, time.perf_counter()
+    table = setup.scenario.table
     chosen = table.identification
     try:
-        found = identify_motions(
-            as_identified(prepared, simulated.recordings),
-            prepared.structure,
+        found = identify(
+            setup.structure,
+            simulated.logs,
             method=chosen.method,
             options=chosen.method_options,
             observing=chosen.observe,
@@ -226,11 +274,11 @@ def _identified(prepared: Bench, seed: int, simulated: Simulated) -> Run | Ident
         return error
     identify_s = time.perf_counter() - started
     return Run(
-        bench=prepared,
+        setup=setup,
         seed=seed,
         recordings=simulated.recordings,
         estimate=found.estimate,
-        verdict=judge(found.estimate, prepared.true_gain, table.tolerance, expectation=prepared.scenario.expectation),
+        verdict=judge(found.estimate, setup.true_gain, table.tolerance, expectation=setup.scenario.expectation),
         notes=found.notes,
         simulate_s=simulated.simulate_s,
         identify_s=identify_s,

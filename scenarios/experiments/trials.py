@@ -9,16 +9,13 @@ from threadpoolctl import threadpool_limits
 from ident.estimation.estimate import IdentifiedGain, JointResult
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
-from scenarios.experiments.build import Bench, bench
-from scenarios.experiments.files.draws import drawn_settings
-from scenarios.experiments.files.resolved import resolved
+from scenarios.experiments.build import changed, setup_of
 from scenarios.experiments.files.schema import Scenario
-from scenarios.experiments.files.settings import Value, value_at, with_settings
-from scenarios.experiments.run import Run, motion_streams, run_batch
+from scenarios.experiments.files.settings import Value, value_at
+from scenarios.experiments.run import ReadyTrial, Run, Trial, run_batch, trial_settings
 from scenarios.support.errors import ScenarioError
 from scenarios.support.memory import give_back_memory
 from sim.errors import SimulationError
-from sim.sensors.effect import NoiseStreams
 
 CONTRACT = pa.schema(
     [
@@ -54,32 +51,13 @@ TIDY_EVERY = 8
 """Trials after which free memory is given back."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trial:
-    """One run of a study.
-
-    Attributes:
-        number: From 0.
-        seed: Of its noise, and of its random settings unless they are given.
-        settings: Values by place; None to draw what the scenario declares random.
-        streams: Seeds of single noise streams, by name, in place of those that follow from `seed`.
-        labels: What the study wants written into every row.
-    """
-
-    number: int
-    seed: int
-    settings: Mapping[str, Value] | None = None
-    streams: Mapping[str, int] = field(default_factory=dict[str, int])
-    labels: Mapping[str, str] = field(default_factory=dict[str, str])
-
-
 def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str]) -> pa.Schema:
     """Columns of a study: those of every study, its labels, and the settings that vary.
 
     Raises:
         UnknownPlace: If a place is none of the scenario's.
     """
-    table, settings = resolved(scenario).table, list[tuple[str, pa.DataType]]()
+    table, settings = scenario.table, list[tuple[str, pa.DataType]]()
     for place in places:
         value = value_at(table, place)
         if isinstance(value, list):
@@ -91,26 +69,6 @@ def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str
 
 Rows = list[dict[str, object]]
 """Rows by column."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReadyTrial:
-    """A trial with everything random drawn.
-
-    Attributes:
-        trial: Which.
-        bench: Its scenario, prepared.
-        settings: What was drawn, by place.
-    """
-
-    trial: Trial
-    bench: Bench
-    settings: Mapping[str, Value]
-
-    @property
-    def streams(self) -> tuple[NoiseStreams, ...]:
-        """Noise of its motions."""
-        return motion_streams(self.trial.seed, self.trial.streams, len(self.bench.experiments))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,21 +135,20 @@ def _rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work)
 
 
 def _batch_rows(scenario: Scenario, trials: Sequence[Trial], threads: int, work: Work) -> Rows:
-    scenario = resolved(scenario)
+    setup = setup_of(scenario)
     ready: list[ReadyTrial] = []
     rows: dict[int, Rows] = {}
     for trial in trials:
         settings: Mapping[str, Value] = {}
         try:
-            settings = drawn_settings(scenario, trial.seed) if trial.settings is None else trial.settings
-            prepared = bench(with_settings(scenario, settings) if settings else scenario)
-            ready.append(ReadyTrial(trial=trial, bench=prepared, settings=settings))
+            settings = trial_settings(setup, trial)
+            ready.append(ReadyTrial(trial=trial, setup=changed(setup, settings), settings=settings))
         except (ScenarioError, SimulationError, IdentificationError) as error:
             failure = Failure(trial=trial, kind=type(error).__name__, reason=str(error), settings=settings)
             rows[trial.number] = work.failed(scenario, failure)
     for i, outcome in work.finished(ready, threads):
         each = ready[i]
-        found = work.failed(each.bench.scenario, outcome) if isinstance(outcome, Failure) else outcome
+        found = work.failed(each.setup.scenario, outcome) if isinstance(outcome, Failure) else outcome
         rows[each.trial.number] = found
         if len(rows) % TIDY_EVERY == 0:
             give_back_memory()
@@ -205,17 +162,12 @@ def failure_of(ready: ReadyTrial, error: Exception) -> Failure:
         kind=type(error).__name__,
         reason=str(error),
         settings=ready.settings,
-        true_gain=ready.bench.true_gain,
+        true_gain=ready.setup.true_gain,
     )
 
 
 def _identified(trials: Sequence[ReadyTrial], threads: int) -> Iterator[tuple[int, Rows | Failure]]:
-    outcomes = run_batch(
-        [(each.bench, each.trial.seed) for each in trials],
-        [each.streams for each in trials],
-        threads=threads,
-    )
-    for i, outcome in outcomes:
+    for i, outcome in run_batch(trials, threads=threads):
         each = trials[i]
         yield i, _judged_rows(each, outcome) if isinstance(outcome, Run) else failure_of(each, outcome)
 

@@ -11,7 +11,7 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import RefusedGain
 from ident.support.arrays import Array, Indices
 from ident.support.errors import IdentificationError
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.prediction.predictor import NO_SPECTRUM, OTHER, Cost, Predictor, predictor_of
 from scenarios.support.errors import ScenarioError
@@ -76,7 +76,7 @@ def predicted_budget(scenario: Scenario) -> PredictedBudget:
     Raises:
         Saturated: If its motion asks more of a drive than it has; else as `predictor_of`.
     """
-    check_torque_limits(bench(scenario).experiments)
+    check_torque_limits(setup_of(scenario).experiments)
     predictor = predictor_of(scenario)
     estimate, costs, unpredicted = predictor.linear.estimate, list[Cost](), list[Unpredicted]()
     for name, source in scenario.table.sources.items():

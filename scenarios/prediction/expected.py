@@ -9,7 +9,7 @@ from ident.preparation import SIMULATED, Prepared, prepare
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from scenarios.experiments.build import Bench
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import grouped
 from sim.experiment import Experiment
 from sim.feedforward_currents import feedforward_currents, states_of
@@ -37,28 +37,28 @@ class Expected:
     unknown: tuple[str, ...]
 
 
-def expected_logs(prepared: Bench, every: int) -> tuple[Expected, ...]:
+def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
     """The expected log of each motion, in order of time.
 
     Args:
-        prepared: The scenario, nothing random left.
+        setup: The scenario, nothing random left.
         every: Samples of the controller to one of the log.
 
     Raises:
         PlantError: If a plant cannot be built.
     """
-    rate_hz = prepared.scenario.table.experiment.controller.rate_hz / every
-    needed = feedforward_currents(prepared.experiments, rate_hz)
-    return tuple(_expected(each, v, every, rate_hz) for each, v in zip(prepared.experiments, needed, strict=True))
+    rate_hz = setup.scenario.table.experiment.controller.rate_hz / every
+    needed = feedforward_currents(setup.experiments, rate_hz)
+    return tuple(_expected(each, v, every, rate_hz) for each, v in zip(setup.experiments, needed, strict=True))
 
 
-def expected_preparation(prepared: Bench, every: int) -> Prepared:
+def expected_preparation(setup: Setup, every: int) -> Prepared:
     """The expected logs as they are estimated from, each with one realisation of its noise.
 
     Methods that weigh rows, or choose a model, by the residual need the noise.
 
     Args:
-        prepared: The scenario, nothing random left.
+        setup: The scenario, nothing random left.
         every: Samples of the controller to one of the log.
 
     Raises:
@@ -66,18 +66,18 @@ def expected_preparation(prepared: Bench, every: int) -> Prepared:
         PlantError: If a plant cannot be built.
     """
     rng = np.random.default_rng(NOISE_SEED)
-    logs = zip(expected_logs(prepared, every), prepared.experiments, strict=True)
+    logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
     recordings = [noisy_recording(log, experiment, rng) for log, experiment in logs]
-    motions = [Motion(recordings[place], prepared.mounted[place]) for place in grouped(prepared.protocol)]
-    chosen = prepared.scenario.table.identification
-    return prepare(motions, prepared.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
+    motions = [Motion(recordings[place], setup.mounted[place]) for place in grouped(setup.protocol)]
+    chosen = setup.scenario.table.identification
+    return prepare(motions, setup.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
 
 
-def enough(prepared: Bench) -> int:
+def enough(setup: Setup) -> int:
     """Samples of the controller to one that is enough for identification."""
-    observe = prepared.scenario.table.identification.observe
+    observe = setup.scenario.table.identification.observe
     rate_hz = RATE * max(observe.cutoff_hz, observe.decimation_cutoff_hz)
-    return max(1, int(prepared.scenario.table.experiment.controller.rate_hz / rate_hz))
+    return max(1, int(setup.scenario.table.experiment.controller.rate_hz / rate_hz))
 
 
 def noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Generator) -> Recording:

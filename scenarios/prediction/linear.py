@@ -15,7 +15,7 @@ from ident.numerics.signals import delayed
 from ident.observation.full_rate import FullRate
 from ident.preparation import Prepared
 from ident.support.arrays import Array
-from scenarios.experiments.build import Bench
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import grouped
 from scenarios.prediction.expected import expected_preparation
 from scenarios.support.errors import NotLinear
@@ -29,7 +29,7 @@ class Linearised:
     """An estimate and how it moves.
 
     Attributes:
-        bench: What it was made from.
+        setup: What it was made from.
         expected: Its logs.
         estimate: Its k solved gains come with the influence of each row.
         behind: The motion behind the rows, motions in order of time.
@@ -37,7 +37,7 @@ class Linearised:
         every: Samples of the controller to one of the expected logs.
     """
 
-    bench: Bench
+    setup: Setup
     expected: Prepared
     estimate: GainEstimate
     behind: tuple[FullRate, ...]
@@ -68,7 +68,7 @@ class Linearised:
         Args:
             samples: Of each recording.
         """
-        solution, n = self.estimate.solution, self.bench.structure.arm.n
+        solution, n = self.estimate.solution, self.setup.structure.arm.n
         found = [np.zeros((len(solution.joints), samples, n)) for _ in self.behind]
         for number, place in enumerate(self.places):
             behind = self.behind[place]
@@ -83,15 +83,15 @@ class Linearised:
 
     @property
     def _later(self) -> float:
-        table = self.bench.scenario.table
+        table = self.setup.scenario.table
         return table.identification.observe.current_delay * table.experiment.controller.rate_hz / self.every
 
 
-def linearised(prepared: Bench, every: int) -> Linearised:
+def linearised(setup: Setup, every: int) -> Linearised:
     """Estimate the gains of a prepared scenario from its expected logs.
 
     Args:
-        prepared: The scenario, nothing random left.
+        setup: The scenario, nothing random left.
         every: Samples of the controller to one of the expected logs.
 
     Raises:
@@ -99,17 +99,17 @@ def linearised(prepared: Bench, every: int) -> Linearised:
         IdentificationError: If there is nothing to identify.
         PlantError: If a plant cannot be built.
     """
-    chosen = prepared.scenario.table.identification
+    chosen = setup.scenario.table.identification
     if chosen.method in NOT_LINEAR:
         raise NotLinear(
-            f"{prepared.scenario.name}: method {chosen.method}: noise biases it in second order, which is not "
+            f"{setup.scenario.name}: method {chosen.method}: noise biases it in second order, which is not "
             "predicted; simulate it with rx90 sensitivity, or name another with --method"
         )
-    expected = expected_preparation(prepared, every)
-    places = grouped(prepared.protocol)
+    expected = expected_preparation(setup, every)
+    places = grouped(setup.protocol)
     in_time = sorted(zip(places, expected.parts, strict=True), key=lambda pair: pair[0])
     return Linearised(
-        bench=prepared,
+        setup=setup,
         expected=expected,
         estimate=estimator(chosen.method).estimate(expected.problem, chosen.method_options),
         behind=tuple(behind for _, part in in_time if (behind := part.observation.full_rate) is not None),

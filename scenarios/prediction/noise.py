@@ -30,8 +30,8 @@ def noise_variances(linear: Linearised, logs: Sequence[Expected]) -> dict[str, A
     """
     variances: dict[str, Array] = {}
     weights = linear.weights(len(logs[0].log.t))
-    for each, K, experiment in zip(logs, weights, linear.bench.experiments, strict=True):
-        cutoff_hz = linear.bench.scenario.table.identification.observe.cutoff_hz
+    for each, K, experiment in zip(logs, weights, linear.setup.experiments, strict=True):
+        cutoff_hz = linear.setup.scenario.table.identification.observe.cutoff_hz
         moved = any(noise.q.any() for noise in each.noises)
         by_position = _by_position(K, experiment, each.log.rate_hz, cutoff_hz) if moved else None
         for noise in each.noises:

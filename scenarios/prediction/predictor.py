@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.support.arrays import Array, Indices
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, changed, setup_of
 from scenarios.experiments.files.draws import numbers_needed, settings_from
-from scenarios.experiments.files.resolved import resolved
 from scenarios.experiments.files.schema import DrawTable, Scenario
 from scenarios.experiments.files.settings import Value, value_at, with_settings
 from scenarios.experiments.studies.sources import Sources, settings_with, sources_of
@@ -137,14 +136,14 @@ class Predictor:
         return 1.0 / (inverse * outcome.gain[self.joints]) - 1.0
 
     def _again(self, settings: Mapping[str, Value]) -> Array:
-        if all(value_at(self.linear.bench.scenario.table, place) == value for place, value in settings.items()):
+        if all(value_at(self.linear.setup.scenario.table, place) == value for place, value in settings.items()):
             return np.zeros(len(self.joints))
-        with_it = linearised(bench(with_settings(self.linear.bench.scenario, settings)), self.linear.every)
+        with_it = linearised(changed(self.linear.setup, settings), self.linear.every)
         before, now = self.linear.estimate.solution, with_it.estimate.solution
         if not np.isin(self.joints, now.joints).all():
             raise NotPredicted("the joints that have a gain are not the same with it")
         at = np.searchsorted(now.joints, self.joints)
-        truth = with_it.bench.true_gain[self.joints] / self.linear.bench.true_gain[self.joints]
+        truth = with_it.setup.true_gain[self.joints] / self.linear.setup.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
 
     def _of_noise(self, name: str, variance: Array) -> Cost:
@@ -152,9 +151,9 @@ class Predictor:
         return Cost(source=name, bias=np.zeros(len(std)), std=std)
 
     def _outcome(self, settings: Mapping[str, Value]) -> _Outcome:
-        prepared: Bench = bench(with_settings(self._off, settings))
-        logs = expected_logs(prepared, self.linear.every)
-        return _Outcome(tuple(prepared.experiments), logs, prepared.true_gain)
+        setup: Setup = setup_of(with_settings(self._off, settings))
+        logs = expected_logs(setup, self.linear.every)
+        return _Outcome(tuple(setup.experiments), logs, setup.true_gain)
 
 
 def predictor_of(scenario: Scenario) -> Predictor:
@@ -170,20 +169,20 @@ def predictor_of(scenario: Scenario) -> Predictor:
         IdentificationError: If there is nothing to identify.
         SimulationError: If a plant cannot be built.
     """
-    sources, base = sources_of(scenario), resolved(scenario)
-    wanted = np.flatnonzero(base.table.tolerance.identifiable)
+    sources = sources_of(scenario)
+    wanted = np.flatnonzero(scenario.table.tolerance.identifiable)
     if not wanted.size:
         raise NoSources(f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share")
     middle = {name: np.full(width, 0.5) for name, width in sources.width.items()}
-    prepared = bench(with_settings(base, {**_medians(base), **settings_with(sources, middle).settings}))
-    linear = linearised(prepared, enough(prepared))
+    setup = setup_of(with_settings(scenario, {**_medians(scenario), **settings_with(sources, middle).settings}))
+    linear = linearised(setup, enough(setup))
     return Predictor(linear, sources, wanted[linear.estimate.identifiable[wanted]])
 
 
 def _medians(scenario: Scenario) -> dict[str, Value]:
     """What a scenario draws, at the medians."""
     settings = dict[str, Value]()
-    table = resolved(scenario).table
+    table = scenario.table
     for draw in scenario.table.random.values():
         settings |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
     return settings

@@ -64,7 +64,8 @@ def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool 
         else ("Excluded", "Cannot be checked with these logs")
     )
     excluded = [each.sentence for each in found.excluded if every or each.limit is not None]
-    indistinguishable = [each for each in found.indistinguishable if every or not each.startswith("whether")]
+    together = found.indistinguishable_together if every else ()
+    indistinguishable = (*found.indistinguishable, *together)
     parts = [Paragraph(f"{exclude}: {'; '.join(excluded)}.")] if excluded else []
     return [*parts, *([Paragraph(f"{tell}: {'; '.join(indistinguishable)}.")] if indistinguishable else [])]
 

@@ -9,7 +9,7 @@ from ident.diagnosis.samples.clock import slowest_hz
 from ident.observation.observation import REGRESSOR_RATE, ObserveOptions
 from ident.payload.payload import Payload
 from scenarios.design.trajectory_source import scenario_source
-from scenarios.experiments.build import Bench
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import BARE
 from scenarios.reports.content import Column, Heading, Line, Paragraph, Part, Report, Table, cells
 from scenarios.reports.diagnoses import horizon_paragraphs
@@ -60,26 +60,26 @@ SAFETY = (
 
 
 def recipe_report(
-    prepared: Bench, payloads: Mapping[str, Payload], name: str, commands: Collection[str], told: Diagnosed
+    setup: Setup, payloads: Mapping[str, Payload], name: str, commands: Collection[str], told: Diagnosed
 ) -> Report:
     """The page.
 
     Args:
-        prepared: The scenario.
+        setup: The scenario.
         payloads: As it states them, by mounting.
         name: As commands name it.
         commands: Names of those that there are.
         told: What logs of these motions will exclude, and what they will not tell.
     """
-    source, table = scenario_source(prepared), prepared.scenario.table
-    robot = prepared.experiments[0].plant.robot
+    source, table = scenario_source(setup), setup.scenario.table
+    robot = setup.experiments[0].plant.robot
     load = robot.rated_load
     rated = "" if load is None else f" The arm is rated for {load:g} kg, everything mounted together."
     heavy = [each for each, payload in payloads.items() if load is not None and payload.mass > load]
     rated += f" Beyond that: {', '.join(heavy)}; the manual says whether, and how fast." if heavy else ""
     parts: list[Part] = [
         Heading("Command"),
-        _motions(prepared),
+        _motions(setup),
         Paragraph(_warm_up(table.experiment.warm_up)),
         motion_table(source.sampled(SHOWN_HZ), source.limits),
         Paragraph("Speeds and accelerations in rad and s; m where a joint slides. As a file for a controller:"),
@@ -100,12 +100,12 @@ def recipe_report(
         Heading("Safety"),
         *map(Paragraph, SAFETY),
         Heading("Afterwards"),
-        *_afterwards(prepared, commands),
+        *_afterwards(setup, commands),
     ]
-    return Report(f"Recording recipe: {prepared.scenario.name}, robot {robot.name}", tuple(parts), {})
+    return Report(f"Recording recipe: {setup.scenario.name}, robot {robot.name}", tuple(parts), {})
 
 
-def _motions(prepared: Bench) -> Table:
+def _motions(setup: Setup) -> Table:
     rows = tuple(
         cells(
             str(number),
@@ -114,7 +114,7 @@ def _motions(prepared: Bench) -> Table:
             f"{each.trajectory.duration:g}",
             f"{each.name}.parquet",
         )
-        for number, (carried, each) in enumerate(zip(prepared.protocol, prepared.experiments, strict=True), 1)
+        for number, (carried, each) in enumerate(zip(setup.protocol, setup.experiments, strict=True), 1)
     )
     return Table(title="In this order", columns=MOTIONS, rows=rows)
 
@@ -161,11 +161,11 @@ def _log(observe: ObserveOptions) -> list[Part]:
     ]
 
 
-def _checked(prepared: Bench, files: Sequence[str]) -> list[list[str]]:
+def _checked(setup: Setup, files: Sequence[str]) -> list[list[str]]:
     """Recordings of a check each: the bare ones with those of one mounting."""
-    bare = [file for file, carried in zip(files, prepared.protocol, strict=True) if carried == BARE]
+    bare = [file for file, carried in zip(files, setup.protocol, strict=True) if carried == BARE]
     loaded = dict[str, list[str]]()
-    for file, carried in zip(files, prepared.protocol, strict=True):
+    for file, carried in zip(files, setup.protocol, strict=True):
         if carried != BARE:
             loaded.setdefault(carried, []).append(file)
     if not bare or not loaded:
@@ -173,10 +173,10 @@ def _checked(prepared: Bench, files: Sequence[str]) -> list[list[str]]:
     return [[*bare, "--loaded", *each, "--payload", payload_file(name)] for name, each in loaded.items()]
 
 
-def _afterwards(prepared: Bench, commands: Collection[str]) -> list[Part]:
-    files = [f"{each.name}.parquet" for each in prepared.experiments]
-    first, (model, *believed) = files[0], model_words(prepared)
-    n = prepared.experiments[0].plant.robot.n
+def _afterwards(setup: Setup, commands: Collection[str]) -> list[Part]:
+    files = [f"{each.name}.parquet" for each in setup.experiments]
+    first, (model, *believed) = files[0], model_words(setup)
+    n = setup.experiments[0].plant.robot.n
     columns = ["t=time[ms]", f"q=pos_{{1..{n}}}[deg]", f"v=cur_{{1..{n}}}[mA]"]
     parts: list[Part] = [
         Paragraph(
@@ -187,10 +187,10 @@ def _afterwards(prepared: Bench, commands: Collection[str]) -> list[Part]:
         Paragraph("and so on for each motion; then:"),
     ]
     if "check" in commands:
-        parts += [Line(shlex.join(["rx90", "check", model, *words, *believed])) for words in _checked(prepared, files)]
+        parts += [Line(shlex.join(["rx90", "check", model, *words, *believed])) for words in _checked(setup, files)]
     other = ["--loaded", "other.parquet", "--payload", "other.toml"]
-    bare = next((file for file, carried in zip(files, prepared.protocol, strict=True) if carried == BARE), None)
-    parts.append(Line(identify_command(prepared, Path()) + " --gains-out gains.toml"))
+    bare = next((file for file, carried in zip(files, setup.protocol, strict=True) if carried == BARE), None)
+    parts.append(Line(identify_command(setup, Path()) + " --gains-out gains.toml"))
     if bare is not None:
         parts.append(Paragraph("and, with one more motion that carries another known weight:"))
         words = ["rx90", "verify", "--model", model, *believed, "--gains", "gains.toml", "--unloaded", bare, *other]

@@ -13,7 +13,7 @@ from scenarios.results.models.run import Result
 
 def run_report(run: Run) -> Report:
     """The table of injected against identified gains, the reasons, and the verdict."""
-    scenario, revolute = run.bench.scenario, run.bench.structure.arm.revolute
+    scenario, revolute = run.setup.scenario, run.setup.structure.arm.revolute
     result = Result.of_run(run)
     parts: list[Part] = [judged_table(result.gains, revolute)]
     parts += note_paragraphs(result.notes, run.found, revolute)

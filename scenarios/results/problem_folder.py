@@ -103,7 +103,7 @@ class GivenProblem:
     Attributes:
         folder: Where it was read from; None for one that never was a folder.
         arm: The arm that moved.
-        motions: Recordings and payloads, as `identify_motions` takes them.
+        motions: Recordings and payloads, as `identify` takes them.
         observing: Filters and thresholds.
         gains: When a gain counts as identifiable.
     """

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ident.payload.files import write_payload
 from ident.recordings.files import write_recording
-from scenarios.experiments.build import Bench
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import BARE, LOADED, grouped
 from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.run import Run, as_identified
@@ -21,10 +21,10 @@ from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
 
-def run_files(prepared: Bench) -> tuple[str, ...]:
+def run_files(setup: Setup) -> tuple[str, ...]:
     """Names of the files that are written: recordings, payloads, the arm, truth, result and its rows."""
-    recordings = [f"{experiment.name}.parquet" for experiment in prepared.experiments]
-    return (*recordings, *map(payload_file, prepared.payloads), *MODELS, "truth.json", RESULT, ROWS, RECORD)
+    recordings = [f"{experiment.name}.parquet" for experiment in setup.experiments]
+    return (*recordings, *map(payload_file, setup.payloads), *MODELS, "truth.json", RESULT, ROWS, RECORD)
 
 
 def payload_file(mounting: str) -> str:
@@ -47,12 +47,12 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     Raises:
         OSError: If the folder cannot be written.
     """
-    for experiment, recording in zip(run.bench.experiments, run.recordings, strict=True):
+    for experiment, recording in zip(run.setup.experiments, run.recordings, strict=True):
         write_recording(recording, folder / f"{experiment.name}.parquet")
-    for mounting, payload in run.bench.payloads.items():
+    for mounting, payload in run.setup.payloads.items():
         write_payload(payload, folder / payload_file(mounting), comment=schema_line("payload"))
-    drives = run.bench.experiments[0].plant.drives
-    bodies = {mounting: asdict(body) for mounting, body in run.bench.true_payloads.items()}
+    drives = run.setup.experiments[0].plant.drives
+    bodies = {mounting: asdict(body) for mounting, body in run.setup.true_payloads.items()}
     truth = {
         "drives": {field.name: getattr(drives, field.name).tolist() for field in fields(drives)},
         **({"payload": bodies[LOADED]} if LOADED in bodies else {}),
@@ -62,16 +62,16 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
     (folder / RESULT).write_text(to_json(Result.of_run(run).model_dump(mode="json")) + "\n", encoding="utf-8")
     assert run.prepared is not None, "a run has what it was identified from"
     write_fit(fit_of(run.prepared, run.estimate), folder)
-    robot = run.bench.experiments[0].plant.robot
+    robot = run.setup.experiments[0].plant.robot
     model = write_model(robot.model, robot.flange, folder)
     record = _record(run, folder, model).model_copy(update={"command": command, "scenario": named, "scene": scene})
     write_record(record, folder)
 
 
 def _record(run: Run, folder: Path, model: str) -> RecordFile:
-    prepared, scenario = run.bench, run.bench.scenario
-    chosen, motions = scenario.table.identification, _motions(prepared)
-    written = [name for name in run_files(prepared) if name not in (*MODELS, RECORD)]
+    setup, scenario = run.setup, run.setup.scenario
+    chosen, motions = scenario.table.identification, _motions(setup)
+    written = [name for name in run_files(setup) if name not in (*MODELS, RECORD)]
     return RecordFile(
         format=1,
         kind="run",
@@ -92,22 +92,22 @@ def _record(run: Run, folder: Path, model: str) -> RecordFile:
 
 def origin(run: Run) -> Origin:
     """What the gains of a run were found from."""
-    chosen = run.bench.scenario.table.identification
+    chosen = run.setup.scenario.table.identification
     return Origin(
-        model=run.bench.experiments[0].plant.robot.model,
-        arm=run.bench.structure.arm,
-        motions=as_identified(run.bench, run.recordings),
+        model=run.setup.experiments[0].plant.robot.model,
+        arm=run.setup.structure.arm,
+        motions=as_identified(run.setup, run.recordings),
         options=chosen.method_options,
         observing=chosen.observe,
     )
 
 
-def model_words(prepared: Bench) -> list[str]:
+def model_words(setup: Setup) -> list[str]:
     """The model file of the arm, and the options that say what is believed of it: flange and couplings."""
-    robot = prepared.experiments[0].plant.robot
+    robot = setup.experiments[0].plant.robot
     model = short_path(robot.model)
     words = [model] if robot.flange is None else [model, "--flange", robot.flange]
-    return [*words, *coupling_words(prepared.scenario.table.belief.couplings)]
+    return [*words, *coupling_words(setup.scenario.table.belief.couplings)]
 
 
 def short_path(path: Path) -> str:
@@ -116,20 +116,20 @@ def short_path(path: Path) -> str:
     return str(short if short.exists() and short.samefile(path) else path)
 
 
-def identify_command(prepared: Bench, folder: Path) -> str:
+def identify_command(setup: Setup, folder: Path) -> str:
     """The command that gives the same estimate on the files of `save_run`, to the last digit."""
-    chosen = prepared.scenario.table.identification
-    words = ["rx90", "identify", "--model", *model_words(prepared), *motion_words(folder, _motions(prepared))]
+    chosen = setup.scenario.table.identification
+    words = ["rx90", "identify", "--model", *model_words(setup), *motion_words(folder, _motions(setup))]
     options = option_words(asdict(chosen.observe), asdict(chosen.gains), chosen.options)
     return shlex.join([*words, "--method", chosen.method, *options])
 
 
-def _motions(prepared: Bench) -> tuple[MotionTable, ...]:
+def _motions(setup: Setup) -> tuple[MotionTable, ...]:
     """Recordings in the order that identification is given them, by the names of their files."""
     return tuple(
         MotionTable(
-            recording=f"{prepared.experiments[k].name}.parquet",
-            payload=None if prepared.protocol[k] == BARE else payload_file(prepared.protocol[k]),
+            recording=f"{setup.experiments[k].name}.parquet",
+            payload=None if setup.protocol[k] == BARE else payload_file(setup.protocol[k]),
         )
-        for k in grouped(prepared.protocol)
+        for k in grouped(setup.protocol)
     )

@@ -3,7 +3,6 @@
 import hashlib
 
 from scenarios.experiments.files.motions import motion_digest
-from scenarios.experiments.files.resolved import stated_table
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.robots import robot_digests
 from scenarios.support.result_model import to_json
@@ -19,7 +18,7 @@ def scene_digest(scenario: Scenario) -> str:
         ScenarioError: If it names what is not there.
         RobotError: If the robot's files cannot be read.
     """
-    stated, motion = stated_table(scenario), scenario.table.experiment.motion
+    stated, motion = scenario.table.model_dump(mode="json"), scenario.table.experiment.motion
     whole = {
         "tables": {name: stated[name] for name in SEEN},
         "motion": motion_digest(motion, scenario.folder),

@@ -7,6 +7,7 @@ import pinocchio as pin
 
 from ident.model.arm import Arm, arm_from_pinocchio
 from ident.payload.payload import Payload
+from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 
 UR_GAIN = np.array([13.2, -12.1, 9.7, 8.3, 6.9, 7.7])
@@ -128,3 +129,8 @@ def known_logs(
 def arm_of(model: pin.Model) -> Arm:
     """Its kinematics, as identification sees them."""
     return arm_from_pinocchio(model)
+
+
+def mounted(bare: Recording, loaded: Recording, payload: Payload) -> tuple[Motion, Motion]:
+    """A bare and a loaded motion."""
+    return Motion(bare), Motion(loaded, payload)

@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from ident import identify_motions
+from ident import identify
 from ident.preparation import SIMULATED
 from scenarios.results.problem_folder import GivenProblem
 
@@ -19,9 +19,9 @@ def _every(problem: GivenProblem, gain: dict) -> list[dict]:
 
 def least_squares(problem: GivenProblem) -> list[dict]:
     """What `ls-2011` finds, told by hand."""
-    found = identify_motions(
-        problem.motions,
+    found = identify(
         problem.arm,
+        problem.motions,
         method="ls-2011",
         observing=problem.observing,
         gains=problem.gains,

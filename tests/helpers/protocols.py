@@ -5,7 +5,7 @@ from pathlib import Path
 
 from quick import quick_scenario
 
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 
 TWO = """
@@ -27,5 +27,5 @@ def scenario_of(folder: Path, protocol: tuple[str, ...], more: str = "") -> str:
     return str(path)
 
 
-def bench_of(folder: Path, protocol: tuple[str, ...], more: str = "") -> Bench:
-    return bench(load_scenario(scenario_of(folder, protocol, more)))
+def protocol_setup(folder: Path, protocol: tuple[str, ...], more: str = "") -> Setup:
+    return setup_of(load_scenario(scenario_of(folder, protocol, more)))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from consistency_logs import LOOSE, logs_of
 from corruptions import CHANGES, corrupted
-from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, ur_like
+from known_logs import BRICK, UR_GAIN, UR_MIDDLE, arm_of, known_logs, mounted, ur_like
 from real_friction import Truth
 
 from ident.estimation.estimate import IdentifiedGain
@@ -14,7 +14,7 @@ from ident.estimation.estimators import ESTIMATORS, ls_2011, plug_in
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.gain_signs import joint_signs
 from ident.estimation.problem import pair
-from ident.identification import identify, identify_motions
+from ident.identification import identify
 from ident.observation.observation import ObserveOptions, observe
 from ident.payload.payload import Payload
 from ident.preparation import KNOWN, SIMULATED
@@ -32,7 +32,7 @@ def logs() -> tuple[Recording, Recording]:
 
 
 def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(ur, logs):
-    found = identify(*logs, ur, BRICK)
+    found = identify(ur, mounted(*logs, BRICK))
     for joint, true in zip(found.estimate.joints, UR_GAIN, strict=True):
         assert isinstance(joint, IdentifiedGain)
         assert abs(joint.value - true) < 4.0 * joint.std  # six joints: by chance once in 2600 seeds
@@ -46,7 +46,7 @@ def test_the_log_as_it_is_gives_every_gain_and_raises_no_doubt(ur, logs):
 @pytest.mark.parametrize("change", CORRUPTED)
 def test_positions_that_are_not_the_joint_s_own_give_no_wrong_gain(ur, logs, change):
     try:
-        found = identify(*corrupted(logs, CHANGES[change]), ur, BRICK, method="ls-2011").estimate.joints
+        found = identify(ur, mounted(*corrupted(logs, CHANGES[change]), BRICK), method="ls-2011").estimate.joints
     except (Contradiction, NotIdentifiable):
         return
     for joint, true in zip(found, UR_GAIN, strict=True):
@@ -56,11 +56,11 @@ def test_positions_that_are_not_the_joint_s_own_give_no_wrong_gain(ur, logs, cha
 
 def test_a_base_on_the_wall_gives_no_gain(logs):
     with pytest.raises(Contradiction, match="the base is oriented differently"):
-        identify(*logs, arm_of(ur_like((9.81, 0.0, 0.0))), BRICK, method="ls-2011")
+        identify(arm_of(ur_like((9.81, 0.0, 0.0))), mounted(*logs, BRICK), method="ls-2011")
 
 
 def test_a_base_that_is_tilted_by_five_degrees_is_named(logs):
-    found = identify(*logs, arm_of(ur_like((0.0, 0.85, -9.77))), BRICK, method="ls-2011").found
+    found = identify(arm_of(ur_like((0.0, 0.85, -9.77))), mounted(*logs, BRICK), method="ls-2011").found
     tilted = next(each for each in found.findings if each.name == "base")
     # Upright is one of the bases that are tried; gravity there is 5 degrees off.
     assert "gravity points along (0, 0, -1)" in tilted.sentence or "tilted by 5" in tilted.sentence
@@ -70,7 +70,7 @@ def test_a_base_that_is_tilted_by_five_degrees_is_named(logs):
 def test_a_centre_of_mass_a_centimetre_off_is_named_and_what_it_spoils_is_refused(axes):
     bare, loaded = logs_of(Truth(), seed=2)
     wrong = replace(BRICK, com=(0.07, -0.05, 0.1))
-    found = identify(bare, loaded, axes, wrong, method="ls-2011", gains=LOOSE)
+    found = identify(axes, mounted(bare, loaded, wrong), method="ls-2011", gains=LOOSE)
     centre = next(each for each in found.found.findings if each.name == "payload centre")
     assert "the payload's centre of mass seems to differ from the stated one" in centre.sentence
     spoilt = {each.joint for each in centre.effects if each.spoils}
@@ -79,15 +79,15 @@ def test_a_centre_of_mass_a_centimetre_off_is_named_and_what_it_spoils_is_refuse
         assert isinstance(joint, IdentifiedGain) == (j not in spoilt)
     assert "the payload's centre of mass" in found.estimate.joints[2].reason
     unsure = replace(wrong, com_std=(0.02, 0.02, 0.02))
-    found = identify(bare, loaded, axes, unsure, gains=LOOSE)
+    found = identify(axes, mounted(bare, loaded, unsure), gains=LOOSE)
     assert found.estimate.identifiable.all()
 
 
 def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_refused(axes):
     bare, loaded = logs_of(Truth(), seed=2)
-    right = identify(bare, loaded, axes, BRICK, gains=LOOSE).estimate
+    right = identify(axes, mounted(bare, loaded, BRICK), gains=LOOSE).estimate
     off = Recording(loaded.t, loaded.q, loaded.v + np.array([0.02, -0.07, -0.13]), loaded.name)
-    found = identify(bare, off, axes, BRICK, gains=LOOSE)
+    found = identify(axes, mounted(bare, off, BRICK), gains=LOOSE)
     (said,) = [each for each in found.found.findings if each.name == "offset"]
     assert said.logs == ("loaded",)
     assert said.sentence.startswith(
@@ -105,7 +105,7 @@ def test_currents_that_are_offset_in_one_log_are_named_and_what_that_spoils_is_r
 
 def test_drives_wired_backwards_have_negative_gains_and_are_no_fault(axes):
     logs = [Recording(log.t, log.q, -log.v, log.name) for log in logs_of(Truth())]
-    found = identify(*logs, axes, BRICK, method="ls-2011", gains=LOOSE)
+    found = identify(axes, mounted(*logs, BRICK), method="ls-2011", gains=LOOSE)
     values = [joint.value for joint in found.estimate.joints]
     np.testing.assert_allclose(values, [-13.2, 12.1, -9.7], rtol=0.1)  # known to some per cent
     assert {each.name for each in found.found.findings} == {"negative gain"}
@@ -114,16 +114,16 @@ def test_drives_wired_backwards_have_negative_gains_and_are_no_fault(axes):
 def test_swapped_files_are_named(axes):
     bare, loaded = logs_of(Truth())
     with pytest.raises(NotIdentifiable, match="unloaded and loaded files are probably swapped"):
-        identify(loaded, bare, axes, BRICK, gains=LOOSE, policy=KNOWN)
+        identify(axes, mounted(loaded, bare, BRICK), gains=LOOSE, policy=KNOWN)
 
 
 def test_a_motion_may_repeat_another_to_the_last_digit_only_where_it_is_simulated(axes):
     bare, loaded = logs_of(Truth())
     motions = [Motion(bare), Motion(loaded, BRICK), Motion(replace(bare, name="again"))]
     with pytest.raises(NotIdentifiable, match="bare and again hold the same motion"):
-        identify_motions(motions, axes, method="ls-2011", gains=LOOSE)
-    estimate = identify_motions(motions, axes, method="ls-2011", gains=LOOSE, policy=SIMULATED).estimate
-    once = identify(bare, loaded, axes, BRICK, method="ls-2011", gains=LOOSE, policy=SIMULATED).estimate
+        identify(axes, motions, method="ls-2011", gains=LOOSE)
+    estimate = identify(axes, motions, method="ls-2011", gains=LOOSE, policy=SIMULATED).estimate
+    once = identify(axes, mounted(bare, loaded, BRICK), method="ls-2011", gains=LOOSE, policy=SIMULATED).estimate
     # Rows that count twice weigh more, of a log that its model explains to 1e-2.
     np.testing.assert_allclose(1.0 / estimate.solution.inverse, 1.0 / once.solution.inverse, rtol=3e-2)
 
@@ -139,14 +139,14 @@ def test_a_method_is_run_once_and_says_what_it_says_by_itself(axes, monkeypatch)
     monkeypatch.setitem(ESTIMATORS, "ls-2011", plug_in(counted, ls_2011.JointByJointOptions))
     logs = logs_of(Truth())
     asked = replace(LOOSE, uncertainty="jackknife")
-    found = identify(*logs, axes, BRICK, method="ls-2011", gains=asked).estimate
+    found = identify(axes, mounted(*logs, BRICK), method="ls-2011", gains=asked).estimate
     assert len(ran) == 1
     observed = [observe(log, axes, ObserveOptions()) for log in logs]
     direct = once(pair(*observed, BRICK, asked), ls_2011.JointByJointOptions())
     assert found.joints == direct.joints
     assert found.options == asked
     with pytest.raises(OptionError, match="options are float"):
-        identify(*logs, axes, BRICK, method="ls-2011", options=1.5, policy=SIMULATED)
+        identify(axes, mounted(*logs, BRICK), method="ls-2011", options=1.5, policy=SIMULATED)
 
 
 @pytest.fixture(scope="module")
@@ -160,8 +160,8 @@ def faint() -> tuple[Recording, Recording, Payload]:
 def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints_show(ur, faint):
     bare, loaded, payload = faint
     with pytest.raises(NotIdentifiable, match="ls-2011 finds no load on any joint in the loaded motion"):
-        identify(bare, loaded, ur, payload, method="ls-2011", policy=SIMULATED)
-    estimate = identify(bare, loaded, ur, payload, policy=SIMULATED).estimate
+        identify(ur, mounted(bare, loaded, payload), method="ls-2011", policy=SIMULATED)
+    estimate = identify(ur, mounted(bare, loaded, payload), policy=SIMULATED).estimate
     gains = {j: each for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
     assert set(gains) == {1, 2}
     for j, gain in gains.items():
@@ -175,4 +175,4 @@ def test_all_joints_find_no_gain_where_nothing_is_mounted_and_the_payload_is_ask
         for each in (seed, seed + 7)
     ]
     with pytest.raises(NotIdentifiable, match=r"was the payload mounted\?$"):
-        identify(*logs, ur, BRICK, policy=SIMULATED, gains=GainOptions(max_rel_std=0.5))
+        identify(ur, mounted(*logs, BRICK), policy=SIMULATED, gains=GainOptions(max_rel_std=0.5))

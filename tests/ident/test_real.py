@@ -21,6 +21,7 @@ from ident.payload.files import read_payload
 from ident.payload_identification.payload_estimate import payload_of
 from ident.payload_identification.verification import DIFFERS, verified
 from ident.recordings.files import read_recording
+from ident.recordings.motion import read
 
 pytestmark = pytest.mark.real
 
@@ -28,10 +29,8 @@ pytestmark = pytest.mark.real
 def test_ur10e_gives_the_joints_that_the_mass_loads_and_refuses_the_others(real: Path):
     folder = real / "ur10e"
     found = identify(
-        read_recording(folder / "unloaded.parquet"),
-        read_recording(folder / "loaded.parquet"),
-        structure_of(load_arm(folder / "ur10e.urdf")),
-        read_payload(folder / "payload.toml"),
+        load_arm(folder / "ur10e.urdf"),
+        [read(folder / "unloaded.parquet"), read(folder / "loaded.parquet", payload=folder / "payload.toml")],
         method="ls-2011",
         observing=ObserveOptions(),
         gains=GainOptions(),
@@ -74,10 +73,11 @@ def found(real: Path, ur10e: Structure) -> dict[str, KnownGains]:
     return {
         name: estimated_gains(
             identify(
-                read_recording(real / name / "unloaded.parquet"),
-                read_recording(real / name / "loaded.parquet"),
                 ur10e,
-                read_payload(real / name / "payload.toml"),
+                [
+                    read(real / name / "unloaded.parquet"),
+                    read(real / name / "loaded.parquet", payload=real / name / "payload.toml"),
+                ],
             ).estimate
         )
         for name in PAIRS

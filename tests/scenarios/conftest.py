@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from model_files import mjcf
-from protocols import bench_of
+from protocols import protocol_setup
 from weighed_cell import make_cell
 
 import scenarios.support.stages as stages
@@ -60,7 +60,7 @@ def identify(good, capsys) -> Callable[..., str]:
 
 @pytest.fixture(scope="session")
 def repeated(tmp_path_factory) -> Run:
-    return run(bench_of(tmp_path_factory.mktemp("repeated"), ("bare", "loaded", "bare", "loaded")), 5)
+    return run(protocol_setup(tmp_path_factory.mktemp("repeated"), ("bare", "loaded", "bare", "loaded")), 5)
 
 
 @pytest.fixture(scope="session")

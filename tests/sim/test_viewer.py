@@ -2,7 +2,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from sim.errors import NoPicture
 from sim.viewer import overview, pictures, scene
@@ -12,7 +12,7 @@ T = 3.7
 
 @pytest.fixture(scope="module")
 def experiments():
-    return bench(load_scenario("field-two-weights")).experiments
+    return setup_of(load_scenario("field-two-weights")).experiments
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ from ident.estimation.problem import ObservedMotion, Problem
 from ident.observation.observation import observe
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from scenarios.experiments.build import Bench
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import grouped
 from scenarios.experiments.run import as_identified, motion_streams
 from sim.record import record
@@ -33,11 +33,11 @@ FREQUENCIES = 1 << 14
 """At which a spectrum is taken, up to half the sampling rate."""
 
 
-def gain_bound(prepared: Bench) -> Array | None:
+def gain_bound(setup: Setup) -> Array | None:
     """Smallest relative standard deviation of each gain.
 
     Args:
-        prepared: A scenario; what it draws is taken as stated, not drawn.
+        setup: A scenario; what it draws is taken as stated, not drawn.
 
     Returns:
         Shape (n,), infinite for a joint that the data do not show at all; None if no current noise is injected.
@@ -45,19 +45,19 @@ def gain_bound(prepared: Bench) -> Array | None:
     Raises:
         SimulationError: If a motion cannot be carried out.
     """
-    sensors = prepared.experiments[0].sensors
+    sensors = setup.experiments[0].sensors
     if not sensors.current_white and not sensors.current_coloured:
         return None
-    silent = [replace(experiment, sensors=SensorOptions()) for experiment in prepared.experiments]
+    silent = [replace(experiment, sensors=SensorOptions()) for experiment in setup.experiments]
     recordings = record(silent, motion_streams(0, {}, len(silent)), threads=2)
-    problem = _problem(prepared, recordings)
+    problem = _problem(setup, recordings)
     level = np.array(
-        [_row_noise(recordings[k], sensors, prepared, problem.row_period) for k in grouped(prepared.protocol)]
+        [_row_noise(recordings[k], sensors, setup, problem.row_period) for k in grouped(setup.protocol)]
     )  # (motions, n)
     shared = shared_parameters(problem)
     joints = joint_columns(problem, shared)
     sigma = [level[each.motion, j] for j, each in enumerate(joints)]
-    return bound_of(joints, 1.0 / prepared.true_gain, sigma)
+    return bound_of(joints, 1.0 / setup.true_gain, sigma)
 
 
 def bound_of(joints: tuple[JointColumns, ...], h: Array, sigma: list[Array]) -> Array:
@@ -95,24 +95,22 @@ def _basis(N: Array) -> Array:
     return U[:, s > RANK_TOL * s[0]]
 
 
-def _problem(prepared: Bench, recordings: list[Recording]) -> Problem:
+def _problem(setup: Setup, recordings: list[Recording]) -> Problem:
     """All rows of the motions, velocity reversals included."""
-    chosen = prepared.scenario.table.identification
+    chosen = setup.scenario.table.identification
     every = replace(chosen.observe, reversal_speed=0.0)
-    motions = as_identified(prepared, recordings)
-    observed = tuple(
-        ObservedMotion(observe(each.recording, prepared.structure, every), each.payload) for each in motions
-    )
-    return Problem(prepared.structure, observed, chosen.gains)
+    motions = as_identified(setup, recordings)
+    observed = tuple(ObservedMotion(observe(each.recording, setup.structure, every), each.payload) for each in motions)
+    return Problem(setup.structure, observed, chosen.gains)
 
 
-def _row_noise(recording: Recording, sensors: SensorOptions, prepared: Bench, row_period: float) -> Array:
+def _row_noise(recording: Recording, sensors: SensorOptions, setup: Setup, row_period: float) -> Array:
     """Standard deviation of the noise of one motion's rows [drive units], shape (n,).
 
     Noise of a one-sided spectral density S, sampled without aliasing every T, has the variance S / (2 T).
     """
     rate = 1.0 / recording.period
-    band = prepared.scenario.table.identification.observe.decimation_cutoff_hz
+    band = setup.scenario.table.identification.observe.decimation_cutoff_hz
     coloured = sensors.current_coloured**2 * in_band(sensors.coloured_cutoff_hz, band, rate)
     share = (sensors.current_white**2 + coloured) / (rate * row_period)
     return np.sqrt(share * np.mean(recording.v**2, axis=0))

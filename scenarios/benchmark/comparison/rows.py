@@ -8,15 +8,14 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from ident.recordings.recording import Recording
 from scenarios.benchmark.methods.call import Call, call
 from scenarios.benchmark.methods.method import Method
 from scenarios.benchmark.methods.process import Limits
-from scenarios.experiments.build import Bench
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim, judge_claims
-from scenarios.experiments.run import Simulated, as_identified, simulate_batch
-from scenarios.experiments.trials import Failure, ReadyTrial, Rows, Work, failed_rows, failure_of, setting_columns
+from scenarios.experiments.run import ReadyTrial, Simulated, simulate_batch
+from scenarios.experiments.trials import Failure, Rows, Work, failed_rows, failure_of, setting_columns
 from scenarios.results.problem_folder import write_problem
 
 METHOD = "method"
@@ -34,12 +33,12 @@ def comparing(methods: tuple[Method, ...], limits: Limits) -> Work:
     return Work(finished=partial(_finished, methods, limits), failed=partial(_failed, methods))
 
 
-def judged_rows(prepared: Bench, method: Method, called: Call) -> Rows:
+def judged_rows(setup: Setup, method: Method, called: Call) -> Rows:
     """What came of a call, a row a joint; a call without an answer is rows with its failure, refused nowhere."""
-    tolerance, scenario = prepared.scenario.table.tolerance, prepared.scenario
+    tolerance, scenario = setup.scenario.table.tolerance, setup.scenario
     failure = None if isinstance(called.outcome, tuple) else called.outcome
     claims = called.outcome if isinstance(called.outcome, tuple) else (Claim(None, None, None),) * len(tolerance.gain)
-    verdict = judge_claims(claims, prepared.true_gain, tolerance, expectation=scenario.expectation)
+    verdict = judge_claims(claims, setup.true_gain, tolerance, expectation=scenario.expectation)
     lost = {} if failure is None else {"failure": type(failure).__name__, "reason": str(failure), "passed": False}
     return [
         {METHOD: method.text, "expected": expected, "seconds": called.seconds, **asdict(gain), **lost}
@@ -47,14 +46,15 @@ def judged_rows(prepared: Bench, method: Method, called: Call) -> Rows:
     ]
 
 
-def write_trial(prepared: Bench, recordings: Sequence[Recording], folder: Path) -> None:
+def write_trial(simulated: Simulated, folder: Path) -> None:
     """Write the problem that a trial poses, of which truth, scenario and seed are no part."""
-    chosen = prepared.scenario.table
+    setup = simulated.setup
+    chosen = setup.scenario.table
     write_problem(
         folder,
-        prepared.experiments[0].plant.robot,
+        setup.experiments[0].plant.robot,
         chosen.belief.couplings,
-        as_identified(prepared, recordings),
+        simulated.logs,
         observing=chosen.identification.observe,
         gains=chosen.identification.gains,
     )
@@ -63,8 +63,7 @@ def write_trial(prepared: Bench, recordings: Sequence[Recording], folder: Path) 
 def _finished(
     methods: tuple[Method, ...], limits: Limits, trials: Sequence[ReadyTrial], threads: int
 ) -> Iterator[tuple[int, Rows | Failure]]:
-    benches = [each.bench for each in trials]
-    for i, outcome in simulate_batch(benches, [each.streams for each in trials], threads=threads):
+    for i, outcome in simulate_batch(trials, threads=threads):
         if isinstance(outcome, Simulated):
             yield i, _answered(trials[i], outcome, methods, limits)
         else:
@@ -73,13 +72,13 @@ def _finished(
 
 def _answered(ready: ReadyTrial, simulated: Simulated, methods: tuple[Method, ...], limits: Limits) -> Rows:
     """Rows of all methods; each is given a folder that no other has had."""
-    joints, rows = ready.bench.structure.arm.n, list[dict[str, object]]()
+    joints, rows = ready.setup.structure.arm.n, list[dict[str, object]]()
     common = {"trial": ready.trial.number, "seed": ready.trial.seed, **setting_columns(ready.settings)}
     for method in methods:
         with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
-            write_trial(ready.bench, simulated.recordings, Path(place))
+            write_trial(simulated, Path(place))
             called = call(method, Path(place), joints, limits)
-        rows += [{**common, **row} for row in judged_rows(ready.bench, method, called)]
+        rows += [{**common, **row} for row in judged_rows(ready.setup, method, called)]
     return rows
 
 

@@ -22,10 +22,10 @@ from scenarios.benchmark.comparison.bound import gain_bound
 from scenarios.benchmark.comparison.rows import write_trial
 from scenarios.benchmark.comparison.statistics import NEEDED
 from scenarios.benchmark.methods.answers import AnswerRow, problem_digest
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim
-from scenarios.experiments.run import Simulated, drawn, motion_streams, simulate_batch
+from scenarios.experiments.run import simulate
 from scenarios.support.errors import WrongSeal
 from scenarios.support.result_model import ResultModel
 from scenarios.support.seeds import SEEDS
@@ -124,26 +124,24 @@ def seal(
         SimulationError: If a trial cannot be carried out.
         OSError: If something cannot be written.
     """
-    bounds = [_bound(scenario) for scenario in scenarios]
-    trials = [
-        (scenario, bound, seed + k) for scenario, bound in zip(scenarios, bounds, strict=True) for k in range(count)
-    ]
+    setups = [setup_of(scenario) for scenario in scenarios]
+    bounds = [_bound(setup) for setup in setups]
+    trials = [(setup, bound, seed + k) for setup, bound in zip(setups, bounds, strict=True) for k in range(count)]
     order = secrets.SystemRandom().sample(range(len(trials)), len(trials))
     (folder / TRUTH).mkdir(parents=True)
     sealed: dict[str, Sealed] = {}
     stages.begin("simulating", len(order))
     for number, place in enumerate(counted(order, stages), 1):
         name = f"problem-{number:04d}"
-        scenario, bound, own = trials[place]
-        prepared = drawn(bench(scenario), own)
-        simulated = _simulated(prepared, own)
-        write_trial(prepared, simulated.recordings, folder / PROBLEMS / name)
+        setup, bound, own = trials[place]
+        simulated = simulate(setup, own, threads=2)
+        write_trial(simulated, folder / PROBLEMS / name)
         truth = TruthFile(
             salt=secrets.token_hex(SALT_BYTES),
-            scenario=scenario.name,
+            scenario=setup.scenario.name,
             seed=own,
-            gain=tuple(prepared.true_gain.tolist()),
-            identifiable=prepared.scenario.table.tolerance.identifiable,
+            gain=tuple(simulated.truth.gain.tolist()),
+            identifiable=simulated.setup.scenario.table.tolerance.identifiable,
             bound=bound,
         )
         content = (json.dumps(truth.model_dump(mode="json"), indent=2) + "\n").encode()
@@ -237,14 +235,6 @@ def _table(rows: list[dict[str, object]]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(NEEDED)).astype(numbers)
 
 
-def _bound(scenario: Scenario) -> tuple[float | None, ...] | None:
-    found = gain_bound(bench(scenario))
+def _bound(setup: Setup) -> tuple[float | None, ...] | None:
+    found = gain_bound(setup)
     return None if found is None else tuple(value if np.isfinite(value) else None for value in found.tolist())
-
-
-def _simulated(prepared: Bench, seed: int) -> Simulated:
-    streams = motion_streams(seed, {}, len(prepared.experiments))
-    ((_, outcome),) = simulate_batch([prepared], [streams], threads=2)
-    if isinstance(outcome, Simulated):
-        return outcome
-    raise outcome

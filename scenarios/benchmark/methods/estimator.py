@@ -5,7 +5,7 @@ from typing import TypeVar
 
 from ident.estimation.estimators import ESTIMATORS
 from ident.estimation.gain_options import GainOptions
-from ident.identification import Identification, identify_motions
+from ident.identification import Identification, identify
 from ident.observation.observation import ObserveOptions
 from ident.preparation import SIMULATED
 from ident.support.errors import OptionError
@@ -45,9 +45,9 @@ def identified(text: str, problem: GivenProblem) -> Identification:
         IdentificationError: If the problem gives no gain at all.
     """
     chosen = _checked(text)
-    return identify_motions(
-        problem.motions,
+    return identify(
         problem.arm,
+        problem.motions,
         method=chosen.name,
         options=options_from_words(ESTIMATORS[chosen.name].options, chosen.own),
         observing=_overlaid(problem.observing, chosen.observing),

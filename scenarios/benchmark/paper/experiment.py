@@ -24,7 +24,7 @@ from ident.payload_identification.payload_parameters import PayloadEstimate, pay
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.benchmark.paper.result import Claim
-from scenarios.experiments.build import Bench, bench
+from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.mountings import LOADED
 from scenarios.support.stages import SILENT, Stages
@@ -76,20 +76,20 @@ def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
         SimulationError: If a motion cannot be carried out.
         IdentificationError: If a recording cannot be identified.
     """
-    prepared = bench(load_scenario("paper"))
-    table = prepared.scenario.table.identification
+    setup = setup_of(load_scenario("paper"))
+    table = setup.scenario.table.identification
     weighed = read_payload(rx90_mjcf.PAYLOADS["4.275 kg"])
     assert weighed.com is not None, "the shipped payloads are complete"
     assert weighed.inertia is not None, "the shipped payloads are complete"
     second_body = PayloadBody(mass=weighed.mass, com=weighed.com, inertia=weighed.inertia)
-    recordings = _recordings(prepared, second_body, seed, stages)
+    recordings = _recordings(setup, second_body, seed, stages)
     stages.begin("identifying")
-    unloaded, loaded, second = (observe(recording, prepared.structure, table.observe) for recording in recordings)
-    gains = joint_by_joint_gains(pair(unloaded, loaded, prepared.payloads[LOADED], table.gains), JointByJointOptions())
+    unloaded, loaded, second = (observe(recording, setup.structure, table.observe) for recording in recordings)
+    gains = joint_by_joint_gains(pair(unloaded, loaded, setup.payloads[LOADED], table.gains), JointByJointOptions())
     used = _gains_in_use(gains)
     first_system, second_system = (
         pooled_system([ObservedMotion(unloaded, None), ObservedMotion(motion, mounted)])
-        for motion, mounted in ((loaded, prepared.payloads[LOADED]), (second, weighed))
+        for motion, mounted in ((loaded, setup.payloads[LOADED]), (second, weighed))
     )
     exact = np.zeros(len(used[0]))
     one, two, three = (payload_parameters(first_system, gain, gain_std=exact, known={}, weighted=True) for gain in used)
@@ -100,12 +100,12 @@ def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
         ]
     )
     again = payload_parameters(second_system, used[1], gain_std=std, known={}, weighted=True)
-    first_body = prepared.experiments[1].plant.payload
+    first_body = setup.experiments[1].plant.payload
     heavy, light = (standard_parameters(b.mass, b.com, b.inertia) for b in (first_body, second_body))
     result = PaperRun(
         seed=seed,
         gains=gains,
-        true_gain=prepared.true_gain,
+        true_gain=setup.true_gain,
         cases=(one, two, three),
         second=again,
         payloads=(heavy, light),
@@ -114,9 +114,9 @@ def run_paper(seed: int, *, stages: Stages = SILENT) -> PaperRun:
     return replace(result, checks=checks_of(result))
 
 
-def _recordings(prepared: Bench, second: PayloadBody, seed: int, stages: Stages) -> list[Recording]:
+def _recordings(setup: Setup, second: PayloadBody, seed: int, stages: Stages) -> list[Recording]:
     """Bare, with the first payload and with the second, in one batch."""
-    unloaded, loaded = prepared.experiments
+    unloaded, loaded = setup.experiments
     lighter = replace(loaded, name="second payload", plant=replace(loaded.plant, payload=second))
     streams = [noise_streams(np.random.default_rng(child)) for child in np.random.SeedSequence(seed).spawn(3)]
     motions = [unloaded, loaded, lighter]

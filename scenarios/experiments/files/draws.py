@@ -15,7 +15,6 @@ from scipy import stats
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 from ident.support.naming import nearest
-from scenarios.experiments.files.resolved import resolved
 from scenarios.experiments.files.schema import DrawTable, Scenario, ScenarioTable
 from scenarios.experiments.files.settings import Value, value_at, with_settings
 from scenarios.support.errors import ScenarioError, WrongDraw
@@ -41,7 +40,7 @@ def drawn_settings(scenario: Scenario, seed: int) -> dict[str, Value]:
     draws = scenario.table.random
     if not draws:
         return {}
-    table, settings = resolved(scenario).table, dict[str, Value]()
+    table, settings = scenario.table, dict[str, Value]()
     for name, draw in draws.items():
         key = np.random.SeedSequence(entropy=seed, spawn_key=(zlib.crc32(name.encode()),))
         try:
@@ -73,14 +72,13 @@ def check_draws(scenario: Scenario, usable: Callable[[Scenario], object]) -> Non
     )
     if not any(draws for _, draws in groups):
         return
-    ready = resolved(scenario)
     for group, draws in groups:
         for name, draw in draws.items():
             try:
                 for u in CHECKED_AT:
-                    settings_from(draw, np.full(numbers_needed(draw, ready.table), u), ready.table)
+                    settings_from(draw, np.full(numbers_needed(draw, scenario.table), u), scenario.table)
                 for value in draw.choice or ():
-                    usable(with_settings(ready, dict.fromkeys(draw.targets, value)))
+                    usable(with_settings(scenario, dict.fromkeys(draw.targets, value)))
             except (ScenarioError, SimulationError, IdentificationError) as error:
                 raise WrongDraw(f"{scenario.name}: {group}.{name}: {error}") from error
 
@@ -99,7 +97,7 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
     Args:
         draw: What is drawn.
         uniform: Numbers in (0, 1), shape (numbers_needed,).
-        table: The resolved scenario's, for the values that `add` and `multiply` start from.
+        table: The scenario's, for the values that `add` and `multiply` start from.
 
     Raises:
         UnknownPlace: If a target does not exist.

@@ -9,10 +9,12 @@ from typing import get_args
 from pydantic import BaseModel, ValidationError
 
 from ident.estimation.estimators import ESTIMATORS
+from ident.payload.payload import Payload
 from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown
 from scenarios.experiments.files.mountings import LOADED, by_mounting, check_protocol
 from scenarios.experiments.files.places import BUILT_IN
+from scenarios.experiments.files.resolved import resolved, stated_payloads
 from scenarios.experiments.files.schema import (
     DRAWABLE,
     TABLES_OF_TABLES,
@@ -29,11 +31,26 @@ UNNAMED = "scenario"
 
 
 def load_scenario(name: str) -> Scenario:
-    """Read and validate a built-in scenario or a user's file.
+    """Read, validate and resolve a built-in scenario or a user's file.
 
     Raises:
         ScenarioError: If it is missing, has an unknown key or a wrong value; the message names both.
+        RobotError: If its robot's file describes none.
     """
+    return resolved(_as_stated(name))
+
+
+def payloads_as_stated(name: str) -> dict[str, Payload]:
+    """The believed payloads of a built-in scenario or a user's file, with deviations, even where they count as exact.
+
+    Raises:
+        ScenarioError: As `load_scenario`.
+    """
+    return stated_payloads(_as_stated(name))
+
+
+def _as_stated(name: str) -> Scenario:
+    """A scenario as its file and those that it extends state it."""
     table, path = scenario_table(name)
     loaded = scenario_from_table(table, _name_of(path), path.parent, str(path))
     wanted = stating_file(name, ("tolerance", "identifiable"))

@@ -2,11 +2,11 @@
 
     tables -> schema -> resolved -> settings and draws -> build
 
-Whoever repeats a scenario resolves it once and changes numbers by their place; no file is read again.
+`load_scenario` resolves; whoever repeats a scenario changes numbers by their place, and no file is read again.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import rx90_mjcf
 from ident.payload.files import payload_from_table, payload_to_table, read_payload
@@ -23,21 +23,14 @@ from sim.drives import DriveTruth
 NOTHING = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Resolved(Scenario):
-    """A scenario whose table states every number of drives and payloads."""
-
-
-def resolved(scenario: Scenario) -> Resolved:
-    """State every number of a scenario; one that does already is returned as it is.
+def resolved(scenario: Scenario) -> Scenario:
+    """State every number of a scenario as its file has it.
 
     Raises:
         UnknownName: If it names a robot or payload that does not exist.
         RobotError: If the robot's file cannot be read.
         WrongPayload: If the believed payload is impossible.
     """
-    if isinstance(scenario, Resolved):
-        return scenario
     table, name = scenario.table, scenario.name
     believed = {key: payload_to_table(payload) for key, payload in believed_payloads(scenario).items()}
     true = {key: _body(body, name) for key, body in by_mounting(table.plant.payload, table.plant.payloads).items()}
@@ -46,7 +39,7 @@ def resolved(scenario: Scenario) -> Resolved:
         "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
         "belief": table.belief.model_copy(update={**belief, "exact": False}),  # what was, is stated as zero now
     }
-    return Resolved(name, scenario.folder, table.model_copy(update=update), scenario.expectation, scenario.asking)
+    return replace(scenario, table=table.model_copy(update=update))
 
 
 def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
@@ -93,11 +86,6 @@ def _mounted(payloads: Mapping[str, object], protocol: Sequence[str]) -> dict[st
         "payload": payloads.get(LOADED) if LOADED in names else None,
         "payloads": {name: payloads[name] for name in names if name != LOADED},
     }
-
-
-def stated_table(scenario: Scenario) -> dict[str, object]:
-    """The resolved scenario's tables as JSON values, for the record."""
-    return resolved(scenario).table.model_dump(mode="json")
 
 
 def _nominal_drives(scenario: Scenario) -> dict[str, object]:

@@ -265,7 +265,7 @@ class Scenario:
     Attributes:
         name: Name of the built-in scenario, or the file's; of a `scenario.toml` its folder's.
         folder: Where its file lies; motions are looked up there too.
-        table: Its content.
+        table: Its content, every number of drives and payloads stated.
         expectation: Name of the file, its own or one it extends, that says which joints' gains the data should give.
         asking: Path of the file, its own or one it extends, that names a robot or motion, by key.
     """

@@ -1,8 +1,8 @@
 """Settings: values of a scenario by their place in it, `plant.payload.mass` = 7.0."""
 
 import json
-from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -10,7 +10,6 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from ident.support.naming import nearest
 from scenarios.experiments.files.loading import check_lengths, refusal
-from scenarios.experiments.files.resolved import Resolved, resolved
 from scenarios.experiments.files.schema import Scenario, ScenarioTable
 from scenarios.support.errors import UnknownPlace
 
@@ -21,7 +20,7 @@ OPTIONAL = "plant.errors."
 
 
 def value_at(table: ScenarioTable, place: str) -> Value:
-    """What stands at a place of a resolved scenario's table.
+    """What stands at a place of a scenario's table.
 
     Raises:
         UnknownPlace: If there is no such place, or it holds a table.
@@ -47,7 +46,31 @@ def value_at(table: ScenarioTable, place: str) -> Value:
     raise UnknownPlace(f"{place} holds {kind}; expected a number, an array of numbers or a name")
 
 
-def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Resolved:
+def place_of(table: ScenarioTable, name: str) -> str:
+    """The place of a value, by its end: `observe.cutoff_hz` is `identification.observe.cutoff_hz`.
+
+    Args:
+        table: The scenario's.
+        name: The place, or an end of it that no other place has.
+
+    Raises:
+        UnknownPlace: If there is none, or more than one.
+    """
+    found = [place for place in _places(table, "") if f".{place}".endswith(f".{name}")]
+    if len(found) > 1 and name not in found:
+        raise UnknownPlace(f"{name} is the end of several places: {', '.join(found)}; expected one of them")
+    place = found[0] if len(found) == 1 else name
+    value_at(table, place)
+    return place
+
+
+def _places(node: object, above: str) -> Iterator[str]:
+    """Every place below a table that holds no table."""
+    for key, value in _entries(node).items():
+        yield from _places(value, f"{above}{key}.") if _entries(value) else [f"{above}{key}"]
+
+
+def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario:
     """The scenario with other values at some places, and nothing random left.
 
     Only the tables that a setting is in are validated again.
@@ -56,19 +79,18 @@ def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Resolved
         UnknownPlace: If a place does not exist.
         WrongValue: If one does not take its value.
     """
-    ready = resolved(scenario)
     changes: dict[str, Any] = {}
     for place, value in settings.items():
-        value_at(ready.table, place)
+        value_at(scenario.table, place)
         *above, last = place.split(".")
         inner = changes
         for key in above:
             inner = inner.setdefault(key, {})
         inner[last] = value
-    update = {key: _changed(getattr(ready.table, key), inner, key, ready.name) for key, inner in changes.items()}
-    table = ready.table.model_copy(update={**update, "random": {}})
-    check_lengths(table, ready.name)
-    return Resolved(ready.name, ready.folder, table, ready.expectation, ready.asking)
+    update = {key: _changed(getattr(scenario.table, key), inner, key, scenario.name) for key, inner in changes.items()}
+    table = scenario.table.model_copy(update={**update, "random": {}})
+    check_lengths(table, scenario.name)
+    return replace(scenario, table=table)
 
 
 def _changed(node: object, changes: object, place: str, name: str) -> object:

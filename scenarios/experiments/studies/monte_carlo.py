@@ -3,7 +3,7 @@
 Trial k has the seed `first + k`, so `rx90 run SCENARIO --seed` with the seed of a row repeats that trial.
 """
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.draws import check_draws, places_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.study import MOST_TRIALS, Study
@@ -28,7 +28,7 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         raise StudyTooLarge(f"a study has {MOST_TRIALS} trials at most; ask for fewer")
     if seed + count > SEEDS:
         raise StudyTooLarge(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
-    check_draws(scenario, bench)
+    check_draws(scenario, setup_of)
     return Study(
         kind="monte-carlo",
         scenario=scenario,

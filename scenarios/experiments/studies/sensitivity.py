@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ident.support.arrays import Array
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.draws import check_draws, places_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.sources import Sources, settings_with, sources_of
@@ -46,7 +46,7 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
             raise NoDesign(f"{name} = {_short(number)}: expected a power of 2 up to {LARGEST}, as 16 or 64")
-    check_draws(scenario, bench)
+    check_draws(scenario, setup_of)
     if not any(scenario.table.tolerance.identifiable):
         raise NoSources(f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share")
     sources = sources_of(scenario)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from ident.support.arrays import Array
 from scenarios.experiments.files.draws import numbers_needed, settings_from
-from scenarios.experiments.files.resolved import resolved
 from scenarios.experiments.files.schema import Scenario, ScenarioTable, SourceTable
 from scenarios.experiments.files.settings import Value, value_at
 from scenarios.support.errors import NoSources, ScenarioError, WrongDraw
@@ -22,13 +21,11 @@ class Sources:
 
     Attributes:
         scenario: With its `sources` tables.
-        table: Its table, every number stated.
         width: Uniform numbers that each source takes, in the order of the tables.
         off: Settings that switch every source off.
     """
 
     scenario: Scenario
-    table: ScenarioTable
     width: Mapping[str, int]
     off: Mapping[str, Value]
 
@@ -53,17 +50,17 @@ def sources_of(scenario: Scenario) -> Sources:
     Raises:
         ScenarioError: If it declares none, or one that names nothing of it.
     """
-    table = resolved(scenario).table
-    if not scenario.table.sources:
+    table = scenario.table
+    if not table.sources:
         raise NoSources(f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
     width, off = dict[str, int](), dict[str, Value]()
-    for name, source in scenario.table.sources.items():
+    for name, source in table.sources.items():
         try:
             width[name] = 1 if source.stream is not None else numbers_needed(source, table)
             off |= _off(source, table)
         except ScenarioError as error:
             raise WrongDraw(f"{scenario.name}: sources.{name}: {error}") from error
-    return Sources(scenario=scenario, table=table, width=width, off=off)
+    return Sources(scenario=scenario, width=width, off=off)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,14 +83,14 @@ def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
         sources: All there are.
         on: Uniform numbers of those that are on, by name; all others are off.
     """
-    settings, seeds = dict(sources.off), dict[str, int]()
+    table, settings, seeds = sources.scenario.table, dict(sources.off), dict[str, int]()
     for name, uniform in on.items():
-        source = sources.scenario.table.sources[name]
+        source = table.sources[name]
         if source.stream is None:
-            settings |= settings_from(source, uniform, sources.table)
+            settings |= settings_from(source, uniform, table)
         else:
             seeds[source.stream] = int(uniform[0] * STREAM_SEEDS)
-            settings |= {place: _size(source, place, sources.table) for place in source.targets}
+            settings |= {place: _size(source, place, table) for place in source.targets}
     return Switched(settings, seeds)
 
 

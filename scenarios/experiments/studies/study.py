@@ -1,17 +1,17 @@
 """A study: a numbered list of trials of one scenario, carried out in a folder on any executor."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import AbstractContextManager, closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pyarrow as pa
 from rich.console import Console
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.motions import motion_digest
-from scenarios.experiments.files.resolved import stated_table
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.studies.folder import StudyFolder, study_folder
@@ -23,6 +23,9 @@ from scenarios.experiments.workers.kinds import Workers
 from scenarios.experiments.workers.tasks import Task, run_task
 from scenarios.support.progress import reporter
 from scenarios.support.versions import versions
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 CHUNK = 32
 """Trials that a worker runs at once at most, hence all that a crash can cost it: 64 simulations of pairs in a batch."""
@@ -75,7 +78,7 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
             trials.
         ScenarioError: One of its kinds, if the scenario or its draws are wrong.
     """
-    bench(study.scenario)  # what is wrong with the scenario itself is an error, not a thousand failed trials
+    setup_of(study.scenario)  # what is wrong with the scenario itself is an error, not a thousand failed trials
     opened = study_folder(
         folder,
         study_identity(study),
@@ -98,6 +101,42 @@ def carry_out(study: Study, folder: Path, workers: Workers, *, command: str, con
         return place
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class StudyRows:
+    """What came of the trials of a study.
+
+    Attributes:
+        rows: One a trial and joint, in that order, with the columns of `trials.CONTRACT`, then of what varies.
+    """
+
+    rows: pa.Table
+
+    def to_frame(self) -> "pd.DataFrame":
+        """The rows as a table of pandas."""
+        return self.rows.to_pandas()
+
+
+def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None = None) -> StudyRows:
+    """Run a study, and keep its rows in memory.
+
+    Args:
+        study: What is to be run.
+        workers: Where trials run, here if None; rows do not depend on it.
+
+    Raises:
+        StudyError: One of its kinds, if workers cannot run trials.
+    """
+    every = [range(study.count)] if study.count else []
+    if workers is None:
+        tables = [run_task(task) for task in _tasks(study, every, 1)]
+    else:
+        with workers as opened:
+            results = completed(opened, run_task, _tasks(study, every, opened.count()), tick=lambda: None)
+            tables = [_given_up(task, rows) if isinstance(rows, GivenUp) else rows for task, rows in results]
+    rows = pa.concat_tables([study.schema.empty_table(), *tables])
+    return StudyRows(rows.sort_by([("trial", "ascending"), ("joint", "ascending")]))
+
+
 def study_identity(study: Study) -> dict[str, object]:
     """What a folder must agree with to hold this study."""
     table = study.scenario.table
@@ -105,7 +144,7 @@ def study_identity(study: Study) -> dict[str, object]:
     for draw in (table.sources if study.kind == "sensitivity" else table.random).values():
         if draw.choice is not None and "experiment.motion" in draw.targets:
             motions |= {str(name): motion_digest(str(name), study.scenario.folder) for name in draw.choice}
-    numbers = stated_table(study.scenario)
+    numbers = table.model_dump(mode="json")
     for unused in ("description", "random" if study.kind == "sensitivity" else "sources"):
         del numbers[unused]
     return {

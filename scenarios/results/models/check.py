@@ -102,7 +102,7 @@ class CheckReadings(ResultModel):
         wrong = [each for each in found.diagnoses if each.severity is Severity.WRONG]
         return cls(
             better=[each.sentence for each in wrong if each.z is not None],
-            same=list(found.indistinguishable),
+            same=[*found.indistinguishable, *found.indistinguishable_together],
             out_of_reach=_joints(found, LIMITS),
             driven_by_friction=_joints(found, FRICTION),
         )

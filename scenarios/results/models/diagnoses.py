@@ -114,7 +114,7 @@ def diagnosed_values(found: diagnosis.Diagnosed) -> dict[str, Any]:
     return {
         "diagnoses": [_diagnosis_values(each) for each in found.diagnoses],
         "excluded": [asdict(each) | {"joints": [joint + 1 for joint in each.joints]} for each in found.excluded],
-        "untold": list(found.indistinguishable),
+        "untold": [*found.indistinguishable, *found.indistinguishable_together],
     }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy
 from consistency_logs import LOOSE, PLAIN, doubted, logs_of
-from known_logs import BRICK
+from known_logs import BRICK, mounted
 from log_faults import at, changed
 from real_friction import Truth
 
@@ -39,7 +39,7 @@ def pair() -> list[Recording]:
 
 def found(axes, logs, policy=AUTO, observing=None) -> Identification:
     return identify(
-        *logs, axes, BRICK, options=PLAIN, gains=LOOSE, policy=policy, observing=observing or ObserveOptions()
+        axes, mounted(*logs, BRICK), options=PLAIN, gains=LOOSE, policy=policy, observing=observing or ObserveOptions()
     )
 
 

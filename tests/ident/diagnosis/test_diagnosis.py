@@ -266,7 +266,7 @@ def test_joints_that_the_logs_show_to_yield_are_not_doubted_beside_stiff_ones(ax
     estimate = all_joints(logs.problem)
     estimate = replace(estimate, solution=replace(estimate.solution, stiff=estimate.solution))
     seen = []
-    monkeypatch.setattr("ident.diagnosis.diagnose.lacks_of", lambda base, *_: seen.append(base.solution.stiff) or [])
+    monkeypatch.setattr("ident.diagnosis.diagnose.lacks_of", lambda *_, stiff: seen.append(stiff) or [])
     diagnose(logs, estimate)
     assert [each is None for each in seen] == [compliance > 0.0]
 

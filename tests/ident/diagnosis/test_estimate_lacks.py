@@ -46,7 +46,7 @@ def test_a_fault_that_yielding_joints_take_up_is_found_beside_joints_that_do_not
     estimate, stiff = yielding(problem)
     base = stated(problem, estimate)
     (centre, _) = payload_catalog.directions(problem, estimate)
-    (found,) = imitated(base, (), [centre, elastic(axes, logs)])
+    (found,) = imitated(base, base.solution.stiff, (), [centre, elastic(axes, logs)])
     assert found.best.direction is centre
     np.testing.assert_allclose(found.best.z, z_of(stated(problem, stiff).added(centre).u), rtol=1e-9)
     assert found.best.z > z_of(base.added(centre).u) + 1.0
@@ -68,8 +68,8 @@ def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off)
     assert [each.best.direction for each in shown_beside(stated(problem, stiff), [centre])] == [
         centre
     ]  # alone it is believed
-    assert not list(imitated(stated(problem, estimate), (), [centre, elastic(axes, logs)]))
-    assert not list(imitated(stated(problem, stiff), (), [centre]))  # nothing was chosen that could imitate it
+    assert not list(imitated(stated(problem, estimate), estimate.solution.stiff, (), [centre, elastic(axes, logs)]))
+    assert not list(imitated(stated(problem, stiff), None, (), [centre]))  # nothing was chosen that could imitate it
 
 
 TURNED = (-BRICK.com[0], BRICK.com[1], -BRICK.com[2])
@@ -83,7 +83,7 @@ def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_
     problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(com))))
     estimate = all_joints(problem)
     seen = survey(doubted(axes, logs))
-    (said,) = lacks_of(stated(problem, estimate), seen.directions, ("a", "b"), seen.logs.model, all_joints)
+    (said,) = lacks_of(stated(problem, estimate), seen.directions, ("a", "b"), seen.logs.model, all_joints, stiff=None)
     assert (said.name, said.severity) == (name, Severity.WRONG)
     assert said.z > 5.0
     assert said.sentence == f"{said.cause}{consequence(said.effects)}"
@@ -100,6 +100,7 @@ def test_a_payload_that_is_not_as_stated_moves_the_gains_by_what_its_mass_alone_
             ("a", "b"),
             seen.logs.model,
             all_joints,
+            stiff=None,
         )
     )
 
@@ -109,7 +110,7 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
     problem = problem_of(axes, logs)
     estimate = all_joints_gains(problem, replace(PLAIN, friction_per_motion=False))
     base, free = stated(problem, estimate), doubted(axes, logs).model
-    (said,) = lacks_of(base, (), ("a", "b"), free)
+    (said,) = lacks_of(base, (), ("a", "b"), free, stiff=None)
     assert (said.name, said.severity, said.joints) == ("unexplained", Severity.WEAK, (1,))
     times = np.sqrt(base.by_joint.variance[1] / free.fits.score.variance[1])
     assert times > 1.5
@@ -117,9 +118,9 @@ def test_what_nothing_describes_is_told_of_the_joint_of_which_most_is_left_and_b
     assert f"leaves {two_digits(times)} times as much of joint 2's current" in said.sentence
     (beside,) = _unexplained(base, free, beside_faults=True)
     assert (beside.severity, beside.joints) == (Severity.WRONG, (0, 1, 2))
-    assert not list(lacks_of(base, (), ("a", "b")))
+    assert not list(lacks_of(base, (), ("a", "b"), stiff=None))
     right = stated(problem, all_joints(problem))  # friction of each log its own
-    assert not list(lacks_of(right, (), ("a", "b"), free))
+    assert not list(lacks_of(right, (), ("a", "b"), free, stiff=None))
 
 
 def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimate(axes, logs):
@@ -130,7 +131,9 @@ def test_what_is_larger_than_the_first_order_holds_for_is_not_said_of_an_estimat
 
     def said(largest: float) -> list[str]:
         term = replace(centre, family="spring", largest=largest)
-        found = lacks_of(replace(base, problem=replace(problem, motions=problem.motions[:1])), [term], ["a", "b"])
+        found = lacks_of(
+            replace(base, problem=replace(problem, motions=problem.motions[:1])), [term], ["a", "b"], stiff=None
+        )
         return [each.name for each in found]
 
     assert said(1.02 * size) == ["spring"]

@@ -13,11 +13,24 @@ from ident.diagnosis.catalog import payload
 from ident.diagnosis.comparison import Score, gains, z_of
 from ident.diagnosis.engine import Survey, compared, survey
 from ident.diagnosis.estimate_model import Stated, stated
-from ident.diagnosis.exclusions import SIZES, SURELY_WORSE, bound, centres_excluded, exclusions, indistinguishable
+from ident.diagnosis.exclusions import (
+    SIZES,
+    SURELY_WORSE,
+    bound,
+    centres_excluded,
+    exclusions,
+    indistinguishable,
+    indistinguishable_together,
+)
 from ident.diagnosis.logs import Logs
 from ident.diagnosis.screening import Screened
 from ident.estimation.estimate import GainEstimate
 from ident.payload.payload import Payload
+
+
+def untold(seen: Survey, base: Stated | None = None) -> list[str]:
+    """All that is untold."""
+    return [*indistinguishable(seen, base), *indistinguishable_together(seen)]
 
 
 @pytest.fixture(scope="module")

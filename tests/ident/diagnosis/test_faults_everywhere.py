@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from consistency_logs import LOOSE, logs_of
-from known_logs import BRICK
+from known_logs import BRICK, mounted
 from log_faults import at, changed, exchanged, late
 from real_friction import Truth
 
@@ -99,7 +99,7 @@ def test_a_fault_has_one_name_everywhere(axes, fault):
     said["check"] = named(seen.found, name)
     refused = ""
     try:
-        said["identify"] = named(identify(bare, heavy, axes, BRICK, method="ls-2011", gains=LOOSE).found, name)
+        said["identify"] = named(identify(axes, mounted(bare, heavy, BRICK), method="ls-2011", gains=LOOSE).found, name)
     except IdentificationError as error:
         refused = str(error)
     assert words in refused or not refused  # as a whole, for the same reason
@@ -127,7 +127,7 @@ def test_a_fault_of_one_of_two_bare_logs_is_named_and_what_it_spoils_is_not_trus
 
 def test_sound_logs_raise_nothing_anywhere(axes):
     bare, heavy = logs_of(Truth())
-    found = identify(bare, heavy, axes, BRICK, method="ls-2011", gains=LOOSE).found
+    found = identify(axes, mounted(bare, heavy, BRICK), method="ls-2011", gains=LOOSE).found
     assert [each.name for each in found.findings] == ["negative gain"]  # of a drive that is wired backwards
     assert found.excluded
     seen = check((bare, heavy), axes, observing=ObserveOptions(), gains=LOOSE, loaded=(False, True), payload=BRICK)
@@ -135,7 +135,7 @@ def test_sound_logs_raise_nothing_anywhere(axes):
         ("friction sign", (1,)),
         ("negative gain", (1,)),
     ]
-    default = identify(bare, heavy, axes, BRICK, gains=LOOSE).found  # the method that a check asks
+    default = identify(axes, mounted(bare, heavy, BRICK), gains=LOOSE).found  # the method that a check asks
     assert (seen.found.excluded, seen.found.indistinguishable) == (default.excluded, default.indistinguishable)
     assert "payload centre" in {each.family for each in seen.found.excluded}
     assert diagnose(prepare((Motion(bare), Motion(heavy, BRICK)), axes).logs()).diagnoses == ()

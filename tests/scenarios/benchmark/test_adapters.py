@@ -14,6 +14,7 @@ from places import ROOT
 
 from ident.model.structure import Structure
 from ident.payload.payload import Payload
+from scenarios import load
 from scenarios.benchmark.comparison.contract import checks
 from scenarios.benchmark.comparison.exact import OBSERVING, TRUSTING, exact_motions
 from scenarios.benchmark.comparison.rows import write_trial
@@ -22,7 +23,6 @@ from scenarios.benchmark.methods.call import call
 from scenarios.benchmark.methods.process import Limits
 from scenarios.cli import main
 from scenarios.experiments.robots import robot
-from scenarios.experiments.run import run_scenario
 from scenarios.results.problem_folder import GivenProblem, read_problem, write_problem
 
 FIGAROH, SYSID = "docs.adapters.figaroh_tls", "docs.adapters.mujoco_sysid"
@@ -196,10 +196,10 @@ def test_figaroh_keeps_what_the_document_says():
 @pytest.mark.slow
 def test_mujoco_sysid_finds_the_gains_of_nominal_and_refuses_the_joint_that_shows_none(tmp_path):
     pytest.importorskip("tabulate", reason="what mujoco.sysid needs is not in the lock")
-    run = run_scenario("nominal", 3)
-    write_trial(run.bench, run.recordings, tmp_path)
+    run = load("nominal").run(3)
+    write_trial(run.setup, run.recordings, tmp_path)
     claims = call(method_of(f"{SYSID}:drive_gains"), tmp_path, 6, Limits(time_s=600.0)).outcome
     assert isinstance(claims, tuple), claims
     # five stated deviations are 1.3 to 2 %
-    np.testing.assert_allclose([claim.value for claim in claims[:5]], run.bench.true_gain[:5], rtol=0.02)
+    np.testing.assert_allclose([claim.value for claim in claims[:5]], run.setup.true_gain[:5], rtol=0.02)
     assert claims[5].value is None

@@ -9,7 +9,7 @@ from scipy import linalg, signal
 
 from ident.estimation.all_joints.columns import JointColumns
 from scenarios.benchmark.comparison.bound import bound_of, gain_bound, in_band
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 
 
@@ -74,11 +74,11 @@ def test_a_joint_that_nothing_known_reaches_has_no_bound(rng):
 )
 def test_the_bound_of_a_scenario_is_what_a_second_implementation_found(name, percent):
     # From all samples and the exact spectrum; two digits are known of it.
-    np.testing.assert_allclose(100.0 * gain_bound(bench(load_scenario(name)))[:5], percent, atol=0.01)
+    np.testing.assert_allclose(100.0 * gain_bound(setup_of(load_scenario(name)))[:5], percent, atol=0.01)
 
 
 def test_the_bound_is_in_proportion_to_the_noise_and_none_without(scenario):
-    nominal = bench(load_scenario(str(scenario)))
+    nominal = setup_of(load_scenario(str(scenario)))
 
     def noisy(**sensors: float):
         return replace(

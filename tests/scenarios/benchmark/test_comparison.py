@@ -14,6 +14,7 @@ from printed import printed
 from quick import RANDOM, quick_scenario
 from rich.console import Console
 
+from scenarios import load
 from scenarios.benchmark.comparison.bound import gain_bound
 from scenarios.benchmark.comparison.rows import METHOD
 from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison, summaries
@@ -21,9 +22,8 @@ from scenarios.benchmark.comparison.study import comparison
 from scenarios.benchmark.methods import method_of
 from scenarios.benchmark.methods.process import Limits
 from scenarios.cli import main
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.run import run_scenario
 from scenarios.experiments.studies.study import carry_out, study_identity
 from scenarios.reports.comparison import comparison_report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
@@ -65,7 +65,7 @@ def test_a_method_is_given_what_a_run_of_that_seed_records(finished, scenario):
     rows = finished.table()
     own = rows[(rows[METHOD] == STUBS[0]) & rows["seconds"].notna()]
     trial = int(own["trial"].iloc[0])
-    run = run_scenario(str(scenario), seed=5 + trial)
+    run = load(str(scenario)).run(5 + trial)
     found = own[own["trial"] == trial]
     for verdict, row in zip(run.verdict.gains, found.itertuples(), strict=True):
         assert row.seed == 5 + trial
@@ -154,7 +154,7 @@ def test_the_command_writes_the_same_report_in_every_form(scenario, tmp_path, ca
     digest = hashlib.sha256((ROOT / "tests" / "helpers" / "method_stubs.py").read_bytes()).hexdigest()[:16]
     assert f"{STUBS[1]} with method_stubs.py {digest}" in said["about"]["Methods from elsewhere"]
     assert (tmp_path / "o" / "quick" / "study.json").is_file()
-    bound = gain_bound(bench(load_scenario(str(scenario))))
+    bound = gain_bound(setup_of(load_scenario(str(scenario))))
     stated = [joint["bound"] for joint in said["scenarios"][0]["methods"][0]["joints"]]
     np.testing.assert_allclose(stated, bound, rtol=1e-9)
     # What is finished is not simulated again, and the command writes over what is its own.

@@ -11,6 +11,7 @@ from quick import quick_scenario
 
 import scenarios.benchmark.comparison.answering as answering
 import scenarios.benchmark.comparison.seal as sealing
+from scenarios import load
 from scenarios.benchmark.comparison.answering import answered
 from scenarios.benchmark.comparison.bound import gain_bound
 from scenarios.benchmark.comparison.seal import (
@@ -31,10 +32,9 @@ from scenarios.benchmark.methods.call import Call
 from scenarios.benchmark.methods.method import Method
 from scenarios.benchmark.methods.process import Limits
 from scenarios.cli import main
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.judge import Claim
-from scenarios.experiments.run import run_scenario
 from scenarios.results.problem_folder import read_problem
 from scenarios.support.errors import ForeignAnswers, MethodTimedOut, NothingToCompare, WrongSeal
 
@@ -99,8 +99,8 @@ def test_the_truth_is_that_of_the_trial_and_nothing_of_it_is_published(sealed, s
     seeds = set()
     for path in problems(sealed):
         truth = truth_of(sealed, path.name)
-        run = run_scenario(str(scenario), truth["seed"])
-        np.testing.assert_array_equal(truth["gain"], run.bench.true_gain)
+        run = load(str(scenario)).run(truth["seed"])
+        np.testing.assert_array_equal(truth["gain"], run.setup.true_gain)
         assert truth["identifiable"] == [True, True, True, False, True, False]
         assert truth["scenario"] == "quick"
         recordings = [motion.recording for motion in read_problem(path).motions]
@@ -190,7 +190,7 @@ def test_scores_are_those_of_the_truth(sealed, tmp_path, calls):
 
 def test_the_bound_is_that_of_the_scenario_with_the_numbers_it_states(sealed, scenario):
     stated = [truth_of(sealed, path.name)["bound"] for path in problems(sealed)]
-    own = gain_bound(bench(load_scenario(str(scenario))))
+    own = gain_bound(setup_of(load_scenario(str(scenario))))
     assert own is not None
     assert np.isfinite(own[0])
     expected = [value if np.isfinite(value) else None for value in own.tolist()]
@@ -232,7 +232,7 @@ def test_truths_without_a_bound_are_opened_too(sealed, tmp_path):
     ("found", "stated"), [(None, None), (np.array([0.02, np.inf, 0.7]), [0.02, None, 0.7])], ids=["no noise", "no load"]
 )
 def test_a_bound_that_is_not_there_or_infinite_is_sealed_as_null(found, stated, scenario, tmp_path, monkeypatch):
-    monkeypatch.setattr(sealing, "gain_bound", lambda prepared: found)
+    monkeypatch.setattr(sealing, "gain_bound", lambda setup: found)
     seal([load_scenario(str(scenario))], 1, 7, tmp_path / "sealed")
     assert truth_of(tmp_path / "sealed", "problem-0001")["bound"] == stated
 

@@ -8,7 +8,7 @@ import pytest
 import rx90_mjcf
 import scenarios.commands.identify as command
 from ident.estimation.gain_options import GainOptions
-from ident.identification import identify_motions
+from ident.identification import identify
 from ident.model.arm import load_arm
 from ident.payload.files import read_payload
 from ident.preparation import KNOWN
@@ -87,7 +87,7 @@ def test_an_only_payload_may_stand_before_the_only_loaded_group(saved, capsys):
 
 
 def test_every_group_is_a_mounting_of_its_own(saved, capsys):
-    # As `identify_motions` is told by payloads that are one object or two.
+    # As `identify` is told by payloads that are one object or two.
     bare, loaded, again = (read_recording(saved / f"{n}.parquet") for n in ("unloaded", "loaded", "loaded-2"))
     (saved / "mass.toml").write_text('mass = 7.025\nknown = "mass"\n')
     one, two = read_payload(saved / "mass.toml"), read_payload(saved / "mass.toml")
@@ -95,7 +95,7 @@ def test_every_group_is_a_mounting_of_its_own(saved, capsys):
     quickly = {"method": "ls-2011", "gains": wide, "policy": KNOWN}
     joint_by_joint = ("--method", "ls-2011", "--max-rel-std", "3")
     shared, apart = (
-        [j.value if hasattr(j, "value") else None for j in identify_motions(motions, arm, **quickly).estimate.joints]
+        [j.value if hasattr(j, "value") else None for j in identify(arm, motions, **quickly).estimate.joints]
         for motions in (
             (Motion(bare), Motion(loaded, one), Motion(again, one)),
             (Motion(bare), Motion(loaded, one), Motion(again, two)),
@@ -111,13 +111,13 @@ def test_every_group_is_a_mounting_of_its_own(saved, capsys):
 
 def test_motions_with_absolute_time_are_taken_in_its_order_and_others_as_given(saved, tmp_path, capsys, monkeypatch):
     seen: list[list[float]] = []
-    original = command.identify_motions
+    original = command.identify
 
-    def watched(motions, *rest, **named):
+    def watched(arm, motions, **named):
         seen.append([round(float(motion.recording.t[0])) for motion in motions])
-        return original(motions, *rest, **named)
+        return original(arm, motions, **named)
 
-    monkeypatch.setattr(command, "identify_motions", watched)
+    monkeypatch.setattr(command, "identify", watched)
     for name, start in (("unloaded", 1.7e9 + 40), ("loaded", 1.7e9 + 90), ("unloaded-2", 1.7e9), ("loaded-2", 50.0)):
         log = read_recording(saved / f"{name}.parquet")
         write_recording(Recording(log.t + start, log.q, log.v), tmp_path / f"{name}.parquet")

@@ -6,7 +6,7 @@ import pytest
 from scenarios.design.against import Sourced, nothing_added
 from scenarios.design.excitation import Design
 from scenarios.design.problem import design_problem
-from scenarios.experiments.build import bench, cell
+from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.schema import Scenario, SourceTable
 from scenarios.prediction.budget import predicted_budget
@@ -39,7 +39,7 @@ def sourced(scenario) -> Sourced:
 
 
 def motion_of(scenario):
-    return bench(scenario).experiments[0].trajectory
+    return setup_of(scenario).experiments[0].trajectory
 
 
 def test_what_a_design_is_against_is_what_is_predicted_of_the_gains(scenario, sourced):
@@ -59,7 +59,7 @@ def test_sources_that_cost_a_tenth_of_the_costliest_or_less_are_left_out(scenari
 
 
 def test_a_design_against_everything_adds_squares_of_noise_and_of_errors(scenario, sourced):
-    motion, problem = motion_of(scenario), design_problem(cell(scenario))
+    motion, problem = motion_of(scenario), design_problem(setup_without_motion(scenario))
     plain, with_all = Design(problem), Design(replace(problem, added=sourced))
     noise = plain.deviations(plain.rows(motion, 10.0)).total[:5]
     total = np.hypot(noise, sourced(motion, 10.0)[:5])

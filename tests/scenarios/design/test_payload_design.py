@@ -20,7 +20,7 @@ from scenarios.design.prediction import Deviations
 from scenarios.design.problem import design_problem, for_all_joints
 from scenarios.design.results import payload_design_result
 from scenarios.design.weights import Weight
-from scenarios.experiments.build import Bench, bench, cell
+from scenarios.experiments.build import Setup, setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion
 from scenarios.reports.payload import payload_report
@@ -37,13 +37,13 @@ WIDE = Weight(shape="plate", dimensions=(600.0, 300.0, 5.0, 268.0), quarter=2, d
 
 
 @pytest.fixture(scope="module")
-def nominal() -> Bench:
-    return bench(load_scenario("nominal"))
+def nominal() -> Setup:
+    return setup_of(load_scenario("nominal"))
 
 
 @pytest.fixture(scope="module")
 def carrying(nominal) -> Carrying:
-    problem = for_all_joints(design_problem(cell(nominal.scenario)))
+    problem = for_all_joints(design_problem(setup_without_motion(nominal.scenario)))
     motion = nominal.experiments[0].trajectory
     return Carrying(
         design=Design(problem),
@@ -132,7 +132,7 @@ def test_a_scenario_that_carries_nothing_has_nothing_to_be_designed_for(tmp_path
     path = tmp_path / "bare.toml"
     path.write_text('extends = "nominal"\n[experiment]\nprotocol = ["bare"]\n')
     with pytest.raises(NothingCarried, match="mounts no payload"):
-        design_problem(cell(load_scenario(str(path))))
+        design_problem(setup_without_motion(load_scenario(str(path))))
 
 
 def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed):

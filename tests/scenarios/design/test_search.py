@@ -16,7 +16,7 @@ from scenarios.design.problem import design_problem
 from scenarios.design.search import LEAST_SHARE, SMALL_STEP, STEP, Series, judge_here, judge_in, random_point, search
 from scenarios.design.searched_motion import unfinished
 from scenarios.design.start import admissible, starts
-from scenarios.experiments.build import bench, cell
+from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion
 from sim.errors import TrajectoryError
@@ -250,8 +250,8 @@ def test_a_search_that_improves_begins_with_the_scenario_s_own_motion(tmp_path, 
     assert main(["excite", "tx40", "--out", str(path), *IMPROVING]) == 0
     cost, found = (float(word.rstrip(".")) for word in _costs(capsys.readouterr().err))
     scenario = load_scenario("tx40")
-    design = Design(design_problem(cell(scenario)))
-    own = bench(scenario).experiments[0].trajectory
+    design = Design(design_problem(setup_without_motion(scenario)))
+    own = setup_of(scenario).experiments[0].trajectory
     np.testing.assert_allclose(cost, design.cost(own), rtol=0, atol=3e-3)  # what uses all its limit begins 0.1 % less
     assert found <= cost
     assert design.cost(read_motion("m.toml", tmp_path)) < cost
@@ -261,7 +261,7 @@ def test_a_search_that_improves_begins_with_the_scenario_s_own_motion(tmp_path, 
 def test_where_nothing_better_is_found_the_scenario_s_own_motion_is_written_and_that_said(
     tmp_path, capsys, monkeypatch
 ):
-    own = bench(load_scenario("tx40")).experiments[0].trajectory
+    own = setup_of(load_scenario("tx40")).experiments[0].trajectory
 
     def distance(self: Design, motion: FourierTrajectory) -> float:
         return float(np.abs(motion.sine[:, : own.sine.shape[1]] - own.sine).max())
@@ -288,18 +288,18 @@ def test_the_worst_deviation_is_the_largest_of_a_wanted_gain():
 
 
 def test_a_motion_that_the_robot_cannot_make_is_no_motion_of_its_own():
-    scenario = cell(load_scenario("tx40"))
+    scenario = setup_without_motion(load_scenario("tx40"))
     problem = design_problem(scenario)
     assert own_motion(scenario.scenario, Design(problem)) is not None
     slow = replace(problem, limits=replace(problem.limits, velocity=0.3 * problem.limits.velocity))
     assert own_motion(scenario.scenario, Design(slow)) is None
-    assert own_motion(cell(load_scenario("panda")).scenario, Design(problem)) is None  # of seven joints
+    assert own_motion(setup_without_motion(load_scenario("panda")).scenario, Design(problem)) is None  # of seven joints
 
 
 def test_a_scenario_without_a_motion_is_searched_and_cannot_be_improved(tmp_path, capsys):
     path = tmp_path / "s.toml"
     path.write_text('extends = "nominal"\n[experiment]\nmotion = "not-there.toml"\n')
-    scenario = cell(load_scenario(str(path)))
+    scenario = setup_without_motion(load_scenario(str(path)))
     assert own_motion(scenario.scenario, Design(design_problem(scenario))) is None
     assert main(["excite", str(path), "--out", str(tmp_path / "m.toml"), "--improve"]) == 2
     assert "not-there.toml" in capsys.readouterr().err

@@ -5,14 +5,14 @@ import pytest
 
 from scenarios.design.excitation import EXCESS, Design
 from scenarios.design.problem import design_problem
-from scenarios.experiments.build import Bench, bench, cell
+from scenarios.experiments.build import Setup, setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import Run, run
 from sim.clearance import Clearance
 
 
-def prepared(name: str) -> Bench:
-    return bench(load_scenario(name))
+def setup(name: str) -> Setup:
+    return setup_of(load_scenario(name))
 
 
 def gains(runs: list[Run], field: str) -> np.ndarray:
@@ -22,7 +22,7 @@ def gains(runs: list[Run], field: str) -> np.ndarray:
 
 
 def test_without_noise_and_friction_the_error_is_below_1e_4():
-    verdict = run(prepared("ideal"), 0).verdict
+    verdict = run(setup("ideal"), 0).verdict
     assert [gain.identifiable for gain in verdict.gains] == [True] * 5 + [False]
     assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 1e-4
 
@@ -45,7 +45,7 @@ def test_without_noise_and_friction_the_error_is_below_1e_4():
 def test_built_in_scenarios_pass(name):
     # Seed 0 of each. The tolerances are 2 to 6 standard deviations: an error in method or plant shows, chance does not.
     # Where a model error makes a bias, it is in them.
-    assert run(prepared(name), 0).verdict.passed
+    assert run(setup(name), 0).verdict.passed
 
 
 def test_friction_without_noise_leaves_less_than_a_thousandth(tmp_path):
@@ -54,14 +54,14 @@ def test_friction_without_noise_leaves_less_than_a_thousandth(tmp_path):
         'extends = "nominal"\n[experiment.sensors]\nencoder_quantum = 0.0\nencoder_noise = 0.0\n'
         "current_white = 0.0\ncurrent_coloured = 0.0\n"
     )
-    verdict = run(prepared(str(path)), 0).verdict
+    verdict = run(setup(str(path)), 0).verdict
     assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 1e-3
 
 
 def test_the_built_in_motion_keeps_every_limit_and_its_distance():
-    scenario = prepared("nominal")
+    scenario = setup("nominal")
     experiment = scenario.experiments[0]
-    design = Design(design_problem(cell(scenario.scenario)))
+    design = Design(design_problem(setup_without_motion(scenario.scenario)))
     rows = design.rows(experiment.trajectory, 100.0)
     motion = rows.motion
     assert design.excess(rows).max() <= EXCESS
@@ -79,8 +79,8 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_
         'extends = "nominal"\n[identification]\nmethod = "ls-2011"\n'
         "[identification.gains]\nuncertainty = 'larger'\n[identification.observe]\nreversal_speed = 0.2\n"
     )
-    scenario = prepared(str(path))
-    design = Design(design_problem(cell(scenario.scenario)))
+    scenario = setup(str(path))
+    design = Design(design_problem(setup_without_motion(scenario.scenario)))
     predicted = design.deviations(design.rows(scenario.experiments[0].trajectory)).noise
     result = run(scenario, 0)
     for j, joint in enumerate(result.estimate.joints[:5]):
@@ -91,7 +91,7 @@ def test_the_predicted_deviation_of_a_motion_is_the_one_identification_joint_by_
 
 @pytest.mark.slow
 def test_nominal_errors_stay_below_1_percent_in_95_of_100_runs():
-    scenario = prepared("nominal")
+    scenario = setup("nominal")
     error = np.abs(gains([run(scenario, seed) for seed in range(200)], "rel_error"))[:, :5]
     assert np.isfinite(error).all()
     assert (np.percentile(error, 95, axis=0) < 0.01).all()
@@ -99,7 +99,7 @@ def test_nominal_errors_stay_below_1_percent_in_95_of_100_runs():
 
 @pytest.mark.slow
 def test_paper_noise_stays_inside_the_paper_s_two_sigma_and_claims_its_own_honestly():
-    scenario = prepared("paper-noise")
+    scenario = setup("paper-noise")
     runs = [run(scenario, seed) for seed in range(200)]
     error, z = np.abs(gains(runs, "rel_error")), gains(runs, "z")[:, :5]
     assert (np.mean(error[:, :4] < [0.087, 0.037, 0.033, 0.055], axis=0) > 0.95).all()
@@ -117,7 +117,7 @@ def test_coarse_encoders_bias_least_squares_by_more_than_it_claims_and_fine_ones
     )
     errors, claimed = {}, {}
     for name in (str(tmp_path / "coarse.toml"), str(tmp_path / "fine.toml")):
-        runs = [run(prepared(name), seed) for seed in range(16)]
+        runs = [run(setup(name), seed) for seed in range(16)]
         errors[name] = gains(runs, "rel_error")[:, :5]
         claimed[name] = np.mean(gains(runs, "std") / gains(runs, "true"), axis=0)[:5]
     coarse, fine = errors.values()

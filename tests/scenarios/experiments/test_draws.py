@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.draws import check_draws, drawn_settings
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.files.resolved import resolved
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.files.settings import value_at, with_settings
 from scenarios.support.errors import ScenarioError
@@ -33,7 +32,7 @@ def test_nothing_is_drawn_where_nothing_is_random():
 
 def test_an_explicit_scenario_is_the_same_scenario():
     nominal = load_scenario("nominal")
-    a, b = bench(nominal), bench(with_settings(nominal, {}))
+    a, b = setup_of(nominal), setup_of(with_settings(nominal, {}))
     np.testing.assert_array_equal(a.true_gain, b.true_gain)
     assert a.experiments[1].plant.payload == b.experiments[1].plant.payload
     assert a.payloads == b.payloads
@@ -43,7 +42,7 @@ def test_an_explicit_scenario_is_the_same_scenario():
 def test_numbers_have_the_distribution_that_is_named(tmp_path):
     text = draw('"plant.gain"', 'distribution = "norm"\nparameters = { loc = 1.0, scale = 0.1 }\napply = "multiply"')
     mine = scenario(tmp_path, text)
-    nominal = value_at(resolved(mine).table, "plant.gain")
+    nominal = value_at(mine.table, "plant.gain")
     factor = values(mine, "plant.gain", 400) / nominal
     # Kolmogorov and Smirnov on 2400 numbers; the seeds are fixed, and one choice of seeds in a thousand fails.
     assert stats.kstest(factor.ravel(), stats.norm(1.0, 0.1).cdf).pvalue > 1e-3
@@ -110,20 +109,20 @@ def test_a_setting_that_a_place_does_not_take_is_refused_with_the_place():
 
 
 def test_no_file_is_read_for_a_trial_of_a_resolved_scenario(monkeypatch):
-    fleet = resolved(load_scenario("fleet"))
-    bench(fleet)  # motion and arm, once a process
+    fleet = load_scenario("fleet")
+    setup_of(fleet)  # motion and arm, once a process
     monkeypatch.setattr(Path, "open", None)
     monkeypatch.setattr("builtins.open", None)
     for seed in (3, 5):
         drawn = drawn_settings(fleet, seed)
-        ready = bench(with_settings(fleet, drawn))
+        ready = setup_of(with_settings(fleet, drawn))
         assert ready.true_gain.tolist() == drawn["plant.gain"]
         assert ready.experiments[1].plant.payload.mass == drawn["plant.payload.mass"]
 
 
 def test_settings_change_the_bench_and_what_is_believed_stays():
     nominal = load_scenario("nominal")
-    changed = bench(with_settings(nominal, {"plant.payload.mass": 8.0, "plant.gain": [2.0] * 6}))
+    changed = setup_of(with_settings(nominal, {"plant.payload.mass": 8.0, "plant.gain": [2.0] * 6}))
     assert changed.experiments[1].plant.payload.mass == 8.0
     assert changed.payloads["loaded"].mass == 7.025
     np.testing.assert_array_equal(changed.true_gain, [2.0] * 6)
@@ -166,6 +165,6 @@ FAULTS = {
 @pytest.mark.parametrize("text", FAULTS)
 def test_a_draw_that_cannot_be_made_is_one_line(tmp_path, text):
     with pytest.raises(ScenarioError) as caught:
-        check_draws(scenario(tmp_path, text), bench)
+        check_draws(scenario(tmp_path, text), setup_of)
     assert FAULTS[text] in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ident.payload.payload import Payload
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.exactness import check_exact, exactness, is_exact
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.resolved import believed_payloads
@@ -43,7 +43,7 @@ def test_a_deviation_that_is_stated_counts_over_an_exact_that_is_inherited(tmp_p
     path = written(tmp_path, mine=f'extends = "nominal"\n[belief]\n{weighed(DEVIATION[key])}\n')
     expected = {"mass_std": 0.02, "com_std": (0.0, 0.003, 0.0), "inertia_std": (0.0, 0.0, 0.002, 0.0, 0.0, 0.0)}
     assert getattr(believed(path), key) == expected[key]
-    told = bench(load_scenario(path)).payloads
+    told = setup_of(load_scenario(path)).payloads
     assert [getattr(each, key) for each in told.values()] == [expected[key]]
 
 
@@ -61,7 +61,8 @@ def test_an_exact_that_a_later_file_states_takes_deviations_back(tmp_path):
 
 def test_deviations_of_one_payload_leave_the_others_exact(tmp_path):
     bodies = f'[plant]\npayloads = {{ heavy = "offset", light = {{ {SURE.removeprefix("payload = {")} }}\n'
-    base = f'extends = "nominal"\n{bodies}\n[belief]\npayloads = {{ heavy = "offset", light = "offset" }}\n'
+    both = '[experiment]\nprotocol = ["bare", "heavy", "light"]\n'
+    base = f'extends = "nominal"\n{both}{bodies}\n[belief]\npayloads = {{ heavy = "offset", light = "offset" }}\n'
     light = weighed("mass_std = 0.02").removeprefix("payload = ")
     path = written(tmp_path, two=base, mine=f'extends = "two.toml"\n[belief.payloads]\nlight = {light}\n')
     assert (believed(path, "light").mass_std, believed(path, "heavy").mass_std) == (0.02, 0.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.draws import check_draws, drawn_settings
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.settings import value_at
@@ -15,7 +15,7 @@ from scenarios.experiments.studies.sources import settings_with, sources_of
 )
 def test_in_the_field_every_run_draws_every_error_and_every_payload(name, payloads):
     scenario = load_scenario(name)
-    check_draws(scenario, bench)
+    check_draws(scenario, setup_of)
     first, second = (drawn_settings(scenario, seed) for seed in (1, 2))
     errors = {"load_friction", "coulomb_drift", "viscous_drift", "coulomb_by_direction", "viscous_by_direction"}
     errors |= {"joint_compliance", "base_tilt_x", "base_tilt_y", "d3_error", "r4_error"}
@@ -36,7 +36,7 @@ def test_in_the_field_every_run_draws_every_error_and_every_payload(name, payloa
 
 def test_where_friction_drifts_both_kinds_do_by_two_percent_of_their_own_and_nothing_else_is_drawn():
     scenario = load_scenario("drift")
-    check_draws(scenario, bench)
+    check_draws(scenario, setup_of)
     drawn = [drawn_settings(scenario, seed) for seed in range(200)]
     places = ("plant.errors.coulomb_drift", "plant.errors.viscous_drift")
     assert all(set(settings) == set(places) for settings in drawn)
@@ -45,23 +45,23 @@ def test_where_friction_drifts_both_kinds_do_by_two_percent_of_their_own_and_not
     np.testing.assert_allclose(values.std(axis=0), 0.02, rtol=0.15)
     assert np.abs(values.mean(axis=0)).max() < 0.0042
     assert abs(np.corrcoef(values.T)[0, 1]) < 0.21
-    assert [motion.loaded for motion in bench(scenario).experiments] == [False, True]
+    assert [motion.loaded for motion in setup_of(scenario).experiments] == [False, True]
 
 
 @pytest.mark.parametrize("name", ["field", "field-two-weights"])
 def test_in_the_field_a_payload_is_believed_with_the_deviations_that_it_is_drawn_with(name):
     scenario = load_scenario(name)
-    prepared = bench(scenario)
-    for mounting, believed in prepared.payloads.items():
+    setup = setup_of(scenario)
+    for mounting, believed in setup.payloads.items():
         place = "plant.payload" if mounting == "loaded" else f"plant.payloads.{mounting}"
-        true = value_at(prepared.scenario.table, f"{place}.mass")
+        true = value_at(setup.scenario.table, f"{place}.mass")
         assert (believed.mass, believed.mass_std) == (true, scenario.table.random["payload mass"].parameters["scale"])
-        assert believed.com == tuple(value_at(prepared.scenario.table, f"{place}.com"))
+        assert believed.com == tuple(value_at(setup.scenario.table, f"{place}.com"))
         assert believed.com_std == (scenario.table.random["payload centre"].parameters["scale"],) * 3
         share = scenario.table.random["payload inertia"].parameters["scale"]
         inertia, std = np.array(believed.inertia[:3]), np.array(believed.inertia_std[:3])
         for key, value in zip(("ixx", "iyy", "izz"), inertia, strict=True):
-            assert value == value_at(prepared.scenario.table, f"{place}.inertia.{key}")
+            assert value == value_at(setup.scenario.table, f"{place}.inertia.{key}")
         np.testing.assert_allclose(std, share * inertia, rtol=0.02)  # two digits are stated
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from robot_folders import robot_folder
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.places import CATALOG, seen_from
 from scenarios.experiments.named_files import motion_of, robot_of
@@ -46,6 +46,8 @@ def test_robot_and_motion_of_a_parent_lie_beside_the_parent_even_where_the_child
 
 def test_a_child_s_own_places_are_beside_itself_and_names_stay_names(parent):
     path = child(parent, 'robot = "own.toml"\n[experiment]\nmotion = "drive-gains"\n')
+    robot_folder(Path(path).parent, 6)
+    (Path(path).parent / "robot.toml").rename(Path(path).parent / "own.toml")
     shutil.copy(parent / "scenario.toml", Path(path).parent / "unused.toml")
     table = load_scenario(path).table
     assert (table.robot, table.experiment.motion) == ("own.toml", "drive-gains")
@@ -90,7 +92,7 @@ def test_a_file_that_is_not_there_is_told_with_the_file_and_the_key_that_ask_for
     path = child(parent)
     (parent / name).unlink()
     with pytest.raises(error, match=rf"^{parent}/scenario\.toml: {key}: .*arm/{name}"):
-        bench(load_scenario(path))
+        setup_of(load_scenario(path))
 
 
 def test_a_scenario_is_named_by_its_file_and_scenario_toml_by_its_folder(tmp_path):

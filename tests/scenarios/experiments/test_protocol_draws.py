@@ -5,7 +5,7 @@ import pytest
 from protocols import FOUR, scenario_of
 from quick import quick_scenario
 
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.draws import check_draws, drawn_settings
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import run
@@ -32,7 +32,7 @@ def test_draws_reach_every_payload_by_itself(tmp_path):
     rows = run_trials(scenario, trials, trial_schema(scenario, places, ()), threads=1).to_pandas()
     np.testing.assert_array_equal(rows[places[::-1]].to_numpy()[::6], drawn[3:5])
     assert rows["failure"].isna().all()
-    single = run(bench(scenario), 4)
+    single = run(setup_of(scenario), 4)
     again = rows[rows.trial == 4]["estimate"].to_numpy()[:3]
     np.testing.assert_array_equal([gain.estimate for gain in single.verdict.gains[:3]], again)
 
@@ -49,7 +49,7 @@ def test_a_trial_s_own_seed_of_a_noise_stream_changes_its_gains(tmp_path):
 def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):
     scenario = load_scenario(scenario_of(tmp_path, ("bare", "loaded"), DRAW))
     with pytest.raises(WrongDraw, match=r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"):
-        check_draws(scenario, bench)
+        check_draws(scenario, setup_of)
     scenario = load_scenario(scenario_of(tmp_path, FOUR, DRAW.replace("payloads.light.mass", "payload.mass")))
     with pytest.raises(WrongDraw, match=r"plant\.payload: no motion of experiment\.protocol carries it"):
-        check_draws(scenario, bench)
+        check_draws(scenario, setup_of)

@@ -5,21 +5,21 @@ import shlex
 
 import numpy as np
 import pytest
-from protocols import FOUR, bench_of, scenario_of
+from protocols import FOUR, protocol_setup, scenario_of
 from quick import quick_scenario
 
 from ident.payload.files import read_payload
 from ident.recordings.files import read_recording
 from ident.support.errors import NotIdentifiable
 from scenarios.cli import main
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.mountings import motion_names, mountings
-from scenarios.experiments.run import Run, motion_streams, run, run_batch
+from scenarios.experiments.run import Run, Trial, motion_streams, ready_trial, run, run_batch
 
 
 def test_further_motions_leave_the_first_two_as_they_are_and_have_noise_of_their_own(repeated, tmp_path):
-    pair = run(bench(load_scenario(str(quick_scenario(tmp_path)))), 5)
+    pair = run(setup_of(load_scenario(str(quick_scenario(tmp_path)))), 5)
     bare, loaded, bare_again, loaded_again = repeated.recordings
     for before, after in zip(pair.recordings, (bare, loaded), strict=True):
         np.testing.assert_array_equal(before.q, after.q)
@@ -43,15 +43,11 @@ def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
     for folder in folders:
         folder.mkdir()
     protocols = (("bare", "loaded"), ("light", "bare", "heavy"), ("loaded", "bare", "bare"))
-    benches = [bench_of(folder, protocol) for folder, protocol in zip(folders, protocols, strict=True)]
-    entries = [(each, 3 + k) for k, each in enumerate(benches)]
-    streams = [motion_streams(seed, {}, len(each.experiments)) for each, seed in entries]
-    together = dict(run_batch(entries, streams, threads=2))
-    for k, (each, seed) in enumerate(entries):
-        own = [motion_streams(seed, {}, len(each.experiments))]
-        ((_, one),) = run_batch([(each, seed)], own, threads=1)
-        other = together[k]
-        assert isinstance(one, Run)
+    setups = [protocol_setup(folder, protocol) for folder, protocol in zip(folders, protocols, strict=True)]
+    trials = [ready_trial(each, Trial(seed=3 + k)) for k, each in enumerate(setups)]
+    together = dict(run_batch(trials, threads=2))
+    for k, each in enumerate(setups):
+        one, other = run(each, 3 + k), together[k]
         assert isinstance(other, Run)
         assert [r.name for r in other.recordings] == [e.name for e in each.experiments]
         for first, second in zip(one.recordings, other.recordings, strict=True):
@@ -62,8 +58,8 @@ def test_scenarios_of_unlike_protocols_share_a_batch(tmp_path):
 def test_a_motion_that_fails_costs_its_run_with_its_own_name(tmp_path):
     heavy = "[plant.payloads.heaviest]\nmass = 95.0\ncom = [0, 0, 0.1]\ninertia = { ixx = 1, iyy = 1, izz = 1 }\n"
     more = f'{heavy}[belief.payloads.heaviest]\nmass = 95.0\nknown = "mass"\n'
-    prepared = bench_of(tmp_path, ("bare", "light", "heaviest"), more)
-    ((_, outcome),) = run_batch([(prepared, 0)], [motion_streams(0, {}, 3)], threads=1)
+    setup = protocol_setup(tmp_path, ("bare", "light", "heaviest"), more)
+    ((_, outcome),) = run_batch([ready_trial(setup, Trial(seed=0))], threads=1)
     assert str(outcome).startswith("heaviest: drive of joint3 at its limit")
 
 
@@ -99,7 +95,7 @@ def test_the_printed_command_gives_the_same_estimate_to_the_last_digit(tmp_path,
 def test_the_files_of_a_run_hold_its_motions_payloads_and_truth(tmp_path, capsys):
     path, folder = scenario_of(tmp_path, FOUR), tmp_path / "saved"
     main(["run", path, "--save", str(folder)])
-    found = run(bench(load_scenario(path)), 0)
+    found = run(setup_of(load_scenario(path)), 0)
     for name, recording in zip(("unloaded", "light", "heavy", "unloaded-2"), found.recordings, strict=True):
         np.testing.assert_array_equal(read_recording(folder / f"{name}.parquet").v, recording.v)
     assert read_payload(folder / "payload-heavy.toml").mass == 6.6
@@ -116,5 +112,5 @@ def test_the_files_of_a_run_hold_its_motions_payloads_and_truth(tmp_path, capsys
 
 def test_a_protocol_that_the_method_cannot_use_fails_as_the_estimator_says(tmp_path):
     with pytest.raises(NotIdentifiable, match="no motion carries a payload"):
-        run(bench_of(tmp_path, ("bare", "bare")), 0)
-    assert bench_of(tmp_path, ("bare",)).payloads == {}
+        run(protocol_setup(tmp_path, ("bare", "bare")), 0)
+    assert protocol_setup(tmp_path, ("bare",)).payloads == {}

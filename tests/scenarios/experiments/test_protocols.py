@@ -5,12 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from protocols import FOUR, bench_of, scenario_of
+from protocols import FOUR, protocol_setup, scenario_of
 from quick import quick_scenario
 
 from ident.estimation.estimate import FoundParameter
 from scenarios.cli import main
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.mountings import grouped, motion_names, mountings
 from scenarios.experiments.files.settings import value_at, with_settings
@@ -32,21 +32,21 @@ def test_motions_of_one_payload_are_identified_together_and_all_others_in_order_
 
 
 def test_every_motion_has_the_payload_that_the_protocol_names_on_either_side(tmp_path):
-    prepared = bench_of(tmp_path, ("bare", "heavy", "bare", "light", "heavy"))
-    assert [e.name for e in prepared.experiments] == ["unloaded", "heavy", "unloaded-2", "light", "heavy-2"]
-    assert [e.loaded for e in prepared.experiments] == [False, True, False, True, True]
-    assert [e.earlier for e in prepared.experiments] == [0, 1, 2, 3, 4]
-    assert [e.plant.payload.mass for e in prepared.experiments if e.loaded] == [6.5, 4.275, 6.5]
-    assert [None if p is None else p.mass for p in prepared.mounted] == [None, 6.6, None, 4.275, 6.6]
-    assert prepared.mounted[1] is prepared.mounted[4]
-    assert list(prepared.payloads) == ["heavy", "light"]
+    setup = protocol_setup(tmp_path, ("bare", "heavy", "bare", "light", "heavy"))
+    assert [e.name for e in setup.experiments] == ["unloaded", "heavy", "unloaded-2", "light", "heavy-2"]
+    assert [e.loaded for e in setup.experiments] == [False, True, False, True, True]
+    assert [e.earlier for e in setup.experiments] == [0, 1, 2, 3, 4]
+    assert [e.plant.payload.mass for e in setup.experiments if e.loaded] == [6.5, 4.275, 6.5]
+    assert [None if p is None else p.mass for p in setup.mounted] == [None, 6.6, None, 4.275, 6.6]
+    assert setup.mounted[1] is setup.mounted[4]
+    assert list(setup.payloads) == ["heavy", "light"]
 
 
 def test_a_pair_is_a_bare_and_a_loaded_motion_unless_a_protocol_is_stated(tmp_path):
-    prepared = bench(load_scenario(str(quick_scenario(tmp_path))))
-    assert prepared.protocol == ("bare", "loaded")
-    assert [e.name for e in prepared.experiments] == ["unloaded", "loaded"]
-    assert [e.plant.payload.mass for e in prepared.experiments] == [7.025, 7.025]
+    setup = setup_of(load_scenario(str(quick_scenario(tmp_path))))
+    assert setup.protocol == ("bare", "loaded")
+    assert [e.name for e in setup.experiments] == ["unloaded", "loaded"]
+    assert [e.plant.payload.mass for e in setup.experiments] == [7.025, 7.025]
 
 
 @pytest.mark.parametrize(
@@ -57,9 +57,9 @@ def test_what_is_known_is_said_for_every_payload_or_for_one(tmp_path, known, exp
     path = Path(scenario_of(tmp_path, FOUR))
     if known is not None:
         path.write_text(f"{path.read_text()}[belief]\nknown = {known}\n")
-    prepared = bench(load_scenario(str(path)))
-    assert [prepared.payloads[name].known for name in ("light", "heavy")] == expected
-    again = bench(prepared.scenario)
+    setup = setup_of(load_scenario(str(path)))
+    assert [setup.payloads[name].known for name in ("light", "heavy")] == expected
+    again = setup_of(setup.scenario)
     assert [again.payloads[name].known for name in ("light", "heavy")] == expected
 
 
@@ -67,8 +67,8 @@ def test_a_payload_file_s_own_word_on_what_is_known_counts_for_its_mounting(tmp_
     more = (
         '[belief.payloads.third]\nmass = 3.0\nknown = "mass"\n[plant.payloads.third]\nmass = 3.0\ncom = [0, 0, 0.1]\n'
     )
-    prepared = bench_of(tmp_path, ("bare", "third", "light"), f"{more}inertia = {{ ixx = 1, iyy = 1, izz = 1 }}\n")
-    assert [prepared.payloads[name].known for name in ("third", "light")] == ["mass", "all"]
+    setup = protocol_setup(tmp_path, ("bare", "third", "light"), f"{more}inertia = {{ ixx = 1, iyy = 1, izz = 1 }}\n")
+    assert [setup.payloads[name].known for name in ("third", "light")] == ["mass", "all"]
 
 
 FAULTS = {
@@ -100,7 +100,7 @@ def test_a_faulty_protocol_is_one_line_and_exit_status_2(tmp_path, text, capsys)
     scenario_of(tmp_path, FOUR)
     (tmp_path / "faulty.toml").write_text(f'extends = "mine.toml"\n{text}\n')
     with pytest.raises(ScenarioError, match=FAULTS[text]):
-        bench(load_scenario(str(tmp_path / "faulty.toml")))
+        setup_of(load_scenario(str(tmp_path / "faulty.toml")))
     assert main(["run", str(tmp_path / "faulty.toml")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
@@ -120,18 +120,18 @@ def test_the_payload_called_loaded_may_stand_among_the_named_ones(tmp_path):
     rest = f'description = "x"\n{names}belief.controller_gain = [1, 1, 1, 1, 1, 1]\nexperiment.step = 0.001\n'
     text = (tmp_path / "quick.toml").read_text().replace('extends = "nominal"\n', "")
     (tmp_path / "named.toml").write_text(rest + text.replace("[experiment]\nmotion", "experiment.motion"))
-    prepared = bench(load_scenario(str(tmp_path / "named.toml")))
-    assert [e.name for e in prepared.experiments] == ["unloaded", "loaded"]
-    assert prepared.experiments[1].plant.payload.mass == prepared.payloads["loaded"].mass == 4.275
+    setup = setup_of(load_scenario(str(tmp_path / "named.toml")))
+    assert [e.name for e in setup.experiments] == ["unloaded", "loaded"]
+    assert setup.experiments[1].plant.payload.mass == setup.payloads["loaded"].mass == 4.275
 
 
 def test_an_experiment_may_have_64_motions(tmp_path):
-    assert len(bench_of(tmp_path, ("bare", "light") * 32).experiments) == 64
+    assert len(protocol_setup(tmp_path, ("bare", "light") * 32).experiments) == 64
 
 
 def test_a_payload_parameter_has_a_truth_beside_it_only_where_there_is_one_payload(tmp_path, repeated):
     found = (FoundParameter(name="M", value=7.1, std=0.2),)
-    several = run(bench_of(tmp_path, FOUR), 0)
+    several = run(protocol_setup(tmp_path, FOUR), 0)
     truths = []
     for each in (repeated, several):
         truths.append(Result.of_run(replace(each, estimate=replace(each.estimate, payload=found))).payload[0].true)
@@ -149,10 +149,10 @@ def test_settings_reach_a_payload_by_the_name_of_its_mounting(tmp_path):
             "plant.payloads.heavy.inertia.izz": 0.0075,
         },
     )
-    light, heavy = (bench(changed).experiments[k].plant.payload for k in (1, 2))
+    light, heavy = (setup_of(changed).experiments[k].plant.payload for k in (1, 2))
     assert (heavy.mass, heavy.com, heavy.inertia[2]) == (5.5, (0.01, -0.02, 0.13), 0.0075)
     assert (light.mass, light.com) == (4.275, (0.01, 0.02, 0.03))
-    assert [bench(changed).payloads[name].mass for name in ("light", "heavy")] == [4.5, 6.6]
+    assert [setup_of(changed).payloads[name].mass for name in ("light", "heavy")] == [4.5, 6.6]
     assert value_at(changed.table, "plant.payloads.heavy.mass") == 5.5
     with pytest.raises(UnknownPlace, match=r"no 'haevy' in plant\.payloads; did you mean 'heavy'\?"):
         with_settings(scenario, {"plant.payloads.haevy.mass": 5.5})

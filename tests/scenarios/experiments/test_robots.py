@@ -13,7 +13,7 @@ from robot_folders import arm_xml, robot_folder
 
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
-from scenarios.experiments.build import bench, cell
+from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.robot_models import check_same_payload
@@ -57,17 +57,17 @@ def test_a_scenario_of_the_user_s_own_robot_runs_and_finds_its_gains(tmp_path, c
 
 def test_the_robot_s_drives_are_those_of_a_scenario_that_states_none(tmp_path):
     path = own_scenario(tmp_path, more="[plant.errors]\ncoulomb_drift = 0.02\n")
-    prepared = bench(load_scenario(str(path)))
-    plant = prepared.experiments[0].plant
+    setup = setup_of(load_scenario(str(path)))
+    plant = setup.experiments[0].plant
     assert plant.robot.name == "invented"
     np.testing.assert_array_equal(plant.drives.rotor_inertia, plant.robot.drives.rotor_inertia)
-    assert prepared.experiments[0].belief.mjcf == tmp_path / "arm" / "arm.xml"
+    assert setup.experiments[0].belief.mjcf == tmp_path / "arm" / "arm.xml"
 
 
 def test_a_robot_is_looked_up_beside_the_scenario_not_in_the_working_folder(tmp_path, monkeypatch):
     path = own_scenario(tmp_path / "there")
     monkeypatch.chdir(tmp_path)
-    assert cell(load_scenario(str(path))).plant.robot.model == tmp_path / "there" / "arm" / "arm.xml"
+    assert setup_without_motion(load_scenario(str(path))).plant.robot.model == tmp_path / "there" / "arm" / "arm.xml"
 
 
 def test_the_robot_of_a_scenario_that_names_none_is_the_rx_90():
@@ -85,7 +85,7 @@ def test_the_robot_of_a_scenario_that_names_none_is_the_rx_90():
 )
 def test_a_robot_that_is_not_there_is_refused_with_what_there_is(tmp_path, name, error, message):
     with pytest.raises(error, match=message) as caught:
-        cell(load_scenario(str(own_scenario(tmp_path, robot_name=name))))
+        setup_without_motion(load_scenario(str(own_scenario(tmp_path, robot_name=name))))
     assert "\n" not in str(caught.value)
 
 
@@ -93,14 +93,14 @@ def test_arrays_of_another_robot_are_refused(tmp_path):
     path = own_scenario(tmp_path)
     path.write_text(path.read_text().replace("arm/robot.toml", "rx90"))
     with pytest.raises(WrongLength, match=r"tolerance\.gain has 3 values, but robot rx90 has 6 joints"):
-        bench(load_scenario(str(path)))
+        setup_of(load_scenario(str(path)))
 
 
 @pytest.mark.parametrize("error", ["d3_error = 0.001", "gravity_spring = 100.0", "wrist_coupling = 0.1"])
 def test_errors_that_are_one_robot_s_alone_are_refused_on_another(tmp_path, error):
     path = own_scenario(tmp_path, more=f"[plant.errors]\n{error}\n")
     with pytest.raises(EffectError, match=f"errors: {error.split()[0]} = .*invented has no"):
-        bench(load_scenario(str(path)))
+        setup_of(load_scenario(str(path)))
 
 
 def test_a_study_knows_its_robot_s_files(tmp_path):
@@ -122,11 +122,11 @@ def test_a_study_knows_its_robot_s_files(tmp_path):
 
 def test_a_model_file_that_changed_is_read_again(tmp_path):
     path = own_scenario(tmp_path)
-    first = cell(load_scenario(str(path))).structure
+    first = setup_without_motion(load_scenario(str(path))).structure
     model = tmp_path / "arm" / "arm.xml"
     model.write_text(arm_xml(N).replace('axis="0 1 0"', 'axis="1 0 0"'))
     os.utime(model, ns=(1, 1))
-    again = cell(load_scenario(str(path))).structure
+    again = setup_without_motion(load_scenario(str(path))).structure
     np.testing.assert_array_equal(first.arm.axis[1], [0.0, 1.0, 0.0])
     np.testing.assert_array_equal(again.arm.axis[1], [1.0, 0.0, 0.0])
 
@@ -211,4 +211,4 @@ def test_every_error_is_one_of_ours(tmp_path):
     path = own_scenario(tmp_path)
     (tmp_path / "arm" / "robot.toml").write_text("name = 3")
     with pytest.raises((RobotError, ScenarioError), match=r"robot\.toml"):
-        cell(load_scenario(str(path)))
+        setup_without_motion(load_scenario(str(path)))

@@ -14,7 +14,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
 from scenarios.cli import main
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion, write_motion
 from scenarios.experiments.files.schema import ToleranceTable
@@ -50,9 +50,9 @@ def test_a_gain_passes_within_tolerance_and_a_refusal_where_it_is_right():
 
 @pytest.mark.parametrize("name", builtin_names())
 def test_built_in_scenarios_are_valid(name):
-    prepared = bench(load_scenario(name))
-    assert prepared.scenario.table.description
-    assert prepared.experiments[1].loaded
+    setup = setup_of(load_scenario(name))
+    assert setup.scenario.table.description
+    assert setup.experiments[1].loaded
 
 
 def test_the_catalog_has_the_promised_scenarios():
@@ -62,12 +62,12 @@ def test_the_catalog_has_the_promised_scenarios():
 
 def test_a_user_s_file_overlays_a_built_in_one(tmp_path):
     text = 'extends = "nominal"\n[plant]\ngain = [1, 2, 3, 4, 5, 6]\n[belief.payload]\nmass = 7.0\nknown = "mass"\n'
-    prepared = bench(load_scenario(scenario_file(tmp_path, text)))
-    np.testing.assert_array_equal(prepared.true_gain, [1, 2, 3, 4, 5, 6])
-    assert prepared.payloads["loaded"].known == "mass"
-    assert prepared.experiments[0].plant.payload.mass == 7.025  # the truth is not what is believed
+    setup = setup_of(load_scenario(scenario_file(tmp_path, text)))
+    np.testing.assert_array_equal(setup.true_gain, [1, 2, 3, 4, 5, 6])
+    assert setup.payloads["loaded"].known == "mass"
+    assert setup.experiments[0].plant.payload.mass == 7.025  # the truth is not what is believed
     nominal = robot().drives
-    np.testing.assert_array_equal(prepared.experiments[0].plant.drives.viscous_friction, nominal.viscous_friction)
+    np.testing.assert_array_equal(setup.experiments[0].plant.drives.viscous_friction, nominal.viscous_friction)
 
 
 def test_model_errors_of_a_scenario_are_the_plant_s_and_not_the_controller_s(tmp_path):
@@ -76,7 +76,7 @@ def test_model_errors_of_a_scenario_are_the_plant_s_and_not_the_controller_s(tmp
         'extends = "nominal"\n[plant]\nrotor_inertia = [3, 3, 1, 1, 0.5, 0.3]\n'
         "[plant.errors]\nbase_tilt_x = 0.01\njoint_compliance = [1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 2e-4]",
     )
-    unloaded = bench(load_scenario(path)).experiments[0]
+    unloaded = setup_of(load_scenario(path)).experiments[0]
     assert unloaded.plant.errors.base_tilt_x == 0.01
     assert unloaded.plant.errors.joint_compliance == (1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 2e-4)
     np.testing.assert_array_equal(unloaded.belief.rotor_inertia, robot().drives.rotor_inertia)
@@ -123,7 +123,7 @@ FAULTS = {
 def test_a_faulty_scenario_is_one_line_and_exit_status_2(tmp_path, text, capsys):
     path = scenario_file(tmp_path, text)
     with pytest.raises((ScenarioError, PlantError, IdentificationError), match=FAULTS[text]):
-        bench(load_scenario(path))
+        setup_of(load_scenario(path))
     assert main(["run", path]) == 2
     output = capsys.readouterr()
     assert output.out == ""
@@ -168,13 +168,13 @@ def test_the_reason_names_the_file_that_says_which_gains_the_data_should_give(tm
     assert load_scenario("paper").expectation == "nominal.toml"  # it extends paper-noise, which extends nominal
     assert load_scenario("mass-only").expectation == "mass-only.toml"
     path = scenario_file(tmp_path, 'extends = "mass-only"\n[tolerance]\npass_rate = 0.9')
-    assert bench(load_scenario(path)).scenario.expectation == "mass-only.toml"
+    assert setup_of(load_scenario(path)).scenario.expectation == "mass-only.toml"
 
 
 def test_identification_is_told_of_a_coupling_only_by_the_belief(tmp_path):
     injected = 'extends = "nominal"\n[plant.errors]\nwrist_coupling = 0.05\n'
-    assert bench(load_scenario(scenario_file(tmp_path, injected))).structure.arm.couplings == ()
-    told = bench(load_scenario(scenario_file(tmp_path, f"{injected}[belief]\ncouplings = [[5, 6]]")))
+    assert setup_of(load_scenario(scenario_file(tmp_path, injected))).structure.arm.couplings == ()
+    told = setup_of(load_scenario(scenario_file(tmp_path, f"{injected}[belief]\ncouplings = [[5, 6]]")))
     assert told.structure.arm.couplings == ((4, 5),)
     assert told.experiments[1].plant.errors.wrist_coupling == 0.05
 
@@ -184,7 +184,7 @@ def test_motions_that_do_not_start_at_rest_are_refused(tmp_path):
     write_motion(replace(motion, sine=motion.sine + 0.01), tmp_path / "jerk.toml", [])
     path = scenario_file(tmp_path, 'extends = "nominal"\n[experiment]\nmotion = "jerk.toml"')
     with pytest.raises(ScenarioError, match="the motion does not start at rest"):
-        bench(load_scenario(path))
+        setup_of(load_scenario(path))
 
 
 def test_list_names_every_scenario_with_its_description(capsys):

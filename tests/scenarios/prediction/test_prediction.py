@@ -11,16 +11,15 @@ from ident.estimation.estimators.ls_2011 import JointByJointOptions, joint_by_jo
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.observation.observation import observe
 from ident.preparation import SIMULATED, prepare
-from ident.recordings.motion import Motion
 from ident.support.errors import OptionError
 from scenarios.cli import main
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.methods import with_method
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.schema import DrawTable, Scenario, SourceTable
 from scenarios.experiments.files.settings import with_settings
-from scenarios.experiments.run import motion_streams, simulate_batch
+from scenarios.experiments.run import Trial, motion_streams, ready_trial, simulate, simulate_batch
 from scenarios.prediction.budget import PredictedBudget, predicted_budget
 from scenarios.prediction.expected import added_currents, enough, expected_logs, expected_preparation
 from scenarios.prediction.linear import linearised
@@ -52,12 +51,12 @@ def rich(tmp_path_factory):
     sine, cosine = 0.3 / np.sqrt(np.arange(1.0, 9.0)) * rng.normal(size=(2, 6, 8))
     path = quick_scenario(folder)
     write_motion(at_rest(np.array([0.2, 0.1, 1.0, 0.1, 0.4, -0.2]), sine, cosine, 10.0), folder / "short.toml", [])
-    return bench(with_settings(load_scenario(str(path)), QUIET))
+    return setup_of(with_settings(load_scenario(str(path)), QUIET))
 
 
 @pytest.fixture(scope="module")
 def quiet(quick):
-    return bench(with_settings(quick, QUIET))
+    return setup_of(with_settings(quick, QUIET))
 
 
 def sourced(scenario: Scenario, **sources: SourceTable) -> Scenario:
@@ -79,7 +78,7 @@ def test_the_change_of_an_estimate_is_what_estimating_again_gives(quiet, quick):
         "plant.payload.mass": 7.3,
         "plant.gain": [-0.7, 1.1, 0.9, 1.3, 1, 2],
     }
-    other = bench(with_settings(quick, {**QUIET, **settings}))
+    other = setup_of(with_settings(quick, {**QUIET, **settings}))
     one, two = linearised(quiet, 4), linearised(other, 4)
     found = one.change(added_currents(expected_logs(other, 4), expected_logs(quiet, 4)))
     expected = two.estimate.solution.inverse - one.estimate.solution.inverse
@@ -90,7 +89,7 @@ def test_the_change_of_an_estimate_is_what_estimating_again_gives(quiet, quick):
 def test_a_delay_that_identification_undoes_is_undone_of_what_changes_too(quick):
     delay = {**QUIET, "identification.observe.current_delay": 0.0127}  # 12.7 samples of the controller, 3.2 of a log
     gains = {"plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
-    one, other = (bench(with_settings(quick, each)) for each in (delay, {**delay, **gains}))
+    one, other = (setup_of(with_settings(quick, each)) for each in (delay, {**delay, **gains}))
     linear = linearised(one, 4)
     found = linear.change(added_currents(expected_logs(other, 4), expected_logs(one, 4)))
     expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
@@ -111,7 +110,7 @@ def test_motions_that_are_estimated_in_another_order_than_that_of_time_are_chang
     protocol = 'protocol = ["loaded", "bare", "bare", "loaded"]'
     path.write_text(path.read_text().replace("[experiment]", f"[experiment]\n{protocol}"))
     drift = {**QUIET, "plant.errors.coulomb_drift": -0.06, "plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
-    one, other = (bench(with_settings(load_scenario(str(path)), each)) for each in (QUIET, drift))
+    one, other = (setup_of(with_settings(load_scenario(str(path)), each)) for each in (QUIET, drift))
     linear, logs = linearised(one, 4), expected_logs(one, 4)
     assert linear.places == (0, 3, 1, 2)
     expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
@@ -134,26 +133,26 @@ EFFECTS = {
 more where the difference between real and perfect control matters."""
 
 
-def inverse_gains(prepared, recordings) -> np.ndarray:
+def inverse_gains(setup, recordings) -> np.ndarray:
     """1/g of simulated recordings, whatever contradicts itself in them."""
-    table = prepared.scenario.table.identification
+    table = setup.scenario.table.identification
     motions = [
-        ObservedMotion(observe(each, prepared.structure, table.observe), payload)
-        for each, payload in zip(recordings, prepared.mounted, strict=True)
+        ObservedMotion(observe(each, setup.structure, table.observe), payload)
+        for each, payload in zip(recordings, setup.mounted, strict=True)
     ]
-    problem = Problem(prepared.structure, tuple(motions), table.gains)
+    problem = Problem(setup.structure, tuple(motions), table.gains)
     return joint_by_joint_gains(problem, JointByJointOptions()).solution.inverse
 
 
 def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):
     settings = {name: {f"plant.errors.{k}": v for k, v in errors.items()} for name, (errors, _) in EFFECTS.items()}
     settings["payload"] = {"plant.payload.mass": 7.14, "plant.payload.com": [0.004, -0.003, 0.147]}
-    benches = {name: bench(with_settings(rich.scenario, each)) for name, each in settings.items()}
+    setups = {name: setup_of(with_settings(rich.scenario, each)) for name, each in settings.items()}
     linear, base = linearised(rich, 4), expected_logs(rich, 4)
-    streams = [motion_streams(k, {}, 2) for k in range(len(benches) + 1)]
-    outcomes = dict(simulate_batch([rich, *benches.values()], streams, threads=1))
+    trials = [ready_trial(each, Trial(seed=k)) for k, each in enumerate((rich, *setups.values()))]
+    outcomes = dict(simulate_batch(trials, threads=1))
     inverse = [inverse_gains(rich, outcomes[k].recordings)[:5] for k in range(len(outcomes))]
-    for (name, each), simulated in zip(benches.items(), inverse[1:], strict=True):
+    for (name, each), simulated in zip(setups.items(), inverse[1:], strict=True):
         relative = simulated / inverse[0] - 1.0
         found = linear.change(added_currents(expected_logs(each, 4), base))[:5] * rich.true_gain[:5]
         share = EFFECTS[name][1] if name in EFFECTS else 0.05
@@ -169,7 +168,7 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
         "current_sensor": {f"{SENSORS}current_gain_error": 0.005, f"{SENSORS}current_offset": 0.003},
     }.get(stream, {f"{SENSORS}current_{stream}": 0.07})
     settings = {**QUIET, **sizes, f"{SENSORS}coloured_cutoff_hz": 13.0}
-    loud = bench(with_settings(quick, settings))
+    loud = setup_of(with_settings(quick, settings))
     linear, logs = linearised(loud, 1), expected_logs(loud, 1)
     predicted = np.sqrt(noise_variances(linear, logs)[stream])
     coarse = linearised(loud, 4)
@@ -187,8 +186,8 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
 
 
 def test_a_delay_and_noise_are_both_seen_where_logs_are_thinned(quick):
-    assert enough(bench(quick)) == 4  # 16 times 15 Hz from 1 kHz
-    slow = bench(with_settings(quick, {"experiment.controller.rate_hz": 200.0}))
+    assert enough(setup_of(quick)) == 4  # 16 times 15 Hz from 1 kHz
+    slow = setup_of(with_settings(quick, {"experiment.controller.rate_hz": 200.0}))
     assert enough(slow) == 1
 
 
@@ -311,9 +310,7 @@ def test_scenarios_without_sources_or_first_order_are_refused(quick):
 
 
 def test_the_points_of_a_draw_are_at_its_mean_and_one_deviation_from_there(quick):
-    from scenarios.experiments.files.resolved import resolved
-
-    table = resolved(quick).table
+    table = quick.table
 
     def points(**draw):
         return points_of(DrawTable(**draw), table)
@@ -346,11 +343,9 @@ def test_the_points_of_a_draw_are_at_its_mean_and_one_deviation_from_there(quick
 
 
 def test_what_motions_will_exclude_is_what_their_logs_exclude():
-    prepared = bench(load_scenario("nominal"))
-    ((_, outcome),) = simulate_batch([prepared], [motion_streams(7, {}, 2)], threads=1)
-    motions = [Motion(log, mounted) for log, mounted in zip(outcome.recordings, prepared.mounted, strict=True)]
-    logged = horizon(prepare(motions, prepared.structure, policy=SIMULATED).logs())
-    expected = horizon(expected_preparation(prepared, enough(prepared)).logs())
+    setup = setup_of(load_scenario("nominal"))
+    logged = horizon(prepare(simulate(setup, 7).logs, setup.structure, policy=SIMULATED).logs())
+    expected = horizon(expected_preparation(setup, enough(setup)).logs())
     assert (
         expected.indistinguishable[:3]
         == logged.indistinguishable[:3]

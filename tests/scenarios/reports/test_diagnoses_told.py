@@ -37,7 +37,8 @@ FOUND = Diagnosed(
         Exclusion(family="delay", sentence="delays beyond 5 ms", limit=5.0, unit="ms"),
         Exclusion(family="sign", sentence="another sign (7 of 12 cases)"),
     ),
-    indistinguishable=("zero of q1", "whether q4 is negated"),
+    indistinguishable=("zero of q1",),
+    indistinguishable_together=("whether q4 is negated",),
 )
 
 
@@ -124,4 +125,5 @@ def test_what_was_said_is_read_back_as_it_was(tmp_path: Path):
     (tmp_path / RESULT).write_text(to_json(result.model_dump(mode="json")))
     again = read_result(tmp_path, Result)
     assert again == result
-    assert again.found == FOUND
+    both = (*FOUND.indistinguishable, *FOUND.indistinguishable_together)
+    assert again.found == replace(FOUND, indistinguishable=both, indistinguishable_together=())

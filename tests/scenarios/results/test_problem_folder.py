@@ -11,12 +11,12 @@ from quick import quick_scenario
 
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.gain_options import GainOptions
-from ident.identification import identify_motions
+from ident.identification import identify
 from ident.observation.observation import ObserveOptions
 from ident.payload.files import read_payload
 from ident.preparation import SIMULATED
 from ident.support.errors import IdentificationError
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import Run, as_identified, run
 from scenarios.json_schemas.write import schemas
@@ -41,7 +41,7 @@ def done(tmp_path_factory) -> Run:
     path = quick_scenario(tmp_path_factory.mktemp("quick"), DIFFERENT)
     text = path.read_text().replace("[experiment]", '[experiment]\nprotocol = ["light", "bare", "loaded", "light"]')
     path.write_text(text)
-    return run(bench(load_scenario(str(path))), 5)
+    return run(setup_of(load_scenario(str(path))), 5)
 
 
 @pytest.fixture(scope="module")
@@ -49,9 +49,9 @@ def folder(done, tmp_path_factory):
     place = tmp_path_factory.mktemp("problems") / "one"
     write_problem(
         place,
-        done.bench.experiments[0].plant.robot,
+        done.setup.experiments[0].plant.robot,
         ((5, 6),),
-        as_identified(done.bench, done.recordings),
+        as_identified(done.setup, done.recordings),
         observing=OBSERVING,
         gains=GAINS,
     )
@@ -59,7 +59,7 @@ def folder(done, tmp_path_factory):
 
 
 def test_what_is_read_back_is_what_identification_was_given(done, folder):
-    found, given = read_problem(folder), as_identified(done.bench, done.recordings)
+    found, given = read_problem(folder), as_identified(done.setup, done.recordings)
     assert (found.observing, found.gains) == (OBSERVING, GAINS)
     assert found.arm.couplings == ((4, 5),)
     assert found.folder == folder
@@ -82,8 +82,8 @@ def test_motions_of_one_mounting_share_one_payload_and_others_do_not(folder):
 def test_the_same_estimate_comes_from_the_folder_to_the_last_digit(done, folder):
     found = read_problem(folder)
     options = {"method": "nls", "observing": OBSERVING, "gains": GAINS, "policy": SIMULATED}
-    direct = identify_motions(as_identified(done.bench, done.recordings), done.bench.structure, **options)
-    read = identify_motions(found.motions, found.arm, **options)
+    direct = identify(done.setup.structure, as_identified(done.setup, done.recordings), **options)
+    read = identify(found.arm, found.motions, **options)
     pairs = list(zip(direct.estimate.joints, read.estimate.joints, strict=True))
     assert any(isinstance(one, IdentifiedGain) for one, _ in pairs)
     assert all(one == other for one, other in pairs)
@@ -94,9 +94,9 @@ def test_nothing_of_the_truth_is_in_the_folder(done, folder):
         PROBLEM, "robot.xml", "payload-1.toml", "payload-2.toml", *(f"motion-{k}.parquet" for k in (1, 2, 3, 4))
     }  # fmt: skip
     texts = "".join(path.read_text() for path in folder.iterdir() if path.suffix != ".parquet")
-    for gain in done.bench.true_gain[:4]:
+    for gain in done.setup.true_gain[:4]:
         assert f"{gain:g}" not in texts
-    assert done.bench.scenario.name not in texts
+    assert done.setup.scenario.name not in texts
     spec = mujoco.MjSpec.from_file(str(folder / "robot.xml"))
     for body in spec.bodies[3:]:
         assert body.mass == 1.0
@@ -104,11 +104,11 @@ def test_nothing_of_the_truth_is_in_the_folder(done, folder):
 
 
 def test_a_robot_under_another_gravity_keeps_it(tmp_path, done):
-    text = done.bench.experiments[0].plant.robot.model.read_text()
+    text = done.setup.experiments[0].plant.robot.model.read_text()
     tilted = tmp_path / "tilted.xml"
     tilted.write_text(text.replace('gravity="0 0 -9.81"', 'gravity="1.5 -2 -9.4"'))
-    motions = as_identified(done.bench, done.recordings)
-    robot = replace(done.bench.experiments[0].plant.robot, model=tilted)
+    motions = as_identified(done.setup, done.recordings)
+    robot = replace(done.setup.experiments[0].plant.robot, model=tilted)
     write_problem(tmp_path / "p", robot, (), motions, observing=OBSERVING, gains=GAINS)
     np.testing.assert_array_equal(read_problem(tmp_path / "p").arm.gravity, [1.5, -2.0, -9.4])
 
@@ -118,11 +118,11 @@ def test_the_file_fits_its_schema(folder):
 
 
 def test_payload_deviations_are_kept(tmp_path, done):
-    motions = as_identified(done.bench, done.recordings)
+    motions = as_identified(done.setup, done.recordings)
     weighed = replace(motions[0].payload, mass_std=0.0123, known="mass")
     write_problem(
         tmp_path / "p",
-        done.bench.experiments[0].plant.robot,
+        done.setup.experiments[0].plant.robot,
         (),
         [motions[2], replace(motions[0], payload=weighed)],
         observing=OBSERVING,

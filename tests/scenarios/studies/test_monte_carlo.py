@@ -10,13 +10,14 @@ import pytest
 from quick import RANDOM, quick_scenario
 from rich.console import Console
 
+import scenarios.experiments.run as running
 import scenarios.experiments.studies.study as module
 from ident import identification
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
 from ident.estimation.estimate import IdentifiedGain
 from scenarios.cli import main
 from scenarios.experiments import trials
-from scenarios.experiments.build import bench
+from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.draws import drawn_settings
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import motion_streams, run
@@ -148,16 +149,16 @@ def test_trials_lost_with_their_worker_are_tried_again_by_the_same_command(scena
 def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_is_not(
     scenario, reference, tmp_path, monkeypatch
 ):
-    def failing(prepared, seed):
+    def failing(setup, seed):
         if seed == 6:
             raise MemoryError("no room for trial 1")
-        return drawn_settings(prepared, seed)
+        return drawn_settings(setup, seed)
 
     study = monte_carlo(load_scenario(str(scenario)), TRIALS, seed=5)
     monkeypatch.setattr(module, "CHUNK", TRIALS)
     monkeypatch.setattr(module, "CHUNKS_EACH", 1)
     with monkeypatch.context() as patched:
-        patched.setattr(trials, "drawn_settings", failing)
+        patched.setattr(running, "drawn_settings", failing)
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
     names = sorted(path.name for path in (tmp_path / "trials").iterdir())
     assert names == ["00000000-00000000.parquet", "00000001-00000001.lost.parquet", "00000002-00000006.parquet"]
@@ -194,14 +195,14 @@ def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkey
 
 
 def test_an_error_that_nobody_foresaw_costs_its_own_trial_alone(scenario, monkeypatch):
-    def failing(prepared, seed):
+    def failing(setup, seed):
         if seed == 6:
             raise MemoryError("no room for trial 1")
-        return drawn_settings(prepared, seed)
+        return drawn_settings(setup, seed)
 
     loaded = load_scenario(str(scenario))
     study = monte_carlo(loaded, 4, seed=5)
-    monkeypatch.setattr(trials, "drawn_settings", failing)
+    monkeypatch.setattr(running, "drawn_settings", failing)
     some = [study.trial(number) for number in range(4)]
     together = trials.run_trials(loaded, some, study.schema, threads=1).to_pandas()
     apart = [trials.run_trials(loaded, [trial], study.schema, threads=1).to_pandas() for trial in some]
@@ -212,7 +213,7 @@ def test_an_error_that_nobody_foresaw_costs_its_own_trial_alone(scenario, monkey
 def test_a_trial_whose_robot_cannot_be_built_is_rows_that_say_which_and_why(scenario):
     loaded = load_scenario(str(scenario))
     wrong, good = (
-        trials.Trial(number=number, seed=seed, settings={"plant.payload.mass": mass}, labels={"which": which})
+        running.Trial(number=number, seed=seed, settings={"plant.payload.mass": mass}, labels={"which": which})
         for number, seed, mass, which in ((7, 23, -4.5, "built"), (3, 31, 6.9, "simulated"))
     )
     schema = trials.trial_schema(loaded, ["plant.payload.mass"], ["which"])
@@ -332,10 +333,10 @@ def test_a_trial_is_refused_where_the_run_of_its_seed_is(tmp_path, monkeypatch):
     wrong = Diagnosis(name="x", severity=Severity.WRONG, sentence="joints 2 and 3 are off", joints=(1, 2))
     monkeypatch.setattr(identification, "symptoms", lambda estimate, causes: Diagnosed(diagnoses=(wrong,)))
     scenario = load_scenario(str(quick_scenario(tmp_path, method="nls")))
-    refused = run(bench(scenario), 3).estimate.joints
+    refused = run(setup_of(scenario), 3).estimate.joints
     assert [each.reason for each in refused[1:3]] == [wrong.sentence] * 2
     rows = trials.run_trials(
-        scenario, [trials.Trial(number=0, seed=3)], trials.trial_schema(scenario, (), ()), threads=1
+        scenario, [running.Trial(number=0, seed=3)], trials.trial_schema(scenario, (), ()), threads=1
     ).to_pandas()
     assert rows["identifiable"].tolist() == [isinstance(each, IdentifiedGain) for each in refused]
     assert rows["reason"][1:3].tolist() == [wrong.sentence] * 2

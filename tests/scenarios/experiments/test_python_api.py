@@ -1,0 +1,132 @@
+"""The lines of Python that the README shows, as they stand there, and what they promise."""
+
+import ast
+import contextlib
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from pages import blocks
+from places import ROOT
+from quick import RANDOM, quick_scenario
+
+import ident
+import scenarios
+from scenarios.cli import main
+from scenarios.experiments.files.loading import load_scenario
+from scenarios.experiments.files.settings import place_of
+from scenarios.support.errors import UnknownPlace, WrongValue
+
+CUTOFF = "identification.observe.cutoff_hz"
+
+
+def readme_lines() -> ast.Module:
+    """The README's Python; what a line shows is kept as `shown_0` and so on."""
+    (block,) = [each for each in blocks(ROOT / "README.md") if each.kind == "python"]
+    tree = ast.parse(block.text)
+    shown = [k for k, node in enumerate(tree.body) if isinstance(node, ast.Expr)]
+    for number, k in enumerate(shown):
+        tree.body[k] = ast.Assign(targets=[ast.Name(f"shown_{number}", ast.Store())], value=tree.body[k].value)
+    return ast.fix_missing_locations(tree)
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory) -> scenarios.LoadedScenario:
+    return scenarios.load(quick_scenario(tmp_path_factory.mktemp("quick"), RANDOM))
+
+
+@pytest.mark.slow
+def test_the_lines_of_the_readme_work_as_they_stand(tmp_path):
+    shutil.copytree(ROOT / "rx90_mjcf", tmp_path / "rx90_mjcf")
+    assert main(["run", "nominal", "--save", str(tmp_path / "cell")]) == 0
+    found: dict[str, object] = {}
+    with contextlib.chdir(tmp_path):
+        exec(compile(readme_lines(), "README.md", "exec"), found)
+    (gain, std, diagnoses), ratio, run, trials, swept = (found[f"shown_{k}"] for k in range(5))
+    assert gain.shape == std.shape == (6,)
+    assert list(gain.mask) == list(std.mask) == [False] * 5 + [True]
+    assert all(isinstance(each.sentence, str) for each in diagnoses)
+    assert abs(ratio[:5] - 1.0).max() < 0.01  # a percent: what nominal promises
+    assert run.verdict.passed
+    assert len(trials) == 20 * 6
+    assert sorted(set(swept[CUTOFF])) == [8.0, 15.0, 30.0]
+    assert len(swept) == 3 * 20 * 6
+
+
+def test_the_arrays_of_an_identification_are_its_gains(quick):
+    s = quick.simulate(seed=5)
+    r = ident.identify(quick.arm, s.logs, method="ls-2011")
+    assert [each is None for each in r.reasons] == [not each for each in r.gain.mask]
+    assert 0 < r.gain.count() < 6  # so that both kinds are seen
+    for j, joint in enumerate(r.joints):
+        if isinstance(joint, ident.RefusedGain):
+            assert r.reasons[j] == joint.reason
+        else:
+            assert r.gain[j] == joint.value
+            shares = (r.residual_std[j], r.payload_std[j], r.model_std[j])
+            np.testing.assert_allclose(r.std[j], np.linalg.norm(shares), rtol=1e-12)
+            assert r.residual_std[j] == joint.residual_std < r.std[j]
+            assert abs(r.gain[j] / s.truth.gain[j] - 1.0) < 0.2
+    for each in (r.gain, r.std, r.residual_std, r.payload_std, r.model_std):
+        assert np.isfinite(each.data).all()  # no NaN hides behind the mask
+
+
+def test_a_seed_gives_the_same_logs_and_gains_whatever_is_called(quick):
+    seed = 7
+    s, run = quick.simulate(seed), quick.run(seed)
+    for one, other in zip(s.recordings, run.recordings, strict=True):
+        np.testing.assert_array_equal(one.v, other.v)
+    np.testing.assert_array_equal(s.truth.gain, run.setup.true_gain)
+    assert not np.array_equal(s.truth.gain, quick.setup.true_gain)  # drawn
+    trials = quick.monte_carlo(3, seed=6).to_frame()
+    own = trials[trials["seed"] == seed]
+    assert own["trial"].tolist() == [1] * 6
+    estimates = [None if np.isnan(each) else each for each in own["estimate"]]
+    assert estimates == [gain.estimate for gain in run.verdict.gains]
+
+
+def test_a_sweep_is_every_combination_with_the_same_seeds(quick):
+    mass = [6.9, 7.1]
+    rows = quick.sweep({"observe.cutoff_hz": [9, 14], "plant.payload.mass": mass}, seeds=(4, 2)).to_frame()
+    first = rows[rows["joint"] == 1]
+    assert first[[CUTOFF, "plant.payload.mass", "seed"]].to_numpy().tolist() == [
+        [cutoff, kg, seed] for cutoff in (9.0, 14.0) for kg in mass for seed in (4, 2)
+    ]
+    assert first["failure"].isna().all()
+    drawn = first.groupby("seed")["plant.gain.1"].nunique()
+    assert drawn.tolist() == [1, 1]  # what the scenario draws depends on the seed alone
+    one = first[(first[CUTOFF] == 14.0) & (first["plant.payload.mass"] == 7.1) & (first["seed"] == 2)]
+    other = first[(first[CUTOFF] == 9.0) & (first["plant.payload.mass"] == 7.1) & (first["seed"] == 2)]
+    assert one["true"].item() == other["true"].item()
+    assert one["estimate"].item() != other["estimate"].item()
+
+
+def test_rows_do_not_depend_on_workers(quick):
+    with_two = quick.monte_carlo(3, workers=scenarios.local_processes(2)).to_frame()
+    pd.testing.assert_frame_equal(with_two, quick.monte_carlo(3).to_frame(), check_exact=True)
+
+
+def test_a_sweep_of_what_is_not_there_or_does_not_fit_is_refused_before_anything_runs(quick):
+    with pytest.raises(UnknownPlace, match="no 'cutoff' in"):
+        quick.sweep({"identification.observe.cutoff": [8]}, seeds=1)
+    with pytest.raises(UnknownPlace, match="mass is the end of several places: plant"):
+        quick.sweep({"mass": [7.0]}, seeds=1)
+    with pytest.raises(WrongValue):
+        quick.sweep({"plant.payload.mass": [-2.0]}, seeds=1)
+
+
+def test_the_end_of_a_place_stands_for_it_where_no_other_ends_so():
+    table = load_scenario("nominal").table
+    assert place_of(table, "observe.cutoff_hz") == place_of(table, CUTOFF) == CUTOFF
+
+
+def test_logs_are_read_with_what_they_carry(tmp_path: Path):
+    main(["run", str(quick_scenario(tmp_path)), "--save", str(tmp_path / "cell")])
+    cell = tmp_path / "cell"
+    assert ident.read(cell / "unloaded.parquet").payload is None
+    stated = ident.read(str(cell / "loaded.parquet"), payload=cell / "payload.toml")
+    assert stated.payload == ident.read_payload(cell / "payload.toml")
+    assert stated.recording.n == 6
+    assert ident.read(cell / "loaded.parquet", payload=stated.payload).payload is stated.payload

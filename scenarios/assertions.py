@@ -12,7 +12,7 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.joint_rows import study_rows
 from scenarios.experiments.studies.pass_rule import FALSE_ALARM, JointRule, allowed_misses, detectable_rate, pass_rule
 from scenarios.experiments.trials import Trial, run_trials, trial_schema
-from scenarios.support.errors import TooFewSeeds
+from scenarios.support.errors import ScenarioError
 from scenarios.support.seeds import SEEDS
 
 if TYPE_CHECKING:
@@ -47,12 +47,12 @@ def assert_scenario(
     """
     loaded, seeds = load_scenario(scenario), _checked(seeds)
     if not 0.0 < false_alarm < 1.0:
-        raise TooFewSeeds(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
+        raise ScenarioError(f"false_alarm = {false_alarm}: expected a rate between 0 and 1")
     check_draws(loaded, setup_of)
     wanted = loaded.table.tolerance.pass_rate
     if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
         seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
-        raise TooFewSeeds(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; give more")
+        raise ScenarioError(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; give more")
     schema = trial_schema(loaded, places_of(loaded.table.random), ())
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
@@ -69,12 +69,12 @@ def _checked(seeds: Iterable[int]) -> list[int]:
     checked: list[int] = []
     for seed in seeds:
         if isinstance(seed, bool) or not hasattr(seed, "__index__") or not 0 <= index(seed) < SEEDS:
-            raise TooFewSeeds(f"seed {seed!r}: expected a whole number from 0 to 2^31 - 1")
+            raise ScenarioError(f"seed {seed!r}: expected a whole number from 0 to 2^31 - 1")
         checked.append(index(seed))
     if not checked:
-        raise TooFewSeeds("give at least one seed")
+        raise ScenarioError("give at least one seed")
     if len(set(checked)) < len(checked):
-        raise TooFewSeeds("a seed is given twice; a repeated trial adds no information")
+        raise ScenarioError("a seed is given twice; a repeated trial adds no information")
     return checked
 
 

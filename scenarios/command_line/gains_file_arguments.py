@@ -40,7 +40,7 @@ def claimed(options: argparse.Namespace, command: str) -> Claim | None:
     """The right to write the file that is asked for, None if none is.
 
     Raises:
-        NotOurs: If a file is there that the command did not write.
+        ScenarioError: If a file is there that the command did not write.
         OSError: If it cannot be written.
     """
     path: Path | None = options.gains_out

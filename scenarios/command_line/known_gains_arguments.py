@@ -47,7 +47,7 @@ def weigh(
     """Read recordings and find their payload with the gains of a file, and what is said of the recordings.
 
     Raises:
-        SeenBefore: If the gains were found from a loaded recording, or with a payload in a bare one.
+        ScenarioError: If the gains were found from a loaded recording, or with a payload in a bare one.
         IdentificationError: If the payload cannot be found.
     """
     from threadpoolctl import threadpool_limits

@@ -13,7 +13,7 @@ from ident.recordings.formats.description_files import UNKNOWN, read_description
 from ident.recordings.formats.layouts import LAYOUTS
 from ident.recordings.formats.meaning import MEANINGS
 from scenarios.command_line.parser import complain
-from scenarios.support.errors import SaidTwice, WrongJointNames
+from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from ident.recordings.files import Log
@@ -54,8 +54,8 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
         joint_names: Of the arm, taken where no others are said; None if no arm is known.
 
     Raises:
-        SaidTwice: If file and options both say something.
-        WrongJointNames: If the names said are the arm's in another order, or of another number.
+        ScenarioError: If file and options both say something.
+        ScenarioError: If the names said are the arm's in another order, or of another number.
         IdentificationError: If what is said cannot be meant.
     """
     nothing = LogDescription()
@@ -68,7 +68,7 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     changes = {name: value for name, value in given.items() if value != getattr(nothing, name)}
     for name in changes:
         if getattr(said, name) != getattr(nothing, name):
-            raise SaidTwice(f"{options.log_description} says {name}, and so does the command line; say it once")
+            raise ScenarioError(f"{options.log_description} says {name}, and so does the command line; say it once")
     said = replace(said, **changes)
     if joint_names is None:
         return said
@@ -95,13 +95,11 @@ def _check_names(said: Sequence[str] | None, joint_names: Sequence[str]) -> None
     if said is None or tuple(said) == tuple(joint_names):
         return
     if sorted(said) == sorted(joint_names):
-        raise WrongJointNames(
+        raise ScenarioError(
             f"joints are said to be {', '.join(said)}; from base to flange the model has {', '.join(joint_names)}"
         )
     if len(said) != len(joint_names):
-        raise WrongJointNames(
-            f"{len(said)} joints are said, the model has {len(joint_names)}: {', '.join(joint_names)}"
-        )
+        raise ScenarioError(f"{len(said)} joints are said, the model has {len(joint_names)}: {', '.join(joint_names)}")
 
 
 def _names(text: str) -> tuple[str, ...]:

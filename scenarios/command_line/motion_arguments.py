@@ -7,7 +7,7 @@ from pathlib import Path
 
 import scenarios.command_line.arguments as arguments
 from ident.support.naming import one_line
-from scenarios.support.errors import WrongFiles
+from scenarios.support.errors import ScenarioError
 
 UNLOADED, LOADED, PAYLOAD = "--unloaded", "--loaded", "--payload"
 HELP = {
@@ -86,16 +86,16 @@ def mounted_files(given: Sequence[Given]) -> tuple[MountedFiles, ...]:
         given: Options in the order of the command line.
 
     Raises:
-        WrongFiles: If there is no recording, or payloads and loaded recordings do not go together.
+        ScenarioError: If there is no recording, or payloads and loaded recordings do not go together.
     """
     if not any(each.option != PAYLOAD for each in given):
-        raise WrongFiles(f"no recording is given; expected {UNLOADED} A and {LOADED} B {PAYLOAD} P")
+        raise ScenarioError(f"no recording is given; expected {UNLOADED} A and {LOADED} B {PAYLOAD} P")
     found: list[MountedFiles] = []
     waiting: Given | None = None
     for each in _payload_last(given):
         if each.option == PAYLOAD:
             if waiting is None:
-                raise WrongFiles(
+                raise ScenarioError(
                     f"{each}: no {LOADED} without a payload comes before it; give one payload to each {LOADED}"
                 )
             found.append(MountedFiles(waiting.files, each.files[0]))
@@ -122,4 +122,4 @@ def _payload_last(given: Sequence[Given]) -> Sequence[Given]:
 
 def _check_described(waiting: Given | None) -> None:
     if waiting is not None:
-        raise WrongFiles(f"{waiting}: no payload is given behind it; describe what was mounted, {PAYLOAD} P.toml")
+        raise ScenarioError(f"{waiting}: no payload is given behind it; describe what was mounted, {PAYLOAD} P.toml")

@@ -40,7 +40,7 @@ def claimed_folder(options: argparse.Namespace, motions: int, command: str) -> C
         command: That writes them.
 
     Raises:
-        NotOurs: If a file is there that the command did not write.
+        ScenarioError: If a file is there that the command did not write.
         OSError: If it cannot be written.
     """
     if options.save is None:

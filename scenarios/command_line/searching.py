@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.progress import console
 from scenarios.experiments.workers.processes import PROCESSES
-from scenarios.support.errors import MotionTooFine
+from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design
@@ -39,10 +39,10 @@ def check_harmonics(options: argparse.Namespace) -> None:
     """Check that the search sees what it may use.
 
     Raises:
-        MotionTooFine: If the fastest harmonic is too fast.
+        ScenarioError: If the fastest harmonic is too fast.
     """
     if options.harmonics > FASTEST * options.duration:
-        raise MotionTooFine(
+        raise ScenarioError(
             f"--harmonics {options.harmonics} in --duration {options.duration:g}: the fastest has "
             f"{options.harmonics / options.duration:.3g} Hz; a search sees up to {FASTEST:g} Hz"
         )

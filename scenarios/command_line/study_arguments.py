@@ -18,7 +18,7 @@ from scenarios.command_line.progress import console
 from scenarios.command_line.streams_and_signals import ending
 from scenarios.experiments.workers.choice import add_worker_options, open_workers, worker_words
 from scenarios.reports.content import Paragraph, Report
-from scenarios.support.errors import FolderNotWritable
+from scenarios.support.errors import StudyError
 
 if TYPE_CHECKING:
     from scenarios.experiments.studies.folder import StudyFolder
@@ -75,7 +75,7 @@ def summary_of(folder: Path) -> Generator[None]:
     try:
         yield
     except OSError as error:
-        raise FolderNotWritable(
+        raise StudyError(
             f"{folder}: the summary cannot be written: {error.strerror or error}; the rows are there, make room and "
             "repeat the command"
         ) from error

@@ -53,10 +53,10 @@ def main(options: argparse.Namespace) -> Status:
     from scenarios.gains_in_use.model_masses import model_links
     from scenarios.reports.check import check_report
     from scenarios.results.log_folder import Done
-    from scenarios.support.errors import WrongFiles
+    from scenarios.support.errors import ScenarioError
 
     if options.loaded and options.payload is None:
-        raise WrongFiles("--loaded: no payload is given; describe what was mounted, --payload P.toml")
+        raise ScenarioError("--loaded: no payload is given; describe what was mounted, --payload P.toml")
     saving = claimed_folder(options, len(options.log) + len(options.loaded), "rx90 check --save")
     limits = GainOptions()
     with under_way(options, "checking"), threadpool_limits(1):  # small matrices gain nothing from a threaded BLAS

@@ -14,7 +14,7 @@ from scenarios.command_line.status import Status
 from scenarios.command_line.study_arguments import interruptible, summary_of
 from scenarios.experiments.workers.choice import add_worker_options, open_workers, prepare_workers, worker_words
 from scenarios.results.write_access import make_folder
-from scenarios.support.errors import NothingToCompare
+from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.benchmark.comparison.statistics import ComparedScenario
@@ -74,7 +74,7 @@ def main(options: argparse.Namespace) -> Status:
     if options.open is not None:
         return _opened(options)
     if not options.method:
-        raise NothingToCompare("no method; name one with --method")
+        raise ScenarioError("no method; name one with --method")
     prepare_workers(options)
     from scenarios.benchmark.methods import method_of
     from scenarios.results.problem_folder import is_problem
@@ -84,7 +84,7 @@ def main(options: argparse.Namespace) -> Status:
     if not folders:
         return _compared(options, methods, limits)
     if len(folders) < len(options.subjects):
-        raise NothingToCompare("scenarios and problem folders together; compare them one after the other")
+        raise ScenarioError("scenarios and problem folders together; compare them one after the other")
     return _answered(options, folders, methods, limits)
 
 
@@ -108,7 +108,7 @@ def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[M
     from scenarios.reports.answers import answers_report
 
     if options.out is None:
-        raise NothingToCompare("expected --out DIR, for the answers")
+        raise ScenarioError("expected --out DIR, for the answers")
     make_folder(options.out)
     with under_way(options, "asking") as stages:
         rows = answered(folders, methods, limits, options.out / ANSWERS, stages=stages)
@@ -123,10 +123,10 @@ def _sealed(options: argparse.Namespace) -> Status:
     from scenarios.reports.content import Paragraph, Report
 
     if not options.subjects or options.trials is None:
-        raise NothingToCompare("expected scenarios and -n N, to be sealed")
+        raise ScenarioError("expected scenarios and -n N, to be sealed")
     loaded = [load_scenario(name) for name in options.subjects]
     if options.seal.exists() and any(options.seal.iterdir()):
-        raise NothingToCompare(f"{options.seal}: is not empty; seal into a new folder")
+        raise ScenarioError(f"{options.seal}: is not empty; seal into a new folder")
     seed = unknown_seed(options.trials) if options.seed is None else options.seed
     with under_way(options, "preparing") as stages:
         sealed = seal(loaded, options.trials, seed, options.seal, stages=stages)
@@ -146,11 +146,11 @@ def _opened(options: argparse.Namespace) -> Status:
     from scenarios.reports.comparison import comparison_report
 
     if not options.subjects:
-        raise NothingToCompare("expected files of answers, as rx90 compare FOLDER writes them")
+        raise ScenarioError("expected files of answers, as rx90 compare FOLDER writes them")
     known = revealed(options.open / SEAL, options.open / TRUTH)
     answers = [row for name in options.subjects for row in read_answers(Path(name))]
     if not answers:
-        raise NothingToCompare("the files hold no answer")
+        raise ScenarioError("the files hold no answer")
     methods = list(dict.fromkeys(row.method for row in answers))
     found = [
         ComparedScenario(
@@ -185,12 +185,12 @@ def _compared(options: argparse.Namespace, methods: "list[Method]", limits: "Lim
     from scenarios.experiments.studies.study import carry_out
 
     if not options.subjects or options.trials is None or options.out is None:
-        raise NothingToCompare(f"{_saved(options.subjects)}expected scenarios, -n N and --out DIR")
+        raise ScenarioError(f"{_saved(options.subjects)}expected scenarios, -n N and --out DIR")
     loaded = [load_scenario(name) for name in options.subjects]
     names = [scenario.name for scenario in loaded]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise NothingToCompare(f"scenario {twice!r} is given twice; each has a folder of its name")
+        raise ScenarioError(f"scenario {twice!r} is given twice; each has a folder of its name")
     held = right_to_write(options, options.out, (REPORT, DOCUMENT), command="rx90 compare --out")
     studies = [comparison(scenario, methods, limits, options.trials, options.seed or 0) for scenario in loaded]
     command = _command(options)

@@ -8,7 +8,7 @@ from ident.recordings.motion import Motion
 from scenarios.command_line.saving import save_identified
 from scenarios.reports.content import Report
 from scenarios.results.write_access import Claim
-from scenarios.support.errors import WrongFiles
+from scenarios.support.errors import ScenarioError
 
 
 def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
@@ -19,17 +19,17 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
         loaded: Whether a recording carries a payload.
 
     Raises:
-        WrongFiles: If something is asked for that goes with the other kind of recordings alone.
+        ScenarioError: If something is asked for that goes with the other kind of recordings alone.
     """
     bare = not loaded and not any("gain" in word.partition("=")[0] for word in options.option)
     if not bare and options.gains is not None:
-        raise WrongFiles("--gains goes with bare recordings alone; with a payload the gains are found, not given")
+        raise ScenarioError("--gains goes with bare recordings alone; with a payload the gains are found, not given")
     if not bare and options.if_loaded is not None:
-        raise WrongFiles("--if-loaded goes with bare recordings alone; here the gains themselves are found")
+        raise ScenarioError("--if-loaded goes with bare recordings alone; here the gains themselves are found")
     if bare and options.gains_out is not None:
-        raise WrongFiles("--gains-out: bare recordings give ratios of gains alone; add --loaded B --payload P.toml")
+        raise ScenarioError("--gains-out: bare recordings give ratios of gains alone; add --loaded B --payload P.toml")
     if options.if_loaded is not None and options.gains is None:
-        raise WrongFiles(
+        raise ScenarioError(
             "--if-loaded: how a payload shows beside the noise takes the size of the gains; add --gains G, "
             "a data sheet's will do"
         )
@@ -55,7 +55,9 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
     from scenarios.reports.bare import bare_report
 
     if options.method != NAME:
-        raise WrongFiles(f"--method {options.method} needs a payload; of bare recordings alone {NAME} gives the ratios")
+        raise ScenarioError(
+            f"--method {options.method} needs a payload; of bare recordings alone {NAME} gives the ratios"
+        )
     payload = None if options.if_loaded is None else read_payload(options.if_loaded)
     observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
     own = options_from_words(AllJointsOptions, options.option)

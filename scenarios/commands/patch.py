@@ -11,7 +11,7 @@ from scenarios.command_line.known_gains_arguments import add_gains_argument
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.status import Status
 from scenarios.command_line.writing import right_to_write
-from scenarios.support.errors import WrongFiles
+from scenarios.support.errors import ScenarioError
 
 NAME = "rx90 patch"
 
@@ -78,10 +78,12 @@ def _check_files(model: Path, written: Sequence[Path]) -> None:
     """The copy is read by the ending of the model, and no file is written twice or over the model.
 
     Raises:
-        WrongFiles: If not so.
+        ScenarioError: If not so.
     """
     if written[0].suffix.lower() != model.suffix.lower():
-        raise WrongFiles(f"--out {one_line(written[0])}: a copy of {one_line(model)} ends in {one_line(model.suffix)}")
+        raise ScenarioError(
+            f"--out {one_line(written[0])}: a copy of {one_line(model)} ends in {one_line(model.suffix)}"
+        )
     places = [path.resolve() for path in (model, *written)]
     if len(set(places)) < len(places):
-        raise WrongFiles("MODEL, --out and --ros-params: expected different files")
+        raise ScenarioError("MODEL, --out and --ros-params: expected different files")

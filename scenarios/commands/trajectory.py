@@ -9,7 +9,7 @@ from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.status import Status
 from scenarios.command_line.writing import right_to_write
 from scenarios.design.motion_formats import ENDINGS, FORMATS
-from scenarios.support.errors import NoSuchMotion
+from scenarios.support.errors import ScenarioError
 
 RATE = 125.0
 """Samples a second unless said otherwise: a rate that drivers of most arms take."""
@@ -49,5 +49,5 @@ def main(options: argparse.Namespace) -> Status:
 
 def _form(out: Path) -> str:
     if out.suffix.lower() not in ENDINGS:
-        raise NoSuchMotion(f"--out {one_line(out)}: expected an ending {', '.join(ENDINGS)}, or --as FORM")
+        raise ScenarioError(f"--out {one_line(out)}: expected an ending {', '.join(ENDINGS)}, or --as FORM")
     return ENDINGS[out.suffix.lower()]

@@ -10,7 +10,7 @@ from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.progress import under_way
 from scenarios.command_line.robot_arguments import add_model_arguments, named_structure
 from scenarios.command_line.status import Status
-from scenarios.support.errors import WrongFiles
+from scenarios.support.errors import ScenarioError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +39,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
 
     mounted = [each for each in files if each.payload is not None]
     if len(mounted) != 1 or mounted[0].payload is None:
-        raise WrongFiles(f"{len(mounted)} payloads are given; a verification weighs one, and needs a bare motion")
+        raise ScenarioError(f"{len(mounted)} payloads are given; a verification weighs one, and needs a bare motion")
     file, payload = read_gains(options.gains), read_payload(mounted[0].payload)
     unloaded = [path for each in files if each.payload is None for path in each.recordings]
     with under_way(options, "weighing"):

@@ -10,7 +10,7 @@ from scenarios.command_line.parser import printable
 from scenarios.command_line.progress import under_way
 from scenarios.command_line.status import Status
 from scenarios.command_line.surroundings import with_opengl
-from scenarios.support.errors import NoFilm
+from scenarios.support.errors import ScenarioError
 from sim.errors import ADVICE, NoPicture
 
 WIDTH = arguments.count_from(64, 4096, "larger pictures are slow to render")
@@ -53,11 +53,11 @@ def main(options: argparse.Namespace) -> Status:
 
     path = options.render
     if path is not None and path.suffix.lower() not in WRITERS:
-        raise NoFilm(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(WRITERS)}")
+        raise ScenarioError(f"{path}: unknown ending {path.suffix!r}; known: {', '.join(WRITERS)}")
     setup = setup_of(load_scenario(options.scenario))
     shown = scene(setup.experiments)
     if options.at is not None and options.at > shown.duration:
-        raise NoFilm(f"--at {options.at:g} s: the motion ends at {shown.duration:g} s; name a time up to that")
+        raise ScenarioError(f"--at {options.at:g} s: the motion ends at {shown.duration:g} s; name a time up to that")
     if path is None:
         watch(shown)
         return Status.PASSED

@@ -20,7 +20,7 @@ from scenarios.experiments.files.schema import DrawTable, Scenario
 from scenarios.experiments.files.settings import Value, with_settings
 from scenarios.experiments.studies.sources import settings_with, sources_of
 from scenarios.prediction.moments import points_of
-from scenarios.support.errors import NoSources, NotAPair
+from scenarios.support.errors import StudyError
 from sim.experiment import Experiment
 from sim.feedforward_currents import feedforward_currents
 from sim.trajectory import FourierTrajectory
@@ -71,15 +71,15 @@ class Sourced:
             joints: Joints whose gains are wanted, from 0.
 
         Raises:
-            NotAPair: If the payload is called otherwise than `loaded`.
-            NoSources: If there are none, or none that counts.
+            StudyError: If the payload is called otherwise than `loaded`.
+            StudyError: If there are none, or none that counts.
             ScenarioError: If a source is wrong.
         """
         sources = sources_of(scenario)
         off = with_settings(scenario, settings_with(sources, {}).settings)
         self._quiet = setup_of(off)
         if not set(PAIR) <= set(self._quiet.protocol):
-            raise NotAPair(f"{scenario.name}: --against all needs a bare and a loaded motion in experiment.protocol")
+            raise StudyError(f"{scenario.name}: --against all needs a bare and a loaded motion in experiment.protocol")
         self._joints = joints
         self._drawn = [
             _source(name, source, off, self._quiet)
@@ -87,7 +87,7 @@ class Sourced:
             if source.stream is None and all(place.startswith(PLANT) for place in source.targets)
         ]
         if not self._drawn:
-            raise NoSources(f"{scenario.name}: none of its sources is drawn of the {PLANT[:-1]}: only noise remains")
+            raise StudyError(f"{scenario.name}: none of its sources is drawn of the {PLANT[:-1]}: only noise remains")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -98,7 +98,7 @@ class Sourced:
         """The same with the sources alone that cost something along a motion.
 
         Raises:
-            NoSources: If none does.
+            StudyError: If none does.
         """
         costs = [np.hypot(*each)[self._joints].max() for each in self._errors(motion, rate_hz)]
         least = max(LEAST_SHARE * max(costs), NO_COST)
@@ -106,7 +106,7 @@ class Sourced:
         fewer._drawn = [source for source, cost in zip(self._drawn, costs, strict=True) if cost > least]
         if not fewer._drawn:
             name = self._quiet.scenario.name
-            raise NoSources(f"{name}: {', '.join(self.names)}: no cost on any wanted gain: only noise remains")
+            raise StudyError(f"{name}: {', '.join(self.names)}: no cost on any wanted gain: only noise remains")
         return fewer
 
     def __call__(self, motion: FourierTrajectory, rate_hz: float) -> Array:

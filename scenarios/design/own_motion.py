@@ -6,7 +6,7 @@ from scenarios.design.excitation import Design
 from scenarios.design.search import Series
 from scenarios.experiments.files.motions import read_motion
 from scenarios.experiments.files.schema import Scenario
-from scenarios.support.errors import OtherSeries, ScenarioError
+from scenarios.support.errors import ScenarioError
 from sim.trajectory import FourierTrajectory
 
 
@@ -49,13 +49,13 @@ def first_motion(scenario: Scenario, series: Series) -> FourierTrajectory:
     """The motion of a scenario, for a search to begin with.
 
     Raises:
-        OtherSeries: If no point of the series is that motion.
+        ScenarioError: If no point of the series is that motion.
         ScenarioError: If there is none.
     """
     motion = read_motion(scenario.table.experiment.motion, scenario.folder)
     n, harmonics = motion.sine.shape
     if n != series.n or harmonics > series.harmonics or motion.duration != series.duration:
-        raise OtherSeries(
+        raise ScenarioError(
             f"{scenario.name}: motion {scenario.table.experiment.motion!r} has {harmonics} harmonics of {n} joints in "
             f"{motion.duration:g} s; to improve it, search with --duration {motion.duration:g} and --harmonics "
             f"{harmonics} or more, on an arm of {n} joints"

@@ -15,7 +15,7 @@ from scenarios.design.weights import SHAPES
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import mountings
 from scenarios.experiments.files.schema import Scenario
-from scenarios.support.errors import NoWeight
+from scenarios.support.errors import ScenarioError
 from sim.flange import Flange, flange_of
 
 STEPS = 100 * len(SHAPES)
@@ -70,11 +70,11 @@ class PayloadDesign:
         """The weight to make.
 
         Raises:
-            NoWeight: If there is none that may be mounted.
+            ScenarioError: If there is none that may be mounted.
         """
         first = self.candidates[0]
         if first.refusal:
-            raise NoWeight(
+            raise ScenarioError(
                 f"{self.scenario.name}: no weight meets the limits: the best {first.weight.shape} {first.refusal}"
             )
         return first
@@ -105,7 +105,7 @@ def design_payload(
         tell: Told how many of `STEPS` are done, and what is being searched.
 
     Raises:
-        NothingCarried: If the scenario mounts no payload.
+        ScenarioError: If the scenario mounts no payload.
     """
     problem = for_all_joints(design_problem(setup))
     mounting = mountings(setup.protocol)[0]

@@ -12,21 +12,21 @@ from scenarios.design.rows import carried
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import mountings
 from scenarios.experiments.files.schema import Scenario
-from scenarios.support.errors import NoJointWanted, NothingCarried
+from scenarios.support.errors import ScenarioError
 
 
 def design_problem(setup: Setup) -> Problem:
     """State the problem with the first payload that the scenario mounts.
 
     Raises:
-        NoJointWanted: If it wants no joint's gain.
-        NothingCarried: If it mounts no payload.
+        ScenarioError: If it wants no joint's gain.
+        ScenarioError: If it mounts no payload.
     """
     scenario = setup.scenario
     wanted = wanted_joints(scenario)
     names = mountings(scenario.table.experiment.protocol)
     if not names:
-        raise NothingCarried(
+        raise ScenarioError(
             f'{scenario.name}: experiment.protocol mounts no payload; a design needs one, as ["bare", "loaded"]'
         )
     plant, believed = setup.plants.get(names[0], setup.plant), setup.payloads[names[0]]
@@ -44,11 +44,11 @@ def wanted_joints(scenario: Scenario) -> Indices:
     """Joints whose gains the scenario wants, from 0.
 
     Raises:
-        NoJointWanted: If there are none.
+        ScenarioError: If there are none.
     """
     wanted = np.flatnonzero(scenario.table.tolerance.identifiable)
     if not wanted.size:
-        raise NoJointWanted(f"{scenario.name}: tolerance.identifiable wants no joint's gain")
+        raise ScenarioError(f"{scenario.name}: tolerance.identifiable wants no joint's gain")
     return wanted
 
 

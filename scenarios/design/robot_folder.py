@@ -14,7 +14,7 @@ from scenarios.design.rules_of_thumb import Stated
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.files.toml_values import toml_value
-from scenarios.support.errors import NotOurs, UnreadableFile
+from scenarios.support.errors import ScenarioError, UnreadableFile
 from sim.robot import Robot
 from sim.robot_files import read_robot
 
@@ -127,7 +127,7 @@ def check_no_other_robot(folder: Path, model: Path) -> None:
     """Check that a folder holds no robot of another model file.
 
     Raises:
-        NotOurs: If it does.
+        ScenarioError: If it does.
     """
     path = folder / ROBOT
     try:
@@ -136,7 +136,7 @@ def check_no_other_robot(folder: Path, model: Path) -> None:
         return
     name, there = table.get("name"), table.get("model")
     if isinstance(there, str) and (folder / there).resolve() != model.resolve():
-        raise NotOurs(
+        raise ScenarioError(
             f"{path}: is of another robot, {shown(name)} from {shown(there)}; name another place, or add --force"
         )
 

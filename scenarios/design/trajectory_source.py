@@ -13,7 +13,7 @@ from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import KEYS, read_motion
 from scenarios.experiments.robot_models import read_arm
-from scenarios.support.errors import NoSuchMotion, UnreadableFile
+from scenarios.support.errors import ScenarioError, UnreadableFile
 from sim.torque_limits import check_torque_limits
 from sim.trajectory import FourierTrajectory
 
@@ -51,7 +51,7 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
         flange: Last body of that arm.
 
     Raises:
-        NoSuchMotion: If a scenario is given a second model.
+        ScenarioError: If a scenario is given a second model.
         ScenarioError: One of its kinds, if the file is neither.
         Saturated: If the scenario's motion asks more of a drive than it has.
     """
@@ -64,7 +64,7 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
         limits = MotionLimits(lower=lower, upper=upper, velocity=free, acceleration=free)
         return Source(name=name, motion=motion, arm=arm, limits=limits)
     if model is not None or flange is not None:
-        raise NoSuchMotion(f"{name}: a scenario names its own robot; --model and --flange go with a motion file")
+        raise ScenarioError(f"{name}: a scenario names its own robot; --model and --flange go with a motion file")
     setup = setup_of(load_scenario(name))
     check_torque_limits(setup.experiments)
     return scenario_source(setup)

@@ -14,7 +14,7 @@ from scenarios.experiments.files.schema import BodyTable, Scenario
 from scenarios.experiments.files.settings import Value, with_settings
 from scenarios.experiments.named_files import motion_of, robot_of
 from scenarios.experiments.robots import structure as believed_structure
-from scenarios.support.errors import WrongLength
+from scenarios.support.errors import ScenarioError
 from sim.controller import ControllerBelief
 from sim.drives import DriveTruth
 from sim.experiment import Experiment
@@ -70,14 +70,14 @@ def setup_without_motion(scenario: Scenario) -> Setup:
     """Prepare a scenario's robot, whatever it is moved by.
 
     Raises:
-        WrongLength: If arrays do not fit the arm.
+        ScenarioError: If arrays do not fit the arm.
         ScenarioError: One of its kinds, if the scenario names a robot or payload that does not exist or is impossible.
         SimulationError: One of its kinds, if robot or plant are impossible.
         RobotModelError: If the robot's model file is no arm.
     """
     table, arm = scenario.table, robot_of(scenario)
     if len(table.tolerance.gain) != arm.n:
-        raise WrongLength(
+        raise ScenarioError(
             f"{scenario.name}: tolerance.gain has {len(table.tolerance.gain)} values, but robot {arm.name} has {arm.n} "
             "joints; state arrays of plant, belief and tolerance for this robot, one value a joint"
         )
@@ -91,7 +91,7 @@ def setup_of(scenario: Scenario) -> Setup:
     """Prepare a scenario.
 
     Raises:
-        WrongLength: If arrays or the motion do not fit the arm.
+        ScenarioError: If arrays or the motion do not fit the arm.
         ScenarioError: One of its kinds, if it names a payload or motion that does not exist or is impossible.
     """
     setup = setup_without_motion(scenario)
@@ -99,7 +99,7 @@ def setup_of(scenario: Scenario) -> Setup:
     protocol, n = table.experiment.protocol, plant.robot.n
     motion = motion_of(scenario)
     if motion.n != n:
-        raise WrongLength(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
+        raise ScenarioError(f"{scenario.name}: motion {table.experiment.motion!r} moves {motion.n} joints of {n}")
     belief = ControllerBelief(
         mjcf=plant.robot.model,
         gain=table.belief.controller_gain,
@@ -129,7 +129,7 @@ def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:
     """The setup with other values at some places of its scenario; itself where there are none.
 
     Raises:
-        UnknownPlace: If a place does not exist.
+        ScenarioError: If a place does not exist.
         WrongValue: If one does not take its value.
         ScenarioError: As `setup_of`.
     """

@@ -71,7 +71,7 @@ class LoadedScenario:
                 depend on it.
 
         Raises:
-            StudyTooLarge: If there are not that many seeds.
+            StudyError: If there are not that many seeds.
             ScenarioError: If the scenario's draws are wrong.
         """
         return study_rows_of(monte_carlo(self.setup.scenario, count, seed), workers)
@@ -92,7 +92,7 @@ class LoadedScenario:
             workers: As of `monte_carlo`.
 
         Raises:
-            UnknownPlace: If a place does not exist, or several end so.
+            ScenarioError: If a place does not exist, or several end so.
             ScenarioError: If a place does not take a value, or the scenario's draws are wrong.
         """
         return study_rows_of(sweep(self.setup.scenario, values, seeds), workers)

@@ -29,7 +29,7 @@ def motion_of(scenario: Scenario) -> FourierTrajectory:
     Raises:
         UnknownName: If there is none.
         UnreadableFile: If its file cannot be read.
-        WrongMotion: If its file holds none.
+        ScenarioError: If its file holds none.
     """
     try:
         return read_motion(scenario.table.experiment.motion, scenario.folder)

@@ -55,7 +55,7 @@ def trial_schema(scenario: Scenario, places: Sequence[str], labels: Sequence[str
     """Columns of a study: those of every study, its labels, and the settings that vary.
 
     Raises:
-        UnknownPlace: If a place is none of the scenario's.
+        ScenarioError: If a place is none of the scenario's.
     """
     table, settings = scenario.table, list[tuple[str, pa.DataType]]()
     for place in places:

@@ -22,7 +22,7 @@ from ident.support.naming import one_line
 from ident.support.options import options_from_table, table_from_words
 from scenarios.experiments.files.gains import GainsFile
 from scenarios.results.gains_file import recording_digest
-from scenarios.support.errors import SeenBefore, WrongGains
+from scenarios.support.errors import ScenarioError
 
 Options = TypeVar("Options")
 
@@ -58,7 +58,7 @@ def weighing_problem(
 
     Raises:
         IdentificationError: If recordings cannot be those of this arm, or something spoils what rests on them.
-        WrongGains: If the file's options are none.
+        ScenarioError: If the file's options are none.
     """
     motions = [Motion(each) for each in unloaded] + [Motion(each, UNKNOWN) for each in loaded]
     gains = options_of(GainOptions, file.options.gains, ())
@@ -72,7 +72,7 @@ def observe_options(file: GainsFile, words: Sequence[str]) -> ObserveOptions:
     """Filters of the gains file, overlaid with words `KEY=VALUE`.
 
     Raises:
-        WrongGains: If the file's are none.
+        ScenarioError: If the file's are none.
         OptionError: If a word is none.
     """
     return options_of(ObserveOptions, file.options.observe, words)
@@ -82,7 +82,7 @@ def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
     """The model that the gains were found with, overlaid with words `KEY=VALUE`.
 
     Raises:
-        WrongGains: If the file's options are none.
+        ScenarioError: If the file's options are none.
         OptionError: If a word is none.
     """
     own = file.method in (None, nls.NAME)
@@ -94,13 +94,13 @@ def options_of(kind: type[Options], stated: Mapping[str, JsonValue], words: Sequ
     """Options of a gains file, overlaid with words `KEY=VALUE`.
 
     Raises:
-        WrongGains: If the file's are none.
+        ScenarioError: If the file's are none.
         OptionError: If a word is none.
     """
     try:
         options_from_table(kind, stated)
     except OptionError as error:
-        raise WrongGains(f"gains file: options: {error}") from error
+        raise ScenarioError(f"gains file: options: {error}") from error
     return options_from_table(kind, {**stated, **table_from_words(kind, words)})
 
 
@@ -110,13 +110,13 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
     A loaded one would give back the mass that was stated then.
 
     Raises:
-        SeenBefore: If one was.
+        ScenarioError: If one was.
     """
     carried = {each.sha256: each.name for each in file.recordings if each.payload is not None}
     for recording in unloaded:
         name = carried.get(recording_digest(recording))
         if name is not None:
-            raise SeenBefore(
+            raise ScenarioError(
                 f"{one_line(recording.name)}: given as bare, but it carried a payload when the gains were found "
                 f"({name}); are bare and loaded swapped?"
             )
@@ -124,7 +124,7 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
     for recording in loaded:
         digest = recording_digest(recording)
         if digest in seen:
-            raise SeenBefore(
+            raise ScenarioError(
                 f"{one_line(recording.name)}: the gains were found from this recording ({seen[digest]}), and would "
                 "give back the mass that was stated then; take a recording with another weight"
             )

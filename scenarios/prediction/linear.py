@@ -18,7 +18,7 @@ from ident.support.arrays import Array
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import grouped
 from scenarios.prediction.expected import expected_preparation
-from scenarios.support.errors import NotLinear
+from scenarios.support.errors import StudyError
 
 NOT_LINEAR = ("ols", "tls-2014")
 """Methods in which noise of the currents stands in the matrix: their errors are of second order."""
@@ -95,13 +95,13 @@ def linearised(setup: Setup, every: int) -> Linearised:
         every: Samples of the controller to one of the expected logs.
 
     Raises:
-        NotLinear: If the scenario's method has no first order.
+        StudyError: If the scenario's method has no first order.
         IdentificationError: If there is nothing to identify.
         PlantError: If a plant cannot be built.
     """
     chosen = setup.scenario.table.identification
     if chosen.method in NOT_LINEAR:
-        raise NotLinear(
+        raise StudyError(
             f"{setup.scenario.name}: method {chosen.method}: noise biases it in second order, which is not "
             "predicted; simulate it with rx90 sensitivity, or name another with --method"
         )

@@ -9,7 +9,7 @@ from ident.support.arrays import Array
 from scenarios.experiments.files.draws import settings_from, spread_of
 from scenarios.experiments.files.schema import DrawTable, ScenarioTable
 from scenarios.experiments.files.settings import Value, value_at
-from scenarios.support.errors import NoMoments
+from scenarios.support.errors import StudyError
 
 Settings = Mapping[str, Value]
 
@@ -37,7 +37,7 @@ def points_of(draw: DrawTable, table: ScenarioTable) -> Points:
         table: The resolved scenario's, for the values that `add` and `multiply` start from.
 
     Raises:
-        NoMoments: If a number has no mean or deviation.
+        StudyError: If a number has no mean or deviation.
         ScenarioError: If the draw cannot be made.
     """
     if draw.choice is not None:
@@ -50,7 +50,7 @@ def points_of(draw: DrawTable, table: ScenarioTable) -> Points:
         spread = spread_of(draw, slice(used, used + len(base)), total)
         used += len(base)
         if not (np.isfinite(spread.mean).all() and np.isfinite(spread.std).all()):
-            raise NoMoments(f"{place}: {draw.distribution} with these parameters has no mean or no deviation")
+            raise StudyError(f"{place}: {draw.distribution} with these parameters has no mean or no deviation")
         mean[place], std = {
             "replace": (spread.mean, spread.std),
             "add": (base + spread.mean, spread.std),

@@ -15,7 +15,7 @@ from scenarios.prediction.expected import Expected, added_currents, enough, expe
 from scenarios.prediction.linear import Linearised, linearised
 from scenarios.prediction.moments import points_of
 from scenarios.prediction.noise import noise_variances
-from scenarios.support.errors import NoSources, NotPredicted
+from scenarios.support.errors import StudyError
 from sim.experiment import Experiment
 
 OTHER = "noise that is no source"
@@ -87,7 +87,7 @@ class Predictor:
     def noise(self, name: str, stream: str) -> Cost:
         """A noise at its size, all else off."""
         if stream not in self._variances:
-            raise NotPredicted(f"{NO_SPECTRUM} {stream}")
+            raise StudyError(f"{NO_SPECTRUM} {stream}")
         return self._of_noise(name, self._variances[stream] - self._left.get(stream, 0.0))
 
     @property
@@ -115,12 +115,12 @@ class Predictor:
         What changes the log is told from the change of its currents, for anything else the estimate is made again.
 
         Raises:
-            NotPredicted: If neither sees it.
+            StudyError: If neither sees it.
             ScenarioError: If the settings do not fit.
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
-            raise NotPredicted(f"{odd[0]}: control is assumed perfect, so a change of it has no effect")
+            raise StudyError(f"{odd[0]}: control is assumed perfect, so a change of it has no effect")
         logged = all(place.startswith(TAKEN) for place in source.targets)
         return self._by_currents(settings) if logged else self._again(settings)
 
@@ -128,9 +128,7 @@ class Predictor:
         outcome = self._outcome(settings)
         for quiet, experiment in zip(self._quiet.logs, outcome.experiments, strict=True):
             if stronger := louder(quiet, experiment.sensors, self.linear.every):
-                raise NotPredicted(
-                    f"it draws how strong a noise is, of {stronger[0]}; as a source, a noise has a stream"
-                )
+                raise StudyError(f"it draws how strong a noise is, of {stronger[0]}; as a source, a noise has a stream")
         inverse = 1.0 / self._quiet.gain[self.joints]
         inverse = inverse + self.linear.change(added_currents(outcome.logs, self._quiet.logs))[self._rows]
         return 1.0 / (inverse * outcome.gain[self.joints]) - 1.0
@@ -141,7 +139,7 @@ class Predictor:
         with_it = linearised(changed(self.linear.setup, settings), self.linear.every)
         before, now = self.linear.estimate.solution, with_it.estimate.solution
         if not np.isin(self.joints, now.joints).all():
-            raise NotPredicted("the joints that have a gain are not the same with it")
+            raise StudyError("the joints that have a gain are not the same with it")
         at = np.searchsorted(now.joints, self.joints)
         truth = with_it.setup.true_gain[self.joints] / self.linear.setup.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
@@ -163,8 +161,8 @@ def predictor_of(scenario: Scenario) -> Predictor:
     choose a model chooses it there.
 
     Raises:
-        NoSources: If the scenario declares no error sources, or wants no gain.
-        NotLinear: If its method has no first order.
+        StudyError: If the scenario declares no error sources, or wants no gain.
+        StudyError: If its method has no first order.
         ScenarioError: If a source is wrong.
         IdentificationError: If there is nothing to identify.
         SimulationError: If a plant cannot be built.
@@ -172,7 +170,9 @@ def predictor_of(scenario: Scenario) -> Predictor:
     sources = sources_of(scenario)
     wanted = np.flatnonzero(scenario.table.tolerance.identifiable)
     if not wanted.size:
-        raise NoSources(f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share")
+        raise StudyError(
+            f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share"
+        )
     middle = {name: np.full(width, 0.5) for name, width in sources.width.items()}
     setup = setup_of(with_settings(scenario, {**_medians(scenario), **settings_with(sources, middle).settings}))
     linear = linearised(setup, enough(setup))

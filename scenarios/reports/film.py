@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from ident.support.arrays import Array
-from scenarios.support.errors import NoFilm
+from scenarios.support.errors import ScenarioError
 
 CAPTION = 0.035
 """Height of the caption's letters in shares of the picture's."""
@@ -42,11 +42,13 @@ def write_mp4(path: Path, images: Iterator[Image.Image], fps: float) -> None:
     """All pictures, in H.264.
 
     Raises:
-        NoFilm: If the library for it is not there.
+        ScenarioError: If the library for it is not there.
     """
     missing = [name for name in ("imageio", "imageio_ffmpeg") if find_spec(name) is None]
     if missing:
-        raise NoFilm(f"{path}: MP4 needs {' and '.join(missing)}: install the extra `film`; PNG and GIF need nothing")
+        raise ScenarioError(
+            f"{path}: MP4 needs {' and '.join(missing)}: install the extra `film`; PNG and GIF need nothing"
+        )
     imageio = import_module("imageio.v3")
     pixels = np.stack([np.asarray(image) for image in images])
     imageio.imwrite(path, pixels, extension=".mp4", fps=fps, macro_block_size=2)

@@ -22,7 +22,7 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices
 from ident.support.naming import one_line
 from scenarios.results.models.check import CheckLog
-from scenarios.support.errors import ForeignResult
+from scenarios.support.errors import ScenarioError
 
 ROWS = "fit-rows.parquet"
 """No name of a recording: a hyphen in these stands before a number (`scenarios.experiments.files.mountings`)."""
@@ -160,18 +160,18 @@ def read_fit(folder: Path) -> Fit:
     """Read `ROWS`.
 
     Raises:
-        ForeignResult: If it is not there, or one of another version.
+        ScenarioError: If it is not there, or one of another version.
     """
     path = folder / ROWS
     if not path.is_file():
-        raise ForeignResult(f"{one_line(folder)}: holds no {ROWS}: an older version of rx90 wrote it; save it again")
+        raise ScenarioError(f"{one_line(folder)}: holds no {ROWS}: an older version of rx90 wrote it; save it again")
     try:
         table = pq.read_table(path)
         about = _About.model_validate_json((table.schema.metadata or {})[ABOUT])
         columns = {name: table[name].to_numpy() for name in ("joint", "motion", *COLUMNS.values())}
     except (OSError, KeyError, pa.ArrowException, ValidationError) as error:
         first = one_line(" ".join(str(error).splitlines()[:2]))
-        raise ForeignResult(f"{one_line(path)}: no rows of this version of rx90: {first}; save it again") from error
+        raise ScenarioError(f"{one_line(path)}: no rows of this version of rx90: {first}; save it again") from error
     rows: list[FitRows] = []
     for each in about.rows:
         at = columns["joint"] == each.joint + 1

@@ -19,7 +19,7 @@ from ident.recordings.recording import Recording
 from ident.support.naming import one_line
 from scenarios.results.command_words import coupling_words, motion_words, option_words
 from scenarios.results.problem_folder import GivenProblem, Name, ProblemFile, given_problem, read_stated
-from scenarios.support.errors import DamagedResult, ForeignProblem, ForeignResult
+from scenarios.support.errors import ForeignProblem, ScenarioError
 from scenarios.support.result_model import ResultModel, to_json
 
 RECORD, RESULT = "record.json", "result.json"
@@ -79,23 +79,23 @@ def read_record(folder: Path) -> RecordFile:
     """Read what a folder says of itself, and hold its files against it.
 
     Raises:
-        ForeignResult: If it says nothing, or nothing that can be meant.
-        DamagedResult: If a file is missing, or another than it was.
+        ScenarioError: If it says nothing, or nothing that can be meant.
+        ScenarioError: If a file is missing, or another than it was.
     """
     try:
         record = read_stated(folder / RECORD, RecordFile)
     except ForeignProblem as error:
-        raise ForeignResult(f"{error}; save it again with this version of rx90") from error
+        raise ScenarioError(f"{error}; save it again with this version of rx90") from error
     for name, digest in record.files.items():
         path = folder / name
         try:
             (there,) = digests_of(folder, [name]).values()
         except OSError as error:
-            raise DamagedResult(f"{one_line(path)}: {error.strerror}; {RECORD} names it: save it again") from error
+            raise ScenarioError(f"{one_line(path)}: {error.strerror}; {RECORD} names it: save it again") from error
         if there != digest:
-            raise DamagedResult(f"{one_line(path)}: is not the file that {RECORD} names; save it again")
+            raise ScenarioError(f"{one_line(path)}: is not the file that {RECORD} names; save it again")
     if len(record.sources) != len(record.motions):
-        raise DamagedResult(
+        raise ScenarioError(
             f"{one_line(folder / RECORD)}: {len(record.sources)} sources of {len(record.motions)} motions"
         )
     return record
@@ -105,14 +105,14 @@ def read_result(folder: Path, kind: type[Kept]) -> Kept:
     """Read the result of a folder.
 
     Raises:
-        ForeignResult: If it is none of that kind, or one of another version.
+        ScenarioError: If it is none of that kind, or one of another version.
     """
     path = folder / RESULT
     try:
         return kind.model_validate_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, ValidationError) as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ForeignResult(f"{one_line(path)}: no result of this version of rx90: {first}; save it again") from error
+        raise ScenarioError(f"{one_line(path)}: no result of this version of rx90: {first}; save it again") from error
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:

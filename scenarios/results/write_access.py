@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ident.support.naming import one_line
-from scenarios.support.errors import NoFolder, NotOurs, OverInput
+from scenarios.support.errors import ScenarioError
 
 RECORD = ".rx90.json"
 
@@ -37,7 +37,7 @@ class Claim:
         """Make the folder, let files be written, record them: also those of a command that is stopped half-way.
 
         Raises:
-            NoFolder: If the folder cannot be made.
+            ScenarioError: If the folder cannot be made.
             OSError: If the record cannot be written.
         """
         make_folder(self.folder)
@@ -55,12 +55,12 @@ def make_folder(folder: Path) -> None:
     """Make a folder, and those above it.
 
     Raises:
-        NoFolder: If it cannot be made.
+        ScenarioError: If it cannot be made.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise NoFolder(f"cannot create {one_line(folder)}: {error.strerror or one_line(error)}") from error
+        raise ScenarioError(f"cannot create {one_line(folder)}: {error.strerror or one_line(error)}") from error
 
 
 def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:
@@ -74,8 +74,8 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
         reads: Files that the command reads; over none of them it writes, forced or not.
 
     Raises:
-        OverInput: If a file is one that the command reads.
-        NotOurs: If one is there that the command did not write, or that was changed since.
+        ScenarioError: If a file is one that the command reads.
+        ScenarioError: If one is there that the command did not write, or that was changed since.
         OSError: If folder or file cannot be written.
     """
     held = Claim(folder, tuple(names), command)
@@ -88,11 +88,13 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
             continue
         _check_file(path)
         if any(path.samefile(read) for read in there):
-            raise OverInput(f"{one_line(path)}: {command} reads this file, and would write over it; name another place")
+            raise ScenarioError(
+                f"{one_line(path)}: {command} reads this file, and would write over it; name another place"
+            )
         if not force and name not in ours:
-            raise NotOurs(f"{path}: {command} did not write this file; name another place, or add --force")
+            raise ScenarioError(f"{path}: {command} did not write this file; name another place, or add --force")
         if not force and ours[name] != _digest(path):
-            raise NotOurs(f"{path}: changed since {command} wrote it; name another place, or add --force")
+            raise ScenarioError(f"{path}: changed since {command} wrote it; name another place, or add --force")
     return held
 
 
@@ -109,7 +111,7 @@ def _check_folder(folder: Path) -> None:
 
 def _check_file(path: Path) -> None:
     if not path.is_file():
-        raise NotOurs(f"{path}: is no regular file")
+        raise ScenarioError(f"{path}: is no regular file")
     if not os.access(path, os.W_OK):
         raise PermissionError(13, os.strerror(13), str(path))
 

@@ -4,7 +4,7 @@ import os
 import time
 from pathlib import Path
 
-from scenarios.support.errors import UnfitWorker
+from scenarios.support.errors import StudyError
 
 
 def double(x: int) -> int:
@@ -42,4 +42,4 @@ def fail_above_4(x: int) -> int:
 
 
 def refuse(x: int) -> int:
-    raise UnfitWorker("this worker is of another version")
+    raise StudyError("this worker is of another version")

@@ -8,7 +8,7 @@ from scenarios.benchmark.methods.call import call
 from scenarios.benchmark.methods.method import Method
 from scenarios.benchmark.methods.process import Limits
 from scenarios.results.problem_folder import read_problem
-from scenarios.support.errors import NothingToCompare
+from scenarios.support.errors import ScenarioError
 from scenarios.support.stages import SILENT, Stages, counted
 
 
@@ -28,14 +28,14 @@ def answered(
         All answers of the file.
 
     Raises:
-        NothingToCompare: If two folders have one name.
+        ScenarioError: If two folders have one name.
         ForeignProblem: If a folder holds no problem that can be read.
-        ForeignAnswers: If the file holds something else.
+        ScenarioError: If the file holds something else.
     """
     names = [folder.name for folder in folders]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise NothingToCompare(f"two problem folders are called {twice}; answers are kept by that name")
+        raise ScenarioError(f"two problem folders are called {twice}; answers are kept by that name")
     joints = {folder: read_problem(folder).arm.n for folder in folders}
     rows = list(read_answers(path)) if path.exists() else []
     stages.begin("asking", len(folders) * len(methods))

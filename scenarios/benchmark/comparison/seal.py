@@ -26,7 +26,7 @@ from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.run import simulate
-from scenarios.support.errors import WrongSeal
+from scenarios.support.errors import ScenarioError
 from scenarios.support.result_model import ResultModel
 from scenarios.support.seeds import SEEDS
 from scenarios.support.stages import SILENT, Stages, counted
@@ -161,29 +161,29 @@ def revealed(seal_file: Path, truths: Path) -> Revealed:
         truths: Folder of the truths.
 
     Raises:
-        WrongSeal: If a truth is missing, or is not the one that was sealed.
+        ScenarioError: If a truth is missing, or is not the one that was sealed.
     """
     try:
         stated = SealFile.model_validate_json(seal_file.read_text(encoding="utf-8"), strict=True)
     except OSError as error:
-        raise WrongSeal(f"{one_line(seal_file)}: {error.strerror}") from error
+        raise ScenarioError(f"{one_line(seal_file)}: {error.strerror}") from error
     except (UnicodeDecodeError, ValidationError) as error:
-        raise WrongSeal(f"{one_line(seal_file)}: no seal of problems") from error
+        raise ScenarioError(f"{one_line(seal_file)}: no seal of problems") from error
     found: dict[str, TruthFile] = {}
     for name, each in stated.problems.items():
         path = truths / f"{name}.json"
         try:
             content = path.read_bytes()
         except OSError as error:
-            raise WrongSeal(
+            raise ScenarioError(
                 f"{one_line(path)}: {error.strerror}; every truth that was sealed is to be revealed"
             ) from error
         if hashlib.sha256(content).hexdigest() != each.truth:
-            raise WrongSeal(f"{one_line(path)}: is not the truth that was sealed: its SHA-256 is another")
+            raise ScenarioError(f"{one_line(path)}: is not the truth that was sealed: its SHA-256 is another")
         try:
             found[name] = TruthFile.model_validate_json(content, strict=True)
         except ValidationError as error:
-            raise WrongSeal(f"{one_line(path)}: no truth of a problem") from error
+            raise ScenarioError(f"{one_line(path)}: no truth of a problem") from error
     return Revealed(found, {name: each.problem for name, each in stated.problems.items()})
 
 
@@ -191,12 +191,12 @@ def scored(answers: Sequence[AnswerRow], known: Revealed) -> dict[str, pd.DataFr
     """Rows of a comparison, by scenario; a problem that a method has not answered is a refusal of all its joints.
 
     Raises:
-        WrongSeal: If an answer is to no sealed problem, or to another content of it, or has other joints.
+        ScenarioError: If an answer is to no sealed problem, or to another content of it, or has other joints.
     """
     by_call = {(answer.method, answer.problem): answer for answer in answers}
     for answer in answers:
         if known.digests.get(answer.problem) != answer.digest:
-            raise WrongSeal(f"{answer.method}: {answer.problem}: this is not the problem that was sealed")
+            raise ScenarioError(f"{answer.method}: {answer.problem}: this is not the problem that was sealed")
     rows: dict[str, list[dict[str, object]]] = {}
     for method in dict.fromkeys(answer.method for answer in answers):
         for trial, (name, truth) in enumerate(known.truths.items()):
@@ -209,7 +209,7 @@ def _rows(method: str, trial: int, truth: TruthFile, answer: AnswerRow | None) -
     claims = answer.claims if answer is not None else ()
     claims = claims or (Claim(None, None, None),) * len(truth.gain)
     if len(claims) != len(truth.gain):
-        raise WrongSeal(f"{method}: {len(claims)} gains; the sealed problem has {len(truth.gain)} joints")
+        raise ScenarioError(f"{method}: {len(claims)} gains; the sealed problem has {len(truth.gain)} joints")
     common = {
         "method": method,
         "trial": trial,

@@ -13,7 +13,7 @@ from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import Study
 from scenarios.experiments.trials import trial_schema
-from scenarios.support.errors import NothingToCompare
+from scenarios.support.errors import ScenarioError
 
 
 def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, count: int, seed: int) -> Study:
@@ -27,15 +27,15 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
         seed: Of the first; trial k is that of `monte_carlo`.
 
     Raises:
-        NothingToCompare: If there is no method, or one twice.
+        ScenarioError: If there is no method, or one twice.
         ScenarioError: As `monte_carlo`.
     """
     texts = [method.text for method in methods]
     if not texts:
-        raise NothingToCompare("no method; name one with --method")
+        raise ScenarioError("no method; name one with --method")
     for text in texts:
         if texts.count(text) > 1:
-            raise NothingToCompare(f"method {text!r} is given twice; nothing would be compared")
+            raise ScenarioError(f"method {text!r} is given twice; nothing would be compared")
     schema = trial_schema(scenario, places_of(scenario.table.random), (METHOD,))
     return replace(
         monte_carlo(scenario, count, seed),

@@ -20,7 +20,7 @@ def method_of(text: str) -> Method:
     """The method that a text names.
 
     Raises:
-        UnknownMethod: If there is none.
+        ScenarioError: If there is none.
     """
     found = (kind(text) for kind in METHOD_KINDS.values())
     return next(method for method in found if method is not None)

@@ -13,7 +13,7 @@ from scenarios.benchmark.methods.answer import AnswerGain
 from scenarios.benchmark.methods.call import Call
 from scenarios.benchmark.methods.method import Method
 from scenarios.experiments.judge import Claim
-from scenarios.support.errors import ForeignAnswers
+from scenarios.support.errors import ScenarioError
 from scenarios.support.result_model import ResultModel
 
 ANSWERS = "answers.json"
@@ -104,15 +104,15 @@ def read_answers(path: Path) -> tuple[AnswerRow, ...]:
     """Read a file of answers.
 
     Raises:
-        ForeignAnswers: If it is none.
+        ScenarioError: If it is none.
     """
     try:
         return tuple(AnswersFile.model_validate_json(path.read_text(encoding="utf-8"), strict=True).answers)
     except OSError as error:
-        raise ForeignAnswers(f"{one_line(path)}: {error.strerror}") from error
+        raise ScenarioError(f"{one_line(path)}: {error.strerror}") from error
     except (UnicodeDecodeError, ValidationError) as error:
         first = str(error).splitlines()[:3]
-        raise ForeignAnswers(f"{one_line(path)}: no file of answers: {one_line(' '.join(first))}") from error
+        raise ScenarioError(f"{one_line(path)}: no file of answers: {one_line(' '.join(first))}") from error
 
 
 def write_answers(rows: Sequence[AnswerRow], path: Path) -> None:

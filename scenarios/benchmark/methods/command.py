@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ident.support.naming import shown
 from scenarios.benchmark.methods.method import Method, digests
-from scenarios.support.errors import UnknownMethod
+from scenarios.support.errors import ScenarioError
 
 PREFIX = "exec:"
 
@@ -15,18 +15,18 @@ def method(text: str) -> Method | None:
     """The method of a text, None if the text is no command.
 
     Raises:
-        UnknownMethod: If the command is empty, badly quoted or not there.
+        ScenarioError: If the command is empty, badly quoted or not there.
     """
     if not text.startswith(PREFIX):
         return None
     try:
         words = shlex.split(text.removeprefix(PREFIX))
     except ValueError as error:
-        raise UnknownMethod(f"method {shown(text)}: {str(error).lower()}") from error
+        raise ScenarioError(f"method {shown(text)}: {str(error).lower()}") from error
     if not words:
-        raise UnknownMethod(f"method {shown(text)}: no command; expected exec: COMMAND")
+        raise ScenarioError(f"method {shown(text)}: no command; expected exec: COMMAND")
     program = shutil.which(words[0])
     if program is None:
-        raise UnknownMethod(f"method {shown(text)}: no program {shown(words[0])}")
+        raise ScenarioError(f"method {shown(text)}: no program {shown(words[0])}")
     given = [Path(word) for word in words[1:] if Path(word).is_file()]
     return Method(text, (str(Path(program).absolute()), *words[1:]), digests([Path(program), *given]))

@@ -13,7 +13,7 @@ from ident.support.naming import nearest, shown
 from ident.support.options import options_from_table, options_from_words, table_from_words
 from scenarios.benchmark.methods.method import INSIDE, Method
 from scenarios.results.problem_folder import GivenProblem
-from scenarios.support.errors import UnknownMethod
+from scenarios.support.errors import ScenarioError
 
 Options = TypeVar("Options", ObserveOptions, GainOptions)
 
@@ -32,7 +32,7 @@ def method(text: str) -> Method:
     """The method of a text.
 
     Raises:
-        UnknownMethod: If there is no such estimator, or it does not take an option.
+        ScenarioError: If there is no such estimator, or it does not take an option.
     """
     _checked(text)
     return Method(text, (*INSIDE, text))
@@ -59,7 +59,7 @@ def identified(text: str, problem: GivenProblem) -> Identification:
 def _checked(text: str) -> _Chosen:
     name, *words = text.split(",")
     if name not in ESTIMATORS:
-        raise UnknownMethod(
+        raise ScenarioError(
             f"unknown method {shown(name)}{nearest(name, ESTIMATORS)}; known: {', '.join(ESTIMATORS)}, "
             "package.module:function, exec:COMMAND"
         )
@@ -74,7 +74,7 @@ def _checked(text: str) -> _Chosen:
         options_from_words(ObserveOptions, observing)
         options_from_words(GainOptions, gains)
     except OptionError as error:
-        raise UnknownMethod(f"method {shown(text)}: {error}") from error
+        raise ScenarioError(f"method {shown(text)}: {error}") from error
     return _Chosen(name, own, observing, gains)
 
 

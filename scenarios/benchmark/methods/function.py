@@ -19,7 +19,7 @@ from typing import cast
 from ident.support.naming import shown
 from scenarios.benchmark.methods.method import INSIDE, Method, digests
 from scenarios.results.problem_folder import GivenProblem
-from scenarios.support.errors import UnknownMethod
+from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import PACKAGES
 
 FORM = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):([A-Za-z_]\w*)")
@@ -30,7 +30,7 @@ def method(text: str) -> Method | None:
     """The method of a text, None if the text names no function.
 
     Raises:
-        UnknownMethod: If the module cannot be imported or lacks the function.
+        ScenarioError: If the module cannot be imported or lacks the function.
     """
     if ":" not in text:
         return None
@@ -79,14 +79,14 @@ def _loaded(text: str) -> Callable[[GivenProblem], Gains]:
     """Import the function; the working folder is looked at last, as its modules must not stand before ours."""
     found = FORM.fullmatch(text)
     if found is None:
-        raise UnknownMethod(f"method {shown(text)}: expected package.module:function, or exec:COMMAND")
+        raise ScenarioError(f"method {shown(text)}: expected package.module:function, or exec:COMMAND")
     module, name = found.groups()
     if os.getcwd() not in sys.path:
         sys.path.append(os.getcwd())
     try:
         function = getattr(importlib.import_module(module), name, None)
     except ImportError as error:
-        raise UnknownMethod(f"method {shown(text)}: {error}") from error
+        raise ScenarioError(f"method {shown(text)}: {error}") from error
     if not callable(function):
-        raise UnknownMethod(f"method {shown(text)}: module {module} has no function {name}")
+        raise ScenarioError(f"method {shown(text)}: module {module} has no function {name}")
     return cast(Callable[[GivenProblem], Gains], function)

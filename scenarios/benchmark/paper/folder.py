@@ -18,7 +18,7 @@ from scenarios.benchmark.paper.experiment import PaperRun
 from scenarios.benchmark.paper.result import PaperCase, PaperFit, PaperGain, PaperParameter, PaperPayload, PaperResult
 from scenarios.benchmark.paper.torques import CaseTorques, case_torques
 from scenarios.results.record import digests_of
-from scenarios.support.errors import DamagedResult, ForeignResult
+from scenarios.support.errors import ScenarioError
 from scenarios.support.result_model import to_json
 from scenarios.support.versions import versions
 
@@ -42,20 +42,20 @@ def read_paper(folder: Path) -> tuple[SavedPaper, PaperResult]:
     """Read the result of `rx90 paper --out`, as it is written and as the values that its tables are made of.
 
     Raises:
-        ForeignResult: If it is none, or one of another version.
+        ScenarioError: If it is none, or one of another version.
     """
     path = folder / PAPER
     try:
         saved = SavedPaper.model_validate_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, ValidationError) as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+        raise ScenarioError(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
     try:
         return saved, PaperResult.model_validate(saved.result)
     except ValidationError as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
         again = f"write it again: {one_line(saved.command)} --force"
-        raise ForeignResult(f"{one_line(path)}: its result lacks what a page needs: {first}; {again}") from error
+        raise ScenarioError(f"{one_line(path)}: its result lacks what a page needs: {first}; {again}") from error
 
 
 def read_torques(folder: Path, saved: SavedPaper, case: int) -> CaseTorques:
@@ -67,16 +67,16 @@ def read_torques(folder: Path, saved: SavedPaper, case: int) -> CaseTorques:
         case: Number of the case, from 1.
 
     Raises:
-        DamagedResult: If their file is missing, or another one than was written with the result.
+        ScenarioError: If their file is missing, or another one than was written with the result.
     """
     path = folder / ROWS
     try:
         same = digests_of(folder, [ROWS])[ROWS] == saved.files.get(ROWS)
         rows = pd.read_parquet(path) if same else None
     except (OSError, ValueError) as error:
-        raise DamagedResult(f"{one_line(path)}: cannot be read: {error}") from error
+        raise ScenarioError(f"{one_line(path)}: cannot be read: {error}") from error
     if rows is None:
-        raise DamagedResult(f"{one_line(path)}: is not the file that {PAPER} names; write it again")
+        raise ScenarioError(f"{one_line(path)}: is not the file that {PAPER} names; write it again")
     own = rows[rows["case"] == _case(case)]
     return CaseTorques(
         joint=own["joint"].to_numpy(np.intp) - 1,

@@ -18,6 +18,6 @@ ENDINGS = {".csv": "csv", ".yaml": "ros", ".yml": "ros", ".script": "urscript"}
 def writer(name: str) -> Callable[[SampledMotion], str]:
     """The function that writes a motion in a form of `FORMATS`.
 
-    It raises `NoSuchMotion` where the form cannot hold the motion.
+    It raises `ScenarioError` where the form cannot hold the motion.
     """
     return import_module(f"{__name__}.{name}").text

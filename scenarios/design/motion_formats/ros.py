@@ -4,7 +4,7 @@ import json
 
 from ident.support.arrays import Array
 from scenarios.design.motion_formats.sampled import SampledMotion
-from scenarios.support.errors import NoSuchMotion
+from scenarios.support.errors import ScenarioError
 
 NANO = 1_000_000_000
 
@@ -13,10 +13,10 @@ def text(motion: SampledMotion) -> str:
     """The message; its first point is the start, where the robot has to be before.
 
     Raises:
-        NoSuchMotion: If no model names the joints.
+        ScenarioError: If no model names the joints.
     """
     if motion.joint_names is None:
-        raise NoSuchMotion(f"{motion.name}: a JointTrajectory names its joints; add --model ROBOT")
+        raise ScenarioError(f"{motion.name}: a JointTrajectory names its joints; add --model ROBOT")
     lines = [f"joint_names: {json.dumps(motion.joint_names)}", "points:"]
     for t, q, dq, ddq in zip(motion.t, motion.q, motion.dq, motion.ddq, strict=True):
         sec, nanosec = divmod(round(float(t) * NANO), NANO)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.support.arrays import Array, Mask
-from scenarios.support.errors import NoSuchMotion
+from scenarios.support.errors import ScenarioError
 from sim.trajectory import FourierTrajectory
 
 MOST = 1_000_000
@@ -51,13 +51,13 @@ def sampled(
         revolute: Which joints turn.
 
     Raises:
-        NoSuchMotion: If that gives fewer than two samples or more than a file should hold, or names do not fit.
+        ScenarioError: If that gives fewer than two samples or more than a file should hold, or names do not fit.
     """
     if joint_names is not None and len(joint_names) != motion.n:
-        raise NoSuchMotion(f"{name}: a motion of {motion.n} joints, but the model has {len(joint_names)}")
+        raise ScenarioError(f"{name}: a motion of {motion.n} joints, but the model has {len(joint_names)}")
     whole = math.ceil(motion.duration * rate_hz * (1.0 - ROUNDING))
     if not 1 <= whole <= MOST:
-        raise NoSuchMotion(f"{name}: {motion.duration:g} s at {rate_hz:g} Hz are {whole:g} samples, up to {MOST}")
+        raise ScenarioError(f"{name}: {motion.duration:g} s at {rate_hz:g} Hz are {whole:g} samples, up to {MOST}")
     t = np.minimum(np.arange(whole + 1) / rate_hz, motion.duration)
     t[-1] = motion.duration
     q, dq, ddq = motion(t)

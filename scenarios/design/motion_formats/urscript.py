@@ -4,7 +4,7 @@ import numpy as np
 
 from ident.support.arrays import Array
 from scenarios.design.motion_formats.sampled import SampledMotion
-from scenarios.support.errors import NoSuchMotion
+from scenarios.support.errors import ScenarioError
 
 JOINTS = 6
 APPROACH = "a=0.3, v=0.2"
@@ -19,12 +19,12 @@ def text(motion: SampledMotion) -> str:
     """A program without arguments; times are steps between samples.
 
     Raises:
-        NoSuchMotion: If the arm has not six joints that turn.
+        ScenarioError: If the arm has not six joints that turn.
     """
     n = motion.q.shape[1]
     if n != JOINTS or (motion.revolute is not None and not motion.revolute.all()):
         slides = 0 if motion.revolute is None else int(np.count_nonzero(~motion.revolute))
-        raise NoSuchMotion(
+        raise ScenarioError(
             f"{motion.name}: URScript moves six joints that turn; these are {n}, {slides} of which slide"
         )
     lines = [

@@ -100,7 +100,7 @@ def settings_from(draw: DrawTable, uniform: Array, table: ScenarioTable) -> dict
         table: The scenario's, for the values that `add` and `multiply` start from.
 
     Raises:
-        UnknownPlace: If a target does not exist.
+        ScenarioError: If a target does not exist.
         WrongDraw: If distribution or parameters do not exist or do not fit.
     """
     if draw.choice is not None:

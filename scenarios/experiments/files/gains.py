@@ -18,7 +18,7 @@ from ident.support.errors import GainsError
 from ident.support.file_access import read_bytes
 from ident.support.naming import nearest, one_line, shown
 from ident.support.toml_files import LARGEST, read_toml
-from scenarios.support.errors import WrongGains
+from scenarios.support.errors import ScenarioError
 
 TURNING, SLIDING = "N m / drive unit", "N / drive unit"
 Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
@@ -149,14 +149,14 @@ def read_gains(path: Path) -> GainsFile:
     """Read a gains file.
 
     Raises:
-        WrongGains: If it is missing, is no TOML or JSON, has an unknown key or what no gains can be; one line.
+        ScenarioError: If it is missing, is no TOML or JSON, has an unknown key or what no gains can be; one line.
     """
     where = one_line(path)
-    table = _read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=WrongGains)
+    table = _read_json(path) if path.suffix.lower() == ".json" else read_toml(path, error=ScenarioError)
     try:
         file = GainsFile.model_validate_json(json.dumps(table, default=str), strict=True)
     except ValidationError as error:
-        raise WrongGains(f"{where}: {_complaint(error)}") from error
+        raise ScenarioError(f"{where}: {_complaint(error)}") from error
     _check(file, where)
     return file
 
@@ -165,27 +165,27 @@ def check_units(A: GainsFile, B: GainsFile) -> None:
     """Check that each joint's gains have one unit in both.
 
     Raises:
-        WrongGains: If a joint turns in one and slides in the other.
+        ScenarioError: If a joint turns in one and slides in the other.
     """
     for one, other in zip(A.gains, B.gains, strict=False):
         if one.unit != other.unit:
-            raise WrongGains(
+            raise ScenarioError(
                 f"gains files: joint {one.joint}: its gain is in {one.unit} in A and in {other.unit} in B; "
                 "expected two files of one arm"
             )
 
 
 def _read_json(path: Path) -> object:
-    content = read_bytes(path, most_bytes=LARGEST, error=WrongGains)
+    content = read_bytes(path, most_bytes=LARGEST, error=ScenarioError)
     try:
         return json.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as fault:
-        raise WrongGains(f"{one_line(path)}: not JSON: byte {fault.start} is not UTF-8") from fault
+        raise ScenarioError(f"{one_line(path)}: not JSON: byte {fault.start} is not UTF-8") from fault
     except json.JSONDecodeError as fault:
         place = f"line {fault.lineno}, column {fault.colno}"
-        raise WrongGains(f"{one_line(path)}: not JSON: {one_line(fault.msg)} at {place}") from fault
+        raise ScenarioError(f"{one_line(path)}: not JSON: {one_line(fault.msg)} at {place}") from fault
     except (RecursionError, ValueError) as fault:
-        raise WrongGains(f"{one_line(path)}: not JSON that can be meant: {one_line(fault)}") from fault
+        raise ScenarioError(f"{one_line(path)}: not JSON that can be meant: {one_line(fault)}") from fault
 
 
 def _complaint(error: ValidationError) -> str:
@@ -210,29 +210,31 @@ def _check(file: GainsFile, where: str) -> None:
     """Joints are numbered 1 to n, each has a gain or is refused, and the covariance is that of the deviations."""
     numbers = [entry.joint for entry in file.gains]
     if numbers != list(range(1, len(numbers) + 1)):
-        raise WrongGains(f"{where}: gains of joints {shown(numbers)}; expected 1 to n, in this order")
+        raise ScenarioError(f"{where}: gains of joints {shown(numbers)}; expected 1 to n, in this order")
     for entry in file.gains:
         place = f"{where}: gains.{entry.joint}"
         if entry.identifiable and (entry.estimate is None or entry.std is None):
             missing = "estimate" if entry.estimate is None else "std"
-            raise WrongGains(f"{place}: {missing} is missing; give it, or identifiable = false and a reason")
+            raise ScenarioError(f"{place}: {missing} is missing; give it, or identifiable = false and a reason")
         if not entry.identifiable and (entry.estimate is not None or entry.std is not None):
-            raise WrongGains(f"{place}: refused, and has a number; leave out estimate and std, or identifiable = false")
+            raise ScenarioError(
+                f"{place}: refused, and has a number; leave out estimate and std, or identifiable = false"
+            )
     k = sum(entry.identifiable for entry in file.gains)
     if file.covariance is not None and [len(row) for row in file.covariance] != [k] * k:
         sizes = shown([len(row) for row in file.covariance])
-        raise WrongGains(
+        raise ScenarioError(
             f"{where}: covariance: rows of {sizes} numbers; expected {k} of {k}, one an identifiable joint"
         )
     try:
         known = file.known
     except GainsError as error:
-        raise WrongGains(f"{where}: {error}") from error
+        raise ScenarioError(f"{where}: {error}") from error
     stated = np.array([entry.std or 0.0 for entry in file.gains if entry.identifiable])
     off = np.flatnonzero(np.abs(known.std - stated) > SAME * stated)
     if len(off):
         at = off[0]
-        raise WrongGains(
+        raise ScenarioError(
             f"{where}: gains.{int(known.joints[at]) + 1}.std = {stated[at]:g}, but the covariance has "
             f"{known.std[at]:g} squared"
         )

@@ -24,7 +24,7 @@ from scenarios.experiments.files.schema import (
     SourceTable,
 )
 from scenarios.experiments.files.tables import scenario_table, stating_file
-from scenarios.support.errors import UnknownKey, UnknownName, WrongDraw, WrongLength, WrongValue
+from scenarios.support.errors import ScenarioError, UnknownName, WrongDraw, WrongValue
 
 UNNAMED = "scenario"
 """What files are called that are named by their folder."""
@@ -109,7 +109,7 @@ def _refuse_unknown(table: object, kind: type, path: str, where: str) -> None:
     known = _subtables(kind)
     for key, value in table.items():
         if key not in known:
-            raise UnknownKey(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
+            raise ScenarioError(f"{path}: unknown key {where}{key}{nearest(key, known)}; known: {', '.join(known)}")
         inner = known[key]
         if inner is not None and key in TABLES_OF_TABLES and isinstance(value, Mapping):
             for name, each in value.items():
@@ -139,7 +139,7 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
     """Every array has one entry a joint, and the method takes its options.
 
     Raises:
-        WrongLength: At the first array that does not fit.
+        ScenarioError: At the first array that does not fit.
         WrongValue: If a value is none of those there are.
     """
     n = len(table.tolerance.gain)
@@ -150,7 +150,7 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
     }
     for where, values in arrays.items():
         if len(values) != n:
-            raise WrongLength(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
+            raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
     if not all(table.belief.controller_gain):
         raise WrongValue(f"{path}: belief.controller_gain: a gain of zero commands nothing")
     for first, second in table.belief.couplings:

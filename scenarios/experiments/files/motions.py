@@ -13,7 +13,7 @@ from ident.support.naming import nearest, shown
 from ident.support.toml_files import LARGEST as LARGEST_FILE
 from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.files.tables import CATALOG, read_table
-from scenarios.support.errors import UnknownKey, UnknownName, UnreadableFile, WrongMotion
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 from sim.trajectory import FourierTrajectory, at_rest
 
 LONGEST = 600.0
@@ -36,20 +36,20 @@ def read_motion(name: str, folder: Path) -> FourierTrajectory:
     table = read_table(path)
     for key in table:
         if key not in KEYS:
-            raise UnknownKey(f"{path}: unknown key {shown(key)}{nearest(key, KEYS)}; known: {', '.join(KEYS)}")
+            raise ScenarioError(f"{path}: unknown key {shown(key)}{nearest(key, KEYS)}; known: {', '.join(KEYS)}")
     for key in KEYS:
         if key not in table:
-            raise WrongMotion(f"{path}: {key} is missing; expected {', '.join(KEYS)}")
+            raise ScenarioError(f"{path}: {key} is missing; expected {', '.join(KEYS)}")
     duration = float(_numbers(path, table, "duration", 0))
     if not 0.0 < duration <= LONGEST:
-        raise WrongMotion(f"{path}: duration = {duration:g}; expected up to {LONGEST:g} s")
+        raise ScenarioError(f"{path}: duration = {duration:g}; expected up to {LONGEST:g} s")
     center, sine, cosine = (_numbers(path, table, key, d) for key, d in (("center", 1), ("sine", 2), ("cosine", 2)))
     if sine.size == 0 or sine.shape != cosine.shape or len(sine) != len(center):
-        raise WrongMotion(f"{path}: center {center.shape}, sine {sine.shape} and cosine {cosine.shape} do not fit")
+        raise ScenarioError(f"{path}: center {center.shape}, sine {sine.shape} and cosine {cosine.shape} do not fit")
     motion = at_rest(center, sine, cosine, duration)
     change = max(np.abs(motion.sine - sine).max(), np.abs(motion.cosine - cosine).max())
     if change > 1e-6:
-        raise WrongMotion(f"{path}: the motion does not start at rest (coefficients off by {change:.2g} rad)")
+        raise ScenarioError(f"{path}: the motion does not start at rest (coefficients off by {change:.2g} rad)")
     return motion
 
 
@@ -57,17 +57,17 @@ def _numbers(path: Path, table: Mapping[str, object], key: str, dimensions: int)
     """Numbers of a motion file, in an array of as many dimensions.
 
     Raises:
-        WrongMotion: If they are none, not finite, too large or in rows of unequal length.
+        ScenarioError: If they are none, not finite, too large or in rows of unequal length.
     """
     form = ("a number", "an array of numbers", "rows of numbers, all of one length")[dimensions]
     if not _all_numbers(table[key], dimensions):
-        raise WrongMotion(f"{path}: {key} = {shown(table[key])}; expected {form}")
+        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}")
     try:
         values = np.array(table[key], dtype=np.float64)
     except (ValueError, OverflowError):  # rows of unequal length, or a whole number beyond all floats
-        raise WrongMotion(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
+        raise ScenarioError(f"{path}: {key} = {shown(table[key])}; expected {form}") from None
     if not (np.abs(values) <= LARGEST).all():
-        raise WrongMotion(f"{path}: {key} holds a number that is not finite or beyond {LARGEST:g}")
+        raise ScenarioError(f"{path}: {key} holds a number that is not finite or beyond {LARGEST:g}")
     return values
 
 

@@ -17,7 +17,7 @@ from scenarios.experiments.files.exactness import is_exact
 from scenarios.experiments.files.mountings import LOADED, by_mounting, mountings
 from scenarios.experiments.files.schema import BeliefTable, BodyTable, InertiaTable, Scenario
 from scenarios.experiments.named_files import robot_of
-from scenarios.support.errors import UnknownName, WrongPayload
+from scenarios.support.errors import ScenarioError, UnknownName
 from sim.drives import DriveTruth
 
 NOTHING = (0.0, 0.0, 0.0)
@@ -29,7 +29,7 @@ def resolved(scenario: Scenario) -> Scenario:
     Raises:
         UnknownName: If it names a robot or payload that does not exist.
         RobotError: If the robot's file cannot be read.
-        WrongPayload: If the believed payload is impossible.
+        ScenarioError: If the believed payload is impossible.
     """
     table, name = scenario.table, scenario.name
     believed = {key: payload_to_table(payload) for key, payload in believed_payloads(scenario).items()}
@@ -47,7 +47,7 @@ def believed_payloads(scenario: Scenario) -> dict[str, Payload]:
 
     Raises:
         UnknownName: If one is the name of none.
-        WrongPayload: If one is impossible.
+        ScenarioError: If one is impossible.
     """
     exact, certain = scenario.table.belief.exact, {"mass_std": 0.0, "com_std": NOTHING, "inertia_std": 2 * NOTHING}
     return {
@@ -73,7 +73,7 @@ def _stated(key: str, stated: str | Mapping[str, object], belief: BeliefTable, n
         return payload if use is None else replace(payload, known=use)
     except PayloadError as error:
         where = "" if key == LOADED else f"payloads.{key}: "
-        raise WrongPayload(f"{name}: belief.{where}{error}") from error
+        raise ScenarioError(f"{name}: belief.{where}{error}") from error
 
 
 def _mounted(payloads: Mapping[str, object], protocol: Sequence[str]) -> dict[str, object]:

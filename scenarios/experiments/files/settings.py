@@ -11,7 +11,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from ident.support.naming import nearest
 from scenarios.experiments.files.loading import check_lengths, refusal
 from scenarios.experiments.files.schema import Scenario, ScenarioTable
-from scenarios.support.errors import UnknownPlace
+from scenarios.support.errors import ScenarioError
 
 Value = float | str | list[float]
 """What a place in a scenario can hold: a number, a name, one number a joint or axis."""
@@ -23,16 +23,16 @@ def value_at(table: ScenarioTable, place: str) -> Value:
     """What stands at a place of a scenario's table.
 
     Raises:
-        UnknownPlace: If there is no such place, or it holds a table.
+        ScenarioError: If there is no such place, or it holds a table.
     """
     inner: object = table
     for depth, key in enumerate(keys := place.split(".")):
         below = _entries(inner)
         if inner is None and keys[depth - 1] == "payload":
-            raise UnknownPlace(f"{'.'.join(keys[:depth])}: no motion of experiment.protocol carries it")
+            raise ScenarioError(f"{'.'.join(keys[:depth])}: no motion of experiment.protocol carries it")
         if key not in below:
             at = ".".join(keys[:depth]) or "the scenario"
-            raise UnknownPlace(f"no {key!r} in {at}{nearest(key, below)}; known: {', '.join(below) or 'nothing'}")
+            raise ScenarioError(f"no {key!r} in {at}{nearest(key, below)}; known: {', '.join(below) or 'nothing'}")
         inner = below[key]
     if inner is None and place.startswith(OPTIONAL):
         return [0.0] * len(table.tolerance.gain)
@@ -43,7 +43,7 @@ def value_at(table: ScenarioTable, place: str) -> Value:
     if isinstance(inner, float | int) and _is_number(inner):
         return float(inner)
     kind = "a table" if _entries(inner) else f"{inner!r}"
-    raise UnknownPlace(f"{place} holds {kind}; expected a number, an array of numbers or a name")
+    raise ScenarioError(f"{place} holds {kind}; expected a number, an array of numbers or a name")
 
 
 def place_of(table: ScenarioTable, name: str) -> str:
@@ -54,11 +54,11 @@ def place_of(table: ScenarioTable, name: str) -> str:
         name: The place, or an end of it that no other place has.
 
     Raises:
-        UnknownPlace: If there is none, or more than one.
+        ScenarioError: If there is none, or more than one.
     """
     found = [place for place in _places(table, "") if f".{place}".endswith(f".{name}")]
     if len(found) > 1 and name not in found:
-        raise UnknownPlace(f"{name} is the end of several places: {', '.join(found)}; expected one of them")
+        raise ScenarioError(f"{name} is the end of several places: {', '.join(found)}; expected one of them")
     place = found[0] if len(found) == 1 else name
     value_at(table, place)
     return place
@@ -76,7 +76,7 @@ def with_settings(scenario: Scenario, settings: Mapping[str, Value]) -> Scenario
     Only the tables that a setting is in are validated again.
 
     Raises:
-        UnknownPlace: If a place does not exist.
+        ScenarioError: If a place does not exist.
         WrongValue: If one does not take its value.
     """
     changes: dict[str, Any] = {}

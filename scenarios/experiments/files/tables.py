@@ -8,7 +8,7 @@ from ident.support.naming import nearest, shown
 from ident.support.toml_files import DEEPEST, LARGEST, read_toml
 from scenarios.experiments.files.exactness import check_exact, exactness
 from scenarios.experiments.files.places import CATALOG, seen_from
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongExtends
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 
 PARTS = CATALOG / "parts"
 """Folder of what scenarios may extend, and nobody can run by itself."""
@@ -51,22 +51,22 @@ def scenario_table(
     """
     path = find_scenario(name, folder)
     if path in below:
-        raise WrongExtends(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")
+        raise ScenarioError(f"{path}: extends itself through {' -> '.join(p.name for p in (*below, path))}")
     if len(below) >= DEEPEST:
-        raise WrongExtends(f"{path}: more than {DEEPEST} files extend one another")
+        raise ScenarioError(f"{path}: more than {DEEPEST} files extend one another")
     table = read_table(path)
     check_exact(table, path)
     parent = table.pop("extends", None)
     if parent is None:
         return table, path
     if not isinstance(parent, str):
-        raise WrongExtends(f"{path}: extends = {shown(parent)}; expected the name of one scenario")
+        raise ScenarioError(f"{path}: extends = {shown(parent)}; expected the name of one scenario")
     try:
         base, there = scenario_table(parent, path.parent, (*below, path))
     except ScenarioError as error:
         if below or str(error).startswith(str(path)):
             raise
-        raise WrongExtends(f"{path}: extends: {error}") from error
+        raise ScenarioError(f"{path}: extends: {error}") from error
     base = seen_from(base, there.parent, path.parent)
     merged, exact = overlaid(base, table), exactness(base, table)
     return (merged if exact is None else overlaid(merged, {"belief": {"exact": exact}})), path

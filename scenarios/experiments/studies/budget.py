@@ -12,7 +12,7 @@ from ident.support.arrays import Array
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.folder import StudyFolder
 from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL
-from scenarios.support.errors import NoGains
+from scenarios.support.errors import StudyError
 from scenarios.support.result_model import ResultModel
 
 NEEDED = ("trial", "joint", "design", "source", "sample", "rel_error")
@@ -108,14 +108,14 @@ def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int
         seed: Of the bootstrap.
 
     Raises:
-        NoGains: If no trial gave a gain of some joint that should have one.
+        StudyError: If no trial gave a gain of some joint that should have one.
         StudyError: If a part is damaged.
     """
     wanted = [joint for joint, identifiable in enumerate(scenario.table.tolerance.identifiable, 1) if identifiable]
     found = budgets(folder.table(NEEDED), list(scenario.table.sources), wanted, seed)
     silent = ", ".join(str(each.joint) for each in found if not each.costs)
     if silent:
-        raise NoGains(f"{folder.path}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
+        raise StudyError(f"{folder.path}: no trial gave a gain of joint {silent}; the rows say why, column `reason`")
     return Budget(scenario=scenario.name, trials=trials, joints=list(found))
 
 

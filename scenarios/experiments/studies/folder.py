@@ -28,7 +28,7 @@ from scenarios.experiments.studies.parts import (
     replace_members,
     write_whole,
 )
-from scenarios.support.errors import DamagedFolder, FolderInUse, FolderNotWritable, ForeignFolder, OtherStudy
+from scenarios.support.errors import StudyError
 from scenarios.support.versions import files, versions
 
 STUDY, TRIALS, LOCK, UNFINISHED = "study.json", "trials", ".lock", ".unfinished"
@@ -57,8 +57,8 @@ class StudyFolder:
         """The parts that are there, in order of their trials.
 
         Raises:
-            ForeignFolder: If a file is no part.
-            DamagedFolder: If one is not what its name says.
+            StudyError: If a file is no part.
+            StudyError: If one is not what its name says.
         """
         if self.seen is not None:
             return list(self.seen)
@@ -66,7 +66,7 @@ class StudyFolder:
         parts.sort(key=lambda part: part.trials.start)
         for before, after in itertools.pairwise(parts):
             if after.trials.start < before.trials.stop:
-                raise DamagedFolder(f"{self.trials / after.name}: its trials are in {before.name} too; move one away")
+                raise StudyError(f"{self.trials / after.name}: its trials are in {before.name} too; move one away")
         return parts
 
     def as_it_is(self) -> "StudyFolder":
@@ -92,7 +92,7 @@ class StudyFolder:
         """Add a part; a crash leaves either all of it or nothing.
 
         Raises:
-            FolderNotWritable: If it cannot be written; the parts before it stay.
+            StudyError: If it cannot be written; the parts before it stay.
         """
         write_whole(self.trials / part.name, as_parquet(rows), self.path / UNFINISHED)
 
@@ -103,8 +103,8 @@ class StudyFolder:
             block: Of `block_of`.
 
         Raises:
-            FolderNotWritable: If it cannot be written.
-            DamagedFolder: If a part cannot be read.
+            StudyError: If it cannot be written.
+            StudyError: If a part cannot be read.
         """
         members = members_of(block, self.trials)
         if len(members) < 2 or sum(len(part.trials) for part in members) != len(block):
@@ -122,7 +122,7 @@ class StudyFolder:
             columns: Those wanted.
 
         Raises:
-            DamagedFolder: If it cannot be read.
+            StudyError: If it cannot be read.
         """
         return read_part(self.trials / part.name, columns)
 
@@ -133,15 +133,13 @@ class StudyFolder:
             columns: Those wanted, all if None.
 
         Raises:
-            DamagedFolder: If a part cannot be read.
+            StudyError: If a part cannot be read.
         """
         paths = [self.trials / part.name for part in self.parts()]
         try:
             rows = pq.read_table(paths, columns=None if columns is None else list(columns)).to_pandas()
         except (OSError, pa.ArrowException) as error:
-            raise DamagedFolder(
-                f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}"
-            ) from error
+            raise StudyError(f"{self.trials}: a part is damaged, move it away: {str(error).splitlines()[0]}") from error
         keys = [key for key in ("trial", "method", "joint") if key in rows.columns]
         return rows.sort_values(keys, ignore_index=True)
 
@@ -160,23 +158,23 @@ def study_folder(
         rows_per_trial: One a joint.
 
     Raises:
-        FolderNotWritable: If it cannot be made or written.
-        ForeignFolder: If it holds something else.
-        OtherStudy: If it holds another study; the message names the first difference.
-        FolderInUse: If it is open elsewhere.
-        DamagedFolder: If its record cannot be read.
+        StudyError: If it cannot be made or written.
+        StudyError: If it holds something else.
+        StudyError: If it holds another study; the message names the first difference.
+        StudyError: If it is open elsewhere.
+        StudyError: If its record cannot be read.
     """
     path = path.absolute()
     try:
         _refuse_foreign(path)
         (path / TRIALS).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FolderNotWritable(f"{path}: cannot hold a study: {error.strerror}; use another --out") from error
+        raise StudyError(f"{path}: cannot hold a study: {error.strerror}; use another --out") from error
     lock = FileLock(path / LOCK)
     try:
         lock.acquire(timeout=0)
     except Timeout as error:
-        raise FolderInUse(f"{path}: another process is at work here; wait for it or use another --out") from error
+        raise StudyError(f"{path}: another process is at work here; wait for it or use another --out") from error
     try:
         (path / UNFINISHED).unlink(missing_ok=True)
         _end_moves(path)
@@ -203,7 +201,7 @@ def _refuse_foreign(path: Path) -> None:
         strange = [child.name for child in path.iterdir() if child.name not in (TRIALS, LOCK, UNFINISHED)]
         if strange or any((path / TRIALS).glob("*")):
             named = strange[0] if strange else TRIALS
-            raise ForeignFolder(f"{path}: holds {named!r} but no {STUDY}; it is no study, use another --out")
+            raise StudyError(f"{path}: holds {named!r} but no {STUDY}; it is no study, use another --out")
 
 
 def _read_record(path: Path) -> dict[str, object] | None:
@@ -215,14 +213,14 @@ def _read_record(path: Path) -> dict[str, object] | None:
         return None
     except ValueError:
         pass
-    raise DamagedFolder(f"{path}: not the record of a study; use another --out")
+    raise StudyError(f"{path}: not the record of a study; use another --out")
 
 
 def _refuse_other(path: Path, known: Mapping[str, object], wanted: Mapping[str, object]) -> None:
     difference = _first_difference({key: known.get(key) for key in wanted}, wanted, "")
     if difference is not None:
         place, there, here = difference
-        raise OtherStudy(
+        raise StudyError(
             f"{path}: belongs to another study: {place} is {_short(there)} there and {_short(here)} here; "
             "use another --out"
         )

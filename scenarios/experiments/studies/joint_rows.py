@@ -75,7 +75,7 @@ def rows_in(folder: "StudyFolder") -> StudyRows:
     """Gather the rows of a study's folder.
 
     Raises:
-        DamagedFolder: If a part cannot be read.
+        StudyError: If a part cannot be read.
     """
     parts = folder.parts()
     return study_rows((folder.rows(part, COLUMNS) for part in parts), trials=sum(len(part.trials) for part in parts))

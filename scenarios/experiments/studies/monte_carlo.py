@@ -8,7 +8,7 @@ from scenarios.experiments.files.draws import check_draws, places_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.study import MOST_TRIALS, Study
 from scenarios.experiments.trials import Trial, trial_schema
-from scenarios.support.errors import StudyTooLarge
+from scenarios.support.errors import StudyError
 from scenarios.support.seeds import SEEDS
 
 
@@ -21,13 +21,13 @@ def monte_carlo(scenario: Scenario, count: int, seed: int) -> Study:
         seed: Of the first.
 
     Raises:
-        StudyTooLarge: If there are not that many seeds, or part names.
+        StudyError: If there are not that many seeds, or part names.
         ScenarioError: If the scenario draws what it does not have, or from what scipy.stats has not.
     """
     if count > MOST_TRIALS:
-        raise StudyTooLarge(f"a study has {MOST_TRIALS} trials at most; ask for fewer")
+        raise StudyError(f"a study has {MOST_TRIALS} trials at most; ask for fewer")
     if seed + count > SEEDS:
-        raise StudyTooLarge(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
+        raise StudyError(f"{count} trials from seed {seed} need seeds beyond 2^31 - 1; begin at a smaller one")
     check_draws(scenario, setup_of)
     return Study(
         kind="monte-carlo",

@@ -14,7 +14,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from scenarios.support.errors import DamagedFolder, FolderNotWritable, ForeignFolder
+from scenarios.support.errors import StudyError
 
 WHOLE, LOST = ".parquet", ".lost.parquet"
 """How the names of parts end: finished trials, and trials to be tried again."""
@@ -60,24 +60,24 @@ def checked_part(path: Path, rows_per_trial: int) -> Part:
     """One file, if it is a whole part under its own name.
 
     Raises:
-        ForeignFolder: If it is no part.
-        DamagedFolder: If it is not what its name says.
+        StudyError: If it is no part.
+        StudyError: If it is not what its name says.
     """
     part = part_named(path.name)
     if part is None:
-        raise ForeignFolder(f"{path}: no part of a study; move it away")
+        raise StudyError(f"{path}: no part of a study; move it away")
     try:
         found = pq.read_metadata(path)
         at = found.schema.names.index("trial")
         groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
         held = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
     except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
-        raise ForeignFolder(f"{path}: no part of a study; move it away") from error
+        raise StudyError(f"{path}: no part of a study; move it away") from error
     if part.ending not in (WHOLE, LOST) or path.name != part.name or held != part.trials:
-        raise DamagedFolder(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
+        raise StudyError(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
     if found.num_rows != len(part.trials) * rows_per_trial:
         first, last = held.start, held.stop - 1
-        raise DamagedFolder(f"{path}: {found.num_rows} rows, not those of trials {first} to {last}; move it away")
+        raise StudyError(f"{path}: {found.num_rows} rows, not those of trials {first} to {last}; move it away")
     return part
 
 
@@ -89,13 +89,13 @@ def read_part(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         columns: Those wanted, all if None.
 
     Raises:
-        DamagedFolder: If it cannot be read.
+        StudyError: If it cannot be read.
     """
     try:
         with pq.ParquetFile(path) as file:
             return file.read(columns=None if columns is None else list(columns), use_threads=False)
     except (OSError, pa.ArrowException) as error:
-        raise DamagedFolder(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
+        raise StudyError(f"{path}: is damaged, move it away: {str(error).splitlines()[0]}") from error
 
 
 def as_parquet(rows: pa.Table) -> bytes:
@@ -109,7 +109,7 @@ def write_whole(path: Path, content: bytes, unfinished: Path) -> None:
     """Write a file so that it is there whole or not at all, even if the machine loses power.
 
     Raises:
-        FolderNotWritable: If it cannot be written.
+        StudyError: If it cannot be written.
     """
     try:
         with unfinished.open("wb") as file:
@@ -119,7 +119,7 @@ def write_whole(path: Path, content: bytes, unfinished: Path) -> None:
         unfinished.replace(path)
     except OSError as error:
         unfinished.unlink(missing_ok=True)
-        raise FolderNotWritable(
+        raise StudyError(
             f"{path}: cannot be written: {error.strerror}; finished trials are kept; free disk space and "
             "repeat the command"
         ) from error
@@ -136,19 +136,19 @@ def replace_members(waiting: Path, trials: Path) -> None:
     """Put a block that waits beside a folder of parts in the place of its members.
 
     Raises:
-        ForeignFolder: If its name is no part's.
-        FolderNotWritable: If it cannot be moved.
+        StudyError: If its name is no part's.
+        StudyError: If it cannot be moved.
     """
     part = part_named(waiting.name.removeprefix("."))
     if part is None:
-        raise ForeignFolder(f"{waiting}: no part of a study; move it away")
+        raise StudyError(f"{waiting}: no part of a study; move it away")
     try:
         _settle(waiting.parent)
         for member in members_of(part.trials, trials):
             (trials / member.name).unlink()
         waiting.replace(trials / part.name)
     except OSError as error:
-        raise FolderNotWritable(f"{waiting}: cannot be moved: {error.strerror}; repeat the command") from error
+        raise StudyError(f"{waiting}: cannot be moved: {error.strerror}; repeat the command") from error
 
 
 def _settle(folder: Path) -> None:

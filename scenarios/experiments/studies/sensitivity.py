@@ -18,7 +18,7 @@ from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.sources import Sources, settings_with, sources_of
 from scenarios.experiments.studies.study import Study
 from scenarios.experiments.trials import Trial, trial_schema
-from scenarios.support.errors import NoDesign, NoSources
+from scenarios.support.errors import StudyError
 
 NONE, ALL = "(none)", "(all)"
 """What is on in a trial where it is not one source alone."""
@@ -40,15 +40,17 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
         seed: Of both designs.
 
     Raises:
-        NoDesign: If a number is no such power of 2.
+        StudyError: If a number is no such power of 2.
         ScenarioError: If the scenario declares no or wrong sources.
     """
     for name, number in (("repeats", repeats), ("samples", samples)):
         if not 2 <= number <= LARGEST or number & (number - 1):
-            raise NoDesign(f"{name} = {_short(number)}: expected a power of 2 up to {LARGEST}, as 16 or 64")
+            raise StudyError(f"{name} = {_short(number)}: expected a power of 2 up to {LARGEST}, as 16 or 64")
     check_draws(scenario, setup_of)
     if not any(scenario.table.tolerance.identifiable):
-        raise NoSources(f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share")
+        raise StudyError(
+            f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share"
+        )
     sources = sources_of(scenario)
     plan = Plan(names=tuple(sources.names), repeats=repeats, samples=samples)
     return Study(

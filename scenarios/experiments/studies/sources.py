@@ -10,7 +10,7 @@ from ident.support.arrays import Array
 from scenarios.experiments.files.draws import numbers_needed, settings_from
 from scenarios.experiments.files.schema import Scenario, ScenarioTable, SourceTable
 from scenarios.experiments.files.settings import Value, value_at
-from scenarios.support.errors import NoSources, ScenarioError, WrongDraw
+from scenarios.support.errors import ScenarioError, StudyError, WrongDraw
 
 STREAM_SEEDS = 2**31
 
@@ -52,7 +52,7 @@ def sources_of(scenario: Scenario) -> Sources:
     """
     table = scenario.table
     if not table.sources:
-        raise NoSources(f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
+        raise StudyError(f"{scenario.name}: declares no error sources; add [sources.NAME] tables, as nominal.toml has")
     width, off = dict[str, int](), dict[str, Value]()
     for name, source in table.sources.items():
         try:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from ident.support.naming import one_line
 from scenarios.experiments.files.schema import Scenario, ScenarioTable
 from scenarios.experiments.studies.folder import STUDY, StudyFolder
-from scenarios.support.errors import ForeignResult, UnfinishedResult
+from scenarios.support.errors import ScenarioError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,8 +45,8 @@ def read_study(folder: Path) -> StoredStudy:
     """Read a study.
 
     Raises:
-        ForeignResult: If its record is damaged, or of another version.
-        UnfinishedResult: If trials are missing.
+        ScenarioError: If its record is damaged, or of another version.
+        ScenarioError: If trials are missing.
         StudyError: If a part is damaged, or none.
     """
     path = folder / STUDY
@@ -59,12 +59,12 @@ def read_study(folder: Path) -> StoredStudy:
         words, versions = shlex.split(command), dict(record["versions"])
     except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+        raise ScenarioError(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
     held = StudyFolder(folder, len(table.tolerance.gain))
     held = held.as_it_is() if held.trials.is_dir() else replace(held, seen=())
     missing = sum(map(len, held.missing(trials)))
     if missing:
-        raise UnfinishedResult(f"{one_line(folder)}: {missing} of {trials} trials are missing; go on with: {command}")
+        raise ScenarioError(f"{one_line(folder)}: {missing} of {trials} trials are missing; go on with: {command}")
     return StoredStudy(
         folder=folder,
         kind=str(kind),

@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenarios.experiments.workers.kinds import WorkerKind, Workers
-from scenarios.support.errors import DaskMissing, SchedulerGone, SchedulerSilent
+from scenarios.experiments.workers.kinds import SCHEDULER_GONE, WorkerKind, Workers
+from scenarios.support.errors import StudyError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -37,27 +37,25 @@ def dask_workers(address: str) -> Generator[Workers]:
         address: Of its scheduler, as `tcp://host:8786`, or the path of its scheduler file.
 
     Raises:
-        DaskMissing: If Dask is not installed.
-        SchedulerSilent: If no scheduler answers.
+        StudyError: If Dask is not installed.
+        StudyError: If no scheduler answers.
     """
     try:
         from distributed import Client, KilledWorker
         from distributed.utils import LoopRunner
     except ImportError as error:
-        raise DaskMissing("Dask is not installed; install the extra: pip install '.[cluster]'") from error
+        raise StudyError("Dask is not installed; install the extra: pip install '.[cluster]'") from error
     _silence()
     if address.endswith(".json") and not Path(address).is_file():
-        raise SchedulerSilent(
-            f"{address}: no such scheduler file; start `dask scheduler --scheduler-file {address}` first"
-        )
+        raise StudyError(f"{address}: no such scheduler file; start `dask scheduler --scheduler-file {address}` first")
     try:
         found = _address_in(address) if address.endswith(".json") else address
         LoopRunner().run_sync(_greet, found)
         client = Client(found, timeout=PATIENCE)
     except TimeoutError as error:
-        raise SchedulerSilent(f"no Dask scheduler answers at {address} within {PATIENCE:g} s") from error
+        raise StudyError(f"no Dask scheduler answers at {address} within {PATIENCE:g} s") from error
     except (OSError, ValueError, TypeError, ImportError) as error:  # the last two: no certificate, no such transport
-        raise SchedulerSilent(f"no Dask scheduler answers at {address}: {error}") from error
+        raise StudyError(f"no Dask scheduler answers at {address}: {error}") from error
     with client:
         yield Workers(
             open=lambda: client.get_executor(pure=False),  # a task tried again is no repetition with a known result
@@ -72,7 +70,7 @@ def _address_in(file: str) -> str:
     """The address in a scheduler's file, waited for while the scheduler writes it.
 
     Raises:
-        SchedulerSilent: If there is none in it.
+        StudyError: If there is none in it.
     """
     deadline = time.monotonic() + WRITTEN_WITHIN
     while True:
@@ -80,7 +78,7 @@ def _address_in(file: str) -> str:
             return str(json.loads(Path(file).read_bytes())["address"])
         except (ValueError, KeyError, TypeError) as error:
             if time.monotonic() > deadline:
-                raise SchedulerSilent(
+                raise StudyError(
                     f"{file}: no scheduler file, it states no address; write one with `dask scheduler "
                     "--scheduler-file FILE`"
                 ) from error
@@ -112,13 +110,13 @@ class _Cores:
         """Cores there are now, `FEWEST` at least.
 
         Raises:
-            SchedulerGone: If nobody answers.
+            StudyError: If nobody answers.
         """
         if time.monotonic() - self._asked > ASKED_EVERY:
             try:
                 self._known = max(FEWEST, sum(self._client.ncores().values()))
             except OSError as error:
-                raise SchedulerGone() from error
+                raise StudyError(SCHEDULER_GONE) from error
             self._asked = time.monotonic()
         return self._known
 

@@ -12,8 +12,8 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from scenarios.experiments.workers.kinds import Workers
-from scenarios.support.errors import SchedulerGone, StudyError, UnfitWorker, WorkersLost
+from scenarios.experiments.workers.kinds import SCHEDULER_GONE, Workers
+from scenarios.support.errors import StudyError
 
 AHEAD = 2
 """Tasks handed out per worker, so that none waits for its next one."""
@@ -59,9 +59,9 @@ def completed(
 
     Raises:
         StudyError: As the function does.
-        SchedulerGone: If the workers cannot be reached any more.
-        UnfitWorker: If they cannot import the function.
-        WorkersLost: If the first tasks are all given up.
+        StudyError: If the workers cannot be reached any more.
+        StudyError: If they cannot import the function.
+        StudyError: If the first tasks are all given up.
     """
     done, given_up = 0, 0
     with closing(_each(workers, function, tasks, tick)) as outcomes:
@@ -72,7 +72,7 @@ def completed(
                 continue
             given_up += 1
             if given_up == HOPELESS and not done:
-                raise WorkersLost(
+                raise StudyError(
                     f"of the first {HOPELESS} chunks of trials none returned: {outcome.reason}; fix that "
                     "and repeat the command"
                 )
@@ -130,7 +130,7 @@ class _Pool(Generic[Task, Result]):
         """Wait until some tasks finish."""
         while not (done := wait(self.running, timeout=TICK, return_when=FIRST_COMPLETED).done):
             if not self._workers.reachable():
-                raise SchedulerGone
+                raise StudyError(SCHEDULER_GONE)
             tick()
         outcomes: list[tuple[Task, Result | GivenUp]] = []
         for future in done:
@@ -148,7 +148,7 @@ class _Pool(Generic[Task, Result]):
         except StudyError:
             raise
         except CancelledError as error:  # by nobody here
-            raise SchedulerGone from error
+            raise StudyError(SCHEDULER_GONE) from error
         except self._workers.died as error:
             if isinstance(error, BrokenExecutor):
                 self.close()
@@ -156,7 +156,7 @@ class _Pool(Generic[Task, Result]):
         except Exception as error:
             absent = error if isinstance(error, ImportError) else error.__cause__
             if isinstance(absent, ImportError):
-                raise UnfitWorker(
+                raise StudyError(
                     f"a worker or scheduler cannot run trials: {absent}; install this version there"
                 ) from error
             return GivenUp("WorkerFailed", f"its worker failed: {type(error).__name__}: {error}".splitlines()[0])

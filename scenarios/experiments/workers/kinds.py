@@ -5,6 +5,8 @@ from concurrent.futures import BrokenExecutor, Executor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
+SCHEDULER_GONE = "the scheduler has exited; what is finished is kept, repeat the command"
+
 
 @dataclass(frozen=True, slots=True)
 class Workers:

@@ -7,7 +7,7 @@ import pyarrow as pa
 
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.trials import IDENTIFY, Trial, Work, run_trials
-from scenarios.support.errors import UnfitWorker
+from scenarios.support.errors import StudyError
 from scenarios.support.memory import give_back_memory
 from scenarios.support.versions import versions
 
@@ -35,12 +35,12 @@ def run_task(task: Task) -> pa.Table:
     """Run one chunk, on a worker, on one thread.
 
     Raises:
-        UnfitWorker: If the worker has other versions than the one who asks: rows would not be the same.
+        StudyError: If the worker has other versions than the one who asks: rows would not be the same.
     """
     here = versions()
     for name, wanted in task.versions.items():
         if here.get(name) != wanted:
-            raise UnfitWorker(
+            raise StudyError(
                 f"a worker has {name} {here.get(name)}, the study was begun with {wanted}; install that there"
             )
     rows = run_trials(task.scenario, task.trials, task.schema, threads=1, work=task.work)

@@ -8,7 +8,7 @@ from ident.support.file_access import read_bytes
 from ident.support.naming import one_line
 from ident.support.toml_files import LARGEST
 from scenarios.results.models.links import Links
-from scenarios.support.errors import WrongBareFile
+from scenarios.support.errors import ScenarioError
 
 
 class _Part(BaseModel):
@@ -55,15 +55,15 @@ def read_bare(path: Path) -> BareFile:
     """Read what was found from bare motions.
 
     Raises:
-        WrongBareFile: If it is missing or holds something else; one line.
+        ScenarioError: If it is missing or holds something else; one line.
     """
-    content = read_bytes(path, most_bytes=LARGEST, error=WrongBareFile)
+    content = read_bytes(path, most_bytes=LARGEST, error=ScenarioError)
     try:
         return BareFile.model_validate_json(content, strict=True)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"]))
-        raise WrongBareFile(
+        raise ScenarioError(
             f"{one_line(path)}: {place + ': ' if place else ''}{one_line(first['msg'])}; expected what `rx90 identify "
             "--model ROBOT --unloaded A --json` prints of bare motions"
         ) from error

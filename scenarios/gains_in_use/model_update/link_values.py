@@ -9,7 +9,7 @@ from ident.model.arm import Arm
 from ident.support.arrays import Array
 from scenarios.gains_in_use.model_update.bare_file import BareFile
 from scenarios.results.models.links import Links, same_frames
-from scenarios.support.errors import WrongBareFile
+from scenarios.support.errors import ScenarioError
 
 SAME = 1e-6
 """Difference of frames, in metres or of unit vectors, that the digits of a file may make."""
@@ -52,12 +52,12 @@ def link_values(bare: BareFile | None, arm: Arm, nominal: ModelLinks) -> tuple[L
         nominal: Its links as they are.
 
     Raises:
-        WrongBareFile: If there is no physically consistent set, one of another model, or one that the data contradict.
+        ScenarioError: If there is no physically consistent set, one of another model, or one that the data contradict.
     """
     if bare is None:
-        raise WrongBareFile("--links: no identification of bare motions is given; add --arm A")
+        raise ScenarioError("--links: no identification of bare motions is given; add --arm A")
     if bare.consistent is None:
-        raise WrongBareFile(
+        raise ScenarioError(
             "--links: --arm has no physically consistent set: "
             f"{bare.consistent_reason or 'it was written by an older version'}; identify bare motions "
             "with --gains"
@@ -81,15 +81,15 @@ def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
 
 def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
     if tuple(each.name for each in found.links) != arm.joint_names:
-        raise WrongBareFile(f"--links: links of joints {', '.join(each.name for each in found.links)}")
+        raise ScenarioError(f"--links: links of joints {', '.join(each.name for each in found.links)}")
     for each in found.links:
         if not same_frames(each, arm, nominal.carried, tolerance=SAME):
-            raise WrongBareFile(
+            raise ScenarioError(
                 f"--links: MODEL has another frame for joint {each.name}, or other things fixed to its link, than the "
                 "model that bare motions were identified with; identify them with this file"
             )
     if found.farthest_deviations > FAR:
-        raise WrongBareFile(
+        raise ScenarioError(
             f"--links: links that bodies can have put base parameter {found.farthest_parameter} "
             f"{found.farthest_deviations:.2g} deviations from the estimate, more than {FAR:g}: model, "
             "gains or data are mistaken"

@@ -13,7 +13,7 @@ from scenarios.gains_in_use.model_update.xml_text import (
     is_empty,
     numbers,
 )
-from scenarios.support.errors import NotPatchable
+from scenarios.support.errors import ScenarioError
 
 SCALING = ("settotalmass", "boundmass", "boundinertia")
 """Settings of the compiler that change what an `inertial` states, where they are positive."""
@@ -28,7 +28,7 @@ def mjcf_link_changes(content: bytes, tags: Sequence[Tag], links: Sequence[LinkV
         links: What is known.
 
     Raises:
-        NotPatchable: If a joint is not in the file itself, or its compiler would change what is stated.
+        ScenarioError: If a joint is not in the file itself, or its compiler would change what is stated.
     """
     _check_compiler(tags)
     joints = {tag.attributes.get("name", ""): tag for tag in tags if tag.name == "joint" and _in_body(tags, tag)}
@@ -36,7 +36,9 @@ def mjcf_link_changes(content: bytes, tags: Sequence[Tag], links: Sequence[LinkV
     for each in links:
         joint = joints.get(each.joint)
         if joint is None or joint.parent is None:
-            raise NotPatchable(f"joint {each.joint}: the file has none of this name, so that its link cannot be stated")
+            raise ScenarioError(
+                f"joint {each.joint}: the file has none of this name, so that its link cannot be stated"
+            )
         found += _link(content, tags, joint, joint.parent, each)
     said = COMMENT.format(elsewhere="")
     found[0] = Patched(found[0].change, (*found[0].edits, comment_edit(content, tags[0], said)))
@@ -49,7 +51,7 @@ def _check_compiler(tags: Sequence[Tag]) -> None:
         found = [name for name in SCALING if float(given.get(name, "0")) > 0.0]
         found += ["inertiafromgeom"] if given.get("inertiafromgeom") == "true" else []
         if found:
-            raise NotPatchable(
+            raise ScenarioError(
                 f"compiler {found[0]} = {given[found[0]]!r} changes masses that a body states; remove it first"
             )
 

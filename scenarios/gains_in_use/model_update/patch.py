@@ -51,7 +51,7 @@ def patched_model(path: Path, joints: Sequence[JointValues], links: Sequence[Lin
         links: What is known of links; None to leave them alone.
 
     Raises:
-        NotPatchable: If its text cannot be changed in place, or a link cannot be stated there.
+        ScenarioError: If its text cannot be changed in place, or a link cannot be stated there.
         RobotModelError: If it cannot be read.
     """
     content = read_bytes(path, most_bytes=LARGEST, error=RobotModelError)

@@ -7,7 +7,7 @@ from scenarios.gains_in_use.model_update.link_values import COMMENT, LinkValues
 from scenarios.gains_in_use.model_update.places import Change, Patched, left
 from scenarios.gains_in_use.model_update.urdf import NO_ARMATURE
 from scenarios.gains_in_use.model_update.xml_text import Edit, Tag, attribute_edit, child_edit, comment_edit, numbers
-from scenarios.support.errors import NotPatchable
+from scenarios.support.errors import ScenarioError
 
 PARTS = ("mass", "inertia")
 
@@ -21,7 +21,7 @@ def urdf_link_changes(content: bytes, tags: Sequence[Tag], links: Sequence[LinkV
         links: What is known.
 
     Raises:
-        NotPatchable: If a link states no mass and inertia.
+        ScenarioError: If a link states no mass and inertia.
     """
     outermost = [k for k, tag in enumerate(tags) if tag.parent is not None and tags[tag.parent].parent is None]
     joints = {tags[k].attributes.get("name", ""): k for k in outermost if tags[k].name == "joint"}
@@ -39,7 +39,7 @@ def _link(content: bytes, tags: Sequence[Tag], at: int, link: LinkValues) -> lis
     inertial = next((k for k, tag in enumerate(tags) if tag.parent == at and tag.name == "inertial"), None)
     parts = {tag.name: tag for tag in tags if inertial is not None and tag.parent == inertial}
     if inertial is None or any(part not in parts for part in PARTS):
-        raise NotPatchable(f"link {tags[at].attributes.get('name')}: states no mass and inertia")
+        raise ScenarioError(f"link {tags[at].attributes.get('name')}: states no mass and inertia")
     xyz = numbers(link.com)
     origin = parts.get("origin")
     before = "0 0 0" if origin is None else origin.attributes.get("xyz", "0 0 0")

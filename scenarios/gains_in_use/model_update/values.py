@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ident.model.structure import Structure
 from scenarios.experiments.files.gains import GainEntry, GainsFile
 from scenarios.gains_in_use.model_update.bare_file import BareFile, Found
-from scenarios.support.errors import WrongBareFile
+from scenarios.support.errors import ScenarioError
 
 NO_NOMINAL = "no data-sheet gains are given (--nominal)"
 NO_BARE = "no identification of bare motions is given (--arm)"
@@ -67,7 +67,7 @@ def joint_values(
 
     Raises:
         GainsError: If gains are not of this arm.
-        WrongBareFile: If `bare` is not.
+        ScenarioError: If `bare` is not.
     """
     for file in (gains, nominal):
         if file is not None:
@@ -75,9 +75,9 @@ def joint_values(
     names = structure.arm.joint_names
     if bare is not None and tuple(each.name for each in bare.joints) != names:
         found = ", ".join(each.name for each in bare.joints)
-        raise WrongBareFile(f"bare motions of joints {found}; robot {structure.arm.name} has {', '.join(names)}")
+        raise ScenarioError(f"bare motions of joints {found}; robot {structure.arm.name} has {', '.join(names)}")
     if bare is not None and bare.reference > len(names):
-        raise WrongBareFile(f"reference = {bare.reference}: robot {structure.arm.name} has {len(names)} joints")
+        raise ScenarioError(f"reference = {bare.reference}: robot {structure.arm.name} has {len(names)} joints")
     return tuple(
         JointValues(
             name=name,

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from xml.parsers import expat
 
-from scenarios.support.errors import NotPatchable
+from scenarios.support.errors import ScenarioError
 
 START = re.compile(rb"<[^\s/>]+(?:\s+[^\s=]+\s*=\s*(?:\"[^\"]*\"|'[^']*'))*\s*/?>")
 ATTRIBUTE = re.compile(rb"\s+([^\s=]+)\s*=\s*(\"[^\"]*\"|'[^']*')")
@@ -51,7 +51,7 @@ def start_tags(content: bytes, where: str) -> tuple[Tag, ...]:
         where: The file, for messages.
 
     Raises:
-        NotPatchable: If characters are not bytes that can be edited in place, as UTF-16.
+        ScenarioError: If characters are not bytes that can be edited in place, as UTF-16.
     """
     parser, tags, inside = expat.ParserCreate(), list[Tag](), list[int]()
 
@@ -59,7 +59,7 @@ def start_tags(content: bytes, where: str) -> tuple[Tag, ...]:
         at = parser.CurrentByteIndex
         found = START.match(content, at)
         if found is None:
-            raise NotPatchable(f"{where}: {name}: the text cannot be edited in place; save the file as UTF-8")
+            raise ScenarioError(f"{where}: {name}: the text cannot be edited in place; save the file as UTF-8")
         parent = inside[-1] if inside else None
         inside.append(len(tags))
         tags.append(Tag(name=name, attributes=attributes, start=at, end=found.end(), parent=parent))
@@ -71,7 +71,7 @@ def start_tags(content: bytes, where: str) -> tuple[Tag, ...]:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        raise NotPatchable(f"{where}: no XML: {expat.ErrorString(error.code)} in line {error.lineno}") from error
+        raise ScenarioError(f"{where}: no XML: {expat.ErrorString(error.code)} in line {error.lineno}") from error
     return tuple(tags)
 
 

@@ -8,7 +8,7 @@ from ident.support.naming import one_line
 from scenarios.benchmark.methods.answers import ANSWERS
 from scenarios.reports.content import Report
 from scenarios.results.record import RECORD, RESULT
-from scenarios.support.errors import ForeignResult
+from scenarios.support.errors import ScenarioError
 
 PAGES = {
     "run": "identification",
@@ -30,9 +30,9 @@ def page_of(folder: Path) -> Report:
     """The page of whatever a folder holds.
 
     Raises:
-        ForeignResult: If it holds nothing that a page could be made of, or something of another version.
-        UnfinishedResult: If it is a study that is not finished.
-        DamagedResult: If a file is missing or changed.
+        ScenarioError: If it holds nothing that a page could be made of, or something of another version.
+        ScenarioError: If it is a study that is not finished.
+        ScenarioError: If a file is missing or changed.
     """
     return import_module(f"{__name__}.{PAGES[kind_of(folder)]}").page(folder)
 
@@ -41,10 +41,10 @@ def kind_of(folder: Path) -> str:
     """What a folder holds, a key of `PAGES`.
 
     Raises:
-        ForeignResult: If it holds nothing that a page could be made of.
+        ScenarioError: If it holds nothing that a page could be made of.
     """
     if not folder.is_dir():
-        raise ForeignResult(f"{one_line(folder)}: is no folder; expected one that {LEAVERS} left")
+        raise ScenarioError(f"{one_line(folder)}: is no folder; expected one that {LEAVERS} left")
     for name, key, kind in ((RECORD, "kind", None), (STUDY, "study", None), (COMPARISON, None, "comparison")):
         if (folder / name).is_file():
             return kind or _stated(folder / name, key or "")
@@ -52,14 +52,14 @@ def kind_of(folder: Path) -> str:
         if (folder / name).is_file():
             return kind
     if (folder / RESULT).is_file():
-        raise ForeignResult(
+        raise ScenarioError(
             f"{one_line(folder)}: holds {RESULT} but no {RECORD}: half written, or older; save it again"
         )
     if (folder / "paper.md").is_file():
-        raise ForeignResult(
+        raise ScenarioError(
             f"{one_line(folder)}: holds paper.md but no {PAPER}: half written, or older; write it again"
         )
-    raise ForeignResult(f"{one_line(folder)}: holds no result; expected a folder that {LEAVERS} left")
+    raise ScenarioError(f"{one_line(folder)}: holds no result; expected a folder that {LEAVERS} left")
 
 
 def _stated(path: Path, key: str) -> str:
@@ -67,9 +67,9 @@ def _stated(path: Path, key: str) -> str:
     try:
         stated = json.loads(path.read_text(encoding="utf-8"))[key]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version: it states no {key!r}") from error
+        raise ScenarioError(f"{one_line(path)}: is damaged, or of another version: it states no {key!r}") from error
     if stated not in PAGES:
-        raise ForeignResult(f"{one_line(path)}: states {key} {one_line(stated)!r}; known: {', '.join(PAGES)}")
+        raise ScenarioError(f"{one_line(path)}: states {key} {one_line(stated)!r}; known: {', '.join(PAGES)}")
     if stated == "comparison":
-        raise ForeignResult(f"{one_line(path.parent)}: is one scenario of a comparison; name the folder it is in")
+        raise ScenarioError(f"{one_line(path.parent)}: is one scenario of a comparison; name the folder it is in")
     return stated

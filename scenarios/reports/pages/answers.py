@@ -9,7 +9,7 @@ from scenarios.benchmark.methods.answers import ANSWERS, AnswerRow, read_answers
 from scenarios.reports.answers import answers_report
 from scenarios.reports.content import Column, Heading, Mood, Paragraph, Part, Report, Table, cells
 from scenarios.reports.plot import TONES, Axis, Plot, about, intervals
-from scenarios.support.errors import ForeignAnswers
+from scenarios.support.errors import ScenarioError
 
 UNKNOWN = (
     "The true gains of these problems are unknown, so methods are compared with each other only; methods "
@@ -21,12 +21,12 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ForeignAnswers: If its file is damaged, of another version, or holds no answer.
+        ScenarioError: If its file is damaged, of another version, or holds no answer.
     """
     path = folder / ANSWERS
     rows = read_answers(path)
     if not rows:
-        raise ForeignAnswers(f"{one_line(path)}: holds no answer; ask for some with rx90 compare FOLDER --out")
+        raise ScenarioError(f"{one_line(path)}: holds no answer; ask for some with rx90 compare FOLDER --out")
     told = answers_report(rows, path)
     parts: list[Part] = [_counted(rows), Paragraph(UNKNOWN)]
     for problem in dict.fromkeys(row.problem for row in rows):

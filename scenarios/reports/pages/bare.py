@@ -13,22 +13,22 @@ from scenarios.reports.pages import provenance
 from scenarios.results.models.bare import BareResult
 from scenarios.results.models.check import CheckLog
 from scenarios.results.record import RECORD, RecordFile, identify_words, read_record, read_result, recorded_problem
-from scenarios.support.errors import DamagedResult
+from scenarios.support.errors import ScenarioError
 
 
 def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ForeignResult: If it holds no bare motions, or some of another version.
-        DamagedResult: If a file is missing or changed.
+        ScenarioError: If it holds no bare motions, or some of another version.
+        ScenarioError: If a file is missing or changed.
     """
     record = read_record(folder)
     result = read_result(folder, BareResult)
     try:
         given = recorded_problem(folder, record)
     except IdentificationError as error:
-        raise DamagedResult(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
+        raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
     report = bare_report(result, given.arm.revolute)
     seen = {
         name: CheckLog.of(name, joint_motions(each.recording, given.arm, given.observing)).joints

@@ -19,7 +19,7 @@ from scenarios.reports.plot import Axis, Mark, Plot, Series, Tone, values
 from scenarios.results.models.check import Check
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.results.record import RECORD, RecordFile, check_words, read_record, read_result, recorded_problem
-from scenarios.support.errors import DamagedResult
+from scenarios.support.errors import ScenarioError
 
 PIXELS = 400
 """Intervals of time of which the lowest and the highest value are drawn."""
@@ -29,8 +29,8 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ForeignResult: If it holds no check, or one of another version.
-        DamagedResult: If a file is missing or changed.
+        ScenarioError: If it holds no check, or one of another version.
+        ScenarioError: If a file is missing or changed.
     """
     record = read_record(folder)
     result = read_result(folder, Check)
@@ -38,7 +38,7 @@ def page(folder: Path) -> Report:
         given = recorded_problem(folder, record)
         asked = {} if record.payload is None else {record.payload: read_payload(folder / record.payload)}
     except IdentificationError as error:
-        raise DamagedResult(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
+        raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
     found = result.found
     parts: list[Part] = [Paragraph(verdict(found, result.robot), MOODS[found.severity], strong=True)]
     parts += [*findings(found), Heading("All checks"), every_line(found.diagnoses)]

@@ -11,7 +11,7 @@ from scenarios.reports.content import Heading, Paragraph, Part, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.monte_carlo import NORMAL, in_percent
 from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
-from scenarios.support.errors import ForeignResult
+from scenarios.support.errors import ScenarioError
 
 DOCUMENT = "report.json"
 
@@ -20,17 +20,17 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ForeignResult: If its document is damaged, or of another version.
+        ScenarioError: If its document is damaged, or of another version.
     """
     path = folder / DOCUMENT
     try:
         found = Comparison.model_validate(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:  # of pydantic too
         first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ForeignResult(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+        raise ScenarioError(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
     compared, about = found.scenarios, found.about
     if not compared or not all(each.methods for each in compared):
-        raise ForeignResult(f"{one_line(path)}: compares nothing")
+        raise ScenarioError(f"{one_line(path)}: compares nothing")
     told = comparison_report(found)
     drawn = map(plots, compared)
     parts: list[Part] = [Paragraph(verdict(compared), strong=True)]

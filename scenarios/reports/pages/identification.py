@@ -21,22 +21,22 @@ from scenarios.reports.run import conclusion, judged_table
 from scenarios.results.fit_rows import Fit, read_fit
 from scenarios.results.models.run import Result
 from scenarios.results.record import RECORD, RecordFile, identify_words, read_record, read_result, recorded_problem
-from scenarios.support.errors import DamagedResult
+from scenarios.support.errors import ScenarioError
 
 
 def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ForeignResult: If it holds no run or identification, or one of another version.
-        DamagedResult: If a file is missing or changed.
+        ScenarioError: If it holds no run or identification, or one of another version.
+        ScenarioError: If a file is missing or changed.
     """
     record = read_record(folder)
     result, fit = read_result(folder, Result), read_fit(folder)
     try:
         given = recorded_problem(folder, record)
     except IdentificationError as error:
-        raise DamagedResult(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
+        raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
     names = provenance.named([motion.log for motion in fit.motions])
     parts: list[Part] = [_verdict(result), *_gains(result, fit, given.arm.revolute)]
     parts += _refusals(result, given.gains.max_rel_std)

@@ -30,8 +30,8 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ForeignResult: If it holds no study, or one of another version.
-        UnfinishedResult: If trials are missing.
+        ScenarioError: If it holds no study, or one of another version.
+        ScenarioError: If trials are missing.
         StudyError: If a part is damaged.
     """
     study = read_study(folder)

@@ -18,9 +18,9 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ForeignResult: If it holds no study, or one of another version.
-        UnfinishedResult: If trials are missing.
-        NoGains: If no trial gave a gain of some joint that should have one.
+        ScenarioError: If it holds no study, or one of another version.
+        ScenarioError: If trials are missing.
+        StudyError: If no trial gave a gain of some joint that should have one.
         StudyError: If a part is damaged.
     """
     study = read_study(folder)

@@ -27,7 +27,7 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.study import carry_out, study_identity
 from scenarios.reports.comparison import comparison_report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
-from scenarios.support.errors import NothingToCompare, OtherStudy
+from scenarios.support.errors import ScenarioError, StudyError
 
 QUIET = Console(quiet=True)
 LIMITS = Limits(time_s=60.0)
@@ -108,20 +108,20 @@ def test_an_interrupted_comparison_goes_on_where_it_stopped(scenario, tmp_path, 
 
 def test_other_methods_other_limits_and_changed_files_are_another_study(scenario, tmp_path):
     carry_out(study(scenario, 1, STUBS[1]), tmp_path / "s", HERE, command="", console=QUIET)
-    with pytest.raises(OtherStudy, match="methods"):
+    with pytest.raises(StudyError, match="methods"):
         carry_out(study(scenario, 1, STUBS[2]), tmp_path / "s", HERE, command="", console=QUIET)
     loaded, method = load_scenario(str(scenario)), method_of(STUBS[1])
     slow = comparison(loaded, [method], Limits(time_s=61.0), 1, seed=5)
-    with pytest.raises(OtherStudy, match=r"limits\.time_s"):
+    with pytest.raises(StudyError, match=r"limits\.time_s"):
         carry_out(slow, tmp_path / "s", HERE, command="", console=QUIET)
     edited = comparison(loaded, [replace(method, digests=(("method_stubs.py", "0" * 16),))], LIMITS, 1, seed=5)
     assert study_identity(edited) != study_identity(study(scenario, 1, STUBS[1]))
 
 
 def test_no_method_and_one_twice_are_refused(scenario):
-    with pytest.raises(NothingToCompare, match="no method"):
+    with pytest.raises(ScenarioError, match="no method"):
         study(scenario, 1)
-    with pytest.raises(NothingToCompare, match="'nls' is given twice"):
+    with pytest.raises(ScenarioError, match="'nls' is given twice"):
         study(scenario, 1, "nls", "ls-2011", "nls")
 
 

@@ -22,7 +22,7 @@ from scenarios.experiments.judge import Claim
 from scenarios.experiments.robots import robot
 from scenarios.json_schemas.write import schemas
 from scenarios.results.problem_folder import write_problem
-from scenarios.support.errors import MethodError, UnknownMethod
+from scenarios.support.errors import MethodError, ScenarioError
 
 LIMITS = Limits(time_s=30.0, memory_gb=2.0)
 
@@ -124,7 +124,7 @@ UNKNOWN = [
 
 @pytest.mark.parametrize(("text", "message"), UNKNOWN, ids=lambda value: None)
 def test_a_method_that_does_not_exist_is_found_before_it_is_called(text, message):
-    with pytest.raises(UnknownMethod) as caught:
+    with pytest.raises(ScenarioError) as caught:
         method_of(text)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)

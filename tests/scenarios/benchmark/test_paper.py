@@ -19,7 +19,7 @@ from scenarios.reports.content import Paragraph, Table
 from scenarios.reports.pages import page_of
 from scenarios.reports.paper import paper_report
 from scenarios.reports.plot import Plot
-from scenarios.support.errors import DamagedResult, ForeignResult
+from scenarios.support.errors import ScenarioError
 
 
 @pytest.fixture(scope="module")
@@ -170,19 +170,19 @@ def test_a_folder_of_the_paper_that_is_not_as_it_was_written_is_refused(copied):
     older = copy.deepcopy(stated)
     del older["result"]["gains"], older["files"]
     (copied / "paper.json").write_text(json.dumps(older))
-    with pytest.raises(ForeignResult, match=r"lacks what a page needs.*gains.*rx90 paper --out somewhere --force"):
+    with pytest.raises(ScenarioError, match=r"lacks what a page needs.*gains.*rx90 paper --out somewhere --force"):
         page_of(copied)
     (copied / "paper.json").write_text(json.dumps(stated))
     rows = pd.read_parquet(copied / "rows.parquet")
     rows.assign(measured=1.01 * rows["measured"]).to_parquet(copied / "rows.parquet", index=False)
-    with pytest.raises(DamagedResult, match=r"rows\.parquet: is not the file that paper\.json names; write it again"):
+    with pytest.raises(ScenarioError, match=r"rows\.parquet: is not the file that paper\.json names; write it again"):
         page_of(copied)
     (copied / "rows.parquet").unlink()
-    with pytest.raises(DamagedResult, match=r"rows\.parquet: cannot be read: .*No such file"):
+    with pytest.raises(ScenarioError, match=r"rows\.parquet: cannot be read: .*No such file"):
         page_of(copied)
     (copied / "paper.md").touch()
     (copied / "paper.json").unlink()
-    with pytest.raises(ForeignResult, match=r"holds paper\.md but no paper\.json: half written, or older"):
+    with pytest.raises(ScenarioError, match=r"holds paper\.md but no paper\.json: half written, or older"):
         page_of(copied)
 
 

@@ -36,7 +36,7 @@ from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.judge import Claim
 from scenarios.results.problem_folder import read_problem
-from scenarios.support.errors import ForeignAnswers, MethodTimedOut, NothingToCompare, WrongSeal
+from scenarios.support.errors import MethodTimedOut, ScenarioError
 
 DRAWN = """
 [random.gains]
@@ -155,14 +155,14 @@ def test_what_is_answered_is_not_asked_again_unless_method_or_problem_changed(se
 
 def test_two_folders_of_one_name_and_a_file_of_something_else_are_refused(sealed, tmp_path, calls):
     one = problems(sealed)[0]
-    with pytest.raises(NothingToCompare, match="two problem folders are called problem-0001"):
+    with pytest.raises(ScenarioError, match="two problem folders are called problem-0001"):
         answered([one, one], [GOOD], Limits(), tmp_path / ANSWERS)
     for text in ("{", "[]", '{"format": 2}', '{"format": 1, "answers": [{"problem": 3}]}'):
         (tmp_path / "other.json").write_text(text)
-        with pytest.raises(ForeignAnswers, match=r"other\.json: no file of answers"):
+        with pytest.raises(ScenarioError, match=r"other\.json: no file of answers"):
             answered([one], [GOOD], Limits(), tmp_path / "other.json")
     assert not calls
-    with pytest.raises(ForeignAnswers, match="No such file"):
+    with pytest.raises(ScenarioError, match="No such file"):
         read_answers(tmp_path / "absent.json")
 
 
@@ -242,15 +242,15 @@ def test_a_truth_that_was_changed_or_kept_back_is_found_out(sealed, tmp_path):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     changed = tmp_path / "problem-0002.json"
     changed.write_text(changed.read_text().replace('"seed": 4', '"seed": 5'))
-    with pytest.raises(WrongSeal, match=r"problem-0002\.json: is not the truth that was sealed"):
+    with pytest.raises(ScenarioError, match=r"problem-0002\.json: is not the truth that was sealed"):
         revealed(sealed / SEAL, tmp_path)
     changed.unlink()
-    with pytest.raises(WrongSeal, match=r"problem-0002\.json: No such file"):
+    with pytest.raises(ScenarioError, match=r"problem-0002\.json: No such file"):
         revealed(sealed / SEAL, tmp_path)
-    with pytest.raises(WrongSeal, match="No such file"):
+    with pytest.raises(ScenarioError, match="No such file"):
         revealed(tmp_path / SEAL, tmp_path)
     (tmp_path / SEAL).write_text("{}")
-    with pytest.raises(WrongSeal, match="no seal of problems"):
+    with pytest.raises(ScenarioError, match="no seal of problems"):
         revealed(tmp_path / SEAL, tmp_path)
 
 
@@ -258,9 +258,9 @@ def test_answers_to_another_problem_or_of_another_arm_are_not_scored(sealed, tmp
     (row,) = answered(problems(sealed)[:1], [GOOD], Limits(), tmp_path / ANSWERS)
     known = revealed(sealed / SEAL, sealed / TRUTH)
     for other in ({"digest": "0" * 64}, {"problem": "problem-0002"}, {"problem": "elsewhere"}):
-        with pytest.raises(WrongSeal, match="is not the problem that was sealed"):
+        with pytest.raises(ScenarioError, match="is not the problem that was sealed"):
             scored([row.model_copy(update=other)], known)
-    with pytest.raises(WrongSeal, match="good: 5 gains; the sealed problem has 6 joints"):
+    with pytest.raises(ScenarioError, match="good: 5 gains; the sealed problem has 6 joints"):
         scored([row.model_copy(update={"gains": row.gains[:5]})], known)
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from scenarios.command_line.writing import files_read, right_to_write
-from scenarios.support.errors import NotOurs, OverInput
+from scenarios.support.errors import ScenarioError
 
 WRITTEN = ("out", "save", "gains_out", "ros_params", "render", "seal")
 
@@ -39,8 +39,8 @@ def test_a_file_that_is_read_is_never_written_over_and_one_of_others_when_forced
         right_to_write(options, tmp_path, [name], command="rx90 test")
 
     for force in (False, True):
-        with pytest.raises(OverInput, match=r"log\.csv: rx90 test reads this file"):
+        with pytest.raises(ScenarioError, match=r"log\.csv: rx90 test reads this file"):
             asked("log.csv", force=force)
-    with pytest.raises(NotOurs, match=r"notes\.csv: rx90 test did not write this file"):
+    with pytest.raises(ScenarioError, match=r"notes\.csv: rx90 test did not write this file"):
         asked("notes.csv", force=False)
     asked("notes.csv", force=True)

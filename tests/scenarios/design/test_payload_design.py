@@ -25,7 +25,7 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion
 from scenarios.reports.payload import payload_report
 from scenarios.reports.payload_drawing import draw_weight
-from scenarios.support.errors import NothingCarried, NoWeight
+from scenarios.support.errors import ScenarioError
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.flange import flange_of
@@ -124,14 +124,14 @@ def test_a_designed_weight_shows_the_joint_that_the_paper_s_cannot_and_is_within
 
 def test_a_design_in_which_nothing_may_be_mounted_is_refused(designed):
     refused = tuple(replace(each, refusal="weighs 9 kg") for each in designed.candidates)
-    with pytest.raises(NoWeight, match=r"nominal: no weight meets the limits: the best \w+ weighs 9 kg"):
+    with pytest.raises(ScenarioError, match=r"nominal: no weight meets the limits: the best \w+ weighs 9 kg"):
         _ = replace(designed, candidates=refused).best
 
 
 def test_a_scenario_that_carries_nothing_has_nothing_to_be_designed_for(tmp_path):
     path = tmp_path / "bare.toml"
     path.write_text('extends = "nominal"\n[experiment]\nprotocol = ["bare"]\n')
-    with pytest.raises(NothingCarried, match="mounts no payload"):
+    with pytest.raises(ScenarioError, match="mounts no payload"):
         design_problem(setup_without_motion(load_scenario(str(path))))
 
 

@@ -20,7 +20,7 @@ from scenarios.experiments.robot_models import check_same_payload
 from scenarios.experiments.robots import ROBOTS, robot, robot_digests, structure
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import study_identity
-from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile, WrongLength
+from scenarios.support.errors import ScenarioError, UnknownName, UnreadableFile
 from sim.errors import EffectError, RobotError
 from sim.trajectory import at_rest
 
@@ -92,7 +92,7 @@ def test_a_robot_that_is_not_there_is_refused_with_what_there_is(tmp_path, name,
 def test_arrays_of_another_robot_are_refused(tmp_path):
     path = own_scenario(tmp_path)
     path.write_text(path.read_text().replace("arm/robot.toml", "rx90"))
-    with pytest.raises(WrongLength, match=r"tolerance\.gain has 3 values, but robot rx90 has 6 joints"):
+    with pytest.raises(ScenarioError, match=r"tolerance\.gain has 3 values, but robot rx90 has 6 joints"):
         setup_of(load_scenario(str(path)))
 
 

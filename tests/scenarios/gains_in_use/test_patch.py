@@ -18,7 +18,7 @@ from scenarios.experiments.robot_models import read_arm
 from scenarios.gains_in_use.model_update.bare_file import BareFile
 from scenarios.gains_in_use.model_update.values import Unknown, joint_values
 from scenarios.gains_in_use.model_update.xml_text import attribute_edit, edited, start_tags
-from scenarios.support.errors import NotPatchable
+from scenarios.support.errors import ScenarioError
 
 JOINTS = [f"{link[0]}_joint" for link in LINKS]
 GAIN = {0: 11.9, 1: 11.6, 2: -9.8, 3: 10.3, 4: 9.1}
@@ -277,7 +277,7 @@ def test_an_attribute_within_the_value_of_another_is_not_taken_for_it():
 
 
 def test_text_that_is_not_bytes_of_its_characters_is_refused():
-    with pytest.raises(NotPatchable, match="here: a: the text cannot be edited in place; save the file as UTF-8"):
+    with pytest.raises(ScenarioError, match="here: a: the text cannot be edited in place; save the file as UTF-8"):
         start_tags('<?xml version="1.0" encoding="UTF-16"?><a/>'.encode("utf-16"), "here")
 
 

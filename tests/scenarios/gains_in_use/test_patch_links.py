@@ -23,7 +23,7 @@ from scenarios.gains_in_use.model_update.mjcf_links import mjcf_link_changes
 from scenarios.gains_in_use.model_update.nominal_links import nominal_links
 from scenarios.gains_in_use.model_update.xml_text import start_tags
 from scenarios.results.models.links import links_document
-from scenarios.support.errors import NotPatchable
+from scenarios.support.errors import ScenarioError
 
 JOINTS = [f"{link[0]}_joint" for link in LINKS]
 FRICTION = ("Fv", "Fc", "off")
@@ -240,14 +240,14 @@ def test_a_model_of_other_frames_or_with_another_tool_is_refused(cell, capsys, s
 @pytest.mark.parametrize("setting", ['settotalmass="20"', 'boundmass="0.1"', 'inertiafromgeom="true"'])
 def test_a_compiler_that_changes_masses_is_refused(setting):
     content = f'<mujoco><compiler angle="degree"/><compiler {setting} boundinertia="0"/></mujoco>'.encode()
-    with pytest.raises(NotPatchable, match="changes masses that a body states"):
+    with pytest.raises(ScenarioError, match="changes masses that a body states"):
         mjcf_link_changes(content, start_tags(content, "arm.xml"), [])
 
 
 def test_a_link_of_an_included_file_is_refused():
     content = b'<mujoco><include file="arm.xml"/><worldbody/></mujoco>'
     link = LinkValues(joint="elbow", mass=1.3, com=(0.1, 0.2, 0.3), inertia=(0.2,) * 3 + (0.01,) * 3, motor=None)
-    with pytest.raises(NotPatchable, match="joint elbow: the file has none of this name"):
+    with pytest.raises(ScenarioError, match="joint elbow: the file has none of this name"):
         mjcf_link_changes(content, start_tags(content, "arm.xml"), [link])
 
 

@@ -25,7 +25,7 @@ from scenarios.results.fit_rows import begins, fit_of, fit_rows, read_fit
 from scenarios.results.models.run import Result
 from scenarios.results.record import read_record, read_result, recorded_problem
 from scenarios.results.scene import scene_digest
-from scenarios.support.errors import DamagedResult, ForeignResult
+from scenarios.support.errors import ScenarioError
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def test_a_folder_without_rows_is_of_an_older_version(copied):
     (copied / "record.json").write_text(json.dumps(record))
     (copied / "fit-rows.parquet").unlink()
     with pytest.raises(
-        ForeignResult, match=r"holds no fit-rows\.parquet: an older version of rx90 wrote it; save it again"
+        ScenarioError, match=r"holds no fit-rows\.parquet: an older version of rx90 wrote it; save it again"
     ):
         page_of(copied)
 
@@ -279,26 +279,26 @@ def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
 @pytest.mark.parametrize(
     ("spoil", "error", "said"),
     [
-        (lambda folder: (folder / "record.json").unlink(), ForeignResult, "no record.json: half written, or older"),
-        (lambda folder: (folder / "record.json").write_text("{"), ForeignResult, "damaged, or of another version"),
-        (lambda folder: (folder / "record.json").write_text('{"kind": "dream"}'), ForeignResult, "states kind 'dream'"),
-        (lambda folder: (folder / "record.json").write_text('{"kind": "run"}'), ForeignResult, "save it again"),
-        (lambda folder: (folder / "loaded.parquet").unlink(), DamagedResult, "loaded.parquet: No such file"),
-        (lambda folder: (folder / "fit-rows.parquet").unlink(), DamagedResult, "rows.parquet: No such file"),
+        (lambda folder: (folder / "record.json").unlink(), ScenarioError, "no record.json: half written, or older"),
+        (lambda folder: (folder / "record.json").write_text("{"), ScenarioError, "damaged, or of another version"),
+        (lambda folder: (folder / "record.json").write_text('{"kind": "dream"}'), ScenarioError, "states kind 'dream'"),
+        (lambda folder: (folder / "record.json").write_text('{"kind": "run"}'), ScenarioError, "save it again"),
+        (lambda folder: (folder / "loaded.parquet").unlink(), ScenarioError, "loaded.parquet: No such file"),
+        (lambda folder: (folder / "fit-rows.parquet").unlink(), ScenarioError, "rows.parquet: No such file"),
         (
             lambda folder: (folder / "fit-rows.parquet").write_bytes(b"PAR1"),
-            DamagedResult,
+            ScenarioError,
             "is not the file that record",
         ),
         (
             lambda folder: (folder / "payload.toml").write_text(""),
-            DamagedResult,
+            ScenarioError,
             "is not the file that record.json names",
         ),
-        (shutil.rmtree, ForeignResult, "is no folder"),
+        (shutil.rmtree, ScenarioError, "is no folder"),
         (
             lambda folder: [path.unlink() for path in folder.iterdir() if path.is_file()],
-            ForeignResult,
+            ScenarioError,
             "holds no result; expected a folder that run, identify",
         ),
     ],

@@ -16,7 +16,7 @@ from scenarios.reports.content import Heading, Line, Mood, Table
 from scenarios.reports.pages import kind_of, page_of
 from scenarios.reports.pages.monte_carlo import NORMAL
 from scenarios.reports.plot import TONES, Plot
-from scenarios.support.errors import ForeignAnswers, ForeignResult, UnfinishedResult
+from scenarios.support.errors import ScenarioError
 
 
 def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkeypatch):
@@ -39,15 +39,15 @@ def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkey
     assert held.references[0].at == pytest.approx(100 * math.erf(math.sqrt(2.0)), rel=1e-12) == 100 * NORMAL
     record = json.loads((folder / "study.json").read_text())
     (folder / "study.json").write_text(json.dumps({**record, "trials": 9}))
-    with pytest.raises(UnfinishedResult, match=r"3 of 9 trials are missing; go on with: rx90 monte-carlo"):
+    with pytest.raises(ScenarioError, match=r"3 of 9 trials are missing; go on with: rx90 monte-carlo"):
         page_of(folder)
     (folder / "study.json").write_text(json.dumps({**record, "study": "comparison"}))
-    with pytest.raises(ForeignResult, match="one scenario of a comparison; name the folder it is in"):
+    with pytest.raises(ScenarioError, match="one scenario of a comparison; name the folder it is in"):
         page_of(folder)
     del record["scenario"]["table"]["tolerance"]["gain"]
     record["scenario"]["table"]["tolerance"]["gian"] = [0.5]
     (folder / "study.json").write_text(json.dumps(record))
-    with pytest.raises(ForeignResult, match="is damaged, or of another version of rx90"):
+    with pytest.raises(ScenarioError, match="is damaged, or of another version of rx90"):
         page_of(folder)
 
 
@@ -60,7 +60,7 @@ def test_a_comparison_is_read_back_as_it_was_written(tmp_path):
     assert rms.series[1].y == (3.4, 6.8, 10.2)
     assert held.series[0].low == (55.0, 55.0, 55.0)
     (folder / "report.json").write_text('{"about": {}, "scenarios": [{"name": "here"}]}')
-    with pytest.raises(ForeignResult, match="is damaged, or of another version of rx90"):
+    with pytest.raises(ScenarioError, match="is damaged, or of another version of rx90"):
         page_of(folder)
 
 
@@ -116,10 +116,10 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
     assert said[2:] == [[["monday", "ab12"]], [["ls-2011: own.py", "cd34"]]]
     assert len(report.document["answers"]) == 2
     (tmp_path / "answers.json").write_text('{"answers": [{}]}')
-    with pytest.raises(ForeignAnswers, match="no file of answers"):
+    with pytest.raises(ScenarioError, match="no file of answers"):
         page_of(tmp_path)
     (tmp_path / "answers.json").write_text('{"answers": []}')
-    with pytest.raises(ForeignAnswers, match="holds no answer"):
+    with pytest.raises(ScenarioError, match="holds no answer"):
         page_of(tmp_path)
 
 

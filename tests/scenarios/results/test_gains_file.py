@@ -21,7 +21,7 @@ from ident.recordings.recording import Recording
 from scenarios.experiments.files.gains import SLIDING, TURNING, read_gains
 from scenarios.json_schemas.write import schemas
 from scenarios.results.gains_file import Origin, gains_file, gains_text, recording_digest
-from scenarios.support.errors import WrongGains
+from scenarios.support.errors import ScenarioError
 
 REASON = 'no load: "0.1" N m \\ ünï'
 Q = np.sin(np.outer(np.arange(40) / 9.0, [1.0, 1.3, 0.7, 1.1, 0.9, 1.7]))
@@ -157,7 +157,7 @@ def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
 def test_what_is_no_gains_file_is_refused_in_one_line(tmp_path: Path, text, words):
     path = tmp_path / "g.toml"
     path.write_text(text)
-    with pytest.raises(WrongGains, match=words) as caught:
+    with pytest.raises(ScenarioError, match=words) as caught:
         read_gains(path)
     assert str(caught.value).startswith(str(path))
     assert "\n" not in str(caught.value)
@@ -176,8 +176,8 @@ def test_what_is_no_gains_file_is_refused_in_one_line(tmp_path: Path, text, word
 def test_what_is_no_json_is_refused_in_one_line(tmp_path: Path, content, words):
     path = tmp_path / "g.json"
     path.write_bytes(content)
-    with pytest.raises(WrongGains, match=words) as caught:
+    with pytest.raises(ScenarioError, match=words) as caught:
         read_gains(path)
     assert "\n" not in str(caught.value)
-    with pytest.raises(WrongGains, match="no such file"):
+    with pytest.raises(ScenarioError, match="no such file"):
         read_gains(tmp_path / "none.json")

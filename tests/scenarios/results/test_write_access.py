@@ -1,7 +1,7 @@
 import pytest
 
 from scenarios.results.write_access import claim
-from scenarios.support.errors import NoFolder, NotOurs, OverInput
+from scenarios.support.errors import ScenarioError
 
 NAMES = ("a.txt", "b.txt")
 
@@ -25,7 +25,7 @@ def test_a_command_writes_again_over_what_it_wrote(tmp_path):
 
 def test_a_file_of_somebody_else_is_left_alone_unless_forced(tmp_path):
     (tmp_path / "b.txt").write_text("mine")
-    with pytest.raises(NotOurs, match=r"b\.txt: rx90 test did not write this file; .* add --force"):
+    with pytest.raises(ScenarioError, match=r"b\.txt: rx90 test did not write this file; .* add --force"):
         held(tmp_path)
     write(tmp_path, "theirs", force=True)
     write(tmp_path, "again")
@@ -34,13 +34,13 @@ def test_a_file_of_somebody_else_is_left_alone_unless_forced(tmp_path):
 def test_a_file_that_was_changed_since_is_left_alone(tmp_path):
     write(tmp_path, "first")
     (tmp_path / "a.txt").write_text("edited")
-    with pytest.raises(NotOurs, match=r"a\.txt: changed since rx90 test wrote it"):
+    with pytest.raises(ScenarioError, match=r"a\.txt: changed since rx90 test wrote it"):
         held(tmp_path)
 
 
 def test_another_command_s_files_are_not_ours_and_its_record_stays(tmp_path):
     write(tmp_path, "first")
-    with pytest.raises(NotOurs, match="rx90 other did not write this file"):
+    with pytest.raises(ScenarioError, match="rx90 other did not write this file"):
         held(tmp_path, command="rx90 other")
     with claim(tmp_path, ["c.txt"], command="rx90 other", force=False, reads=()).writing():
         (tmp_path / "c.txt").write_text("other")
@@ -62,7 +62,7 @@ def test_what_was_written_before_a_stop_is_still_ours(tmp_path):
 def test_a_record_that_is_none_records_nothing(tmp_path, text):
     (tmp_path / ".rx90.json").write_text(text)
     (tmp_path / "a.txt").write_text("mine")
-    with pytest.raises(NotOurs, match="did not write"):
+    with pytest.raises(ScenarioError, match="did not write"):
         held(tmp_path)
 
 
@@ -81,7 +81,7 @@ def test_a_folder_that_is_a_file_is_refused(tmp_path):
 def test_a_folder_that_cannot_be_made_is_named_with_the_reason(tmp_path):
     ours = held(tmp_path / "above" / "new")
     (tmp_path / "above").write_text("")  # made by another in the meantime
-    with pytest.raises(NoFolder, match=r"^cannot create .*new: Not a directory$"), ours.writing():
+    with pytest.raises(ScenarioError, match=r"^cannot create .*new: Not a directory$"), ours.writing():
         raise AssertionError("nothing is written")
 
 
@@ -93,6 +93,6 @@ def test_a_file_that_is_read_is_never_written_over(tmp_path, way, force):
     linked = tmp_path / "linked.txt"
     linked.hardlink_to(tmp_path / "b.txt")
     read = {"itself": tmp_path / "b.txt", "another path": tmp_path / "below" / ".." / "b.txt", "a hard link": linked}
-    with pytest.raises(OverInput, match=r"b\.txt: rx90 test reads this file"):
+    with pytest.raises(ScenarioError, match=r"b\.txt: rx90 test reads this file"):
         held(tmp_path, force=force, reads=[tmp_path / "none.txt", read[way]])
     held(tmp_path, reads=[tmp_path / ("n" * 300), tmp_path / "below"])

@@ -20,7 +20,7 @@ from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import carry_out
 from scenarios.experiments.workers.dask import _Cores, dask_workers
 from scenarios.experiments.workers.execute import GivenUp, completed
-from scenarios.support.errors import SchedulerGone, SchedulerSilent
+from scenarios.support.errors import StudyError
 
 START = "import sys; from dask.__main__ import main; sys.argv[0] = 'dask'; main()"
 
@@ -97,7 +97,7 @@ def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_
             assert command.poll() is None
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGKILL)
-        with pytest.raises(SchedulerGone, match="the scheduler that hands out the work is gone"):
+        with pytest.raises(StudyError, match="the scheduler has exited"):
             dict(found)
         _, errors = command.communicate(timeout=120.0)
     assert command.returncode == 2
@@ -107,7 +107,7 @@ def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_
 
 def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
     with (
-        pytest.raises(SchedulerSilent, match=r"scheduler\.json: no such scheduler file"),
+        pytest.raises(StudyError, match=r"scheduler\.json: no such scheduler file"),
         dask_workers(str(tmp_path / "scheduler.json")),
     ):
         pass
@@ -117,13 +117,13 @@ def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):
 def test_a_scheduler_file_without_an_address_is_refused(text, tmp_path, monkeypatch):
     monkeypatch.setattr("scenarios.experiments.workers.dask.WRITTEN_WITHIN", 0.05)
     (tmp_path / "s.json").write_text(text)
-    with pytest.raises(SchedulerSilent, match=r"s\.json: no scheduler file"), dask_workers(str(tmp_path / "s.json")):
+    with pytest.raises(StudyError, match=r"s\.json: no scheduler file"), dask_workers(str(tmp_path / "s.json")):
         pass
 
 
 @pytest.mark.parametrize("address", ["tls://127.0.0.1:1", "foo://127.0.0.1:1", "nonsense", "tcp://127.0.0.1"])
 def test_an_address_that_cannot_be_one_is_refused(address):
-    with pytest.raises(SchedulerSilent, match=f"no Dask scheduler answers at {address}: .*"), dask_workers(address):
+    with pytest.raises(StudyError, match=f"no Dask scheduler answers at {address}: .*"), dask_workers(address):
         pass
 
 
@@ -151,7 +151,7 @@ def test_a_scheduler_that_is_not_there_is_waited_for_as_long_as_stated(monkeypat
         nobody.bind(("127.0.0.1", 0))  # a port of its own that no one listens at
         address = f"tcp://127.0.0.1:{nobody.getsockname()[1]}"
         began = time.monotonic()
-        with pytest.raises(SchedulerSilent, match=f"no Dask scheduler answers at {address}"), dask_workers(address):
+        with pytest.raises(StudyError, match=f"no Dask scheduler answers at {address}"), dask_workers(address):
             pass
     assert time.monotonic() - began < 20.0  # unless told, Dask waits for 30 s
 
@@ -175,7 +175,7 @@ def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(monkeypat
     assert [cores.count(), cores.count()] == [29, 29]
     assert asked == [100.0, 101.1]
     now[0] = 106.0
-    with pytest.raises(SchedulerGone):
+    with pytest.raises(StudyError, match="the scheduler has exited"):
         cores.count()
 
 

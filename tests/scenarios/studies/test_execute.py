@@ -16,7 +16,7 @@ from scenarios.experiments.workers.choice import add_worker_options, open_worker
 from scenarios.experiments.workers.execute import GivenUp, completed
 from scenarios.experiments.workers.kinds import Workers
 from scenarios.experiments.workers.processes import local_processes
-from scenarios.support.errors import UnfitWorker, WorkersLost
+from scenarios.support.errors import StudyError
 
 
 def threads(count: int) -> Workers:
@@ -60,12 +60,12 @@ def test_whatever_a_task_fails_of_is_its_reason():
 
 
 def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
-    with pytest.raises(UnfitWorker, match="another version"):
+    with pytest.raises(StudyError, match="another version"):
         results(threads(2), refuse, range(4))
 
 
 def test_workers_that_never_bring_anything_back_end_it():
-    with pytest.raises(WorkersLost, match="of the first 3 chunks of trials none returned: its worker failed: Value"):
+    with pytest.raises(StudyError, match="of the first 3 chunks of trials none returned: its worker failed: Value"):
         results(threads(1), fail, range(100))
 
 

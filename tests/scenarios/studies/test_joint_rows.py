@@ -12,7 +12,7 @@ from scenarios.experiments.studies.joint_rows import COLUMNS, rows_in, study_row
 from scenarios.experiments.studies.parts import LOST, WHOLE, Part
 from scenarios.experiments.studies.statistics import joint_statistics
 from scenarios.experiments.trials import CONTRACT
-from scenarios.support.errors import DamagedFolder
+from scenarios.support.errors import StudyError
 
 WANTED = 0.7
 KEPT = ["true", "claimed", "rel_error"]
@@ -134,7 +134,7 @@ def test_a_part_that_is_damaged_inside_is_refused_by_name(tmp_path):
         path = folder.trials / "00000000-00000001.parquet"
         content = path.read_bytes()
         path.write_bytes(content[:4] + bytes(400) + content[404:])
-        with pytest.raises(DamagedFolder, match=r"00000000-00000001\.parquet: is damaged, move it away: "):
+        with pytest.raises(StudyError, match=r"00000000-00000001\.parquet: is damaged, move it away: "):
             rows_in(folder)
 
 

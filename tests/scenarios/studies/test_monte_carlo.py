@@ -25,7 +25,7 @@ from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import carry_out
 from scenarios.experiments.workers import tasks
 from scenarios.experiments.workers.kinds import Workers
-from scenarios.support.errors import OtherStudy, StudyTooLarge, UnfitWorker
+from scenarios.support.errors import StudyError
 
 CONTRACT = [
     "trial",
@@ -177,7 +177,7 @@ def test_a_trial_without_memory_is_tried_again_and_one_too_heavy_for_its_drives_
     ],
 )
 def test_more_trials_than_a_study_can_have_are_refused(count, seed, message):
-    with pytest.raises(StudyTooLarge, match=message):
+    with pytest.raises(StudyError, match=message):
         monte_carlo(load_scenario("nominal"), count, seed)
 
 
@@ -190,7 +190,7 @@ def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkey
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
     monkeypatch.setattr(tasks, "versions", lambda: {"mujoco": "4.0"})
     monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
-    with pytest.raises(UnfitWorker, match=r"a worker has mujoco 4\.0, the study was begun with 3\.0"):
+    with pytest.raises(StudyError, match=r"a worker has mujoco 4\.0, the study was begun with 3\.0"):
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
 
 
@@ -293,7 +293,7 @@ def test_a_changed_motion_is_another_study(tmp_path):
         (tmp_path / "short.toml").write_text((tmp_path / "short.toml").read_text() + text)
         study = monte_carlo(load_scenario(str(path)), 1, seed=0)
         if text:
-            with pytest.raises(OtherStudy, match=r"another study: scenario\.motions\.short\.toml is"):
+            with pytest.raises(StudyError, match=r"another study: scenario\.motions\.short\.toml is"):
                 carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)
         else:
             carry_out(study, tmp_path / "out", threads(1), command="", console=QUIET)

@@ -17,7 +17,7 @@ from scenarios.experiments.studies.keeping import Unfinished
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.parts import BLOCK, LOST, WHOLE, Part, block_of
 from scenarios.experiments.workers.kinds import Workers
-from scenarios.support.errors import ForeignFolder
+from scenarios.support.errors import StudyError
 
 IDENTITY = {"study": "monte-carlo"}
 SIZE = 384
@@ -126,7 +126,7 @@ def test_a_merge_that_a_crash_cuts_off_never_shows_a_row_twice_and_loses_none(tm
 def test_a_strange_hidden_table_beside_the_parts_is_refused(tmp_path):
     with opened(tmp_path):
         (tmp_path / ".notes.parquet").write_bytes(b"x")
-    with pytest.raises(ForeignFolder, match=r"\.notes\.parquet: no part of a study; move it away"), opened(tmp_path):
+    with pytest.raises(StudyError, match=r"\.notes\.parquet: no part of a study; move it away"), opened(tmp_path):
         pass
 
 

@@ -15,7 +15,7 @@ from scenarios.experiments.studies.sources import settings_with, sources_of
 from scenarios.experiments.studies.study import study_identity
 from scenarios.reports.content import Paragraph
 from scenarios.reports.sensitivity import sensitivity_report
-from scenarios.support.errors import NoDesign, NoSources
+from scenarios.support.errors import StudyError
 
 
 def two_sources(folder: Path) -> Scenario:
@@ -80,14 +80,14 @@ def test_the_design_is_each_source_alone_then_saltelli_s_matrices(tmp_path):
 
 @pytest.mark.parametrize("number", [0, 1, 3, 12, 2**17, 2**40])
 def test_numbers_that_are_no_power_of_two_are_refused(number):
-    with pytest.raises(NoDesign, match=f"samples = {number}: expected a power of 2"):
+    with pytest.raises(StudyError, match=f"samples = {number}: expected a power of 2"):
         sensitivity(load_scenario("nominal"), repeats=4, samples=number, seed=0)
 
 
 def test_a_scenario_without_sources_is_refused(tmp_path):
     plain = two_sources(tmp_path)
     bare = Scenario(plain.name, plain.folder, plain.table.model_copy(update={"sources": {}}))
-    with pytest.raises(NoSources, match="declares no error sources"):
+    with pytest.raises(StudyError, match="declares no error sources"):
         sensitivity(bare, repeats=4, samples=4, seed=0)
 
 

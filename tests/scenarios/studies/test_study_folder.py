@@ -10,7 +10,7 @@ import pytest
 
 from scenarios.experiments.studies.folder import _refuse_other, study_folder
 from scenarios.experiments.studies.parts import LOST, WHOLE, Part
-from scenarios.support.errors import DamagedFolder, FolderInUse, ForeignFolder, OtherStudy
+from scenarios.support.errors import StudyError
 
 IDENTITY = {"study": "monte-carlo", "scenario": {"name": "x", "table": {"plant": {"gain": [1.0, 2.0]}}}, "seed": 0}
 
@@ -88,20 +88,20 @@ def test_the_folder_of_another_study_is_refused_with_the_difference(tmp_path):
     other = json.loads(json.dumps(IDENTITY))
     other["scenario"]["table"]["plant"]["gain"] = [1.0, 3.0]
     with (
-        pytest.raises(OtherStudy, match=r"another study: scenario\.table\.plant\.gain is \[1\.0, 2\.0\] there and \[1"),
+        pytest.raises(StudyError, match=r"another study: scenario\.table\.plant\.gain is \[1\.0, 2\.0\] there and \[1"),
         opened(tmp_path, other),
     ):
         pass
     record = json.loads((tmp_path / "study.json").read_text())
     record["versions"]["mujoco"] = "3.0"
     (tmp_path / "study.json").write_text(json.dumps(record))
-    with pytest.raises(OtherStudy, match=r'versions\.mujoco is "3\.0" there'), opened(tmp_path):
+    with pytest.raises(StudyError, match=r'versions\.mujoco is "3\.0" there'), opened(tmp_path):
         pass
 
 
 def test_a_folder_that_is_no_study_is_refused_and_left_alone(tmp_path):
     (tmp_path / "thesis.tex").write_text("x")
-    with pytest.raises(ForeignFolder, match=r"holds 'thesis\.tex' but no study\.json"), opened(tmp_path):
+    with pytest.raises(StudyError, match=r"holds 'thesis\.tex' but no study\.json"), opened(tmp_path):
         pass
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
@@ -109,7 +109,7 @@ def test_a_folder_that_is_no_study_is_refused_and_left_alone(tmp_path):
 @pytest.mark.parametrize("text", ["", "[]", "{", '{"trials": "many"}'])
 def test_a_damaged_record_is_refused(tmp_path, text):
     (tmp_path / "study.json").write_text(text)
-    with pytest.raises(DamagedFolder, match=r"study\.json: not the record of a study"), opened(tmp_path):
+    with pytest.raises(StudyError, match=r"study\.json: not the record of a study"), opened(tmp_path):
         pass
 
 
@@ -117,11 +117,11 @@ def test_strange_or_damaged_parts_are_refused(tmp_path):
     with opened(tmp_path) as folder:
         for name in ("notes.parquet", "notes.txt"):
             (folder.trials / name).write_bytes(b"x")
-            with pytest.raises(ForeignFolder, match=rf"{name}: no part of a study; move it away"):
+            with pytest.raises(StudyError, match=rf"{name}: no part of a study; move it away"):
                 folder.parts()
             (folder.trials / name).unlink()
         folder.write_part(whole(0, 2), part(0, 2).slice(0, 5))
-        with pytest.raises(DamagedFolder, match="5 rows, not those of trials 0 to 2"):
+        with pytest.raises(StudyError, match="5 rows, not those of trials 0 to 2"):
             folder.parts()
 
 
@@ -131,16 +131,16 @@ def test_a_part_under_another_name_or_twice_is_refused(tmp_path):
         good = folder.trials / "00000000-00000003.parquet"
         for name in ("00000004-00000007.parquet", "0-3.parquet", "00000000-00000003.copy.parquet", "00000000-00000003"):
             (folder.trials / name).write_bytes(good.read_bytes())
-            with pytest.raises(DamagedFolder, match=rf"{name}: holds trials 0 to 3; move it away"):
+            with pytest.raises(StudyError, match=rf"{name}: holds trials 0 to 3; move it away"):
                 folder.missing(10)
             (folder.trials / name).unlink()
         folder.write_part(whole(3, 4), part(3, 4))
-        with pytest.raises(DamagedFolder, match=r"00000003-00000004\.parquet: its trials are in 0"):
+        with pytest.raises(StudyError, match=r"00000003-00000004\.parquet: its trials are in 0"):
             folder.missing(10)
 
 
 def test_one_study_is_open_in_one_place_at_a_time(tmp_path):
-    with opened(tmp_path), pytest.raises(FolderInUse, match="another process is at work"), opened(tmp_path):
+    with opened(tmp_path), pytest.raises(StudyError, match="another process is at work"), opened(tmp_path):
         pass
 
 
@@ -177,5 +177,5 @@ def test_a_full_disk_is_one_line_and_the_finished_parts_stay(tmp_path):
 @pytest.mark.parametrize(("there", "here"), [({"gain": 0.9}, None), (None, {"gain": 0.9}), ({"gain": 0.9}, 2.5)])
 def test_a_table_that_another_study_has_no_table_for_is_a_difference_like_any_other(tmp_path, there, here):
     words = [re.escape("absent" if x is None else json.dumps(x)) for x in (there, here)]
-    with pytest.raises(OtherStudy, match=rf"another study: table\.plant is {words[0]} there and {words[1]} here"):
+    with pytest.raises(StudyError, match=rf"another study: table\.plant is {words[0]} there and {words[1]} here"):
         _refuse_other(tmp_path, {"table": {"plant": there}}, {"table": {"plant": here}})

@@ -23,7 +23,7 @@ from scenarios.reports.pages.monte_carlo import _refused, _worst, coverage_plot,
 from scenarios.reports.pages.sensitivity import cost_plot
 from scenarios.reports.pages.sensitivity import share_plot as source_shares
 from scenarios.reports.plot import Plot
-from scenarios.support.errors import NoGains
+from scenarios.support.errors import StudyError
 
 
 def trial_rows(z: np.ndarray, *, joint: int = 4, tolerance: float = 0.02) -> JointRows:
@@ -191,5 +191,5 @@ def test_the_page_of_a_budget_begins_with_its_verdict_and_has_ten_sources_a_join
     assert {plot.series[0].y for plot in plots[1:]} == {tuple(f"source {k}" for k in range(11, 1, -1))}
     silent = [budget_of(joint, []) for joint in range(1, 6)]
     monkeypatch.setattr(study_budget_module, "budgets", lambda *_: silent)
-    with pytest.raises(NoGains, match="no trial gave a gain of joint 1, 2, 3, 4, 5;"):
+    with pytest.raises(StudyError, match="no trial gave a gain of joint 1, 2, 3, 4, 5;"):
         sensitivity.page(tmp_path)

@@ -57,7 +57,14 @@ MODULES = {
         "Errors": ("errors",),
     },
     "scenarios": {
-        "Run": ("experiments.run", "experiments.judge", "assertions", "experiments.build", "experiments.trials"),
+        "Run": (
+            "experiments.run",
+            "experiments.judge",
+            "assertions",
+            "experiments.build",
+            "experiments.trials",
+            "experiments.loaded_scenario",
+        ),
         "Read and change scenarios": (
             "experiments.files.loading",
             "experiments.files.schema",
@@ -65,6 +72,7 @@ MODULES = {
             "experiments.files.gains",
         ),
         "Studies": (
+            "experiments.studies.study",
             "experiments.studies.monte_carlo",
             "experiments.studies.sensitivity",
             "experiments.studies.statistics",

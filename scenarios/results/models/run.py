@@ -122,14 +122,14 @@ class Result(DiagnosedResult):
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
         """What a run found, beside the truth."""
-        bodies = list(run.bench.true_payloads.values())
+        bodies = list(run.setup.true_payloads.values())
         true = {}  # of several, a name does not say whose it is
         if len(bodies) == 1:
             values = standard_parameters(bodies[0].mass, bodies[0].com, bodies[0].inertia).tolist()
             true = dict(zip(map(str, INERTIAL), values, strict=True))
         judged = enumerate(zip(run.estimate.joints, run.verdict.gains, strict=True), 1)
         return cls(
-            scenario=run.bench.scenario.name,
+            scenario=run.setup.scenario.name,
             seed=run.seed,
             passed=run.verdict.passed,
             gains=[ResultGain.of(number, *each) for number, each in judged],

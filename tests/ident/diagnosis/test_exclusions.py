@@ -158,9 +158,9 @@ def test_what_is_bounded_is_not_said_to_be_untold(seen):
     lengths = [each for each in seen.gross if each.alternative.family == "lengths"]
     assert lengths
     kept = replace(seen, gross=tuple(replace(each, gain=0.0 * each.gain) for each in lengths))
-    assert not any(each.startswith("whether") for each in indistinguishable(kept))
+    assert not any(each.startswith("whether") for each in untold(kept))
     open_ones = [each for each in seen.directions if each.family != "lengths"]
-    assert any(each.startswith("whether") for each in indistinguishable(replace(kept, directions=tuple(open_ones))))
+    assert any(each.startswith("whether") for each in untold(replace(kept, directions=tuple(open_ones))))
 
 
 def test_readings_are_excluded_where_they_lose_surely_and_told_where_they_do_not(seen):

@@ -78,7 +78,7 @@ LOADED = (0.06, 0.09, 0.05)
         (Truth(cbrt=(0.0, 12.0, 0.0)), {"cbrt": "on joint 2"}),
         (Truth(by_direction=(0.0, 0.0, 1.5)), {"by-direction": "on joint 3"}),
         (Truth(load_motor=LOADED), {}),
-        (Truth(compliance=(2e-4, 1.5e-4, 2e-4)), {"yields": "yield"}),
+        (Truth(compliance=(2e-4, 1.5e-4, 2e-4)), {"yields": "elasticity detected and modelled"}),
     ],
     ids=["nothing", "cbrt", "by-direction", "load-motor", "compliance"],
 )

@@ -139,7 +139,7 @@ def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed)
     report = payload_report(designed)
     words = " ".join(part.text for part in report.parts if hasattr(part, "text"))
     assert "Joint 6 before: of 12.7 N m rms the payload's part is 0.13, its centre lying 0.0 mm beside" in words
-    assert "shows every joint" in words
+    assert "identifies every joint" in words
     found = json.loads(json.dumps(report.document))
     assert [joint["shown"] for joint in found["before"]["joints"]] == [True] * 5 + [False]
     assert [joint["shown"] for joint in found["after"]["joints"]] == [True] * 6

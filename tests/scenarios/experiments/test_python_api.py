@@ -67,14 +67,14 @@ def test_the_arrays_of_an_identification_are_its_gains(quick):
             assert r.gain[j] == joint.value
             shares = (r.residual_std[j], r.payload_std[j], r.model_std[j])
             np.testing.assert_allclose(r.std[j], np.linalg.norm(shares), rtol=1e-12)
-            assert r.residual_std[j] == joint.residual_std < r.std[j]
+            assert (r.std[j], r.residual_std[j]) == (joint.std, joint.residual_std)
             assert abs(r.gain[j] / s.truth.gain[j] - 1.0) < 0.2
     for each in (r.gain, r.std, r.residual_std, r.payload_std, r.model_std):
         assert np.isfinite(each.data).all()  # no NaN hides behind the mask
 
 
 def test_a_seed_gives_the_same_logs_and_gains_whatever_is_called(quick):
-    seed = 7
+    seed = 8
     s, run = quick.simulate(seed), quick.run(seed)
     for one, other in zip(s.recordings, run.recordings, strict=True):
         np.testing.assert_array_equal(one.v, other.v)
@@ -82,7 +82,7 @@ def test_a_seed_gives_the_same_logs_and_gains_whatever_is_called(quick):
     assert not np.array_equal(s.truth.gain, quick.setup.true_gain)  # drawn
     trials = quick.monte_carlo(3, seed=6).to_frame()
     own = trials[trials["seed"] == seed]
-    assert own["trial"].tolist() == [1] * 6
+    assert own["trial"].tolist() == [2] * 6
     estimates = [None if np.isnan(each) else each for each in own["estimate"]]
     assert estimates == [gain.estimate for gain in run.verdict.gains]
 

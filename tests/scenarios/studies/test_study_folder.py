@@ -169,7 +169,7 @@ def test_a_full_disk_is_one_line_and_the_finished_parts_stay(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path), str(__file__).rpartition("/")[0]], capture_output=True, text=True
     )
-    assert "00000001-00000001.parquet: cannot be written: File too large; what is finished is kept" in done.stderr
+    assert "00000001-00000001.parquet: cannot be written: File too large; finished trials are kept" in done.stderr
     assert [path.name for path in (tmp_path / "trials").iterdir()] == ["00000000-00000000.parquet"]
     assert not (tmp_path / ".unfinished").exists()
 

@@ -84,6 +84,8 @@ MODULES = {
             "reports.content",
             "reports.renderers",
             "experiments.workers.kinds",
+            "experiments.workers.processes",
+            "experiments.workers.dask",
             "benchmark.methods.method",
         ),
         "Errors": ("support.errors",),

@@ -81,7 +81,7 @@ def test_what_would_show_a_joint_follows_from_what_its_gain_was_refused_for():
     assert "with 1.05 times the torque" in said[3]
     assert "or record 1.1 times as many rows" in said[3]
     assert "not refused for its standard deviation" in said[4]  # as large as is allowed
-    assert "puts 10 times the torque" in said[5]
+    assert "with 10 times the torque" in said[5]
 
 
 def rows_of(residual: np.ndarray, **more) -> FitRows:

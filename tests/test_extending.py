@@ -155,6 +155,17 @@ def test_a_check_finds_what_it_looks_for_and_nothing_else(followed):
     assert re.search(r"^WARNING: the log begins while q\d.* moves\. Start the log", followed.said("late"), re.MULTILINE)
 
 
+def test_a_field_of_a_gain_is_in_the_table_and_in_the_json_of_its_result(followed):
+    gains = json.loads(followed.said("field of a result", 1))["gains"]
+    assert {gain["significance"] is None for gain in gains} == {True, False}
+    for gain in gains:
+        if gain["estimate"] is not None:
+            np.testing.assert_allclose(gain["significance"], abs(gain["estimate"]) / gain["std"], rtol=1e-12)
+    head, _, first = followed.said("field of a result").splitlines()[1:4]
+    assert "over std" in head
+    assert f"{gains[0]['significance']:.0f}" in first.split()
+
+
 def estimates(result: str) -> list[float | None]:
     return [gain["estimate"] for gain in json.loads(result)["gains"]]
 
@@ -180,7 +191,7 @@ def test_there_is_a_recipe_for_every_kind_at_the_cost_of_two_files():
         "sensor",
     )
     costs = dict.fromkeys(kinds, 2)
-    costs |= {"robot": 0, "report renderer": 2, "executor": 2, "kind of method": 2, "command": 2}
+    costs |= {"field of a result": 3, "robot": 0, "report renderer": 2, "executor": 2, "kind of method": 2, "command": 2}
     assert {name: recipe.cost for name, recipe in RECIPES.items()} == costs
 
 

@@ -93,7 +93,7 @@ verify: .venv/ready  # ten minutes
 	$(BIN)/python docs/verify.py out/verify
 
 schemas: .venv/ready  # of scenario, payload and result files, into the package
-	$(BIN)/python -m scenarios.json_schemas.write
+	$(BIN)/python -m scenarios.json_schemas
 
 messages: .venv/ready  # every text that a user can meet, into tests/messages.txt
 	$(BIN)/python tests/helpers/messages.py

@@ -191,7 +191,14 @@ def test_there_is_a_recipe_for_every_kind_at_the_cost_of_two_files():
         "sensor",
     )
     costs = dict.fromkeys(kinds, 2)
-    costs |= {"field of a result": 3, "robot": 0, "report renderer": 2, "executor": 2, "kind of method": 2, "command": 2}
+    costs |= {
+        "field of a result": 3,
+        "robot": 0,
+        "report renderer": 2,
+        "executor": 2,
+        "kind of method": 2,
+        "command": 2,
+    }
     assert {name: recipe.cost for name, recipe in RECIPES.items()} == costs
 
 

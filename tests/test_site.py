@@ -13,7 +13,7 @@ import pytest
 from places import ROOT
 
 from scenarios.commands import COMMANDS
-from scenarios.json_schemas.write import schemas
+from scenarios.json_schemas import schemas
 
 SITE = ROOT / "docs" / "site"
 MATHML = "{http://www.w3.org/1998/Math/MathML}"

@@ -39,7 +39,6 @@ MODULES = {
             "estimation.identifiability",
             "estimation.joint_by_joint.joint_fit",
             "estimation.uncertainty",
-            "estimation.prediction",
         ),
         "Mathematics": (
             "model.regressor",

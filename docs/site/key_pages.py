@@ -5,7 +5,7 @@ import re
 from typing import Any
 
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.json_schemas.write import schemas
+from scenarios.json_schemas import schemas
 
 Schema = dict[str, Any]
 UNIT = re.compile(r" ?(?<!`)\[([^\]`]+)\]")

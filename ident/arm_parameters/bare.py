@@ -19,9 +19,9 @@ from ident.estimation.all_joints.solution import GivenGain, setting
 from ident.estimation.all_joints.start import friction_z
 from ident.estimation.estimators.nls import AllJointsOptions, chosen_model
 from ident.estimation.fixed_gains import held
+from ident.estimation.identifiability import ratio_refusal
 from ident.estimation.known_gains import KnownGains
 from ident.estimation.problem import Problem
-from ident.estimation.refusal import ratio_refusal
 from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.support.arrays import Array, Mask
 from ident.support.errors import NotIdentifiable

@@ -10,10 +10,10 @@ from ident.estimation.estimate import (
     JointResult,
     RefusedGain,
 )
-from ident.estimation.prediction import predicted_rel_std
 from ident.estimation.problem import Problem
-from ident.estimation.refusal import refusal
+from ident.estimation.rows import Rows
 from ident.estimation.uncertainty import UNCERTAINTIES
+from ident.support.arrays import Array
 
 
 def judge_identifiability(
@@ -52,3 +52,59 @@ def judge_identifiability(
         options=options,
         payload=payload,
     )
+
+
+def predicted_rel_std(rows: Rows, influence: Array, inverse: Array, covariance: Array, noise_floor: float) -> Array:
+    """Relative standard deviations of gains to expect of data like these.
+
+    Args:
+        rows: Rows that the gains were found from.
+        influence: Derivative of each 1/g by each row's current, shape (k, r).
+        inverse: 1/g, shape (k,).
+        covariance: Of 1/g from the residuals, shape (k, k).
+        noise_floor: Residual that any real drive has, as a share of the joint's rms current.
+
+    Returns:
+        Shape (k,).
+    """
+    floor = np.empty(len(rows.V))
+    for joint in rows.unknowns:
+        floor[rows.of(joint)] = noise_floor * rows.rms_current(joint)
+    least = np.linalg.norm(influence * floor, axis=1)
+    return np.maximum(np.sqrt(np.diag(covariance)), least) / np.abs(inverse)  # std(g) / g = std(1/g) / (1/g)
+
+
+def refusal(predicted_rel_std: float, load_rms: float, max_rel_std: float, unit: str) -> str | None:
+    """Why a gain is refused, None if it is not.
+
+    Args:
+        predicted_rel_std: Relative standard deviation to expect.
+        load_rms: Root mean square of the payload's torque or force on the joint.
+        max_rel_std: Largest one that is allowed.
+        unit: Of `load_rms`.
+    """
+    if predicted_rel_std <= max_rel_std:
+        return None
+    load = (
+        f"the payload puts {load_rms:.3g} {unit} rms on this joint" if load_rms > 0.0 else "no payload loads this joint"
+    )
+    most = _percent(max_rel_std)
+    return f"predicted standard deviation {_percent(predicted_rel_std)} of the gain exceeds {most}; {load}"
+
+
+def ratio_refusal(rel_std: float, max_rel_std: float, reference: int) -> str | None:
+    """Why the ratio of a gain to that of another joint is refused, None if it is not.
+
+    Args:
+        rel_std: Relative standard deviation of the ratio, inf where nothing ties the two.
+        max_rel_std: Largest one that is allowed.
+        reference: The other joint, from 0.
+    """
+    if rel_std <= max_rel_std:
+        return None
+    tied = f"these motions hardly excite the links that it shares with joint {reference + 1}"
+    return f"standard deviation {_percent(rel_std)} of the ratio exceeds {_percent(max_rel_std)}; {tied}"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.3g} %"

@@ -131,7 +131,7 @@ DRIVER = """
 import contextlib, io, json, os, runpy, sys, traceback
 import pytest
 from scenarios.cli import main
-from scenarios.json_schemas.write import write_schemas
+from scenarios.json_schemas import write_schemas
 write_schemas()
 outcomes = []
 for words in json.loads(sys.argv[1]):

@@ -5,6 +5,7 @@ joints feel tie the gains of these joints together, so that a joint that the kno
 through its neighbours.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
@@ -12,10 +13,11 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.estimation.all_joints.body import BODIES
-from ident.estimation.all_joints.fixed_terms import fit_as_named
+from ident.estimation.all_joints.friction import Term
 from ident.estimation.all_joints.loss import LOSSES, Tame, drawn_in, settled
 from ident.estimation.all_joints.selection import Selected, selected
-from ident.estimation.all_joints.solution import GivenGain, Setting, setting, solution
+from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting, solution
+from ident.estimation.all_joints.terms import LOAD_FORMS, SPEED_TERMS, speed_terms, torque_terms
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
@@ -145,3 +147,31 @@ def _given(options: AllJointsOptions, n: int) -> tuple[GivenGain, ...]:
     if not 1 <= options.gain_joint <= n:
         raise OptionError(f"gain_joint = {options.gain_joint}: the arm has joints 1 to {n}")
     return (GivenGain(options.gain_joint - 1, options.gain_value),)
+
+
+PASSES = 2
+"""Fits after the first one, where columns follow from torques that a fit must give."""
+
+
+def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) -> Fitted:
+    """Fit a model of which every joint has the same terms; nothing is believed of their coefficients beforehand.
+
+    Args:
+        ready: The problem, of recordings where there is a term at all.
+        names: Of `SPEED_TERMS` and `LOAD_FORMS`.
+        compliance: Whether joints yield.
+    """
+    laws, forms = ([name for name in kind if name in names] for kind in (SPEED_TERMS, LOAD_FORMS))
+    speeds = speed_terms(ready.problem, laws)
+    fitted = fit_with(ready, speeds, (), None)
+    if compliance or forms:
+        for _ in range(PASSES):
+            found = torque_terms(
+                ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance, forms=forms
+            )
+            terms = [
+                {**known, **{name: Term(own[name]) for name in forms}}
+                for known, own in zip(speeds, found.own, strict=True)
+            ]
+            fitted = fit_with(ready, terms, found.softened, fitted)
+    return fitted

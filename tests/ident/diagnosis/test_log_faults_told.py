@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from ident.estimation.refusal import refusal
+from ident.estimation.identifiability import refusal
 from ident.payload.files import payload_from_table
 from ident.recordings.files import read_recording
 from ident.recordings.formats.column_words import described

@@ -7,10 +7,9 @@ import pytest
 from exact import GAIN, exact_problem, values
 
 from ident.estimation.all_joints.body import possible
-from ident.estimation.all_joints.fixed_terms import fit_as_named
 from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible, pseudo_inertia
 from ident.estimation.all_joints.solution import setting
-from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains, fit_as_named
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import Problem
 from ident.payload.payload import Payload, standard_parameters

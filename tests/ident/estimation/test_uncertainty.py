@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from ident.estimation.prediction import predicted_rel_std
+from ident.estimation.identifiability import predicted_rel_std
 from ident.estimation.rows import Rows
 from ident.estimation.uncertainty import UNCERTAINTIES
 from ident.numerics.least_squares import least_squares

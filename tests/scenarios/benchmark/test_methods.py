@@ -20,7 +20,7 @@ from scenarios.benchmark.methods.call import Call, call
 from scenarios.benchmark.methods.process import Limits
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.robots import robot
-from scenarios.json_schemas.write import schemas
+from scenarios.json_schemas import schemas
 from scenarios.results.problem_folder import write_problem
 from scenarios.support.errors import MethodError, ScenarioError
 

@@ -5,8 +5,8 @@ import os
 import pytest
 
 from scenarios import __main__ as entry
+from scenarios import json_schemas
 from scenarios.command_line.arguments import LONGEST, quoted
-from scenarios.json_schemas import write as json_schemas
 
 
 def test_a_long_argument_is_cut_where_it_is_repeated_and_a_shorter_one_is_not():

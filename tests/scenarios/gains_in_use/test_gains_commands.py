@@ -10,7 +10,7 @@ from weighed_cell import MODEL, identified, off
 
 from scenarios.cli import main
 from scenarios.experiments.files.gains import read_gains
-from scenarios.json_schemas.write import schemas
+from scenarios.json_schemas import schemas
 
 
 def test_gains_of_a_joint_that_turns_and_of_one_that_slides_are_not_compared(weighed_cell, capsys):

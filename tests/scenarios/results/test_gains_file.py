@@ -19,7 +19,7 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from scenarios.experiments.files.gains import SLIDING, TURNING, read_gains
-from scenarios.json_schemas.write import schemas
+from scenarios.json_schemas import schemas
 from scenarios.results.gains_file import Origin, gains_file, gains_text, recording_digest
 from scenarios.support.errors import ScenarioError
 

@@ -19,8 +19,7 @@ from scenarios.experiments.files.motions import MOTIONS, write_motion
 from scenarios.experiments.files.schema_line import ENDING, FOLDER
 from scenarios.experiments.files.tables import CATALOG
 from scenarios.experiments.robots import ROBOTS
-from scenarios.json_schemas.results import RESULTS
-from scenarios.json_schemas.write import schemas
+from scenarios.json_schemas import RESULTS, schemas
 
 NAMES = ("scenario", "payload", "motion", "answer", "problem", "robot", "gains", *RESULTS)
 SHIPPED = {name: json.loads((FOLDER / f"{name}{ENDING}").read_text()) for name in NAMES}

@@ -19,7 +19,7 @@ from ident.support.errors import IdentificationError
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import Run, as_identified, run
-from scenarios.json_schemas.write import schemas
+from scenarios.json_schemas import schemas
 from scenarios.results.problem_folder import PROBLEM, is_problem, read_problem, write_problem
 from scenarios.support.errors import ForeignProblem
 

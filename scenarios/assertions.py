@@ -52,7 +52,7 @@ def assert_scenario(
     wanted = loaded.table.tolerance.pass_rate
     if allowed_misses(len(seeds), wanted, false_alarm / len(loaded.table.tolerance.gain)) >= len(seeds):
         seed = "1 seed" if len(seeds) == 1 else f"{len(seeds)} seeds"
-        raise ScenarioError(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; give more")
+        raise ScenarioError(f"{loaded.name}: {seed} cannot contradict a pass rate of {wanted:g}; run more seeds")
     schema = trial_schema(loaded, places_of(loaded.table.random), ())
     trials = [Trial(number=number, seed=seed) for number, seed in enumerate(seeds)]
     batches = [trials[start : start + BATCH] for start in range(0, len(trials), BATCH)]
@@ -80,14 +80,14 @@ def _checked(seeds: Iterable[int]) -> list[int]:
 
 def _complaint(name: str, missed: list[JointRule], rows: "pd.DataFrame") -> str:
     many = "1 joint passes" if len(missed) == 1 else f"{len(missed)} joints pass"
-    lines = [f"scenario {name}: {many} less often than asked for"]
+    lines = [f"scenario {name}: {many} less often than required"]
     for rule in missed:
         failing = rows[(rows["joint"] == rule.joint) & ~rows["passed"]]
         worst = failing.loc[failing["rel_error"].abs().fillna(float("inf")).idxmax()]
         lines.append(
-            f"  joint {rule.joint}: {rule.trials - rule.passed} of {rule.trials} missed, {rule.allowed} allowed "
+            f"  joint {rule.joint}: {rule.trials - rule.passed} of {rule.trials} trials failed, {rule.allowed} allowed "
             f"at a pass rate of {rule.wanted:g}; seed {worst['seed']}: {worst['reason']}"
         )
     rate = detectable_rate(missed[0].trials, missed[0].allowed, POWER)
-    lines.append(f"  ({missed[0].trials} seeds tell a rate below {rate:.2f} in {100 * POWER:g} % of cases)")
+    lines.append(f"  ({missed[0].trials} seeds detect a pass rate below {rate:.2f} in {100 * POWER:g} % of cases)")
     return "\n".join(lines)

@@ -91,7 +91,7 @@ def _command(arguments: list[str]) -> Status:
         parser.error(f"no command {quoted(name)}{advice}")
     unreadable = next((word for word in arguments if not is_text(word)), None)
     if unreadable is not None:
-        parser.error(f"{escaped(unreadable)}: bytes that are no UTF-8; give the file or folder another name")
+        parser.error(f"{escaped(unreadable)}: the name is not UTF-8; rename the file or folder")
     options = parser.parse_args(arguments)
     if name is None:
         parser.error("which command?")

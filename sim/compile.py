@@ -102,7 +102,7 @@ def bare_arm(
         raise ModelFileError(f"robot model {mjcf}: {compiler_reason(error)}") from error
     if model.nv != len(rotor_inertia):
         believed = len(rotor_inertia)
-        raise ModelFileError(f"robot model {mjcf}: {model.nv} joints, but the controller believes in {believed}")
+        raise ModelFileError(f"robot model {mjcf}: {model.nv} joints, but the controller's model has {believed}")
     model.dof_armature[:] = rotor_inertia
     model.dof_damping[:] = model.dof_frictionloss[:] = 0.0
     model.jnt_limited[:] = 0

@@ -79,7 +79,8 @@ class ControllerBelief:
         """
         if len(self.gain) != len(self.rotor_inertia):
             raise ControllerError(
-                f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected one a joint"
+                f"controller: {len(self.gain)} gains and {len(self.rotor_inertia)} rotor inertias; expected "
+                "one per joint"
             )
         if not all(self.gain):
             raise ControllerError(f"controller: gain {list(self.gain)} has a zero; expected nonzero gains")

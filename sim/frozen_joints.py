@@ -12,7 +12,7 @@ from sim.errors import ModelFileError
 
 DROPPED = ("sensors", "keys", "pairs", "excludes", "actuators", "equalities", "tendons", "flexes", "skins")
 """What of a file is no part of a plant; ties and tendons are first looked at."""
-GRIPPER = "remove it, or name the arm's last body as flange if it is a gripper's"
+GRIPPER = "remove it; if it belongs to a gripper, name the arm's last body as flange"
 """What to do about a tie."""
 FREE = mujoco.mjtJoint.mjJNT_FREE
 ONE_AXIS = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
@@ -42,7 +42,7 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
         joint.name = joint.name or f"joint{number}"
         if joint.type not in ONE_AXIS:
             raise ModelFileError(
-                f"joint {joint.name} is free or a ball; an arm on a fixed base has hinges and slides alone"
+                f"joint {joint.name} is free or a ball; expected hinge and slide joints on a fixed base"
             )
         if any(joint.stiffness):
             raise ModelFileError(
@@ -58,10 +58,10 @@ def _refuse_ties(spec: mujoco.MjSpec, flange: str | None) -> None:
         return
     for tie in spec.equalities:
         if tie.active:
-            raise ModelFileError(f"equality {tie.name or tie.name1!r} ties joints; {GRIPPER}")
+            raise ModelFileError(f"equality {tie.name or tie.name1!r} couples joints; {GRIPPER}")
     for tendon in spec.tendons:
         if any(tendon.stiffness) or any(tendon.damping) or tendon.frictionloss:
-            raise ModelFileError(f"tendon {tendon.name!r} pulls at joints; {GRIPPER}")
+            raise ModelFileError(f"tendon {tendon.name!r} acts on joints; {GRIPPER}")
 
 
 def _drop_objects(spec: mujoco.MjSpec, flange: str | None) -> None:

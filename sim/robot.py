@@ -94,7 +94,7 @@ class Robot:
             if len(getattr(self, name)) != self.n:
                 raise RobotError(
                     f"robot {self.name}: {name}: {len(getattr(self, name))} values, but drives.gain has {self.n}; "
-                    "expected one a joint"
+                    "expected one per joint"
                 )
         for coupling in self.couplings:
             pair = (coupling.motor, coupling.turns_with)

@@ -75,7 +75,7 @@ class JointsTable(_Table):
     @model_validator(mode="after")
     def _one_origin_a_value(self) -> "JointsTable":
         if isinstance(self.origin, list) and len(self.origin) != len(self.value):
-            raise ValueError(f"{len(self.origin)} words of origin for {len(self.value)} values")
+            raise ValueError(f"{len(self.origin)} origins for {len(self.value)} values; expected one, or one per value")
         return self
 
     def array(self) -> Array:

@@ -34,7 +34,7 @@ def whole(text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{quoted(text)} is no whole number") from None
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is not a whole number") from None
 
 
 def number(text: str) -> float:
@@ -42,7 +42,7 @@ def number(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{quoted(text)} is no number") from None
+        raise argparse.ArgumentTypeError(f"{quoted(text)} is not a number") from None
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"expected a finite number, got {quoted(text)}")
     return value
@@ -74,7 +74,7 @@ def not_negative(text: str) -> float:
     """A finite number, 0 or more."""
     value = number(text)
     if value < 0.0:
-        raise argparse.ArgumentTypeError("expected a number that is not negative")
+        raise argparse.ArgumentTypeError("expected a number of 0 or more")
     return value
 
 
@@ -133,7 +133,7 @@ def number_from(least: float, most: float, unit: str, why: str) -> Callable[[str
 
 def add_force_argument(parser: argparse.ArgumentParser) -> None:
     """Declare that files of others may be written over."""
-    parser.add_argument("--force", action="store_true", help="write over files that this command did not write")
+    parser.add_argument("--force", action="store_true", help="overwrite files that this command did not write")
 
 
 def add_quiet_argument(parser: argparse.ArgumentParser) -> None:

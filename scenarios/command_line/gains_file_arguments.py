@@ -20,7 +20,7 @@ def gains_path(text: str) -> Path:
     path = arguments.file(text)
     if path.suffix.lower() not in ENDINGS:
         raise argparse.ArgumentTypeError(
-            f"{arguments.quoted(text)}: expected a file that ends with {' or '.join(ENDINGS)}"
+            f"{arguments.quoted(text)}: expected a file name that ends with {' or '.join(ENDINGS)}"
         )
     return path
 

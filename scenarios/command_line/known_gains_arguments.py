@@ -30,7 +30,7 @@ def add_overlay_arguments(parser: argparse.ArgumentParser) -> None:
             action="append",
             default=[],
             metavar="KEY=VALUE",
-            help=f"an option {what}, in place of the one that the gains were found with; repeatable",
+            help=f"an option {what}, instead of the one the gains were identified with; repeatable",
         )
     add_current_delay(parser)
 

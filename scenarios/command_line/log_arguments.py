@@ -26,24 +26,29 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
         "foreign logs",
         (
             "For logs whose columns are not t, q1.., v1.. in seconds, radians and drive units. The quantity "
-            "of v cannot be inferred from its numbers and must be declared: "
+            "of v cannot be inferred from its values; declare it: "
         )
         + "; ".join(f"{name}: {kind.words}" for name, kind in MEANINGS.items())
         + ".",
     )
     add = group.add_argument
-    add("--log-description", type=arguments.file, metavar="FILE", help="what the log is, TOML")
+    add("--log-description", type=arguments.file, metavar="FILE", help="description of the log, TOML")
     add(
         "--columns",
         nargs="+",
         metavar="WORD",
-        help="what its columns are: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]",
+        help="names and units of its columns: t=time[ms] q=pos_{1..6}[deg] v=cur_{1..6}[mA]",
     )
     add("--signal", metavar="KIND", choices=MEANINGS, help="what v is")
-    add("--constant", type=_constants, metavar="K,K,..", help=f"N m/A behind a torque-from-current, or {UNKNOWN}")
+    add(
+        "--constant",
+        type=_constants,
+        metavar="K,K,..",
+        help=f"torque constant [N m/A] of a torque-from-current, or {UNKNOWN}",
+    )
     add("--layout", metavar="L", choices=LAYOUTS, help=f"layout, if not recognised: {', '.join(LAYOUTS)}")
     add("--topic", metavar="T", help="topic of a bag")
-    add("--joints", type=_names, metavar="J,J,..", help="names that the log has for the joints, base to flange")
+    add("--joints", type=_names, metavar="J,J,..", help="the log's names of the joints, base to flange")
 
 
 def log_description(options: argparse.Namespace, joint_names: Sequence[str] | None) -> LogDescription:
@@ -68,7 +73,7 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
     changes = {name: value for name, value in given.items() if value != getattr(nothing, name)}
     for name in changes:
         if getattr(said, name) != getattr(nothing, name):
-            raise ScenarioError(f"{options.log_description} says {name}, and so does the command line; say it once")
+            raise ScenarioError(f"{options.log_description} says {name}, the command line too; state it once")
     said = replace(said, **changes)
     if joint_names is None:
         return said

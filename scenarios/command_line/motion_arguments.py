@@ -13,7 +13,7 @@ UNLOADED, LOADED, PAYLOAD = "--unloaded", "--loaded", "--payload"
 HELP = {
     UNLOADED: ("A", "+", "recordings with a bare flange"),
     LOADED: ("B", "+", "recordings with one payload"),
-    PAYLOAD: ("P", 1, "description of the payload of the --loaded before it, TOML"),
+    PAYLOAD: ("P", 1, "payload of the preceding --loaded, TOML"),
 }
 
 
@@ -61,8 +61,9 @@ def add_motion_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     group = parser.add_argument_group(
         "recordings",
-        "Each --loaded with the --payload behind it is one mounting; all three may be repeated. Motions are taken "
-        "in order of time if all files have absolute time (seconds since 1970), otherwise in the order given here.",
+        "Each --loaded belongs to the --payload after it; all three may be repeated. Motions are sorted by "
+        "time if all files have absolute time (seconds since 1970), otherwise they are taken in the order "
+        "given.",
     )
     for option, (metavar, many, said) in HELP.items():
         group.add_argument(
@@ -95,9 +96,7 @@ def mounted_files(given: Sequence[Given]) -> tuple[MountedFiles, ...]:
     for each in _payload_last(given):
         if each.option == PAYLOAD:
             if waiting is None:
-                raise ScenarioError(
-                    f"{each}: no {LOADED} without a payload comes before it; give one payload to each {LOADED}"
-                )
+                raise ScenarioError(f"{each}: no {LOADED} precedes it; give one payload to each {LOADED}")
             found.append(MountedFiles(waiting.files, each.files[0]))
             waiting = None
             continue
@@ -122,4 +121,4 @@ def _payload_last(given: Sequence[Given]) -> Sequence[Given]:
 
 def _check_described(waiting: Given | None) -> None:
     if waiting is not None:
-        raise ScenarioError(f"{waiting}: no payload is given behind it; describe what was mounted, {PAYLOAD} P.toml")
+        raise ScenarioError(f"{waiting}: no payload follows it; describe what was mounted, {PAYLOAD} P.toml")

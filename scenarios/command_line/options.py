@@ -43,7 +43,7 @@ def add_current_delay(parser: argparse.ArgumentParser) -> None:
     (field,) = (each for each in fields(ObserveOptions) if MEASURED in each.metadata)
     said = _said(field, attribute_docs(ObserveOptions))
     parser.add_argument(
-        flag(field.name), type=type_of(field), metavar="X", help=f"{said} (default: that of the gains file)"
+        flag(field.name), type=type_of(field), metavar="X", help=f"{said} (default: as in the gains file)"
     )
 
 
@@ -53,7 +53,7 @@ def _said(field: "Field[object]", docs: Mapping[str, str]) -> str:
     if NAMES in field.metadata:
         return f"{said}: {', '.join(field.metadata[NAMES])}"
     if MEASURED in field.metadata:
-        return f"{said}; {arguments.AUTO}: {field.metadata[MEASURED]} is measured and undone"
+        return f"{said}; {arguments.AUTO}: {field.metadata[MEASURED]} is estimated and compensated"
     return said
 
 

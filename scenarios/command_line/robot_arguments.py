@@ -18,7 +18,7 @@ def add_model_arguments(parser: argparse.ArgumentParser) -> None:
 def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what a model file does not tell of its arm."""
     add = parser.add_argument
-    add("--flange", metavar="BODY", help="last body of the arm, where the file has more; joints beyond are held")
+    add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
     add(
         "--coupling",
         type=arguments.count,
@@ -26,7 +26,7 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar=("I", "J"),
-        help="motor J turns with the sum of joints I and J, as 5 6 on Staubli wrists",
+        help="motor J turns by the sum of joints I and J, e.g. 5 6 on Staubli wrists",
     )
 
 

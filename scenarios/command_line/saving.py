@@ -27,7 +27,7 @@ def add_save_argument(parser: argparse.ArgumentParser) -> None:
         "--save",
         type=arguments.folder,
         metavar="DIR",
-        help="write recordings, payloads, options and result there, for `rx90 report DIR`",
+        help="folder for recordings, payloads, options and result, for `rx90 report DIR`",
     )
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 FASTEST = 5.0
 """Fastest harmonic [Hz] that the search samples twice a period."""
 HARMONICS = arguments.count_from(2, 100, "2 to be at rest at both ends, at most what a search can handle")
-DURATION = arguments.number_from(5.0, 600.0, "s", "shorter motions hold too few rows, longer ones are not simulated")
+DURATION = arguments.number_from(5.0, 600.0, "s", "a shorter motion has too few rows, a longer one is not simulated")
 EVALUATIONS = arguments.count_from(1, 10**7, "takes half a day")
 FEW = 1000
 """Motions that are tried sooner than processes are started."""
@@ -31,7 +31,7 @@ def add_search_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=arguments.seed, default=0, help="seed of the search (default 0)")
     add("--harmonics", type=HARMONICS, default=20, help="harmonics of the series (default 20)")
     add("--duration", type=DURATION, default=20.0, help="period [s] (default 20)")
-    add("--evaluations", type=EVALUATIONS, default=40000, help="motions to try (default 40000)")
+    add("--evaluations", type=EVALUATIONS, default=40000, help="number of motions to try (default 40000)")
     add("--jobs", type=PROCESSES.checked, metavar=PROCESSES.metavar, help=PROCESSES.help)
 
 
@@ -43,8 +43,8 @@ def check_harmonics(options: argparse.Namespace) -> None:
     """
     if options.harmonics > FASTEST * options.duration:
         raise ScenarioError(
-            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the fastest has "
-            f"{options.harmonics / options.duration:.3g} Hz; a search sees up to {FASTEST:g} Hz"
+            f"--harmonics {options.harmonics} in --duration {options.duration:g}: the fastest is at "
+            f"{options.harmonics / options.duration:.3g} Hz; the search resolves up to {FASTEST:g} Hz"
         )
 
 

@@ -19,13 +19,13 @@ class Status(IntEnum):
 
 MEANINGS = {
     Status.PASSED: "passed",
-    Status.MISSED: "a tolerance was missed, or a check found something wrong",
-    Status.BAD_INPUT: "bad input: one line on stderr says what, where, what to do",
+    Status.MISSED: "a tolerance was exceeded, or a check found a fault",
+    Status.BAD_INPUT: "bad input: a line on stderr states the fault, its place and the remedy",
     Status.UNFORESEEN: "internal error: please report it (RX90_TRACEBACK=1 shows where)",
-    Status.NO_OUTPUT: "standard output is closed, or cannot be written",
+    Status.NO_OUTPUT: "standard output is closed or not writable",
     Status.HUNG_UP: "the terminal was closed (SIGHUP)",
     Status.INTERRUPTED: "Ctrl-C",
-    Status.NOBODY_READS: "the reader of the output has closed it, as in rx90 list | head -1",
-    Status.ENDED: "ended from outside (SIGTERM)",
+    Status.NOBODY_READS: "broken pipe: the reader closed the output, as in rx90 list | head -1",
+    Status.ENDED: "terminated (SIGTERM)",
 }
 """What each means, as `rx90 --help` says it."""

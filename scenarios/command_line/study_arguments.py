@@ -36,7 +36,7 @@ def add_study_arguments(parser: argparse.ArgumentParser) -> None:
         type=arguments.folder,
         required=True,
         metavar="DIR",
-        help="folder of the study; what it already holds is kept",
+        help="folder of the study; finished trials in it are kept",
     )
     parser.add_argument("--seed", type=arguments.seed, default=0, help="seed of the first trial (default 0)")
     add_worker_options(parser)
@@ -76,8 +76,8 @@ def summary_of(folder: Path) -> Generator[None]:
         yield
     except OSError as error:
         raise StudyError(
-            f"{folder}: the summary cannot be written: {error.strerror or error}; the rows are there, make room and "
-            "repeat the command"
+            f"{folder}: the summary cannot be written: {error.strerror or error}; its trials are saved; free "
+            "disk space and repeat the command"
         ) from error
 
 
@@ -93,7 +93,7 @@ def interruptible(command: str) -> Generator[None]:
     try:
         yield
     except KeyboardInterrupt as interrupt:
-        complain(f"stopped; what is finished is kept, go on with: {command}")
+        complain(f"stopped; finished trials are kept; continue with: {command}")
         status = ending(interrupt)
         leave = threading.Timer(PATIENCE, os._exit, [status])  # should Python wait for a pool cut off half-way
         leave.daemon = True

@@ -8,45 +8,45 @@ from scenarios.command_line.status import Status
 
 GROUPS: dict[str, dict[str, str]] = {
     "try it": {
-        "list": "built-in scenarios, a line each",
-        "run": "simulate a scenario, identify its gains, judge them",
+        "list": "list the built-in scenarios",
+        "run": "simulate a scenario, identify its gains, test them",
         "view": "show the motions of a scenario, live or as a picture",
         "paper": "repeat the paper's experiment: tables 2 to 4, figure 3",
     },
     "your robot": {
-        "new-robot": "start with your own arm, from its model file",
-        "excite": "search for a motion that shows a scenario's gains best",
-        "payload": "design a weight that shows every joint's gain",
+        "new-robot": "create a robot and scenario from a model file",
+        "excite": "search for the motion with the least gain uncertainty",
+        "payload": "design a payload that identifies every gain",
     },
     "record": {
-        "recipe": "recording instructions: what to command, mount and log",
-        "trajectory": "a scenario's motion for a controller: CSV, ROS 2, URScript",
-        "convert": "any log to a recording: CSV, UR, ROS 2, Parquet, NumPy",
+        "recipe": "instructions for recording: what to command, mount, log",
+        "trajectory": "export a motion for a controller: CSV, ROS 2, URScript",
+        "convert": "convert a log: CSV, UR, ROS 2, Parquet, NumPy",
         "check": "detect faults of recordings or of the model",
     },
     "identify": {
         "identify": "identify the gains of a robot from recordings",
     },
     "prove": {
-        "verify": "weigh a known mass with the gains, or cross-validate",
-        "compare-gains": "compare two sets of gains: significant changes",
+        "verify": "test gains on a known payload, or cross-validate",
+        "compare-gains": "test two sets of gains for significant changes",
     },
     "use": {
-        "payload-of": "an unknown payload, from its currents and the gains",
-        "torque": "joint torques with intervals, from currents and gains",
-        "patch": "a copy of a URDF or MJCF with what was identified",
+        "payload-of": "estimate an unknown payload from currents and gains",
+        "torque": "estimate joint torques from currents and gains",
+        "patch": "copy a URDF or MJCF with identified values",
     },
     "study": {
         "predict": "error budget to first order: nothing is simulated",
         "sensitivity": "error budget by simulation: effect of each error source",
         "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
-        "compare": "methods side by side on scenarios, yours included",
+        "compare": "compare methods on scenarios, your own included",
     },
     "hand on": {
-        "report": "one page of a result for any browser, whole in one file",
+        "report": "write a saved result as one HTML page",
     },
     "around it": {
-        "schema": "what files and --json hold, as JSON Schema",
+        "schema": "JSON Schemas of files and of --json output",
         "completion": "let the shell complete commands, options and names",
     },
 }

@@ -22,13 +22,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LOG",
         type=arguments.file,
         nargs="+",
-        help="recordings of it: the first bare, or with whatever; each further one may carry something else",
+        help="recordings of the robot; payloads may differ and need not be known",
     )
     add("--loaded", metavar="B", type=arguments.file, nargs="+", default=[], help="recordings with --payload mounted")
     add(
-        "--payload", metavar="P", type=arguments.file, help="the payload one has, TOML: what the motion will show of it"
+        "--payload",
+        metavar="P",
+        type=arguments.file,
+        help="planned payload, TOML: forecasts what the motion will identify with it",
     )
-    add("--all", action="store_true", help="list the good checks too, and how each joint moved")
+    add("--all", action="store_true", help="list all checks, and each joint's motion")
     add_reading_arguments(parser)
     add_log_arguments(parser)
     add_save_argument(parser)

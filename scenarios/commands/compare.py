@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "subjects",
         nargs="*",
         metavar="SCENARIO|FOLDER",
-        help="built-in names or paths of TOML files; or problem folders, whose answers are written down",
+        help="built-in names or paths of TOML files; or problem folders to be answered",
     )
     add(
         "--method",
@@ -45,17 +45,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="an estimator, NAME or NAME,KEY=VALUE,...; package.module:function; or 'exec: COMMAND'; repeatable",
     )
     add("-n", type=arguments.count, dest="trials", metavar="N", help="trials of each scenario")
-    add("--out", type=arguments.folder, metavar="DIR", help="folder of the comparison; what it already holds is kept")
-    add("--seed", type=arguments.seed, help="seed of the first trial (default 0; of --seal, one that nobody knows)")
+    add("--out", type=arguments.folder, metavar="DIR", help="folder of the comparison; finished trials in it are kept")
+    add("--seed", type=arguments.seed, help="seed of the first trial (default 0; with --seal, a random one)")
     add("--time-limit", type=TIME, default=60.0, metavar="S", help="of each call of a method [s] (default 60)")
     add("--memory-limit", type=MEMORY, default=4.0, metavar="GB", help="likewise, on Linux [GB] (default 4)")
     instead = parser.add_mutually_exclusive_group()
-    instead.add_argument("--check", metavar="M", help="ask one method for what any method should keep")
+    instead.add_argument("--check", metavar="M", help="test one method for properties that every method should have")
     instead.add_argument(
-        "--seal", type=arguments.folder, metavar="DIR", help="write trials as problems, their truth apart and sealed"
+        "--seal",
+        type=arguments.folder,
+        metavar="DIR",
+        help="write trials as problems, the true gains apart, with a hash",
     )
     instead.add_argument(
-        "--open", type=arguments.folder, metavar="DIR", help="score files of answers to problems that were sealed there"
+        "--open", type=arguments.folder, metavar="DIR", help="score answer files against the problems sealed there"
     )
     add_worker_options(parser)
     arguments.add_force_argument(parser)
@@ -84,7 +87,7 @@ def main(options: argparse.Namespace) -> Status:
     if not folders:
         return _compared(options, methods, limits)
     if len(folders) < len(options.subjects):
-        raise ScenarioError("scenarios and problem folders together; compare them one after the other")
+        raise ScenarioError("scenarios and problem folders are mixed; compare them separately")
     return _answered(options, folders, methods, limits)
 
 
@@ -150,7 +153,7 @@ def _opened(options: argparse.Namespace) -> Status:
     known = revealed(options.open / SEAL, options.open / TRUTH)
     answers = [row for name in options.subjects for row in read_answers(Path(name))]
     if not answers:
-        raise ScenarioError("the files hold no answer")
+        raise ScenarioError("the files contain no answer")
     methods = list(dict.fromkeys(row.method for row in answers))
     found = [
         ComparedScenario(

@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "first", type=gains_file_arguments.gains_path, metavar="A", help="gains, as identify --gains-out writes"
     )
     parser.add_argument(
-        "second", type=gains_file_arguments.gains_path, metavar="B", help="gains of a later date, or another robot"
+        "second", type=gains_file_arguments.gains_path, metavar="B", help="gains identified later, or of another robot"
     )
     add_form_arguments(parser)
 

@@ -38,11 +38,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=arguments.file,
         required=True,
         metavar="FILE",
-        help="motion file to write, TOML; a search that was stopped goes on from what it left there",
+        help="motion file to write, TOML; an interrupted search continues from it",
     )
     add_search_arguments(parser)
     what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
-    add("--improve", action="store_true", help="begin with the scenario's own motion, and write no worse one")
+    add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
     add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
@@ -87,9 +87,7 @@ def main(options: argparse.Namespace) -> Status:
         return ending(interrupt)
     motion = fitted.motion
     if fitted.reason:
-        complain(
-            f"the best motion cannot be fitted to the limits of the robot ({fitted.reason}); the next best is used"
-        )
+        complain(f"the best motion cannot be scaled to the robot's limits ({fitted.reason}); the next best is used")
     if own is not None and (options.improve or interrupt is None) and own.better_than(motion, design):
         motion = _beside(own, motion, design, options)
     result = SearchedMotion(
@@ -102,7 +100,7 @@ def main(options: argparse.Namespace) -> Status:
     with held.writing():
         write_searched(result, options.out, RESIDUAL)
     if interrupt is not None:
-        complain(f"stopped; the best so far is in {options.out}, the same command goes on from there")
+        complain(f"stopped; the best so far is in {options.out}, repeat the command to continue")
         return ending(interrupt)
     show(_report(result, first.cost, found.cost, options.out), options)
     return Status.PASSED
@@ -139,13 +137,13 @@ def _beside(
     from scenarios.design.own_motion import worst_deviation
 
     said = (
-        "the scenario's own motion determines the wanted gains better, the worst to "
-        f"{100.0 * own.worst:.3g} %, the motion found to {100.0 * worst_deviation(design, found):.3g} %"
+        "the scenario's own motion is better: its worst gain has a standard deviation of "
+        f"{100.0 * own.worst:.3g} %, that of the motion found {100.0 * worst_deviation(design, found):.3g} %"
     )
     if options.improve:
-        complain(f"{said}; it is written, as no better one was found")
+        complain(f"{said}; no better motion was found, so it is written")
         return own.motion
-    complain(f"{said}; try more --evaluations, or --improve, which begins with it")
+    complain(f"{said}; try more --evaluations, or --improve, which starts from it")
     return found
 
 

@@ -34,8 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     known = ", ".join(ESTIMATORS)
     add("--method", metavar="M", choices=ESTIMATORS, default=DEFAULT, help=f"estimator: {known} (default %(default)s)")
     add("--option", action="append", default=[], metavar="KEY=VALUE", help="an option of the method's own; repeatable")
-    add_gains_argument(parser, needed=False, said="with bare recordings alone: gains that are known, or believed")
-    said = "with bare recordings alone and --gains: a payload; how well each gain would come out with it mounted"
+    add_gains_argument(parser, needed=False, said="for bare recordings only: known or nominal gains")
+    said = "for bare recordings and --gains only: a payload; predicts each gain's uncertainty with it"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
     add_save_argument(parser)
     gains_file_arguments.add_gains_out(parser)

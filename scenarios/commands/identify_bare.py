@@ -23,15 +23,14 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
     """
     bare = not loaded and not any("gain" in word.partition("=")[0] for word in options.option)
     if not bare and options.gains is not None:
-        raise ScenarioError("--gains goes with bare recordings alone; with a payload the gains are found, not given")
+        raise ScenarioError("--gains: for bare recordings only; loaded recordings identify the gains, so remove it")
     if not bare and options.if_loaded is not None:
-        raise ScenarioError("--if-loaded goes with bare recordings alone; here the gains themselves are found")
+        raise ScenarioError("--if-loaded: for bare recordings only; loaded recordings identify the gains, so remove it")
     if bare and options.gains_out is not None:
-        raise ScenarioError("--gains-out: bare recordings give ratios of gains alone; add --loaded B --payload P.toml")
+        raise ScenarioError("--gains-out: bare recordings give only ratios of gains; add --loaded B --payload P.toml")
     if options.if_loaded is not None and options.gains is None:
         raise ScenarioError(
-            "--if-loaded: how a payload shows beside the noise takes the size of the gains; add --gains G, "
-            "a data sheet's will do"
+            "--if-loaded: the forecast needs approximate gains; add --gains G, for example from a data sheet"
         )
     return bare
 
@@ -56,7 +55,7 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
 
     if options.method != NAME:
         raise ScenarioError(
-            f"--method {options.method} needs a payload; of bare recordings alone {NAME} gives the ratios"
+            f"--method {options.method} needs a payload; with bare recordings only, {NAME} gives the ratios"
         )
     payload = None if options.if_loaded is None else read_payload(options.if_loaded)
     observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)

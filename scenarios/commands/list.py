@@ -9,7 +9,7 @@ from scenarios.command_line.streams_and_signals import tell
 from scenarios.experiments.files.tables import builtin_names, scenario_table
 from scenarios.reports.content import Column, Report, Table, cells
 
-COLUMNS = (Column(title="Scenario", words=True), Column(title="What it is", words=True))
+COLUMNS = (Column(title="Scenario", words=True), Column(title="Description", words=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

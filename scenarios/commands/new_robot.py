@@ -24,9 +24,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("model", metavar="MODEL", type=arguments.file, help="MJCF or URDF file of the arm")
     add("--out", type=arguments.folder, required=True, metavar="DIR", help="folder for robot, scenario and motion")
-    add("--flange", metavar="BODY", help="last body of the arm, where the file has more; joints beyond are held")
+    add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
     add("--name", help="of the robot (default: that of the model)")
-    what = "pose to begin from [rad, m], a number a joint (default: the file's, or the first that is clear)"
+    what = "start pose [rad, m], one number per joint (default: the file's, or the first one clear of obstacles)"
     add("--home", type=arguments.number, nargs="+", metavar="Q", help=what)
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
     add("--evaluations", type=EVALUATIONS, default=USUAL, help="motions to try (default %(default)d)")

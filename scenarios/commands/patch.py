@@ -20,18 +20,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("model", type=arguments.file, metavar="MODEL", help="URDF or MJCF file")
-    add("--flange", metavar="BODY", help="last body of the arm, where the file has more")
+    add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
-    said = (
-        "gains that the effort limits of MODEL came from, such as a data sheet's, in a file of the same form; without "
-    )
-    add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it efforts are left alone")
-    said = "what identify --json prints of bare recordings: friction and armature; without it both are left alone"
+    said = "gains that the effort limits of MODEL assume, as from a data sheet, same file format; without "
+    add("--nominal", type=gains_file_arguments.gains_path, metavar="N", help=f"{said}it efforts stay unchanged")
+    said = "output of identify --json for bare recordings, with friction and armature; without it both stay unchanged"
     add("--arm", type=arguments.file, metavar="A", help=said)
     said = "write mass, centre and inertia of every link as well, of bodies nearest to MODEL's; takes --arm of --gains"
     add("--links", action="store_true", help=said)
     within = arguments.number_from(1e-6, 1.0, "", "as a share of the value")
-    said = "relative deviation up to which a number is taken (default %(default)s)"
+    said = "largest relative standard deviation of a value that is written (default %(default)s)"
     add("--max-rel-std", type=within, default=0.1, metavar="X", help=said)
     add("--out", type=arguments.file, required=True, metavar="FILE", help="patched copy to write")
     add("--ros-params", type=arguments.file, metavar="FILE", help="write torque constants as ROS 2 parameters, YAML")

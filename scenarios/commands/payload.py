@@ -26,10 +26,14 @@ DENSITY = arguments.number_from(500.0, 23000.0, "kg/m^3", "wood to tungsten")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
-    add("scenario", metavar="SCENARIO", help="gives arm, drives, motion, and what is known of a payload")
-    add("--out", type=arguments.folder, metavar="DIR", help="write payload file, drawing and a scenario there")
+    add(
+        "scenario",
+        metavar="SCENARIO",
+        help="a built-in name or TOML file: arm, drives, motion and what is known of a payload",
+    )
+    add("--out", type=arguments.folder, metavar="DIR", help="folder for payload file, drawing and scenario")
     add("--density", type=DENSITY, default=STEEL, metavar="D", help="of the material [kg/m^3] (default 7850, steel)")
-    add("--excite", action="store_true", help="search a motion for the weight too; of that search are:")
+    add("--excite", action="store_true", help="also search a motion for the payload; options of that search:")
     add_search_arguments(parser)
     arguments.add_force_argument(parser)
     add_form_arguments(parser)

@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
     from ident.payload.payload import Payload
 
-KEPT = (
-    "kept, although it differs from the scenario's payload; if it was not measured, remove it and write the page again"
-)
+KEPT = "kept, but it differs from the scenario's payload; unless it was measured, delete it and repeat the command"
 """Of a payload's file that stood there before."""
 
 
@@ -26,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
     add("scenario", metavar="SCENARIO", help="gives robot, motions, weights and options")
-    said = "page to write, Markdown; beside it a file of each payload, where there is none"
+    said = "page to write, Markdown; a file of each payload is written beside it unless it exists"
     add("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     arguments.add_force_argument(parser)
     add_form_arguments(parser)

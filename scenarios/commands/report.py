@@ -18,10 +18,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "folder",
         metavar="DIR",
         type=arguments.folder,
-        help="what run, identify or check --save, or monte-carlo, sensitivity, compare or paper --out left",
+        help="folder written by run, identify or check --save, or by monte-carlo, sensitivity, compare or paper --out",
     )
     add("--out", type=arguments.file, metavar="FILE", help=f"the page (default DIR/{PAGE})")
-    add("--no-picture", action="store_true", help="leave out the picture of the arm, which takes some seconds")
+    add("--no-picture", action="store_true", help="omit the picture of the arm, which takes seconds to render")
     arguments.add_force_argument(parser)
 
 

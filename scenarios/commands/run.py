@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=arguments.folder,
         metavar="DIR",
-        help="write recordings, payloads, truth and result there",
+        help="folder for recordings, payloads, true values and result",
     )
     gains_file_arguments.add_gains_out(parser)
     add_form_arguments(parser)
@@ -50,7 +50,7 @@ def main(options: argparse.Namespace) -> Status:
         with held.writing():
             scene = scene_digest(setup.scenario)
             save_run(result, held.folder, command=options.command_line, named=options.scenario, scene=scene)
-        saved = Paragraph(f"Saved in {options.save}. The same estimate from these files:")
+        saved = Paragraph(f"Saved in {options.save}. To repeat the estimate from these files:")
         again = Line(identify_command(result.setup, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))
     show(report, options)

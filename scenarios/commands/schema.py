@@ -10,12 +10,12 @@ from scenarios.command_line.streams_and_signals import tell
 from scenarios.experiments.files.schema_line import ENDING, FOLDER
 from scenarios.reports.content import Column, Paragraph, Report, Table, cells
 
-COLUMNS = (Column(title="Schema", words=True), Column(title="What it is of", words=True))
+COLUMNS = (Column(title="Schema", words=True), Column(title="Describes", words=True))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    said = "of a file or of what a command prints with --json; without it, which there are"
+    said = "schema of a file or of a command's --json output (default: list all)"
     parser.add_argument("name", nargs="?", metavar="NAME", choices=list(_files()), help=said)
     add_form_arguments(parser)
 

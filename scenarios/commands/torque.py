@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("log", type=arguments.file, metavar="LOG", help="a recording")
     add_gains_argument(parser, needed=True, said="drive gains, as identify --gains-out writes them")
-    said = "Parquet file: t, and of each joint tau, tau_low and tau_high, two standard deviations apart"
+    said = "Parquet file: t, and for each joint tau with the limits tau_low, tau_high (two standard deviations)"
     parser.add_argument("--out", type=arguments.file, required=True, metavar="FILE", help=said)
     add_log_arguments(parser)
     add_force_argument(parser)

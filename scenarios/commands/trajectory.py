@@ -18,14 +18,14 @@ RATE = 125.0
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments; `--format` and `--json` are those of the report."""
     add = parser.add_argument
-    add("source", metavar="MOTION", help="that of a scenario, or a motion file as excite writes it")
+    add("source", metavar="MOTION", help="a scenario, or a motion file as excite writes it")
     add("--out", type=arguments.file, required=True, metavar="FILE", help="file to write: .csv, .yaml or .script")
     forms = "; ".join(f"{name}: {what}" for name, what in FORMATS.items())
     add("--as", dest="form", metavar="F", choices=FORMATS, help=f"{forms} (default by the ending of FILE)")
-    within = arguments.number_from(1.0, 1e4, "Hz", "rates of controllers")
-    add("--rate", type=within, default=RATE, metavar="HZ", help="samples a second (default %(default)g)")
+    within = arguments.number_from(1.0, 1e4, "Hz", "sampling rates of controllers")
+    add("--rate", type=within, default=RATE, metavar="HZ", help="samples per second (default %(default)g)")
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF that names the joints, for a motion file")
-    add("--flange", metavar="BODY", help="last body of the arm, where the file has more")
+    add("--flange", metavar="BODY", help="last body of the arm, if the file has more")
     add_form_arguments(parser)
     arguments.add_force_argument(parser)
 

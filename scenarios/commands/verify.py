@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add_model_arguments(parser)
     add_gains_argument(
-        parser, needed=False, said="gains to compare with the scale; without them the motions are cross-validated"
+        parser, needed=False, said="gains to test against the payload's known mass; without them, cross-validation"
     )
     add_motion_arguments(parser)
     add_log_arguments(parser)
@@ -39,7 +39,7 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
 
     mounted = [each for each in files if each.payload is not None]
     if len(mounted) != 1 or mounted[0].payload is None:
-        raise ScenarioError(f"{len(mounted)} payloads are given; a verification weighs one, and needs a bare motion")
+        raise ScenarioError(f"{len(mounted)} payloads are given; a verification needs exactly one, and a bare motion")
     file, payload = read_gains(options.gains), read_payload(mounted[0].payload)
     unloaded = [path for each in files if each.payload is None for path in each.recordings]
     with under_way(options, "weighing"):

@@ -26,12 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=arguments.file,
         metavar="FILE",
-        help="draw without a screen: PNG, GIF or MP4 by its ending",
+        help="render to a file: PNG, GIF or MP4 by its ending",
     )
     add("--at", type=arguments.not_negative, metavar="T", help="time of a PNG [s] (default half of the motion)")
     add("--width", type=WIDTH, default=640, metavar="N", help="pixels (default 640)")
     add("--height", type=WIDTH, default=360, metavar="N", help="pixels (default 360)")
-    add("--fps", type=FPS, default=8.0, metavar="X", help="pictures a second of a GIF or MP4 (default 8)")
+    add("--fps", type=FPS, default=8.0, metavar="X", help="frames per second of a GIF or MP4 (default 8)")
     arguments.add_force_argument(parser)
     add_form_arguments(parser)
 
@@ -91,5 +91,5 @@ def _check_opengl() -> None:
         import mujoco  # noqa: F401 # pyright: ignore[reportUnusedImport]
     except (ImportError, AttributeError, RuntimeError) as error:  # as the libraries below it fail
         raise NoPicture(
-            f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}: there is no such OpenGL here ({error}); {ADVICE}"
+            f"MUJOCO_GL={os.environ.get('MUJOCO_GL', '')}: this OpenGL backend is not available ({error}); {ADVICE}"
         ) from error

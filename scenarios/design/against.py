@@ -87,7 +87,10 @@ class Sourced:
             if source.stream is None and all(place.startswith(PLANT) for place in source.targets)
         ]
         if not self._drawn:
-            raise StudyError(f"{scenario.name}: none of its sources is drawn of the {PLANT[:-1]}: only noise remains")
+            raise StudyError(
+                f"{scenario.name}: it has no error source of the {PLANT[:-1]}; only noise remains, so leave "
+                "out --against all"
+            )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,7 +109,10 @@ class Sourced:
         fewer._drawn = [source for source, cost in zip(self._drawn, costs, strict=True) if cost > least]
         if not fewer._drawn:
             name = self._quiet.scenario.name
-            raise StudyError(f"{name}: {', '.join(self.names)}: no cost on any wanted gain: only noise remains")
+            raise StudyError(
+                f"{name}: {', '.join(self.names)}: no effect on any wanted gain; only noise remains, so leave "
+                "out --against all"
+            )
         return fewer
 
     def __call__(self, motion: FourierTrajectory, rate_hz: float) -> Array:

@@ -105,8 +105,8 @@ class Design:
         if over.max() >= near.max():
             return worst_of(over, self.problem.structure.arm.joint_names)
         least = 1e3 * float(self._clearance(q).min())
-        how = f"comes as near as {least:.0f} mm to" if least > 0.0 else f"reaches {-least:.0f} mm into"
-        return f"{how} floor or arm, where {1e3 * CLEARANCE:g} mm are wanted between"
+        how = f"comes within {least:.0f} mm of" if least > 0.0 else f"reaches {-least:.0f} mm into"
+        return f"{how} floor or arm (required clearance {1e3 * CLEARANCE:g} mm)"
 
     def cost(self, trajectory: FourierTrajectory) -> float:
         """The objective of the wanted gains, plus a penalty on excess."""
@@ -137,7 +137,7 @@ class Design:
             if self.keeps_limits(smaller):
                 return smaller
         broken = self.broken(self.rows(smaller, FITTED_HZ))
-        raise TrajectoryError(f"even at {100.0 * sizes[-1]:.0f} % of its size, the motion {broken}")
+        raise TrajectoryError(f"even scaled to {100.0 * sizes[-1]:.0f} %, the motion {broken}")
 
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
         """Whether it does on a fine grid; a coarse one finds most of those that do not at a twentieth of the cost."""

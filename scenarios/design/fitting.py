@@ -56,7 +56,9 @@ def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> Fitted
     others = _shrunk(design, best)
     others += _earlier(design, series, kept[:-1], min(map(design.cost, others), default=float("inf")))
     if not others:
-        raise TrajectoryError(f"of {len(kept)} motions that the search kept none can be fitted; of the best: {reason}")
+        raise TrajectoryError(
+            f"none of the {len(kept)} best motions found can be scaled to the robot's limits; the best one: {reason}"
+        )
     return Fitted(motion=min(others, key=design.cost), reason=reason)
 
 

@@ -188,7 +188,7 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
     if any(found.identifiable):
         return found
     raise RobotError(
-        f"robot {new.name}: the largest torques leave room for {body.mass:.2g} kg, which determine no "
-        f"gain better than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or "
+        f"robot {new.name}: the torque limits allow a payload of {body.mass:.2g} kg, which determines no gain "
+        f"better than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or "
         "masses of the links"
     )

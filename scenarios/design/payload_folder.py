@@ -55,7 +55,8 @@ def write_payload_file(design: PayloadDesign, path: Path) -> None:
         f"# com: m from {last}, the last joint, in the axes of the link "
         "that it moves, and not those of\n# the flange, which the drawing has. inertia: kg m^2 about com, in the same "
         "axes.\n"
-        f"# As drawn. Weigh it and write the mass here; mass_std is a scale's of {2e3 * MASS_STD:g} g at two sigma."
+        f"# Nominal values. Weigh it and enter the mass here; mass_std assumes a scale of {2e3 * MASS_STD:g} g "
+        "at two sigma."
     )
     write_payload(as_written(design.best.payload), path, comment=comment)
 

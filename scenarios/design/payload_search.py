@@ -132,7 +132,7 @@ class Judged:
             return f"needs {100.0 * (over + TORQUE_SHARE + EXCESS):.0f} % of a drive's torque"
         near = float(self._distance(weight, payload, self._fine))
         if near < CLEARANCE * (1.0 - EXCESS):
-            return f"comes as near as {1e3 * near:.0f} mm to floor or arm"
+            return f"has a clearance of {1e3 * near:.0f} mm to floor or arm"
         return ""
 
     def _torque_excess(self, payload: Payload) -> float:

@@ -48,7 +48,7 @@ def wanted_joints(scenario: Scenario) -> Indices:
     """
     wanted = np.flatnonzero(scenario.table.tolerance.identifiable)
     if not wanted.size:
-        raise ScenarioError(f"{scenario.name}: tolerance.identifiable wants no joint's gain")
+        raise ScenarioError(f"{scenario.name}: tolerance.identifiable lists no joint")
     return wanted
 
 

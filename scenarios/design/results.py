@@ -107,7 +107,7 @@ class PayloadDesign(ResultModel):
     scenario: str
     residual: float
     rated_load: float | None = Field(description="largest mass that the arm may carry, null if its file says none [kg]")
-    own_is_better: bool = Field(description="whether the scenario's own payload shows the worst joint better")
+    own_is_better: bool = Field(description="whether the scenario's own payload identifies the worst joint better")
     flange: str | None
     before: DesignedPayload
     after: DesignedPayload
@@ -219,7 +219,7 @@ class Searched(ResultModel):
     cost_of_start: float
     cost: float
     predicted_rel_std: list[float | None] = Field(
-        description="relative standard deviation of each gain, null where the motion does not show it"
+        description="relative standard deviation of each gain, null where the motion does not determine it"
     )
 
 

@@ -44,7 +44,7 @@ def robot_text(new: NewRobot) -> str:
         schema_line("robot"),
         f"# Joints: {names}",
         "# Written as a start: replace what is assumed by what you know. origin is published, measured or assumed, one",
-        "# word or one a joint. Units of a joint that slides stand in brackets.",
+        "# word or one per joint. Units of a joint that slides stand in brackets.",
         f"name = {toml_value(new.name)}",
         f"model = {toml_value(new.model)}  # masses, centres and inertias of links are taken from there, as they are",
     ]
@@ -137,7 +137,7 @@ def check_no_other_robot(folder: Path, model: Path) -> None:
     name, there = table.get("name"), table.get("model")
     if isinstance(there, str) and (folder / there).resolve() != model.resolve():
         raise ScenarioError(
-            f"{path}: is of another robot, {shown(name)} from {shown(there)}; name another place, or add --force"
+            f"{path}: is of another robot, {shown(name)} from {shown(there)}; give another folder, or add --force"
         )
 
 

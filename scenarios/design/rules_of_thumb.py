@@ -167,13 +167,13 @@ def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array
     clear = np.flatnonzero(distance >= far)
     if clear.size:
         pose, what = inside[int(clear[0])]
-        return assumed(pose, f"{what}, the first of those tried that is clear of floor and arm")
+        return assumed(pose, f"{what}, the first pose tried that is clear of floor and arm")
     farthest = int(np.argmax(distance))
     pose, what = inside[farthest]
     return assumed(
         pose,
-        f"{what}; none of those tried is clear of floor and arm by {1e3 * far:g} mm; this is the farthest, "
-        f"{1e3 * distance[farthest]:.0f} mm",
+        f"{what}; none of the poses tried is clear of floor and arm by {1e3 * far:g} mm; this one has the "
+        f"largest clearance, {1e3 * distance[farthest]:.0f} mm",
     )
 
 

@@ -46,10 +46,10 @@ def write_searched(found: SearchedMotion, path: Path, residual: float) -> None:
     """
     comments = [f"{FOUND_BY}{found.command} --out FILE"]
     if found.tried < found.wanted:
-        comments.append(f"Stopped after {found.tried} of {found.wanted} motions; the same command goes on from here.")
+        comments.append(f"Stopped after {found.tried} of {found.wanted} motions; repeat the command to continue.")
     comments += [
         f"Predicted standard deviation of the gains [%], joints 1 to {len(found.deviations)}: {found.predicted}",
-        f"(for a residual of {100.0 * residual:g} % of each joint's rms torque at 20 rows a second)",
+        f"(for a residual of {100.0 * residual:g} % of each joint's rms torque at 20 rows per second)",
     ]
     write_motion(found.motion, path, comments)
 

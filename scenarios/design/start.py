@@ -38,7 +38,7 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
         raise TrajectoryError(
             f"robot {design.problem.plant.robot.name}: neither home nor any of {DRAWN} positions within "
             "the ranges keeps its distance from floor and arm and carries the payload with "
-            f"{TORQUE_SHARE:g} of the torque; check its shapes, current limits and payload"
+            f"{TORQUE_SHARE:g} of the torque; check shapes, current limits and payload"
         )
     return found
 

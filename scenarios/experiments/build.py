@@ -79,7 +79,7 @@ def setup_without_motion(scenario: Scenario) -> Setup:
     if len(table.tolerance.gain) != arm.n:
         raise ScenarioError(
             f"{scenario.name}: tolerance.gain has {len(table.tolerance.gain)} values, but robot {arm.name} has {arm.n} "
-            "joints; state arrays of plant, belief and tolerance for this robot, one value a joint"
+            "joints; state arrays of plant, belief and tolerance for this robot, one value per joint"
         )
     structure = believed_structure(arm, tuple((first - 1, second - 1) for first, second in table.belief.couplings))
     believed = believed_payloads(scenario)

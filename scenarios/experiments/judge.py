@@ -121,7 +121,7 @@ def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refus
     within = bool(np.abs(error / true) <= tolerance)
     reason = None
     if refusal_in is not None:
-        reason = f"identified, although these data cannot determine it by tolerance.identifiable in {refusal_in}"
+        reason = f"identified, but not identifiable from these data according to tolerance.identifiable in {refusal_in}"
     elif not within:
         reason = f"off by {100 * error / true:+.3g} %, tolerance {100 * tolerance:.3g} %"
     return GainVerdict(

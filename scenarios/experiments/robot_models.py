@@ -67,7 +67,7 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
         RobotModelError: Naming what differs and where.
     """
     where = f"robot model {one_line(path)}: Pinocchio and MuJoCo read it differently"
-    advice = "; let MuJoCo write it anew (mj_saveLastXML), or simplify what is unusual there"
+    advice = "; save it with MuJoCo (mj_saveLastXML) and use that file"
     names = tuple(mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, j) for j in range(model.njnt))
     if model.njnt != arm.n:
         raise RobotModelError(f"{where}: {arm.n} joints against {model.njnt}{advice}")
@@ -76,7 +76,7 @@ def check_same_kinematics(arm: Arm, model: mujoco.MjModel, path: Path) -> None:
         if names[j] not in (None, arm.joint_names[j]):
             raise RobotModelError(f"{where}: joint {j + 1} is {arm.joint_names[j]} against {names[j]}{advice}")
         if revolute[j] != arm.revolute[j]:
-            raise RobotModelError(f"{where}: joint {arm.joint_names[j]} turns for one and slides for the other{advice}")
+            raise RobotModelError(f"{where}: joint {arm.joint_names[j]} turns in one and slides in the other{advice}")
     if np.abs(arm.gravity - model.opt.gravity).max() > TOLERANCE * max(1.0, float(np.abs(arm.gravity).max())):
         raise RobotModelError(f"{where}: gravity is {arm.gravity} against {model.opt.gravity} m/s^2{advice}")
     data, reach = mujoco.MjData(model), 1.0 + float(np.linalg.norm(arm.translation, axis=1).sum())
@@ -109,7 +109,7 @@ def check_same_payload(arm: Arm, robot: Robot) -> None:
     if np.abs(loaded - bare - torque).max() > TOLERANCE * np.abs(torque).max() + ROUNDING * np.abs(loaded).max():
         raise RobotModelError(
             f"robot model {one_line(robot.model)}: Pinocchio and MuJoCo put a payload on the last link at "
-            "different places; let MuJoCo write it anew (mj_saveLastXML), or simplify what is unusual there"
+            "different places; save it with MuJoCo (mj_saveLastXML) and use that file"
         )
 
 

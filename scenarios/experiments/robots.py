@@ -65,8 +65,8 @@ def robot_file(name: str, folder: Path | None = None) -> Path:
     if path.suffix != ".toml":
         advice = f"; did you mean {name}/robot.toml?" if (path / "robot.toml").is_file() else nearest(name, ROBOTS)
         raise UnknownName(
-            f"unknown robot {shown(name)}{advice}; built-in: {', '.join(ROBOTS)}; a robot of yours is named by its "
-            "robot.toml, which `rx90 new-robot` writes"
+            f"unknown robot {shown(name)}{advice}; built-in: {', '.join(ROBOTS)}; for your own robot, give the "
+            "path of its robot.toml (`rx90 new-robot` writes it)"
         )
     check_file(path, most_bytes=LARGEST, error=UnreadableFile)
     return path.resolve()

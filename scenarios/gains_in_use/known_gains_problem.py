@@ -117,7 +117,7 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
         name = carried.get(recording_digest(recording))
         if name is not None:
             raise ScenarioError(
-                f"{one_line(recording.name)}: given as bare, but it carried a payload when the gains were found "
+                f"{one_line(recording.name)}: given as bare, but it was loaded when the gains were identified "
                 f"({name}); are bare and loaded swapped?"
             )
     seen = {each.sha256: each.name for each in file.recordings}
@@ -125,6 +125,6 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
         digest = recording_digest(recording)
         if digest in seen:
             raise ScenarioError(
-                f"{one_line(recording.name)}: the gains were found from this recording ({seen[digest]}), and would "
-                "give back the mass that was stated then; take a recording with another weight"
+                f"{one_line(recording.name)}: the gains were identified from this recording ({seen[digest]}), "
+                "so they reproduce the mass stated then; use a recording with another weight"
             )

@@ -25,7 +25,7 @@ class Torques(ResultModel):
     samples: int
     joints: list[int] = Field(description="that have columns")
     missing: list[dict[str, int | str]] = Field(description="joints that have none, with the reason")
-    notes: list[str] = Field(description="on gains that look odd")
+    notes: list[str] = Field(description="on implausible gains")
 
 
 def torques(found: JointTorque, file: GainsFile, out: Path) -> Torques:
@@ -94,7 +94,7 @@ class Moved(ResultModel):
     rel_change: float
     std: float
     rel_std: float
-    turned: bool = Field(description="whether its sign is another")
+    turned: bool = Field(description="whether its sign changed")
     moved: bool = Field(description="whether it changed beyond its interval")
 
 
@@ -144,7 +144,7 @@ class GainComparison(ResultModel):
     scale_joints: list[int]
     together: ChiSquare
     pattern: ChiSquare | None
-    missing: list[dict[str, int | str]] = Field(description="joints that one of both has")
+    missing: list[dict[str, int | str]] = Field(description="joints with a gain in one file only")
 
 
 def gain_comparison_result(found: gain_comparison.GainComparison) -> GainComparison:

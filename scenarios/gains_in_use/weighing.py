@@ -126,7 +126,7 @@ class Verification(DiagnosedResult):
     passed: bool
     mass: float = Field(description="on the scale [kg]")
     mass_std: float = Field(description="standard deviation of the scale [kg]")
-    limit: float = Field(description="standard deviations beyond which a mass is another")
+    limit: float = Field(description="standard deviations beyond which a mass differs significantly")
     together: Weighed
     joints: list[Weighed]
     payload: list[Quantity]
@@ -217,7 +217,9 @@ class FoundPayload(DiagnosedResult):
     covariance: list[list[float]]
     body: list[Quantity]
     refused: dict[str, str] = Field(description="reasons why parameters or quantities have no value, by their names")
-    possible: bool | None = Field(description="whether a body can have these parameters, null if not all are known")
+    possible: bool | None = Field(
+        description="whether the parameters are physically consistent, null if not all are known"
+    )
     joints: list[Weighed]
     notes: list[str]
 

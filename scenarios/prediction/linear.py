@@ -102,8 +102,8 @@ def linearised(setup: Setup, every: int) -> Linearised:
     chosen = setup.scenario.table.identification
     if chosen.method in NOT_LINEAR:
         raise StudyError(
-            f"{setup.scenario.name}: method {chosen.method}: noise biases it in second order, which is not "
-            "predicted; simulate it with rx90 sensitivity, or name another with --method"
+            f"{setup.scenario.name}: method {chosen.method}: its second-order bias from noise is not "
+            "predicted; simulate it with rx90 sensitivity, or choose another --method"
         )
     expected = expected_preparation(setup, every)
     places = grouped(setup.protocol)

@@ -120,7 +120,7 @@ class Predictor:
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
-            raise StudyError(f"{odd[0]}: control is assumed perfect, so a change of it has no effect")
+            raise StudyError(f"{odd[0]}: control is assumed perfect, so this source has no effect")
         logged = all(place.startswith(TAKEN) for place in source.targets)
         return self._by_currents(settings) if logged else self._again(settings)
 
@@ -128,7 +128,9 @@ class Predictor:
         outcome = self._outcome(settings)
         for quiet, experiment in zip(self._quiet.logs, outcome.experiments, strict=True):
             if stronger := louder(quiet, experiment.sensors, self.linear.every):
-                raise StudyError(f"it draws how strong a noise is, of {stronger[0]}; as a source, a noise has a stream")
+                raise StudyError(
+                    f"it varies the level of a noise, {stronger[0]}; declare the noise as a source by its stream"
+                )
         inverse = 1.0 / self._quiet.gain[self.joints]
         inverse = inverse + self.linear.change(added_currents(outcome.logs, self._quiet.logs))[self._rows]
         return 1.0 / (inverse * outcome.gain[self.joints]) - 1.0
@@ -139,7 +141,7 @@ class Predictor:
         with_it = linearised(changed(self.linear.setup, settings), self.linear.every)
         before, now = self.linear.estimate.solution, with_it.estimate.solution
         if not np.isin(self.joints, now.joints).all():
-            raise StudyError("the joints that have a gain are not the same with it")
+            raise StudyError("with it, other joints are identifiable")
         at = np.searchsorted(now.joints, self.joints)
         truth = with_it.setup.true_gain[self.joints] / self.linear.setup.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
@@ -170,9 +172,7 @@ def predictor_of(scenario: Scenario) -> Predictor:
     sources = sources_of(scenario)
     wanted = np.flatnonzero(scenario.table.tolerance.identifiable)
     if not wanted.size:
-        raise StudyError(
-            f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share"
-        )
+        raise StudyError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute")
     middle = {name: np.full(width, 0.5) for name, width in sources.width.items()}
     setup = setup_of(with_settings(scenario, {**_medians(scenario), **settings_with(sources, middle).settings}))
     linear = linearised(setup, enough(setup))

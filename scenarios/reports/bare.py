@@ -110,7 +110,7 @@ def _ratio_table(joints: Sequence[BareJoint], reference: int) -> Table:
 def _off_words(joint: int, off: float, std: float, reference: int) -> str:
     side = "below" if off < 0.0 else "above"
     words = f"Joint {joint} is {100.0 * abs(off):.2g} % {side} what joint {reference} says"
-    return f"{words} (2 sigma {200.0 * std:.2g} %), beside the gains that are given."
+    return f"{words} (2 sigma {200.0 * std:.2g} %), relative to the given gains."
 
 
 def _essential(each: BareParameter) -> bool:

@@ -22,7 +22,7 @@ def links_parts(links: Links | None, reason: str | None, revolute: Array) -> lis
         revolute: Whether each joint turns, shape (n,).
     """
     if links is None:
-        return [Paragraph(f"No mass, centre and inertia of every link: {reason}.")]
+        return [Paragraph(f"No parameters of single links: {reason}.")]
     rows = tuple(
         cells(
             str(each.joint),
@@ -37,15 +37,10 @@ def links_parts(links: Links | None, reason: str | None, revolute: Array) -> lis
     title = "Links as bodies, in SI, each in the frame of its joint"
     far = links.farthest_deviations
     words = (
-        "Only base parameters are determined by data; of all links with these, or the nearest that "
-        f"bodies can have, these are nearest to the model's. {links.farthest_parameter} changed most, by "
-        f"{far:.2g} deviations."
+        "Data determine only base parameters. Of all physically consistent links with these, those nearest to "
+        f"the model are shown. {links.farthest_parameter} changed most, by {far:.2g} standard deviations."
     )
-    doubt = (
-        ""
-        if far <= FAR
-        else (" This exceeds its standard deviation too far: the model, the gains or the data are wrong.")
-    )
+    doubt = "" if far <= FAR else (" This is too large: check the model, the gains and the data.")
     return [
         Table(title=title, columns=(*COLUMNS, Column(title="Motor", unit=unit)), rows=rows),
         Paragraph(words + doubt, Mood.DOUBTFUL if doubt else Mood.PLAIN),

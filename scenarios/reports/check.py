@@ -8,7 +8,7 @@ from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed, Effect, Severity
 from ident.model.arm import Arm
 from scenarios.reports.content import Paragraph, Part, Report
-from scenarios.reports.diagnoses import MOODS, doubt_paragraphs, every_line, horizon_paragraphs
+from scenarios.reports.diagnoses import MOODS, counted, doubt_paragraphs, every_line, horizon_paragraphs, many
 from scenarios.reports.motion import motion_table
 from scenarios.results.models.check import Check
 
@@ -33,15 +33,11 @@ def check_report(checked: Checked, arm: Arm, *, every: bool = False) -> Report:
 
 def verdict(found: Diagnosed, robot: str) -> str:
     """One line: how the logs of a robot are to be taken, with the number that matters most."""
-    count = {severity: sum(each.severity is severity for each in found.diagnoses) for severity in Severity}
-    checks, of = len(found.diagnoses), f"logs of {robot}"
-    warnings = _many(count[Severity.WEAK], "warning")
+    checks = f"({many(len(found.diagnoses), 'check')} of {robot} logs)"
     if found.severity is Severity.GOOD:
-        return f"GOOD: {_many(checks, 'check')} of {of}, no fault"
-    if found.severity is Severity.WEAK:
-        return f"USABLE: {warnings} in {_many(checks, 'check')} of {of}{_most(found)}"
-    more = f" and {warnings}" if count[Severity.WEAK] else ""
-    return f"WRONG: {_many(count[Severity.WRONG], 'fault')}{more} in {_many(checks, 'check')} of {of}{_most(found)}"
+        return f"GOOD, no fault {checks}"
+    label = "USABLE, " if found.severity is Severity.WEAK else "WRONG: "
+    return f"{label}{counted(found)} {checks}{_most(found)}"
 
 
 def findings(found: Diagnosed, *, hint: str = "") -> list[Paragraph]:
@@ -52,15 +48,15 @@ def findings(found: Diagnosed, *, hint: str = "") -> list[Paragraph]:
         hint: How to see the good ones.
     """
     good = len(found.diagnoses) - len(found.findings)
-    said = Paragraph(f"Good: {_many(good, 'check')}{hint}.")
+    said = Paragraph(f"{many(good, 'check')} without a finding{hint}.")
     return [*doubt_paragraphs(found, strong=False), said, *horizon_paragraphs(found, every=True)]
 
 
 def _effect_words(effect: Effect) -> str:
     """What a fault does to a gain."""
     if abs(effect.percent) >= 100.0:
-        return f"the gain of joint {effect.joint + 1} is no result"
-    return f"gain of joint {effect.joint + 1} off by {two_digits(abs(effect.percent))} %"
+        return f"the gain of joint {effect.joint + 1} off by 100 % or more"
+    return f"the gain of joint {effect.joint + 1} off by {two_digits(abs(effect.percent))} %"
 
 
 def _most(found: Diagnosed) -> str:
@@ -68,8 +64,4 @@ def _most(found: Diagnosed) -> str:
     effects: Sequence[Effect] = [
         worst for each in found.findings if (worst := each.worst) is not None and worst.deviations is not None
     ]
-    return f"; {_effect_words(max(effects, key=lambda each: abs(each.percent)))}" if effects else ""
-
-
-def _many(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
+    return f": {_effect_words(max(effects, key=lambda each: abs(each.percent)))}" if effects else ""

@@ -57,7 +57,7 @@ def comparison_report(found: Comparison) -> Report:
         trials = "1 trial" if each.trials == 1 else f"{each.trials} trials"
         parts += [Heading(f"{each.name}, {trials}"), _ranks(each), *_failures(each), _joints(each)]
         if each.unposed:
-            parts.append(Paragraph(f"{each.unposed} of them failed before any method was asked."))
+            parts.append(Paragraph(f"{each.unposed} of them failed before any method was run."))
     parts += [Paragraph(RULE), Paragraph(MEANING)]
     parts += [Paragraph(f"{key}: {text}.") for key, text in found.about.items()]
     many = len(compared[0].methods)

@@ -4,21 +4,21 @@ from scenarios.benchmark.comparison.contract import Contract
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Report, Table, cells
 from scenarios.reports.gains import sentence
 
-COLUMNS = (Column(title="Any method keeps", words=True), Column(title="Verdict", words=True))
+COLUMNS = (Column(title="Property", words=True), Column(title="Verdict", words=True))
 
 
 def contract_report(found: Contract) -> Report:
     """A row a promise, a sentence on each that is broken, the verdict."""
     rows = tuple(
-        cells(check.promise, Cell("kept", Mood.GOOD) if check.kept else Cell("broken", Mood.BAD))
+        cells(check.promise, Cell("holds", Mood.GOOD) if check.kept else Cell("FAILS", Mood.BAD))
         for check in found.checks
     )
     broken = [check for check in found.checks if not check.kept]
     said = [Paragraph(sentence(f"Not fulfilled: {check.promise}: {check.broken}")) for check in broken]
     verdict = (
-        Paragraph(f"BROKEN: {len(broken)} of {len(found.checks)} promises.", Mood.BAD, strong=True)
+        Paragraph(f"FAILED: {len(broken)} of {len(found.checks)} properties do not hold.", Mood.BAD, strong=True)
         if broken
-        else Paragraph(f"KEPT: {len(found.checks)} promises.", Mood.GOOD, strong=True)
+        else Paragraph(f"PASSED: all {len(found.checks)} properties hold.", Mood.GOOD, strong=True)
     )
     parts = (Table(columns=COLUMNS, rows=rows), *said, verdict)
     return Report(f"Method {found.method}", parts, found.model_dump(mode="json"))

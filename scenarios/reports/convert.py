@@ -42,7 +42,7 @@ def log_report(log: Log, out: Path) -> Report:
             strong=True,
         ),
     ]
-    return Report("Log to recording", tuple(parts), result.model_dump(mode="json"))
+    return Report("Log converted to a recording", tuple(parts), result.model_dump(mode="json"))
 
 
 def _channel(channels: Channels, joint: int) -> tuple[str, str, str]:

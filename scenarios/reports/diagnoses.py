@@ -8,6 +8,8 @@ from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Table
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
+VERDICTS = LABELS | {Severity.GOOD: "good"}
+"""In a table, where what is good is no note."""
 COLUMNS = (
     Column(title="Log", words=True),
     Column(title="What", words=True),
@@ -44,7 +46,7 @@ def words_of(diagnosis: Diagnosis, *, several: bool) -> str:
     place = f"{LABELS[diagnosis.severity]}{f' {named}' if named else ''}: "
     if diagnosis.rivals:
         more = f" and {len(diagnosis.rivals) - 1} more" if diagnosis.rivals[1:] else ""
-        return f"{place}{diagnosis.sentence}. These logs cannot distinguish it from: {diagnosis.rivals[0]}{more}."
+        return f"{place}{diagnosis.sentence}. These logs do not distinguish it from: {diagnosis.rivals[0]}{more}."
     advice = "" if diagnosis.advice is None else f" {diagnosis.advice[0].upper()}{diagnosis.advice[1:]}."
     stop = "" if diagnosis.sentence.endswith("?") else "."
     return f"{place}{diagnosis.sentence}{stop}{advice}"
@@ -70,6 +72,18 @@ def horizon_paragraphs(found: Diagnosed, *, every: bool = False, expected: bool 
     return [*parts, *([Paragraph(f"{tell}: {'; '.join(indistinguishable)}.")] if indistinguishable else [])]
 
 
+def counted(found: Diagnosed) -> str:
+    """`1 fault and 2 warnings`, of what is not good."""
+    numbers = {"fault": Severity.WRONG, "warning": Severity.WEAK}
+    each = {what: sum(one.severity is severity for one in found.diagnoses) for what, severity in numbers.items()}
+    return " and ".join(many(count, what) for what, count in each.items() if count)
+
+
+def many(count: int, what: str) -> str:
+    """`1 check`, `2 checks`."""
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
 def every_line(diagnoses: Sequence[Diagnosis]) -> Table:
     """Everything that was looked at, the worst first."""
     return Table(columns=COLUMNS, rows=tuple(map(_row, diagnoses)))
@@ -79,6 +93,6 @@ def _row(diagnosis: Diagnosis) -> tuple[Cell, ...]:
     return cells(
         ", ".join(PurePath(log).name for log in diagnosis.logs) or NONE,
         diagnosis.name,
-        Cell(diagnosis.severity.value, MOODS[diagnosis.severity]),
+        Cell(VERDICTS[diagnosis.severity], MOODS[diagnosis.severity]),
         diagnosis.sentence,
     )

@@ -7,6 +7,7 @@ import numpy as np
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.model.parameters import UNITS
 from ident.support.arrays import Array
+from ident.support.naming import joint_list
 from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.results.models.gains import ResultGain, ResultParameter
@@ -20,7 +21,7 @@ INTERVAL = (
 """The interval of a gain beside its parts, in percent of the gain."""
 MEANING = (
     "2 sigma: two standard deviations of the gain, from the residual, the payload's stated uncertainty and the model "
-    "together. Where the model's part is zero, errors of its geometry, friction law and elasticity are left out."
+    "together. Errors of the model's geometry, friction law and elasticity are not included where its part is zero."
 )
 
 
@@ -48,6 +49,13 @@ def interval(gain: ResultGain) -> tuple[str, ...]:
     if gain.estimate is None:
         return (NONE,) * len(INTERVAL)
     return tuple(percent(None if std is None else 2.0 * std / abs(gain.estimate), ".2f") for std in shares)
+
+
+def joints_named(joints: Sequence[int]) -> str:
+    """`joint 2`, `joints 1 and 4` or `joints 1 to 5`, of joints from 1."""
+    if len(joints) > 2 and list(joints) == list(range(joints[0], joints[-1] + 1)):
+        return f"joints {joints[0]} to {joints[-1]}"
+    return joint_list([joint - 1 for joint in joints])
 
 
 def sentence(text: str) -> str:

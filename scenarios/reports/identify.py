@@ -9,7 +9,15 @@ from ident.model.arm import Arm
 from ident.support.arrays import Array
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
-from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
+from scenarios.reports.gains import (
+    INTERVAL,
+    gain_unit,
+    interval,
+    joints_named,
+    note_paragraphs,
+    payload_tables,
+    reason_paragraph,
+)
 from scenarios.results.models.gains import ResultGain
 from scenarios.results.models.run import Result
 
@@ -61,23 +69,22 @@ def summary(result: Result) -> Paragraph:
         f"{many} of {len(result.gains)} gains identified from {fit.rows} rows, "
         f"relative residual {100.0 * fit.rel_error_norm:.2f} %"
     )
-    lost = [str(j + 1) for j in refused_for_faults(result.found.diagnoses)]
+    lost = refused_for_faults(result.found.diagnoses)
     if not lost:
         return Paragraph(f"{said}.", strong=True)
-    which = f"joint{'s' if lost[1:] else ''} {', '.join(lost)}"
-    return Paragraph(f"{said}; refused for a fault of the logs: {which}.", Mood.BAD, strong=True)
+    which = joints_named([joint + 1 for joint in lost])
+    return Paragraph(f"{said}; {which} refused because of a fault of the logs.", Mood.BAD, strong=True)
 
 
 def kept_paragraphs(result: Result) -> list[Paragraph]:
-    """Gains that are kept beside a fault, and that it moves by less than would refuse them."""
-    moved = [
-        f"joint {each.joint + 1} by {two_digits(each.percent, sign='+')} %"
-        for wrong in result.found.diagnoses
-        if wrong.severity is Severity.WRONG
-        for each in wrong.effects
-        if each.matters and result.gains[each.joint].identifiable
-    ]
-    told = f"Kept, moved by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
+    """Gains that a fault moves by less than would refuse them: each joint once, with the largest effect."""
+    largest = dict[int, float]()
+    for wrong in result.found.diagnoses:
+        for each in wrong.effects if wrong.severity is Severity.WRONG else ():
+            if each.matters and result.gains[each.joint].identifiable:
+                largest[each.joint] = max(largest.get(each.joint, 0.0), each.percent, key=abs)
+    moved = [f"joint {joint + 1} by {two_digits(largest[joint], sign='+')} %" for joint in sorted(largest)]
+    told = f"Gains kept although a fault moves them, by less than {SPOILS:g} standard deviations: {', '.join(moved)}."
     return [Paragraph(told, Mood.DOUBTFUL)] if moved else []
 
 

@@ -45,33 +45,36 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     parts: list[Part] = [
         Table(columns=COLUMNS, rows=rows),
         Paragraph(
-            "Check order and names of the joints against your controller's. * is assumed; so are gains, friction, "
-            "rotors and the payload, by rules of thumb that stand beside each number. Predicted: deviation of the gain "
-            "with the motion that was found, for residuals of 2 % of the torque."
+            "Check order and names of the joints against your controller's. Values marked * are assumed; so "
+            "are gains, friction, rotor inertias and payload, by the rules of thumb noted in robot.toml. "
+            "Predicted: standard deviation of the gain with the motion found, for residuals of 2 % of the "
+            "torque."
         ),
         Paragraph(f"Payload: {body.mass:g} kg, centre {list(body.com)} m in the frame of the last link."),
     ]
     if new.home_clearance < CLEAR:
         near = 1e3 * new.home_clearance
-        how = f"comes as near as {near:.0f} mm to" if near > 0.0 else f"reaches {-near:.0f} mm into"
-        parts.append(Paragraph(f"Home {how} floor or arm; name a pose that is clear of both, --home."))
+        how = f"comes within {near:.0f} mm of" if near > 0.0 else f"reaches {-near:.0f} mm into"
+        parts.append(Paragraph(f"Home {how} floor or arm; give a pose clear of both with --home."))
     if new.facts.left:
         parts.append(
             Paragraph(
-                f"The file's {', '.join(new.facts.left)} of joints are left there: they may be what keeps a simulation "
-                "calm. Friction and rotors stand in robot.toml by rules of thumb; correct them if you measured."
+                f"The file's {', '.join(new.facts.left)} of joints are ignored, as they often serve numerical "
+                "stability only. Friction and rotor inertias in robot.toml follow rules of thumb; replace "
+                "them by measured values."
             )
         )
     if new.facts.from_shapes:
         parts.append(
             Paragraph(
-                f"Inertia from shapes, as MuJoCo takes it where a file states none: {', '.join(new.facts.from_shapes)}."
+                "The file states no inertia of these links, so it is computed from their shapes: "
+                f"{', '.join(new.facts.from_shapes)}."
             )
         )
     if new.facts.missing_meshes:
         missing = new.facts.missing_meshes
         parts.append(
-            Paragraph(f"{len(missing)} meshes are not there, {missing[0]} the first; clearance is judged without them.")
+            Paragraph(f"{len(missing)} meshes are missing (first: {missing[0]}); clearance is checked without them.")
         )
     parts += [
         Paragraph(f"{', '.join(FILES)} in {folder}. Next:"),

@@ -39,7 +39,7 @@ def paper_report(found: PaperResult, torques: CaseTorques, seed: int) -> Report:
     failed = sum(not check.holds for check in found.checks)
     verdict = Paragraph(f"PASSED: all {len(found.checks)} claims hold.", Mood.GOOD, strong=True)
     if failed:
-        verdict = Paragraph(f"MISSED: {failed} claims fail.", Mood.BAD, strong=True)
+        verdict = Paragraph(f"FAILED: {failed} of {len(found.checks)} claims do not hold.", Mood.BAD, strong=True)
     title = f"Gautier and Briot (2011), section IV, on the simulated RX-90, seed {seed}"
     return Report(title, (*parts, verdict), found.model_dump(mode="json"))
 
@@ -108,7 +108,7 @@ def _table_4(found: PaperResult) -> Table:
     ours = ("norm", "relative", "sigma", "r - b")
     columns = _numbers("Case", *ours, *(f"paper's\n{title}" for title in ours))
     return Table(
-        title="Table 4: error norm, relative norm, sigma, rows less unknowns; ours, then the paper's",
+        title="Table 4: error norm, relative norm, sigma, degrees of freedom; ours, then the paper's",
         columns=columns,
         rows=rows,
     )

@@ -1,4 +1,4 @@
-"""What `rx90 patch` says: every attribute that was changed, and what was left alone."""
+"""What `rx90 patch` says: every attribute that was changed, and what was unchanged."""
 
 from scenarios.gains_in_use.results import Patched
 from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
@@ -18,10 +18,10 @@ LEFT = (
     Column(title="Why", words=True),
 )
 NOTES = (
-    "Efforts are scaled like the gains; damping and friction are the viscous and Coulomb friction of the "
-    "joint's own law, in N m s/rad and N m (N s/m and N), offsets and friction that grows with load left "
-    "out; armature in kg m^2 (kg). Links, where asked for, are bodies nearest to the model's of all with "
-    "the base parameters that data determine. Nothing else in the file is changed."
+    "Efforts are scaled like the gains. Damping and friction are the joint's viscous and Coulomb friction [N "
+    "m s/rad, N m; N s/m, N], without offsets and load-dependent friction; armature [kg m^2; kg]. Links, with "
+    "--links, are the physically consistent ones nearest to the model that have the identified base "
+    "parameters. Nothing else is changed."
 )
 
 
@@ -44,9 +44,9 @@ def patch_report(written: Patched) -> Report:
         parts.append(Table(title="Changed", columns=COLUMNS, rows=rows))
     if left:
         rows = tuple(cells(each.joint, each.attribute, each.before or NONE, each.reason) for each in left)
-        parts.append(Table(title="Left alone", columns=LEFT, rows=rows))
+        parts.append(Table(title="Unchanged", columns=LEFT, rows=rows))
     parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in written.notes)]
-    words = f"{written.out}: {len(changed)} attributes changed, {len(left)} left alone."
+    words = f"{written.out}: {len(changed)} attributes changed, {len(left)} unchanged."
     parts.append(Paragraph(words, Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True))
     if written.ros_params is not None:
         parts.append(Paragraph(f"{written.ros_params}: torque constants as ROS 2 parameters."))

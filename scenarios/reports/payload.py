@@ -34,12 +34,12 @@ def payload_report(design: PayloadDesign) -> Report:
         for each in design.candidates
         if each.refusal
     ]
-    where = design.flange.name or "no flange: the last joint's axis stands for it"
-    limit = "the robot's file names no rated load" if design.most is None else f"rated load {design.most:g} kg"
+    where = design.flange.name or "last joint's axis, as the robot has no flange"
+    limit = "no rated load stated" if design.most is None else f"rated load {design.most:g} kg"
     parts.append(
         Paragraph(
-            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; the weight "
-            f"as made includes the tolerances of its dimensions and of the scale. Limits: {limit}, torque "
+            f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; 'of weight as made' "
+            f"includes the tolerances of dimensions and scale. Limits: {limit}, torque "
             f"of the drives, distance to floor and arm. Frame: {where}."
         )
     )
@@ -74,7 +74,7 @@ def _joints(design: PayloadDesign) -> Table:
 
 def _verdict(before: bool, after: bool) -> Cell:
     if after:
-        return Cell("as before" if before else "shown now", Mood.GOOD)
+        return Cell("as before" if before else "identified now", Mood.GOOD)
     return Cell("lost" if before else "refused", Mood.BAD)
 
 
@@ -84,12 +84,13 @@ def _why(design: PayloadDesign) -> list[Paragraph]:
     said: list[Paragraph] = []
     for j in np.flatnonzero(~design.shows(before.deviations)):
         text = (
-            f"Joint {j + 1} before: of {before.all_torque[j]:.3g} N m rms the payload's part is {before.torque[j]:.2g}"
+            f"Joint {j + 1}: the payload before contributes {before.torque[j]:.2g} of "
+            f"{before.all_torque[j]:.3g} N m rms"
         )
         if j == len(before.torque) - 1 and before.payload.com is not None:
             off, now = (_beside(design, np.array(each.com)) for each in (before.payload, after.payload))
-            text += f", its centre lying {1e3 * off:.1f} mm beside the flange's axis; with {1e3 * now:.0f} mm"
-        said.append(Paragraph(f"{text} it is {after.torque[j]:.2g} N m."))
+            text += f" (centre of mass {1e3 * off:.1f} mm off the flange axis; now {1e3 * now:.0f} mm)"
+        said.append(Paragraph(f"{text}; the new one contributes {after.torque[j]:.2g} N m."))
     return said
 
 

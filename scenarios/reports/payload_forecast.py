@@ -8,7 +8,7 @@ from scenarios.results.models.bare import ExpectedGains
 COLUMNS = (
     Column(title="Joint"),
     Column(title="Name", words=True),
-    Column(title="2 sigma of its gain", unit="%"),
+    Column(title="2 sigma of gain", unit="%"),
     Column(title="Verdict", words=True),
 )
 
@@ -25,10 +25,10 @@ def if_loaded_parts(found: ExpectedGains, names: Sequence[str]) -> list[Part]:
             str(each.joint),
             name,
             percent(None if each.rel_std is None else 2.0 * each.rel_std, ".2g"),
-            "would be found" if each.reason is None else f"would be refused: {each.reason}",
+            "would be identified" if each.reason is None else f"would be refused: {each.reason}",
         )
         for each, name in zip(found.joints, names, strict=True)
     )
-    title = f"If the same motions were repeated with the payload of {found.mass:g} kg"
-    words = "To be expected of noise and friction like these; friction that grows with the load may add to it."
+    title = f"Forecast: the same motions repeated with the payload of {found.mass:g} kg"
+    words = "The forecast assumes noise and friction as in these logs; load-dependent friction may increase it."
     return [Table(title=title, columns=COLUMNS, rows=rows), Paragraph(words)]

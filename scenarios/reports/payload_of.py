@@ -51,18 +51,19 @@ def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighe
     parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.selected.remarks]
     if body.possible is False:
-        words = "no body has exactly these parameters; within their intervals one may"
+        words = "not physically consistent; parameters within their intervals may be"
         parts.append(Paragraph(sentence(f"Note: {words}"), Mood.DOUBTFUL))
     parts += [Paragraph(words, Mood.DOUBTFUL) for words in _doubts(body, joints)]
     result = found_payload_result(found, body, joints, diagnosed)
-    return Report("Payload from its currents", tuple(parts), result.model_dump(mode="json"))
+    return Report("Payload estimated from currents", tuple(parts), result.model_dump(mode="json"))
 
 
 def _doubts(body: FoundBody, joints: Sequence[Weighed]) -> Iterator[str]:
     mass = body.of("mass")
     if mass is not None and mass.value < 0.0:
         yield (
-            "Note: the mass is negative, but not significantly: nothing was mounted, or bare and loaded are swapped."
+            "Note: the mass is negative, but not significantly. Check that a payload was mounted and that "
+            "bare and loaded are not swapped."
         )
     apart = [
         f"joint {(each.joint or 0) + 1} alone {each.mass.value:.3f} kg (2 sigma {2.0 * each.mass.std:.3f})"
@@ -71,7 +72,7 @@ def _doubts(body: FoundBody, joints: Sequence[Weighed]) -> Iterator[str]:
     ]
     if apart and mass is not None:
         yield (
-            f"WARNING: the joints disagree on the mass: {', '.join(apart)}; all together, "
-            f"{mass.value:.3f} kg. A gain is wrong or the payload moved, which the intervals do not "
-            "include; check the gains with rx90 verify."
+            f"WARNING: the joints disagree on the mass: {', '.join(apart)}; all together {mass.value:.3f} kg. "
+            "A gain is wrong or the payload moved, and the intervals do not include this; check the gains "
+            "with rx90 verify."
         )

@@ -7,9 +7,8 @@ from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Repor
 from scenarios.reports.diagnoses import horizon_paragraphs
 
 MEANING = (
-    "Rms of the relative error from each source alone, at its declared size, to first order. All "
-    "together: biases by sign and variances summed. Within: share of runs inside the tolerance, if "
-    "errors are normal."
+    "First-order rms relative error from each source alone, at its declared size. All together: sums of "
+    "biases (signed) and of variances. Within: share of runs within tolerance, for normal errors."
 )
 CONTROL = "Assumes perfect control, independent sources and additive effects; nothing was simulated."
 
@@ -32,7 +31,7 @@ def _table(budget: PredictedBudget, numbers: list[str]) -> Table:
     rows = [cells(cost.source, *_percents(cost.rms)) for cost in budget.costs]
     rows += [
         cells("all together", *_percents(both.rms)),
-        cells("  of it bias", *_percents(both.bias, "+.3f")),
+        cells("  of which bias", *_percents(both.bias, "+.3f")),
         cells("tolerance", *_percents(budget.tolerance, ".3g")),
         cells("within", *(_within(share) for share in budget.within.tolist())),
     ]

@@ -27,7 +27,7 @@ WEIGHTS = (
     Column(title="Weight", words=True),
     Column(title="Mass", unit="kg"),
     Column(title="Centre", unit="m", words=True),
-    Column(title="Of it known", words=True),
+    Column(title="Known", words=True),
     Column(title="File", words=True),
 )
 SHOWN_HZ = 1000.0
@@ -76,7 +76,11 @@ def recipe_report(
     load = robot.rated_load
     rated = "" if load is None else f" The arm is rated for {load:g} kg, everything mounted together."
     heavy = [each for each, payload in payloads.items() if load is not None and payload.mass > load]
-    rated += f" Beyond that: {', '.join(heavy)}; the manual says whether, and how fast." if heavy else ""
+    rated += (
+        f" Speeds or accelerations beyond the limits: {', '.join(heavy)}; check the manual for the permitted speed."
+        if heavy
+        else ""
+    )
     parts: list[Part] = [
         Heading("Command"),
         _motions(setup),
@@ -116,7 +120,7 @@ def _motions(setup: Setup) -> Table:
         )
         for number, (carried, each) in enumerate(zip(setup.protocol, setup.experiments, strict=True), 1)
     )
-    return Table(title="In this order", columns=MOTIONS, rows=rows)
+    return Table(title="Order of motions", columns=MOTIONS, rows=rows)
 
 
 def _warm_up(seconds: float) -> str:
@@ -151,11 +155,11 @@ def _log(observe: ObserveOptions) -> list[Part]:
     return [
         Paragraph(
             "Time, positions of the joints and currents of the drives, each motion from its start to its end, "
-            f"at {slowest_hz(observe):g} Hz or more. As good as any are {REGRESSOR_RATE * observe.cutoff_hz:g} Hz; "
-            "faster logs are averaged."
+            f"at {slowest_hz(observe):g} Hz or more. Rates above {REGRESSOR_RATE * observe.cutoff_hz:g} Hz add "
+            "nothing, as faster logs are averaged."
         ),
         Paragraph(
-            "Positions and currents by one clock, as raw as they are to be had. Say which current it is: measured or "
+            "Positions and currents by one clock, unfiltered if possible. State which current it is: measured or "
             "commanded, in A, or as torque with its constant."
         ),
     ]

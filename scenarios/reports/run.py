@@ -2,11 +2,20 @@
 
 from collections.abc import Sequence
 
+from ident.diagnosis.alternative import two_digits
 from ident.support.arrays import Array
 from scenarios.experiments.run import Run
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
-from scenarios.reports.diagnoses import horizon_paragraphs
-from scenarios.reports.gains import INTERVAL, gain_unit, interval, note_paragraphs, payload_tables, reason_paragraph
+from scenarios.reports.diagnoses import horizon_paragraphs, many
+from scenarios.reports.gains import (
+    INTERVAL,
+    gain_unit,
+    interval,
+    joints_named,
+    note_paragraphs,
+    payload_tables,
+    reason_paragraph,
+)
 from scenarios.results.models.gains import ResultGain
 from scenarios.results.models.run import Result
 
@@ -64,16 +73,53 @@ def judged_table(gains: Sequence[ResultGain], revolute: Array) -> Table:
 
 def _verdict(gain: ResultGain) -> Cell:
     if not gain.passed:
-        return Cell("MISSED", Mood.BAD)
+        return Cell("FAILED", Mood.BAD)
     return Cell("passed", Mood.GOOD) if gain.identifiable else Cell("refused", Mood.GOOD)
 
 
 def conclusion(gains: Sequence[ResultGain]) -> Paragraph:
     """Whether all joints passed, in a sentence."""
-    missed = [str(gain.joint) for gain in gains if not gain.passed]
-    if missed:
-        return Paragraph(f"MISSED on joint {', '.join(missed)}.", Mood.BAD, strong=True)
-    found = sum(gain.identifiable for gain in gains)
-    refused = [str(gain.joint) for gain in gains if not gain.identifiable]
-    rest = f"; joint {', '.join(refused)} rightly refused" if refused else ""
-    return Paragraph(f"PASSED: {found} gains within tolerance{rest}.", Mood.GOOD, strong=True)
+    if all(gain.passed for gain in gains):
+        return Paragraph(f"PASSED: {_passed(gains)}.", Mood.GOOD, strong=True)
+    return Paragraph(f"FAILED: {_failed([gain for gain in gains if not gain.passed])}.", Mood.BAD, strong=True)
+
+
+def _passed(gains: Sequence[ResultGain]) -> str:
+    found = [gain for gain in gains if gain.identifiable]
+    refused = [gain.joint for gain in gains if not gain.identifiable]
+    parts = list[str]()
+    if found:
+        worst = two_digits(100.0 * max(abs(gain.rel_error or 0.0) for gain in found))
+        parts.append(f"{many(len(found), 'gain')} within tolerance (worst error {worst} %)")
+    if refused:
+        parts.append(f"{joints_named(refused)} refused, as the scenario expects")
+    return "; ".join(parts)
+
+
+def _failed(failed: Sequence[ResultGain]) -> str:
+    """Which joints exceed their tolerance, by how much the worst, and which are against the scenario's expectation."""
+    off = [gain for gain in failed if gain.identifiable and _excess(gain) > 1.0]
+    unexpected = [gain.joint for gain in failed if gain.identifiable and _excess(gain) <= 1.0]
+    refused = [gain.joint for gain in failed if not gain.identifiable]
+    parts = list[str]()
+    if off:
+        worst = max(off, key=_excess)
+        error = (
+            f"{two_digits(100.0 * (worst.rel_error or 0.0), sign='+')} %, tolerance "
+            f"{100.0 * (worst.tolerance or 0.0):.3g} %"
+        )
+        if off[1:]:
+            named = joints_named([gain.joint for gain in off])
+            parts.append(f"{named} exceed their tolerance (worst: joint {worst.joint}, {error})")
+        else:
+            parts.append(f"joint {worst.joint} exceeds its tolerance ({error})")
+    if unexpected:
+        parts.append(f"{joints_named(unexpected)} identified, where the scenario expects a refusal")
+    if refused:
+        parts.append(f"{joints_named(refused)} refused, where the scenario expects a gain")
+    return "; ".join(parts)
+
+
+def _excess(gain: ResultGain) -> float:
+    """Error of a gain over its tolerance."""
+    return abs(gain.rel_error or 0.0) / (gain.tolerance or 1.0)

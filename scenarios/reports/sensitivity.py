@@ -55,7 +55,7 @@ def first_to_buy_down(budgets: Sequence[BudgetJoint]) -> str:
 
 
 def _silent(names: Sequence[str]) -> str:
-    return f"No trial gave a gain with one of these alone, so their effect is unknown: {', '.join(names)}."
+    return f"Effect unknown, as no trial with one of these sources alone gave a gain: {', '.join(names)}."
 
 
 def _headline(budget: BudgetJoint) -> str:
@@ -63,7 +63,7 @@ def _headline(budget: BudgetJoint) -> str:
     lost = f"; {budget.lost} trials gave no gain" if budget.lost else ""
     return (
         f"All together {percent(budget.together)} % rms "
-        f"(added up one by one: {100.0 * budget.summed:.3f} %, none: {floor}; "
+        f"(sum of the single sources: {100.0 * budget.summed:.3f} %, none: {floor}; "
         f"Sobol indices from {budget.samples} rows){lost}"
     )
 

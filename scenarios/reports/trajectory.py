@@ -52,10 +52,8 @@ def trajectory_report(motion: SampledMotion, limits: MotionLimits, out: Path, fo
     broken = limits.broken_by(motion)
     parts: list[Part] = [motion_table(motion, limits), Paragraph("In rad, rad/s, rad/s^2; m where a joint slides.")]
     if broken:
-        parts.append(Paragraph(f"Beyond the limits: {', '.join(broken)}.", Mood.BAD, strong=True))
-    parts.append(
-        Paragraph("The motion begins at the start above: move the robot there slowly, and run it at low speed first.")
-    )
+        parts.append(Paragraph(f"Beyond the robot's limits: {', '.join(broken)}.", Mood.BAD, strong=True))
+    parts.append(Paragraph("Move the robot slowly to the start above, and run the motion at low speed first."))
     words = f"{out}: {len(motion.t)} samples, {motion.t[-1]:g} s, {form}."
     parts.append(Paragraph(words, strong=True))
     result = sampled_result(motion, limits, out, form)

@@ -22,7 +22,7 @@ MASSES = (
     Column(title="residual", unit="kg"),
     Column(title="gains", unit="kg"),
     Column(title="model", unit="kg"),
-    Column(title="Off", unit="%"),
+    Column(title="Error", unit="%"),
     Column(title="2 sigma", unit="%"),
     Column(title="Verdict", words=True),
 )
@@ -39,13 +39,13 @@ def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
     payload = found.payload
     rows = (_row("all joints", found.together), *(_row(f"joint {k}", each) for k, each in enumerate(found.joints, 1)))
     parts: list[Part] = [
-        Paragraph(f"The scale says {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
+        Paragraph(f"Mass on the scale: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
         Table(columns=MASSES, rows=rows),
         Paragraph(
-            "Of a joint alone, the mass is off by as much as its gain. 2 sigma: two standard deviations, "
-            f"in kg of residual, gains and model, in % also of the scale. A verdict is {DIFFERS!r} beyond "
-            f"{found.limit:.2f} deviations, a false alarm rate of 5 % for all together. A bare motion "
-            "that was also used for identification correlates the errors, which is neglected."
+            "The relative error of the mass from one joint equals that of its gain. 2 sigma [kg]: from residual, "
+            f"gains and model; 2 sigma [%]: from the scale as well. A verdict is {DIFFERS!r} beyond {found.limit:.2f} "
+            "standard deviations (5 % false alarms for all verdicts together). Correlation through a bare motion "
+            "that was also used for identification is neglected."
         ),
     ]
     reasons = [(k, each.reason) for k, each in enumerate(found.joints, 1) if each.reason is not None]
@@ -71,7 +71,7 @@ def _row(name: str, each: Weighed) -> tuple[Cell, ...]:
 def _conclusion(found: Verification) -> Paragraph:
     common = common_error(found)
     if common is not None:
-        return Paragraph(f"MISSED: {_common_words(common, found)}.", Mood.BAD, strong=True)
+        return Paragraph(f"FAILED: {_common_words(common, found)}.", Mood.BAD, strong=True)
     off = sorted(
         (each for each in found.joints if each.verdict == DIFFERS),
         key=lambda each: -abs(each.rel_error or 0.0) / (each.rel_std or 1.0),
@@ -80,39 +80,44 @@ def _conclusion(found: Verification) -> Paragraph:
         f"joint {(each.joint or 0) + 1} by {_off(each.rel_error or 0.0, each.rel_std or 0.0)}" for each in off
     )
     if found.passed:
-        return Paragraph("PASSED: the mass from the currents agrees with the scale.", Mood.GOOD, strong=True)
+        agreed = f"error {_off(found.together.rel_error or 0.0, found.together.rel_std or 0.0)}"
+        return Paragraph(f"PASSED: the mass from the currents agrees with the scale, {agreed}.", Mood.GOOD, strong=True)
     if off:
         more = "; the most certain one is listed first and may bias the others" if len(off) > 1 else ""
-        return Paragraph(f"MISSED: gains are off: {named}{more}.", Mood.BAD, strong=True)
+        return Paragraph(f"FAILED: gains are off: {named}{more}.", Mood.BAD, strong=True)
     if found.together.verdict == DIFFERS:
-        words = "the mass differs, and no single joint explains it; or the payload is not the stated one"
-        return Paragraph(f"MISSED: {words}.", Mood.BAD, strong=True)
-    return Paragraph(sentence(f"MISSED: the mass is inconclusive: {found.together.reason}"), Mood.BAD, strong=True)
+        words = (
+            "the mass from the currents is off by "
+            f"{_off(found.together.rel_error or 0.0, found.together.rel_std or 0.0)}, and "
+            "no single joint explains it; check which payload was mounted"
+        )
+        return Paragraph(f"FAILED: {words}.", Mood.BAD, strong=True)
+    return Paragraph(sentence(f"FAILED: the mass is inconclusive: {found.together.reason}"), Mood.BAD, strong=True)
 
 
 def _common_words(common: CommonError, found: Verification) -> str:
     shown = sum(each.mass is not None for each in found.joints)
     who = "all joints" if len(common.joints) == shown else joint_list(common.joints)
     apart = "".join(
-        f"; joint {each.joint + 1} departs from the others by {_off(each.rel_error, each.rel_std)}: its gain is off"
+        f"; joint {each.joint + 1} differs from them by {_off(each.rel_error, each.rel_std)}: its gain is off"
         for each in common.apart
     )
     return (
-        f"{who} alike are off by {_off(common.rel_error, common.rel_std)}: check the weight, here or "
-        f"where the gains were found, or all gains in common{apart}"
+        f"the mass from {who} is off by the same {_off(common.rel_error, common.rel_std)}: check the mass on "
+        f"the scale, here and where the gains were identified{apart}"
     )
 
 
 def _off(rel_error: float, rel_std: float) -> str:
-    return f"{100.0 * rel_error:+.2g} % (2 sigma {200.0 * rel_std:.2g})"
+    return f"{100.0 * rel_error:+.2g} % (2 sigma {200.0 * rel_std:.2g} %)"
 
 
 PREDICTIONS = (
     Column(title="Joint"),
     Column(title="Name", words=True),
-    Column(title="Predicted within", unit="% of rms"),
-    Column(title="fitted within", unit="% of rms"),
-    Column(title="Gain moves by", unit="% rms"),
+    Column(title="Prediction error", unit="% of rms"),
+    Column(title="fit residual", unit="% of rms"),
+    Column(title="Gain change", unit="% rms"),
     Column(title="at most", unit="%"),
 )
 
@@ -136,10 +141,10 @@ def prediction_report(identified: Identification, found: Sequence[JointPredictio
         for each in found
     )
     words = (
-        f"Gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} parts of each motion, currents predicted on the "
-        "part left out, each part in turn. An error common to all parts, such as a wrong mass or model, "
-        "stays undetected. A recording with another weight reveals it: --gains G.toml --loaded B "
-        "--payload P.toml."
+        f"Cross-validation: gains from {TIME_BLOCKS - 1} of {TIME_BLOCKS} time blocks of each motion predict "
+        "the currents "
+        "of the block left out. An error common to all blocks, such as a wrong mass or model, stays undetected; "
+        "to detect it, record another weight: --gains G.toml --loaded B --payload P.toml."
     )
     parts = (Table(columns=PREDICTIONS, rows=rows), Paragraph(words), *doubt_paragraphs(identified.found))
     result = cross_validation_result(identified, found)

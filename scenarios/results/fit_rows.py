@@ -164,14 +164,14 @@ def read_fit(folder: Path) -> Fit:
     """
     path = folder / ROWS
     if not path.is_file():
-        raise ScenarioError(f"{one_line(folder)}: holds no {ROWS}: an older version of rx90 wrote it; save it again")
+        raise ScenarioError(f"{one_line(folder)}: holds no {ROWS}: written by an older version of rx90; save it again")
     try:
         table = pq.read_table(path)
         about = _About.model_validate_json((table.schema.metadata or {})[ABOUT])
         columns = {name: table[name].to_numpy() for name in ("joint", "motion", *COLUMNS.values())}
     except (OSError, KeyError, pa.ArrowException, ValidationError) as error:
         first = one_line(" ".join(str(error).splitlines()[:2]))
-        raise ScenarioError(f"{one_line(path)}: no rows of this version of rx90: {first}; save it again") from error
+        raise ScenarioError(f"{one_line(path)}: not rows of this version of rx90: {first}; save it again") from error
     rows: list[FitRows] = []
     for each in about.rows:
         at = columns["joint"] == each.joint + 1

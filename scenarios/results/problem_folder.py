@@ -227,12 +227,12 @@ def read_stated(path: Path, kind: type[Stated]) -> Stated:
     """
     try:
         if path.stat().st_size > LARGEST:
-            raise ForeignProblem(f"{one_line(path)}: larger than {LARGEST} bytes; it is no problem file")
+            raise ForeignProblem(f"{one_line(path)}: larger than {LARGEST} bytes; not a problem file")
         return kind.model_validate_json(path.read_text(encoding="utf-8"), strict=True)
     except OSError as error:
         raise ForeignProblem(f"{one_line(path)}: {error.strerror}; expected the file of a problem folder") from error
     except UnicodeDecodeError as error:
-        raise ForeignProblem(f"{one_line(path)}: is no text in UTF-8") from error
+        raise ForeignProblem(f"{one_line(path)}: not UTF-8 text") from error
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])

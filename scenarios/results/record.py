@@ -112,7 +112,9 @@ def read_result(folder: Path, kind: type[Kept]) -> Kept:
         return kind.model_validate_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, ValidationError) as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(f"{one_line(path)}: no result of this version of rx90: {first}; save it again") from error
+        raise ScenarioError(
+            f"{one_line(path)}: not a result of this version of rx90: {first}; save it again"
+        ) from error
 
 
 def recorded_problem(folder: Path, record: RecordFile) -> GivenProblem:

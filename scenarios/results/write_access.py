@@ -89,12 +89,12 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
         _check_file(path)
         if any(path.samefile(read) for read in there):
             raise ScenarioError(
-                f"{one_line(path)}: {command} reads this file, and would write over it; name another place"
+                f"{one_line(path)}: {command} reads this file and would overwrite it; give another path"
             )
         if not force and name not in ours:
-            raise ScenarioError(f"{path}: {command} did not write this file; name another place, or add --force")
+            raise ScenarioError(f"{path}: {command} did not write this file; give another path, or add --force")
         if not force and ours[name] != _digest(path):
-            raise ScenarioError(f"{path}: changed since {command} wrote it; name another place, or add --force")
+            raise ScenarioError(f"{path}: changed since {command} wrote it; give another path, or add --force")
     return held
 
 
@@ -111,7 +111,7 @@ def _check_folder(folder: Path) -> None:
 
 def _check_file(path: Path) -> None:
     if not path.is_file():
-        raise ScenarioError(f"{path}: is no regular file")
+        raise ScenarioError(f"{path}: not a regular file")
     if not os.access(path, os.W_OK):
         raise PermissionError(13, os.strerror(13), str(path))
 

@@ -28,14 +28,14 @@ class Converted(ResultModel):
     """
 
     out: str
-    layout: str | None = Field(description="of logs that are recognised or named, null where their columns are said")
-    signal: str | None = Field(description="what v was said to be")
-    v: str | None = Field(description="what v of the recording is")
+    layout: str | None = Field(description="of recognised or named logs, null where the columns are declared")
+    signal: str | None = Field(description="declared quantity of v")
+    v: str | None = Field(description="quantity of v in the recording")
     samples: int
     joints: int
     duration_s: float
     rate_hz: float
-    columns: dict[str, str | list[str]] = Field(description="of the log, that were taken for t, q and v")
+    columns: dict[str, str | list[str]] = Field(description="of the log, used for t, q and v")
     notes: list[str]
 
 

@@ -79,7 +79,7 @@ class _Bar:
 
     def advance(self, trials: int, failed: int) -> None:
         self._count.add(trials, failed)
-        rate = f"{self._count.rate:.1f} a second"
+        rate = f"{self._count.rate:.1f} per second"
         self._progress.update(self._task, completed=self._count.done, rate=rate, failed=self._count.failed)
 
     def tick(self) -> None:
@@ -101,7 +101,7 @@ class _Lines:
             return
         self._next = now + LINE_EVERY
         left = f", {duration((count.total - count.done) / count.rate)} left" if count.finished else ""
-        done = f"{count.done} of {count.total} trials, {count.rate:.1f} a second{left}, {count.failed} failed"
+        done = f"{count.done} of {count.total} trials, {count.rate:.1f} per second{left}, {count.failed} failed"
         self._console.print(f"{self._label}: {done}", soft_wrap=True)
 
 

@@ -54,7 +54,7 @@ class JointElasticity(Values):
         elif not all(0.0 < c <= SOFTEST for c in self.joint_compliance):
             raise EffectError(
                 f"errors: joint_compliance = {list(self.joint_compliance)} rad/(N m): expected positive numbers up to "
-                f"{SOFTEST:g}, one a joint; all zero for rigid joints"
+                f"{SOFTEST:g}, one per joint; all zero for rigid joints"
             )
 
 
@@ -64,7 +64,7 @@ def _fits(values: JointElasticity, robot: Robot, drives: DriveTruth) -> None:
         return
     if len(compliance) != robot.n:
         raise EffectError(
-            f"errors: joint_compliance: {len(compliance)} values [rad/(N m)], expected {robot.n}, one a joint"
+            f"errors: joint_compliance: {len(compliance)} values [rad/(N m)], expected {robot.n}, one per joint"
         )
     if not drives.rotor_inertia.all():
         raise EffectError("errors: joint_compliance needs a rotor_inertia above 0 kg m^2 at every joint")

@@ -82,8 +82,8 @@ def _fits(values: WristCoupling, robot: Robot, drives: DriveTruth) -> None:
         if (left < 0.0).any():
             j = int(np.argmin(left))
             raise EffectError(
-                f"errors: wrist_coupling = {share:g} leaves joint {j + 1} a {name} of {left[j]:.3g} {unit}; "
-                "use a smaller share or drives with more"
+                f"errors: wrist_coupling = {share:g} leaves joint {j + 1} a {name} of {left[j]:.3g} {unit}, below 0; "
+                "use a smaller share"
             )
 
 

@@ -46,7 +46,7 @@ def test_the_controller_does_not_know_the_true_rotors():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"gain": (1.0, 1.0)}, "2 gains and 6 rotor inertias; expected one a joint"),
+        ({"gain": (1.0, 1.0)}, "2 gains and 6 rotor inertias; expected one per joint"),
         ({"gain": (1.0, 0.0, 1.0, 1.0, 1.0, 1.0)}, "has a zero; expected nonzero gains"),
     ],
 )
@@ -57,7 +57,7 @@ def test_impossible_beliefs_are_refused(values, message):
 
 def test_a_belief_in_another_arm_is_refused():
     belief = replace(BELIEF, gain=(1.0, 1.0), rotor_inertia=(1.0, 1.0))
-    with pytest.raises(PlantError, match="6 joints, but the controller believes in 2"):
+    with pytest.raises(PlantError, match="6 joints, but the controller's model has 2"):
         tuned(belief, short_motion(), ControllerOptions())
 
 

@@ -101,7 +101,7 @@ def test_a_fault_of_an_elastic_arm_names_its_joint():
 
 
 def test_compliances_of_another_arm_are_refused():
-    with pytest.raises(PlantError, match=r"joint_compliance: 2 values \[rad/\(N m\)\], expected 6, one a joint"):
+    with pytest.raises(PlantError, match=r"joint_compliance: 2 values \[rad/\(N m\)\], expected 6, one per joint"):
         nominal_plant(errors=ModelErrors(joint_compliance=(1e-5, 1e-5)))
 
 
@@ -112,7 +112,7 @@ def test_zero_compliance_is_a_rigid_joint():
 def test_a_transmission_turns_by_a_radian_under_ten_newton_metres_at_most():
     softest = (1e-4, 0.1, 1e-4, 1e-4, 1e-4, 1e-4)
     assert ModelErrors(joint_compliance=softest).joint_compliance == softest
-    with pytest.raises(PlantError, match=r"expected positive numbers up to 0\.1, one a joint"):
+    with pytest.raises(PlantError, match=r"expected positive numbers up to 0\.1, one per joint"):
         ModelErrors(joint_compliance=(*softest[:5], 0.1001))
 
 

@@ -35,7 +35,7 @@ def answered(
     names = [folder.name for folder in folders]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise ScenarioError(f"two problem folders are called {twice}; answers are kept by that name")
+        raise ScenarioError(f"two problem folders are called {twice}; rename one, answers are stored under that name")
     joints = {folder: read_problem(folder).arm.n for folder in folders}
     rows = list(read_answers(path)) if path.exists() else []
     stages.begin("asking", len(folders) * len(methods))

@@ -53,7 +53,7 @@ class KeptPromise(ResultModel):
     """
 
     promise: str
-    broken: str | None = Field(description="how, null if it is kept")
+    broken: str | None = Field(description="how it is violated, null if it holds")
     kept: bool
 
 
@@ -94,16 +94,18 @@ def checks(method: Method, limits: Limits) -> Iterator[KeptPromise]:
     yield asked(f"exact data give exact gains, to {EXACT:g}", exact.motions, lambda found: _inexact(found, exact.gain))
     before = _asked(method, noisy.motions, structure, TRUSTING, limits)
     if isinstance(before, MethodError):
-        yield _promise("noisy data are answered", _said(before))
+        yield _promise("noisy data give gains", _said(before))
         return
-    yield _promise("errors of noisy data agree with the stated deviations", _overconfident(before, noisy.gain))
+    yield _promise(
+        "errors with noisy data agree with the stated standard deviations", _overconfident(before, noisy.gain)
+    )
     ones = np.ones(structure.arm.n)
     unit = np.where(np.arange(structure.arm.n) == MOVED, UNIT, 1.0)
-    yield asked("the same data give the same digits", noisy.motions, lambda found: _differs(found, before, ones, 0.0))
+    yield asked("the same data give identical gains", noisy.motions, lambda found: _differs(found, before, ones, 0.0))
     for promise, motions, factor in (
-        (f"mass and inertia times {FACTOR} are gains times {FACTOR}", _heavier(noisy, FACTOR), FACTOR * ones),
-        (f"currents times {FACTOR} are gains over {FACTOR}", _scaled(noisy, FACTOR * ones), ones / FACTOR),
-        ("currents of the other sign are gains of the other sign", _scaled(noisy, -ones), -ones),
+        (f"mass and inertia times {FACTOR} scale the gains by {FACTOR}", _heavier(noisy, FACTOR), FACTOR * ones),
+        (f"currents times {FACTOR} divide the gains by {FACTOR}", _scaled(noisy, FACTOR * ones), ones / FACTOR),
+        ("negated currents negate the gains", _scaled(noisy, -ones), -ones),
         (f"a change of unit of joint {MOVED + 1} affects no other joint", _scaled(noisy, unit), 1.0 / unit),
     ):
         yield asked(promise, motions, lambda found, factor=factor: _differs(found, before, factor, SAME))
@@ -165,21 +167,21 @@ def _overconfident(found: Claims, gain: Array) -> str | None:
         claim.value is not None and claim.std is not None and not abs(claim.value - true) <= SURE * claim.std
         for claim, true in zip(found, gain, strict=True)
     ]
-    return f"{_joints(off)} off by more than {SURE:g} stated deviations" if any(off) else None
+    return f"{_joints(off)} off by more than {SURE:g} stated standard deviations" if any(off) else None
 
 
 def _differs(found: Claims, before: Claims, factor: Array, tolerance: float) -> str | None:
     """How claims differ from earlier ones times a factor."""
     for joint, (now, then, times) in enumerate(zip(found, before, factor, strict=True), 1):
         if (now.value is None) != (then.value is None):
-            return f"joint {joint} is {'refused' if now.value is None else 'claimed'}, and was not before"
+            return f"joint {joint} is {'refused' if now.value is None else 'claimed'} now, but was not before"
         for what, new, old in (("gain", now.value, then.value), ("deviation", now.std, then.std)):
             wanted = None if old is None else old * float(times if what == "gain" else abs(times))
             if new is None or wanted is None:
                 if new is not wanted:
-                    return f"the {what} of joint {joint} is stated in one answer alone"
+                    return f"the {what} of joint {joint} is stated in only one of the answers"
             elif abs(new - wanted) > tolerance * abs(wanted):
-                return f"the {what} of joint {joint} is {new:.9g}, and {wanted:.9g} is wanted"
+                return f"the {what} of joint {joint} is {new:.9g}, expected {wanted:.9g}"
     return None
 
 

@@ -168,7 +168,7 @@ def revealed(seal_file: Path, truths: Path) -> Revealed:
     except OSError as error:
         raise ScenarioError(f"{one_line(seal_file)}: {error.strerror}") from error
     except (UnicodeDecodeError, ValidationError) as error:
-        raise ScenarioError(f"{one_line(seal_file)}: no seal of problems") from error
+        raise ScenarioError(f"{one_line(seal_file)}: not a seal of problems") from error
     found: dict[str, TruthFile] = {}
     for name, each in stated.problems.items():
         path = truths / f"{name}.json"
@@ -176,14 +176,14 @@ def revealed(seal_file: Path, truths: Path) -> Revealed:
             content = path.read_bytes()
         except OSError as error:
             raise ScenarioError(
-                f"{one_line(path)}: {error.strerror}; every truth that was sealed is to be revealed"
+                f"{one_line(path)}: {error.strerror}; give the truth of every sealed problem"
             ) from error
         if hashlib.sha256(content).hexdigest() != each.truth:
-            raise ScenarioError(f"{one_line(path)}: is not the truth that was sealed: its SHA-256 is another")
+            raise ScenarioError(f"{one_line(path)}: is not the truth that was sealed: its SHA-256 differs")
         try:
             found[name] = TruthFile.model_validate_json(content, strict=True)
         except ValidationError as error:
-            raise ScenarioError(f"{one_line(path)}: no truth of a problem") from error
+            raise ScenarioError(f"{one_line(path)}: not the truth of a problem") from error
     return Revealed(found, {name: each.problem for name, each in stated.problems.items()})
 
 

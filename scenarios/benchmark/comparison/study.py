@@ -35,7 +35,7 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
         raise ScenarioError("no method; name one with --method")
     for text in texts:
         if texts.count(text) > 1:
-            raise ScenarioError(f"method {text!r} is given twice; nothing would be compared")
+            raise ScenarioError(f"method {text!r} is given twice; give each method once")
     schema = trial_schema(scenario, places_of(scenario.table.random), (METHOD,))
     return replace(
         monte_carlo(scenario, count, seed),

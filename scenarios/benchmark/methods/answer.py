@@ -23,7 +23,7 @@ class AnswerGain(BaseModel):
     model_config = ConfigDict(extra="allow")
     joint: int = Field(ge=1)
     estimate: float | None = Field(description="[N m / drive unit], null if refused")
-    std: float | None = Field(description="[N m / drive unit], null if refused or none is stated")
+    std: float | None = Field(description="[N m / drive unit], null if refused or not stated")
     identifiable: bool
     reason: str | None = None
 
@@ -80,7 +80,7 @@ def _claim(gain: AnswerGain) -> Claim:
             raise NotFinite(f"joint {gain.joint}: {name} is {value}")
     if not gain.identifiable:
         if gain.estimate is not None or gain.std is not None:
-            raise ImpossibleGain(f"joint {gain.joint} is refused, and has a number; give null")
+            raise ImpossibleGain(f"joint {gain.joint} is refused but has a number; give null")
         return Claim(None, None, gain.reason)
     if not gain.estimate:
         raise ImpossibleGain(f"joint {gain.joint}: a gain of {gain.estimate}; refuse the joint instead")

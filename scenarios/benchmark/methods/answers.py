@@ -112,7 +112,7 @@ def read_answers(path: Path) -> tuple[AnswerRow, ...]:
         raise ScenarioError(f"{one_line(path)}: {error.strerror}") from error
     except (UnicodeDecodeError, ValidationError) as error:
         first = str(error).splitlines()[:3]
-        raise ScenarioError(f"{one_line(path)}: no file of answers: {one_line(' '.join(first))}") from error
+        raise ScenarioError(f"{one_line(path)}: not a file of answers: {one_line(' '.join(first))}") from error
 
 
 def write_answers(rows: Sequence[AnswerRow], path: Path) -> None:

@@ -27,6 +27,6 @@ def method(text: str) -> Method | None:
         raise ScenarioError(f"method {shown(text)}: no command; expected exec: COMMAND")
     program = shutil.which(words[0])
     if program is None:
-        raise ScenarioError(f"method {shown(text)}: no program {shown(words[0])}")
+        raise ScenarioError(f"method {shown(text)}: program not found: {shown(words[0])}")
     given = [Path(word) for word in words[1:] if Path(word).is_file()]
     return Method(text, (str(Path(program).absolute()), *words[1:]), digests([Path(program), *given]))

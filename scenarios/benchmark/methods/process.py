@@ -196,4 +196,4 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
-        raise NoAnswer("it printed no text in UTF-8") from error
+        raise NoAnswer("its output is not UTF-8 text") from error

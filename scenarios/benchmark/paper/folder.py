@@ -49,13 +49,13 @@ def read_paper(folder: Path) -> tuple[SavedPaper, PaperResult]:
         saved = SavedPaper.model_validate_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, ValidationError) as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+        raise ScenarioError(f"{one_line(path)}: damaged, or written by another version of rx90: {first}") from error
     try:
         return saved, PaperResult.model_validate(saved.result)
     except ValidationError as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
         again = f"write it again: {one_line(saved.command)} --force"
-        raise ScenarioError(f"{one_line(path)}: its result lacks what a page needs: {first}; {again}") from error
+        raise ScenarioError(f"{one_line(path)}: its result lacks data for the page: {first}; {again}") from error
 
 
 def read_torques(folder: Path, saved: SavedPaper, case: int) -> CaseTorques:

@@ -6,7 +6,7 @@ from importlib import import_module
 from scenarios.design.motion_formats.sampled import SampledMotion
 
 FORMATS = {
-    "csv": "positions, speeds and accelerations, a row a sample",
+    "csv": "positions, speeds and accelerations, one row per sample",
     "ros": "ROS 2 JointTrajectory, YAML",
     "urscript": "URScript, a slow movej to the start and a list of servoj; six joints that turn",
 }

@@ -111,7 +111,7 @@ class GainsFile(_Table):
     created: str | None = Field(None, description="when, ISO 8601")
     robot: str | None = None
     method: str | None = Field(None, description="estimator, or where the gains are from")
-    gains: tuple[GainEntry, ...] = Field(min_length=1, description="one a joint, in their order")
+    gains: tuple[GainEntry, ...] = Field(min_length=1, description="one per joint, in their order")
     covariance: tuple[tuple[float, ...], ...] | None = Field(
         None,
         description="of identifiable joints' estimates, in their order, all shares together; in products of `unit`",
@@ -218,13 +218,13 @@ def _check(file: GainsFile, where: str) -> None:
             raise ScenarioError(f"{place}: {missing} is missing; give it, or identifiable = false and a reason")
         if not entry.identifiable and (entry.estimate is not None or entry.std is not None):
             raise ScenarioError(
-                f"{place}: refused, and has a number; leave out estimate and std, or identifiable = false"
+                f"{place}: refused but has a number; leave out estimate and std, or identifiable = false"
             )
     k = sum(entry.identifiable for entry in file.gains)
     if file.covariance is not None and [len(row) for row in file.covariance] != [k] * k:
         sizes = shown([len(row) for row in file.covariance])
         raise ScenarioError(
-            f"{where}: covariance: rows of {sizes} numbers; expected {k} of {k}, one an identifiable joint"
+            f"{where}: covariance: rows of {sizes} numbers; expected {k} of {k}, one per identifiable joint"
         )
     try:
         known = file.known

@@ -150,7 +150,7 @@ def check_lengths(table: ScenarioTable, path: str) -> None:
     }
     for where, values in arrays.items():
         if len(values) != n:
-            raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one a joint")
+            raise ScenarioError(f"{path}: {where}: {len(values)} values, but tolerance.gain has {n}; one per joint")
     if not all(table.belief.controller_gain):
         raise WrongValue(f"{path}: belief.controller_gain: a gain of zero commands nothing")
     for first, second in table.belief.couplings:
@@ -171,7 +171,9 @@ def _check_payloads(table: ScenarioTable, path: str) -> None:
     """Every payload has one description on either side, and is there for the protocol."""
     for side, stated in (("plant", table.plant), ("belief", table.belief)):
         if stated.payload is not None and LOADED in stated.payloads:
-            raise WrongValue(f"{path}: {side}: payload and payloads.{LOADED} are the same one; state one of them")
+            raise WrongValue(
+                f"{path}: {side}: payload and payloads.{LOADED} denote the same payload; state one of them"
+            )
     plant, belief = (
         by_mounting(table.plant.payload, table.plant.payloads),
         by_mounting(table.belief.payload, table.belief.payloads),
@@ -197,12 +199,14 @@ def _check_draws(table: ScenarioTable, path: str) -> None:
             if len(ways) != 1:
                 raise WrongDraw(f"{where}: give either a distribution, or a choice, or for a source its stream")
             if isinstance(draw, SourceTable) and draw.size is not None and stream is None:
-                raise WrongDraw(f"{where}: size is of a noise; a drawn source has its size from its distribution")
+                raise WrongDraw(
+                    f"{where}: size applies to noise only; a drawn source gets its size from its distribution"
+                )
             if not draw.targets:
-                raise WrongDraw(f"{where}: target names no place")
+                raise WrongDraw(f"{where}: target is empty; name the value to draw")
             for place in (*draw.targets, *([] if stream is None else [f"the stream {stream}"])):
                 if stream is None and not place.startswith(DRAWABLE):
                     raise WrongDraw(f"{where}: {place!r} cannot be drawn; targets begin with {', '.join(DRAWABLE)}")
                 if place in owner:
-                    raise WrongDraw(f"{where}: {place} is taken by {group}.{owner[place]}; draw a place once")
+                    raise WrongDraw(f"{where}: {place} is taken by {group}.{owner[place]}; draw each value once")
                 owner[place] = name

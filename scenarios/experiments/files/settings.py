@@ -29,7 +29,7 @@ def value_at(table: ScenarioTable, place: str) -> Value:
     for depth, key in enumerate(keys := place.split(".")):
         below = _entries(inner)
         if inner is None and keys[depth - 1] == "payload":
-            raise ScenarioError(f"{'.'.join(keys[:depth])}: no motion of experiment.protocol carries it")
+            raise ScenarioError(f"{'.'.join(keys[:depth])}: no motion of experiment.protocol carries this payload")
         if key not in below:
             at = ".".join(keys[:depth]) or "the scenario"
             raise ScenarioError(f"no {key!r} in {at}{nearest(key, below)}; known: {', '.join(below) or 'nothing'}")
@@ -58,7 +58,7 @@ def place_of(table: ScenarioTable, name: str) -> str:
     """
     found = [place for place in _places(table, "") if f".{place}".endswith(f".{name}")]
     if len(found) > 1 and name not in found:
-        raise ScenarioError(f"{name} is the end of several places: {', '.join(found)}; expected one of them")
+        raise ScenarioError(f"{name} is ambiguous: {', '.join(found)}; expected one of them")
     place = found[0] if len(found) == 1 else name
     value_at(table, place)
     return place

@@ -101,7 +101,7 @@ def find_scenario(name: str, folder: Path | None = None) -> Path:
         return CATALOG / f"{name}.toml"
     if name in part_names():
         if folder is None:
-            raise UnknownName(f"{name} is a part of scenarios, to be extended by one that states the rest")
+            raise UnknownName(f"{name} is a partial scenario; extend it by a file that states the rest")
         return PARTS / f"{name}.toml"
     path = (folder or Path()) / name
     if path.suffix != ".toml" and not path.is_file():

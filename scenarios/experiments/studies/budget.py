@@ -81,7 +81,7 @@ class BudgetJoint(ResultModel):
     samples: int
     lost: int
     summed: float
-    silent: list[str] = Field(description="sources none of whose own trials gave the joint a gain")
+    silent: list[str] = Field(description="sources whose trials alone never gave this joint a gain")
 
 
 class Budget(ResultModel):

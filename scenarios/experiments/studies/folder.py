@@ -66,7 +66,7 @@ class StudyFolder:
         parts.sort(key=lambda part: part.trials.start)
         for before, after in itertools.pairwise(parts):
             if after.trials.start < before.trials.stop:
-                raise StudyError(f"{self.trials / after.name}: its trials are in {before.name} too; move one away")
+                raise StudyError(f"{self.trials / after.name}: its trials are also in {before.name}; move one away")
         return parts
 
     def as_it_is(self) -> "StudyFolder":
@@ -174,7 +174,7 @@ def study_folder(
     try:
         lock.acquire(timeout=0)
     except Timeout as error:
-        raise StudyError(f"{path}: another process is at work here; wait for it or use another --out") from error
+        raise StudyError(f"{path}: another process uses this folder; wait for it or use another --out") from error
     try:
         (path / UNFINISHED).unlink(missing_ok=True)
         _end_moves(path)

@@ -65,14 +65,14 @@ def checked_part(path: Path, rows_per_trial: int) -> Part:
     """
     part = part_named(path.name)
     if part is None:
-        raise StudyError(f"{path}: no part of a study; move it away")
+        raise StudyError(f"{path}: not part of a study; move it away")
     try:
         found = pq.read_metadata(path)
         at = found.schema.names.index("trial")
         groups = [found.row_group(k).column(at).statistics for k in range(found.num_row_groups)]
         held = range(min(group.min for group in groups), max(group.max for group in groups) + 1)
     except (ValueError, OSError, AttributeError, pa.ArrowException) as error:
-        raise StudyError(f"{path}: no part of a study; move it away") from error
+        raise StudyError(f"{path}: not part of a study; move it away") from error
     if part.ending not in (WHOLE, LOST) or path.name != part.name or held != part.trials:
         raise StudyError(f"{path}: holds trials {held.start} to {held.stop - 1}; move it away")
     if found.num_rows != len(part.trials) * rows_per_trial:
@@ -141,7 +141,7 @@ def replace_members(waiting: Path, trials: Path) -> None:
     """
     part = part_named(waiting.name.removeprefix("."))
     if part is None:
-        raise StudyError(f"{waiting}: no part of a study; move it away")
+        raise StudyError(f"{waiting}: not part of a study; move it away")
     try:
         _settle(waiting.parent)
         for member in members_of(part.trials, trials):

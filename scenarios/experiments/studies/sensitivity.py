@@ -48,9 +48,7 @@ def sensitivity(scenario: Scenario, *, repeats: int, samples: int, seed: int) ->
             raise StudyError(f"{name} = {_short(number)}: expected a power of 2 up to {LARGEST}, as 16 or 64")
     check_draws(scenario, setup_of)
     if not any(scenario.table.tolerance.identifiable):
-        raise StudyError(
-            f"{scenario.name}: tolerance.identifiable wants no joint's gain, so there is no error to share"
-        )
+        raise StudyError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute")
     sources = sources_of(scenario)
     plan = Plan(names=tuple(sources.names), repeats=repeats, samples=samples)
     return Study(

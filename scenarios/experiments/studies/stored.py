@@ -59,12 +59,12 @@ def read_study(folder: Path) -> StoredStudy:
         words, versions = shlex.split(command), dict(record["versions"])
     except (OSError, ValueError, KeyError, TypeError, ValidationError) as error:
         first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+        raise ScenarioError(f"{one_line(path)}: damaged, or written by another version of rx90: {first}") from error
     held = StudyFolder(folder, len(table.tolerance.gain))
     held = held.as_it_is() if held.trials.is_dir() else replace(held, seen=())
     missing = sum(map(len, held.missing(trials)))
     if missing:
-        raise ScenarioError(f"{one_line(folder)}: {missing} of {trials} trials are missing; go on with: {command}")
+        raise ScenarioError(f"{one_line(folder)}: {missing} of {trials} trials are missing; continue with: {command}")
     return StoredStudy(
         folder=folder,
         kind=str(kind),

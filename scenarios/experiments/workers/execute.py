@@ -73,7 +73,7 @@ def completed(
             given_up += 1
             if given_up == HOPELESS and not done:
                 raise StudyError(
-                    f"of the first {HOPELESS} chunks of trials none returned: {outcome.reason}; fix that "
+                    f"of the first {HOPELESS} chunks of trials none returned: {outcome.reason}; fix the cause "
                     "and repeat the command"
                 )
 

@@ -5,7 +5,7 @@ from concurrent.futures import BrokenExecutor, Executor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
-SCHEDULER_GONE = "the scheduler has exited; what is finished is kept, repeat the command"
+SCHEDULER_GONE = "the scheduler has exited; finished trials are kept; repeat the command"
 
 
 @dataclass(frozen=True, slots=True)

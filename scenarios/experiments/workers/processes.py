@@ -158,7 +158,7 @@ def _jobs(text: str) -> str:
     try:
         jobs = int(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
     if not 1 <= jobs <= most:
         cores = "1 core" if usable_cores() == 1 else f"{usable_cores()} cores"
         raise argparse.ArgumentTypeError(f"expected a number from 1 to {most}, this machine has {cores} to use")

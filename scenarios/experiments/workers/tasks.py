@@ -41,7 +41,7 @@ def run_task(task: Task) -> pa.Table:
     for name, wanted in task.versions.items():
         if here.get(name) != wanted:
             raise StudyError(
-                f"a worker has {name} {here.get(name)}, the study was begun with {wanted}; install that there"
+                f"a worker has {name} {here.get(name)}, the study began with {wanted}; install that version there"
             )
     rows = run_trials(task.scenario, task.trials, task.schema, threads=1, work=task.work)
     give_back_memory()

@@ -33,7 +33,7 @@ def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange
     try:
         nominal = nominal_links(model, flange)
         if np.allclose(nominal.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
-            return Unknown("the model file holds the kinematics alone, as rx90 writes it, without link masses")
+            return Unknown("the model file has the kinematics only, without link masses")
         found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
     except (ModelFileError, NoBody) as error:
         return Unknown(str(error))

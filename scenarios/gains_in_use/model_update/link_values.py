@@ -85,12 +85,12 @@ def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
     for each in found.links:
         if not same_frames(each, arm, nominal.carried, tolerance=SAME):
             raise ScenarioError(
-                f"--links: MODEL has another frame for joint {each.name}, or other things fixed to its link, than the "
+                f"--links: MODEL has another frame for joint {each.name}, or other bodies fixed to its link, than the "
                 "model that bare motions were identified with; identify them with this file"
             )
     if found.farthest_deviations > FAR:
         raise ScenarioError(
-            f"--links: links that bodies can have put base parameter {found.farthest_parameter} "
-            f"{found.farthest_deviations:.2g} deviations from the estimate, more than {FAR:g}: model, "
-            "gains or data are mistaken"
+            f"--links: physically consistent links differ in base parameter {found.farthest_parameter} "
+            f"{found.farthest_deviations:.2g} standard deviations from the estimate (limit {FAR:g}); check "
+            "model, gains and data"
         )

@@ -11,7 +11,7 @@ from scenarios.gains_in_use.model_update.places import Change, Patched, left, sc
 from scenarios.gains_in_use.model_update.values import JointValues, Unknown
 from scenarios.gains_in_use.model_update.xml_text import Tag, attribute_edit
 
-NOT_THERE = "the file has no joint of this name: it has none, or an included file does"
+NOT_THERE = "the file has no joint of this name; it may be in an included file"
 MAIN = "main"
 ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "dcmotor")
 

@@ -37,7 +37,7 @@ def mjcf_link_changes(content: bytes, tags: Sequence[Tag], links: Sequence[LinkV
         joint = joints.get(each.joint)
         if joint is None or joint.parent is None:
             raise ScenarioError(
-                f"joint {each.joint}: the file has none of this name, so that its link cannot be stated"
+                f"joint {each.joint}: the file has no joint of this name, so its link cannot be written"
             )
         found += _link(content, tags, joint, joint.parent, each)
     said = COMMENT.format(elsewhere="")
@@ -52,7 +52,8 @@ def _check_compiler(tags: Sequence[Tag]) -> None:
         found += ["inertiafromgeom"] if given.get("inertiafromgeom") == "true" else []
         if found:
             raise ScenarioError(
-                f"compiler {found[0]} = {given[found[0]]!r} changes masses that a body states; remove it first"
+                f"compiler {found[0]} = {given[found[0]]!r} would override the masses that bodies state; "
+                "remove it first"
             )
 
 

@@ -117,7 +117,7 @@ def _friction(entry: GainEntry, bare: BareFile | None, j: int, name: str, most: 
         return gain
     curved = [each for each in own if each.startswith(("cbrt", "by-direction"))]
     if curved and name == "Fv":
-        return Unknown(f"viscous friction is no straight line of speed ({', '.join(curved)})")
+        return Unknown(f"viscous friction is not linear in speed ({', '.join(curved)})")
     if name not in own:
         several = any(each.startswith(f"{name} in motion") for each in own)
         return Unknown(
@@ -134,10 +134,10 @@ def _armature(structure: Structure, gains: GainsFile, bare: BareFile | None, j: 
     found = next((each for each in bare.base_parameters if each.parameter == name), None)
     group = structure.base.groups().get(name, {})
     if set(group) != {name}:
-        return Unknown("regrouped with inertia of the links: only their sum is identifiable")
+        return Unknown("regrouped with link inertia: only their sum is identifiable")
     unit = _gain(gains.gains[bare.reference - 1])
     if found is None:
-        return Unknown("these motions do not show it")
+        return Unknown("not identifiable from these motions")
     return unit if isinstance(unit, Unknown) else _times(found, unit, most)
 
 

@@ -71,7 +71,7 @@ def start_tags(content: bytes, where: str) -> tuple[Tag, ...]:
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
-        raise ScenarioError(f"{where}: no XML: {expat.ErrorString(error.code)} in line {error.lineno}") from error
+        raise ScenarioError(f"{where}: not XML: {expat.ErrorString(error.code)} in line {error.lineno}") from error
     return tuple(tags)
 
 

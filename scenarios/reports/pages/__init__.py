@@ -44,7 +44,7 @@ def kind_of(folder: Path) -> str:
         ScenarioError: If it holds nothing that a page could be made of.
     """
     if not folder.is_dir():
-        raise ScenarioError(f"{one_line(folder)}: is no folder; expected one that {LEAVERS} left")
+        raise ScenarioError(f"{one_line(folder)}: not a folder; expected one that {LEAVERS} left")
     for name, key, kind in ((RECORD, "kind", None), (STUDY, "study", None), (COMPARISON, None, "comparison")):
         if (folder / name).is_file():
             return kind or _stated(folder / name, key or "")
@@ -53,11 +53,11 @@ def kind_of(folder: Path) -> str:
             return kind
     if (folder / RESULT).is_file():
         raise ScenarioError(
-            f"{one_line(folder)}: holds {RESULT} but no {RECORD}: half written, or older; save it again"
+            f"{one_line(folder)}: holds {RESULT} but no {RECORD}: incomplete or from an older version; save it again"
         )
     if (folder / "paper.md").is_file():
         raise ScenarioError(
-            f"{one_line(folder)}: holds paper.md but no {PAPER}: half written, or older; write it again"
+            f"{one_line(folder)}: holds paper.md but no {PAPER}: incomplete or from an older version; write it again"
         )
     raise ScenarioError(f"{one_line(folder)}: holds no result; expected a folder that {LEAVERS} left")
 
@@ -67,9 +67,11 @@ def _stated(path: Path, key: str) -> str:
     try:
         stated = json.loads(path.read_text(encoding="utf-8"))[key]
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ScenarioError(f"{one_line(path)}: is damaged, or of another version: it states no {key!r}") from error
+        raise ScenarioError(f"{one_line(path)}: damaged, or from another version: it states no {key!r}") from error
     if stated not in PAGES:
         raise ScenarioError(f"{one_line(path)}: states {key} {one_line(stated)!r}; known: {', '.join(PAGES)}")
     if stated == "comparison":
-        raise ScenarioError(f"{one_line(path.parent)}: is one scenario of a comparison; name the folder it is in")
+        raise ScenarioError(
+            f"{one_line(path.parent)}: is one scenario of a comparison; give the folder that contains it"
+        )
     return stated

@@ -26,7 +26,7 @@ def page(folder: Path) -> Report:
     path = folder / ANSWERS
     rows = read_answers(path)
     if not rows:
-        raise ScenarioError(f"{one_line(path)}: holds no answer; ask for some with rx90 compare FOLDER --out")
+        raise ScenarioError(f"{one_line(path)}: contains no answer; create answers with rx90 compare FOLDER --out")
     told = answers_report(rows, path)
     parts: list[Part] = [_counted(rows), Paragraph(UNKNOWN)]
     for problem in dict.fromkeys(row.problem for row in rows):
@@ -66,10 +66,10 @@ def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:
         )
         for row, tone in zip(shown, TONES, strict=False)
     ]
-    more = f" In the table alone: {left} more." if left else ""
+    more = f" {left} more in the table only." if left else ""
     plot = Plot(
         title="Gains by joint",
-        caption=f"Bars: two stated deviations; a gain whose method states none is a point alone.{more}",
+        caption=f"Bars: two stated deviations; without a bar, the method states no standard deviation.{more}",
         x=Axis(title="joint", categories=names),
         y=Axis(title="gain", unit="N (m)/unit"),
         series=tuple(series),
@@ -92,17 +92,17 @@ def _reasons(rows: Sequence[AnswerRow]) -> list[Table]:
         for joint, claim in enumerate(row.claims, 1)
         if claim.value is None and claim.reason
     ]
-    columns = (Column(title="Method", words=True), Column(title="Joint"), Column(title="Why not", words=True))
+    columns = (Column(title="Method", words=True), Column(title="Joint"), Column(title="Reason", words=True))
     lines = tuple(cells(*each) for each in found)
-    return [Table(title="No gain, and why", columns=columns, rows=lines)] if lines else []
+    return [Table(title="Joints without a gain, and the reason", columns=columns, rows=lines)] if lines else []
 
 
 def _origin(rows: Sequence[AnswerRow]) -> list[Part]:
-    """What was asked, by digests, and which files of the methods answered."""
+    """Problems, by digests, and which files of the methods answered."""
     files = {f"{row.method}: {name}": digest for row in rows for name, digest in row.files.items()}
     problems = {row.problem: row.digest for row in rows}
     columns = (Column(title="Problem", words=True), Column(title="SHA-256 of its files", words=True))
-    parts: list[Part] = [Heading("What was asked")]
+    parts: list[Part] = [Heading("Problems")]
     parts.append(Table(columns=columns, rows=tuple(cells(*each) for each in problems.items())))
     if files:
         columns = (Column(title="Method and its file", words=True), Column(title="Digest or version", words=True))

@@ -37,7 +37,7 @@ def page(folder: Path) -> Report:
     doubtful = any(isinstance(part, Paragraph) and part.mood is Mood.DOUBTFUL for part in report.parts)
     verdict = _verdict(result, Mood.DOUBTFUL if doubtful else Mood.PLAIN)
     parts: list[Part] = [verdict, *report.parts]
-    parts += [Heading("What the motion covers"), coverage_plot(seen, given.arm)]
+    parts += [Heading("Joint ranges covered by the motion"), coverage_plot(seen, given.arm)]
     return Report(record.title, (*parts, *_origin(folder, record, given.arm)), report.document)
 
 
@@ -46,8 +46,8 @@ def _verdict(result: BareResult, mood: Mood) -> Paragraph:
     found = [str(each.joint) for each in others if each.ratio is not None]
     refused = [str(each.joint) for each in others if each.ratio is None]
     text = f"Bare motions give the gains of {_joints(found)} as ratios to that of joint {result.reference}"
-    without = f"; of {_joints(refused)} they give none" if refused else ""
-    warned = "" if mood is Mood.PLAIN else " Warnings stand below."
+    without = f"; they do not determine {_joints(refused)}" if refused else ""
+    warned = "" if mood is Mood.PLAIN else " See the warnings below."
     return Paragraph(f"{text}{without}.{warned}", mood, strong=True)
 
 

@@ -50,7 +50,9 @@ def _plots(result: Check, given: GivenProblem) -> list[Part]:
     """Where joints went, and every log as it was recorded."""
     names = provenance.named([log.log for log in result.logs])
     recorded = {name: log.joints for name, log in zip(names, result.logs, strict=True) if log.joints}
-    parts: list[Part] = [Heading("What the motion covers"), coverage_plot(recorded, given.arm)] if recorded else []
+    parts: list[Part] = (
+        [Heading("Joint ranges covered by the motion"), coverage_plot(recorded, given.arm)] if recorded else []
+    )
     for name, motion in zip(names, given.motions, strict=True):
         parts += [Heading(f"Currents of {name}, as recorded")]
         parts += [current_plot(motion.recording, joint) for joint in range(given.arm.n)]
@@ -70,7 +72,7 @@ def current_plot(log: Recording, joint: int) -> Plot:
     low, high = np.minimum.reduceat(v, starts), np.maximum.reduceat(v, starts)
     middle = np.repeat(t[starts], 2) if size > 1 else t
     drawn = np.column_stack((low, high)).ravel() if size > 1 else v
-    how = f"Of every {size} samples the lowest and the highest." if size > 1 else "Every sample."
+    how = f"Minimum and maximum of every {size} samples." if size > 1 else "Every sample."
     return Plot(
         title=f"Joint {joint + 1}",
         caption=how,

@@ -27,7 +27,7 @@ def page(folder: Path) -> Report:
         found = Comparison.model_validate(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError) as error:  # of pydantic too
         first = one_line(" ".join(str(error).splitlines()[:3]))
-        raise ScenarioError(f"{one_line(path)}: is damaged, or of another version of rx90: {first}") from error
+        raise ScenarioError(f"{one_line(path)}: damaged, or written by another version of rx90: {first}") from error
     compared, about = found.scenarios, found.about
     if not compared or not all(each.methods for each in compared):
         raise ScenarioError(f"{one_line(path)}: compares nothing")
@@ -59,7 +59,7 @@ def plots(compared: ComparedScenario) -> list[Part]:
     best = compared.methods[: len(TONES)]
     names = tuple(str(joint.joint) for joint in best[0].joints)
     others = len(compared.methods) - len(best)
-    left = f" In the table alone: {others} more." if others else ""
+    left = f" {others} more in the table only." if others else ""
     rms, held = list[Series](), list[Series]()
     for method, tone in zip(best, TONES, strict=False):
         there = [(str(joint.joint), joint.rms) for joint in method.joints if joint.rms is not None]
@@ -80,13 +80,13 @@ def plots(compared: ComparedScenario) -> list[Part]:
     return [
         Plot(
             title="Rms error",
-            caption=f"Of the gains that each method gave; where it gave none there is no bar.{left}",
+            caption=f"Gains that each method gave; no bar where it gave none.{left}",
             x=joint,
             y=Axis(title="rms error", unit="%", zero=True),
             series=tuple(rms),
         ),
         Plot(
-            title="How often two stated deviations hold the truth",
+            title="Coverage of two stated standard deviations",
             caption=f"Bars: 95 % intervals. Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage.{left}",
             x=joint,
             y=Axis(title="held", unit="% of gains"),

@@ -17,9 +17,8 @@ def error_plot(gains: Sequence[ResultGain]) -> Plot:
     return Plot(
         title="Error of each gain, with its interval",
         caption=(
-            "Point: identified less injected gain. Bar: two standard deviations either way, all "
-            "shares together. A 95 % interval should contain zero in 19 of 20 cases. Broad stripe: "
-            "the tolerance."
+            "Point: identified less injected gain. Bar: plus and minus two standard deviations, all "
+            "shares together. A 95 % interval should contain zero in 19 of 20 cases. Wide band: the tolerance."
         ),
         x=Axis(title=JOINT, categories=names),
         y=Axis(title="error", unit="%", zero=True),
@@ -35,7 +34,9 @@ def value_plot(gains: Sequence[ResultGain], unit: str) -> Plot:
     found = [(str(gain.joint), gain.estimate, gain.std or 0.0) for gain in gains if gain.estimate is not None]
     return Plot(
         title="Gains, with their intervals",
-        caption="Bar: two standard deviations either way, all shares together. Refused joints have no number.",
+        caption=(
+            "Bar: plus and minus two standard deviations, all contributions included. Refused joints have no number."
+        ),
         x=Axis(title=JOINT, categories=tuple(str(gain.joint) for gain in gains)),
         y=Axis(title="gain", unit=unit),
         series=(
@@ -59,8 +60,8 @@ def share_plot(gains: Sequence[ResultGain]) -> Plot:
     }
     tones = (Tone.FIRST, Tone.SECOND, Tone.THIRD)
     return Plot(
-        title="What the intervals are made of",
-        caption="Two standard deviations of each share alone; the interval is the root of the sum of their squares.",
+        title="Contributions to the intervals",
+        caption="Two standard deviations of each contribution; the interval is the root of the sum of their squares.",
         x=Axis(title=JOINT, categories=tuple(str(gain.joint) for gain in gains)),
         y=Axis(title="2 sigma", unit="%", zero=True),
         series=tuple(

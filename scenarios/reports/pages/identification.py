@@ -8,9 +8,9 @@ from ident.model.arm import Arm
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 from scenarios.reports.content import Heading, Paragraph, Part, Report
-from scenarios.reports.diagnoses import MOODS
+from scenarios.reports.diagnoses import MOODS, counted
 from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, reason_paragraph
-from scenarios.reports.identify import identified_table, summary
+from scenarios.reports.identify import identified_table, kept_paragraphs, summary
 from scenarios.reports.motion import coverage_plot, motion_table
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.diagnoses import diagnosis_parts
@@ -40,6 +40,7 @@ def page(folder: Path) -> Report:
     names = provenance.named([motion.log for motion in fit.motions])
     parts: list[Part] = [_verdict(result), *_gains(result, fit, given.arm.revolute)]
     parts += _refusals(result, given.gains.max_rel_std)
+    parts += kept_paragraphs(result)
     parts += diagnosis_parts(result.found)
     parts += [
         Heading("Torques, measured and reconstructed"),
@@ -64,12 +65,10 @@ def _verdict(result: Result) -> Paragraph:
 
 
 def with_warnings(said: Paragraph, found: Diagnosed) -> Paragraph:
-    """A verdict without a truth, and how many warnings there are."""
-    failed = len(found.findings)
-    if not failed:
+    """A verdict without a truth, and how many faults and warnings there are."""
+    if not found.findings:
         return said
-    below = "A warning stands below." if failed == 1 else f"{failed} warnings stand below."
-    return replace(said, text=f"{said.text} {below}", mood=MOODS[found.severity])
+    return replace(said, text=f"{said.text} See {counted(found)} below.", mood=MOODS[found.severity])
 
 
 def _gains(result: Result, fit: Fit, revolute: Array) -> list[Part]:
@@ -94,13 +93,13 @@ def _refusals(result: Result, allowed: float) -> list[Part]:
         reason_paragraph(each.joint, each.reason) for each in result.gains if each.reason is not None
     ]
     shown = what_would_show(result.gains, allowed)
-    return [Heading("Refused or missed, and what would show it"), *reasons, *shown] if reasons else []
+    return [Heading("Refused or failed, and what would identify them"), *reasons, *shown] if reasons else []
 
 
 def _motion(fit: Fit, names: tuple[str, ...], arm: Arm) -> list[Part]:
     recorded = {name: each.joints for name, each in zip(names, fit.motions, strict=True)}
     tables = [motion_table(name, motions, arm) for name, motions in recorded.items()]
-    return [Heading("Motion, and what it covers"), coverage_plot(recorded, arm), *tables]
+    return [Heading("Motion and joint ranges covered"), coverage_plot(recorded, arm), *tables]
 
 
 def _repeated(folder: Path, record: RecordFile, result: Result) -> list[Part]:

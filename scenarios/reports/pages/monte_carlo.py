@@ -60,7 +60,7 @@ def coverage_plot(joints: Sequence[JointRows]) -> Plot:
     names = tuple(str(rows.joint) for rows in joints)
     found = {str(rows.joint): held for rows in joints if (held := coverage(np.abs(rows.z) < 2.0)) is not None}
     return Plot(
-        title="How often two claimed deviations hold the truth",
+        title="Coverage of two claimed standard deviations",
         caption=(f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {100.0 * NORMAL:.1f} %, the nominal coverage."),
         x=Axis(title="joint", categories=names),
         y=Axis(title="held", unit="% of gains"),
@@ -80,7 +80,7 @@ def pass_plot(statistics: Sequence[JointStatistics]) -> Plot:
     wanted = 100.0 * statistics[0].wanted
     return Plot(
         title="How often each joint passed",
-        caption=f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {wanted:g} %, the pass rate that is asked for.",
+        caption=f"Bars: 95 % intervals (Clopper and Pearson). Dashed: {wanted:g} %, the required pass rate.",
         x=Axis(title="joint", categories=names),
         y=Axis(title="passed", unit="% of trials"),
         series=(
@@ -103,7 +103,7 @@ def error_plot(joint: int, rows: JointRows) -> Plot:
     x = np.linspace(-end, end, 81)
     tolerance = 100.0 * rows.tolerance
     limits = (-tolerance, tolerance) if tolerance <= end else ()
-    beyond = "" if limits else f" The tolerance, {tolerance:.3g} %, is beyond."
+    beyond = "" if limits else f" The tolerance, {tolerance:.3g} %, is outside the plot."
     return Plot(
         title=f"Joint {joint}",
         caption=f"{len(error)} errors.{beyond}",
@@ -150,8 +150,8 @@ def _worst(study: StoredStudy) -> list[Part]:
     seed = worst[0]["seed"]
     command = shlex.join(["rx90", "run", study.named, "--seed", str(seed), "--save", f"seed-{seed}"])
     said = (
-        f"Errors in claimed deviations; the largest of {many} normal ones would be about "
-        f"{float(stats.norm.isf(0.5 / many)):.1f}. To see the worst:"
+        f"Errors in claimed standard deviations; the largest of {many} normal ones would be about "
+        f"{float(stats.norm.isf(0.5 / many)):.1f}. To reproduce the worst trial:"
     )
     return [Heading("The worst trials"), Table(columns=columns, rows=rows), Paragraph(said), Line(command)]
 

@@ -68,7 +68,10 @@ def mass_plot(found: PaperResult) -> Plot:
     theirs = [(case.M, case.M_2sigma) for case in published.CASES]
     return Plot(
         title="The payload's mass with the gains of each case",
-        caption="Case 1: gains of 1. Case 2: identified gains. Case 3: these with 20 % error. Dashed: as weighed.",
+        caption=(
+            "Case 1: all gains 1. Case 2: identified gains. Case 3: identified gains with 20 % error. Dashed: "
+            "weighed mass."
+        ),
         x=Axis(title="", categories=names),
         y=Axis(title="mass", unit="kg"),
         series=(

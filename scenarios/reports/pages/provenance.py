@@ -23,11 +23,11 @@ def assumed(record: RecordFile, given: Mapping[str, Payload], arm: Arm) -> list[
         arm: As it was read.
     """
     rows = [
-        ("arm", f"{arm.name}: {arm.n} joints, axes and places as the model file draws them; no inertia of it is used"),
+        ("arm", f"{arm.name}: {arm.n} joints, kinematics from the model file; its inertias are not used"),
         ("coupled motors", _couplings(record.robot.couplings)),
         *((f"payload {name}", _payload(payload)) for name, payload in given.items()),
         ("filters and rows", _options(record.observe)),
-        ("when a gain counts", _options(record.gains)),
+        ("limits for accepting a gain", _options(record.gains)),
     ]
     if record.method is not None:
         rows.insert(0, ("method", record.method + (f", {_options(record.options)}" if record.options else "")))
@@ -48,7 +48,7 @@ def repeated(commands: Mapping[str, str], about: Mapping[str, str], digests: Map
         about: What else is to be known: date, seed, versions.
         digests: SHA-256 of files by name.
     """
-    parts: list[Part] = [Heading("To repeat it")]
+    parts: list[Part] = [Heading("How to repeat it")]
     for what, command in commands.items():
         parts += [Paragraph(f"{what}:"), Line(command)]
     columns = (Column(title="What", words=True), Column(title="Value", words=True))
@@ -71,7 +71,7 @@ def named(paths: Sequence[str]) -> tuple[str, ...]:
 
 
 def _couplings(pairs: Sequence[tuple[int, int]]) -> str:
-    said = [f"motor {second} turns with the sum of joints {first} and {second}" for first, second in pairs]
+    said = [f"motor {second} turns by the sum of joints {first} and {second}" for first, second in pairs]
     return "; ".join(said) or "none"
 
 
@@ -80,13 +80,13 @@ def _options(options: Mapping[str, object]) -> str:
 
 
 def _payload(payload: Payload) -> str:
-    used = {"all": "all of it is used", "com": "mass and centre are used", "mass": "its mass alone is used"}
+    used = {"all": "all values are used", "com": "mass and centre are used", "mass": "only the mass is used"}
     said = [f"{payload.mass:g} kg, sigma {payload.mass_std:g}"]
     if payload.com is not None:
         said.append(f"centre {_vector(payload.com)} m, sigma {_vector(payload.com_std)}")
     if payload.inertia is not None:
         said.append(f"inertia {_vector(payload.inertia)} kg m^2, sigma {_vector(payload.inertia_std)}")
-    return f"{'; '.join(said)}; {used.get(payload.known, 'nothing of it is used')}"
+    return f"{'; '.join(said)}; {used.get(payload.known, 'none of these is used')}"
 
 
 def _vector(values: Sequence[float]) -> str:

@@ -13,13 +13,13 @@ from scenarios.results.fit_rows import FitRows
 POINTS, BINS, BANDS = 150, 10, 24
 """Points of a cloud, bins of its means, frequencies of a spectrum."""
 SPECTRUM = (
-    "White residuals have a spectrum of 1, with 19 in 20 points between the dashed lines. Larger values "
-    "on the left are slow errors; the filter attenuates the right end. Below each: autocorrelation at "
+    "White residuals have a spectrum of 1, with 95 % of points between the dashed lines. Larger values at low "
+    "frequency are slow errors; the filter attenuates high frequencies. Below each plot: autocorrelation at "
     "lag 1."
 )
 AGAINST = (
-    "Points: rows. Bars: means of a tenth of all rows each, two standard errors either way as of "
-    "unrelated rows. A trend in them is an effect that the model lacks."
+    "Points: rows. Bars: means of a tenth of the rows each, plus and minus two standard errors of "
+    "uncorrelated rows. A trend indicates an effect missing in the model."
 )
 FAR = 4.0
 """Deviations from which on a row is an outlier."""
@@ -131,7 +131,7 @@ def outliers(rows: Sequence[FitRows], motions: Sequence[str]) -> list[Part]:
     columns = (
         Column(title="Joint"),
         Column(title="Motion", words=True),
-        Column(title="Time in it", unit="s"),
+        Column(title="Time in motion", unit="s"),
         Column(title="Deviations"),
         Column(title="Off by", words=True),
     )

@@ -50,8 +50,10 @@ def share_plot(found: Sequence[BudgetJoint], order: Sequence[str]) -> Plot:
     ]
     series.append(Series(label="all others", mark=Mark.BARS, tone=Tone.QUIET, x=names, y=values(others)))
     return Plot(
-        title="Which source each joint's error comes from",
-        caption="Share of each source, alone at its declared size, in the sum of the mean squares of all.",
+        title="Contribution of each source to each joint's error",
+        caption=(
+            "Mean square error from each source alone at its declared size, as a share of the sum over all sources."
+        ),
         x=Axis(title="joint", categories=names),
         y=Axis(title="share", unit="%", zero=True),
         series=tuple(series),
@@ -64,7 +66,7 @@ def cost_plot(budget: BudgetJoint, order: Sequence[str], tolerance: float) -> Pl
     there = [source for source in order if source in costs]
     largest = max(100.0 * cost.value for cost in costs.values())
     limit = (Reference("", tolerance, upright=True),) if tolerance <= 2.0 * largest else ()
-    beyond = " Dashed: the tolerance." if limit else f" The tolerance, {tolerance:.3g} %, is beyond."
+    beyond = " Dashed: the tolerance." if limit else f" The tolerance, {tolerance:.3g} %, is outside the plot."
     return Plot(
         title=f"Joint {budget.joint}",
         caption=f"The {len(there)} largest of {len(costs)} sources, ranked over all joints; 95 % bootstrap "

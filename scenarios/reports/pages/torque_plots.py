@@ -10,8 +10,8 @@ from scenarios.results.fit_rows import FitRows
 MOST = 1600
 """Rows of a line; more than that are as wide as a screen."""
 TOLD = (
-    "Gain times current, filtered and thinned out as it is for the fit, against what the fitted model makes of the "
-    "motion; motions one after the other. Drag to move along, Ctrl and the wheel or the buttons to look closer."
+    "Gain times current, filtered and decimated as for the fit, and its reconstruction by the fitted model; "
+    "motions in sequence. Drag to pan; zoom with Ctrl and the wheel, or with the buttons."
 )
 
 
@@ -33,7 +33,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
         keep = np.sort(np.r_[np.flatnonzero(np.isnan(y)), np.flatnonzero(~np.isnan(y))[::step]])
         series.append(Series(label=label, mark=Mark.LINE, tone=tone, x=values(t[keep]), y=values(y[keep])))
     share = float(np.linalg.norm(rows.residual) / np.linalg.norm(rows.V))
-    what = "Gain times current" if rows.unit != "drive units" else "Current, the gain being refused"
+    what = "Gain times current" if rows.unit != "drive units" else "Current, as the gain is refused"
     every = "every row" if step == 1 else f"one row in {step}"
     return Plot(
         title=f"Joint {rows.joint + 1}",
@@ -42,7 +42,7 @@ def torque_plot(rows: FitRows, motions: Sequence[str], begins: Sequence[float]) 
         y=Axis(title="torque" if rows.unit == "N m" else "force" if rows.unit == "N" else "current", unit=rows.unit),
         series=tuple(series),
         bands=tuple((float(a), float(b)) for a, b in np.round(rows.still, 3)),
-        bands_label="beside a reversal, left out",
+        bands_label="near a reversal, excluded",
         references=tuple(
             Reference(name, round(at, 3), upright=True) for name, at in zip(motions, begins, strict=False)
         ),

@@ -37,7 +37,7 @@ def _curve(axis: Axes, of: Calibration) -> None:
         label="band of the whole curve for correct intervals",
     )
     axis.axhline(0.0, color="0.5", linewidth=1.0)
-    axis.plot(GRID, of.difference, color="C0", linewidth=1.2, label="share of ranks up to each, less the rank")
+    axis.plot(GRID, of.difference, color="C0", linewidth=1.2, label="empirical minus uniform distribution of ranks")
     axis.plot(GRID[of.outside], of.difference[of.outside], ".", color="C3", markersize=4, label="outside of it")
     axis.set_xlim(0.0, 1.0)
     axis.set_xlabel("rank of z = error / claimed sigma")

@@ -68,7 +68,7 @@ def _figure(found: Mapping[int, JointRows], subject: Subject, draw: Callable[[Ax
     for axis in axes[len(found) :]:
         axis.set_axis_off()
     names = ", ".join(map(str, subject.without))
-    without = f"\nno panel: joint {names}, refused or always with the same error" if names else ""
+    without = f"\nnot shown: joint {names}, refused or always with the same error" if names else ""
     figure.suptitle(f"{subject.title}{without}", fontsize=11)
     return figure
 
@@ -112,7 +112,7 @@ def _against_true(axis: Axes, rows: JointRows, most: float) -> None:
     else:
         axis.plot([], [], color="C3", linestyle="--", label=f"tolerance: beyond, ± {tolerance:.3g} %")
     axis.legend(loc="upper right", fontsize=7, framealpha=1.0, edgecolor="none")
-    axis.set_xlabel("injected gain over its median")
+    axis.set_xlabel("injected gain / median")
     axis.set_ylabel("error [%]")
 
 

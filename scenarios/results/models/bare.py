@@ -52,7 +52,7 @@ class BareJoint(ResultModel):
     rel_std: float | None
     predicted_rel_std: float
     reason: str | None
-    off: float | None = Field(description="share by which given gains contradict the ratio")
+    off: float | None = Field(description="relative difference of the given gains' ratio from this one")
     off_std: float | None
     predicted_rel_error: float | None = None
     fitted_rel_error: float | None = None

@@ -57,7 +57,7 @@ class Link(_Open):
     com: Vector = Field(description="from the joint [m]")
     inertia: LinkInertia = Field(description="about the centre of mass [kg m^2]")
     motor_inertia: float = Field(ge=0.0, description="joint side [kg m^2 or kg]")
-    motor_found: bool = Field(description="whether data show it; false: as the model has it")
+    motor_found: bool = Field(description="whether data determine it; false: as in the model")
     carried: Ten = Field(description="of what is fixed to the link, as the model has it [kg m^2, kg m, kg]")
     place: Vector = Field(description="of the joint, in the frame of the one before [m]")
     orientation: tuple[Vector, Vector, Vector] = Field(
@@ -69,8 +69,8 @@ class Link(_Open):
 class Links(_Open):
     """The physically consistent set nearest to the model's."""
 
-    links: tuple[Link, ...] = Field(min_length=1, description="one entry a joint, in their order")
-    farthest_parameter: str = Field(description="base parameter that the set moves most from what data alone say")
+    links: tuple[Link, ...] = Field(min_length=1, description="one entry per joint, in their order")
+    farthest_parameter: str = Field(description="base parameter that differs most from its estimate from data alone")
     farthest_deviations: float = Field(ge=0.0, description="by how many of its standard deviations")
 
 

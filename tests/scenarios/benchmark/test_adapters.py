@@ -190,7 +190,7 @@ def test_figaroh_keeps_what_the_document_says():
     pytest.importorskip("figaroh", reason="FIGAROH is not in the lock")
     found = {check.promise: check.broken for check in checks(method_of(f"{FIGAROH}:drive_gains"), Limits())}
     assert found[EXACT] is None
-    assert found["mass and inertia times 1.7 are gains times 1.7"] is None
+    assert found["mass and inertia times 1.7 scale the gains by 1.7"] is None
 
 
 @pytest.mark.slow

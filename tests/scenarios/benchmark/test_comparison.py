@@ -194,7 +194,7 @@ def test_a_report_says_all_that_it_knows_in_every_form(form):
     if form != "json":
         assert "1.230" in text
         assert "mine: 1 NotFinite." in text
-        assert "1 of them failed before any method was asked." in text
+        assert "1 of them failed before any method was run." in text
 
 
 def test_a_saved_result_is_no_scenario_to_compare_and_says_what_shows_it(tmp_path, capsys):

@@ -118,7 +118,7 @@ UNKNOWN = [
     ("a b:c", "expected package.module:function"),
     ("exec:", "no command"),
     ("exec: 'unbalanced", "no closing quotation"),
-    ("exec: no-such-program-anywhere --fast", "no program 'no-such-program-anywhere'"),
+    ("exec: no-such-program-anywhere --fast", "program not found: 'no-such-program-anywhere'"),
 ]
 
 
@@ -259,9 +259,9 @@ MISFITS = [
     (answer(gain(estimate=0.0)), "ImpossibleGain", "a gain of 0.0"),
     (answer(gain(estimate=None)), "ImpossibleGain", "a gain of None"),
     (answer(gain(std=-0.1)), "ImpossibleGain", "a standard deviation of -0.1"),
-    (answer(gain(identifiable=False)), "ImpossibleGain", "is refused, and has a number"),
-    (answer(gain(identifiable=False, estimate=None)), "ImpossibleGain", "is refused, and has a number"),
-    (answer(gain(identifiable=False, std=None)), "ImpossibleGain", "is refused, and has a number"),
+    (answer(gain(identifiable=False)), "ImpossibleGain", "is refused but has a number"),
+    (answer(gain(identifiable=False, estimate=None)), "ImpossibleGain", "is refused but has a number"),
+    (answer(gain(identifiable=False, std=None)), "ImpossibleGain", "is refused but has a number"),
     ("[" * 100000, "NoAnswer", "no JSON"),
 ]
 

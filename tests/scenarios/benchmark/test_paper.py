@@ -43,7 +43,7 @@ def test_the_mass_of_case_3_is_near_1_2_times_that_of_case_2_or_the_claim_fails(
     mass = ratio * two["M"].value
     named = tuple(replace(each, value=mass) if each is three["M"] else each for each in three.parameters)
     checks = checks_of(replace(repeated, cases=(one, two, replace(three, parameters=named))))
-    (claim,) = [check for check in checks if check.claim.startswith("case 3 finds a mass near 1.2")]
+    (claim,) = [check for check in checks if check.claim.startswith("case 3 estimates 1.2 times")]
     assert claim.holds == holds
 
 
@@ -170,7 +170,7 @@ def test_a_folder_of_the_paper_that_is_not_as_it_was_written_is_refused(copied):
     older = copy.deepcopy(stated)
     del older["result"]["gains"], older["files"]
     (copied / "paper.json").write_text(json.dumps(older))
-    with pytest.raises(ScenarioError, match=r"lacks what a page needs.*gains.*rx90 paper --out somewhere --force"):
+    with pytest.raises(ScenarioError, match=r"lacks data for the page.*gains.*rx90 paper --out somewhere --force"):
         page_of(copied)
     (copied / "paper.json").write_text(json.dumps(stated))
     rows = pd.read_parquet(copied / "rows.parquet")
@@ -182,7 +182,7 @@ def test_a_folder_of_the_paper_that_is_not_as_it_was_written_is_refused(copied):
         page_of(copied)
     (copied / "paper.md").touch()
     (copied / "paper.json").unlink()
-    with pytest.raises(ScenarioError, match=r"holds paper\.md but no paper\.json: half written, or older"):
+    with pytest.raises(ScenarioError, match=r"holds paper\.md but no paper\.json: incomplete or from an older version"):
         page_of(copied)
 
 

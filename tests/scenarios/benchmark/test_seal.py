@@ -159,7 +159,7 @@ def test_two_folders_of_one_name_and_a_file_of_something_else_are_refused(sealed
         answered([one, one], [GOOD], Limits(), tmp_path / ANSWERS)
     for text in ("{", "[]", '{"format": 2}', '{"format": 1, "answers": [{"problem": 3}]}'):
         (tmp_path / "other.json").write_text(text)
-        with pytest.raises(ScenarioError, match=r"other\.json: no file of answers"):
+        with pytest.raises(ScenarioError, match=r"other\.json: not a file of answers"):
             answered([one], [GOOD], Limits(), tmp_path / "other.json")
     assert not calls
     with pytest.raises(ScenarioError, match="No such file"):
@@ -250,7 +250,7 @@ def test_a_truth_that_was_changed_or_kept_back_is_found_out(sealed, tmp_path):
     with pytest.raises(ScenarioError, match="No such file"):
         revealed(tmp_path / SEAL, tmp_path)
     (tmp_path / SEAL).write_text("{}")
-    with pytest.raises(ScenarioError, match="no seal of problems"):
+    with pytest.raises(ScenarioError, match="not a seal of problems"):
         revealed(tmp_path / SEAL, tmp_path)
 
 

@@ -81,7 +81,7 @@ def narrow(lines: list[str]) -> list[str]:
 def test_a_sound_pair_is_told_in_a_few_lines_the_verdict_first(cell, capsys):
     assert main(["check", *(str(cell / name) for name in ("arm.urdf", "bare.parquet", "loaded.parquet"))]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert re.match(r"(GOOD: \d+ checks|USABLE: \d+ warning)", lines[0])
+    assert re.match(r"(GOOD, no fault|USABLE, \d+ warning)", lines[0])
     assert len(narrow(lines)) < 30
     assert not any("Motion of" in line for line in lines)
 
@@ -97,7 +97,7 @@ def test_a_clipped_current_ends_with_1_and_is_named_after_the_verdict(cell, caps
     words = ["check", str(cell / "arm.urdf"), str(cell / "bare.parquet"), str(cell / "clipped.parquet")]
     assert main(words) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert re.match(r"WRONG: \d+ faults? .*in \d+ checks of logs of six", lines[0])
+    assert re.match(r"WRONG: \d+ faults? .*\(\d+ checks of six logs\)", lines[0])
     (line,) = [line for line in lines if "is clipped at" in line]
     assert line.startswith("WRONG clipped.parquet: v4 is clipped at its largest value ")
     assert line.endswith(". Move more slowly or carry less.")
@@ -141,9 +141,9 @@ def test_verdict_exclusions_and_what_cannot_be_told_are_one_line_each(ur_arm):
         indistinguishable=("the zero of q1", "the sign of q6"),
     )
     report = check_report(Checked(logs=(), found=found), ur_arm)
-    assert report.title == ("WRONG: 1 fault and 1 warning in 3 checks of logs of ur-like; gain of joint 2 off by 3.7 %")
+    assert report.title == ("WRONG: 1 fault and 1 warning (3 checks of ur-like logs): the gain of joint 2 off by 3.7 %")
     assert [part.text for part in report.parts[2:]] == [
-        "Good: 1 check; --all lists them.",
+        "1 check without a finding; --all lists them.",
         "Excluded: zeros of q2 to q5 beyond 1 degree; delays beyond 5 ms.",
         "Cannot be checked with these logs: the zero of q1; the sign of q6.",
     ]

@@ -47,8 +47,8 @@ WRONG = [
     (["run", "nominal", "--seed", "-1"], "expected a whole number from 0 to 2^31 - 1"),
     (["run", "nominal", "--seed", str(2**31)], "expected a whole number from 0 to 2^31 - 1"),
     (["run", "nominal", "--seed", HUGE], "expected a whole number from 0 to 2^31 - 1"),
-    (["run", "nominal", "--seed", "9" * 5000], "is no whole number"),
-    (["run", "nominal", "--seed", "1.5"], "'1.5' is no whole number"),
+    (["run", "nominal", "--seed", "9" * 5000], "is not a whole number"),
+    (["run", "nominal", "--seed", "1.5"], "'1.5' is not a whole number"),
     (["run", "nominal", "--seed", "1", "--seed", "2"], "--seed: given twice"),
     (["run", "nominal", "--seed", "0", "--seed", "0"], "--seed: given twice"),
     (["run", "nominal", "--json", "--json"], "--json: given twice"),
@@ -63,18 +63,18 @@ WRONG = [
     (["completion", "fsh"], "invalid choice: 'fsh'; did you mean 'fish'?; there are bash, zsh, fish;"),
     ([*STUDY], "required: -n"),
     ([*STUDY, "-n", "0"], "expected 1 or more"),
-    ([*STUDY, "-n", "10**23"], "'10**23' is no whole number"),
+    ([*STUDY, "-n", "10**23"], "'10**23' is not a whole number"),
     ([*STUDY, "-n", "1", "-n", "2"], "given twice"),
     ([*STUDY, "-n", "1", "--out", "elsewhere"], "--out: given twice"),
     ([*STUDY, "-n", "1", "--jobs", "1", "--dask", "tcp://127.0.0.1:1"], "not allowed with argument"),
-    ([*BUDGET, "--repeats", "none"], "'none' is no whole number"),
+    ([*BUDGET, "--repeats", "none"], "'none' is not a whole number"),
     ([*BUDGET, "--samples", "-4"], "expected 1 or more"),
     ([*EXCITE, "--harmonics", "1"], "expected a whole number from 2 to 100"),
     ([*EXCITE, "--harmonics", "1000000"], "expected a whole number from 2 to 100"),
     ([*EXCITE, "--duration", "1e9"], "expected 5 to 600 s"),
     ([*EXCITE, "--duration", "4.999"], "expected 5 to 600 s"),
     ([*EXCITE, "--duration", "nan"], "expected a finite number"),
-    ([*EXCITE, "--duration", "long"], "'long' is no number"),
+    ([*EXCITE, "--duration", "long"], "'long' is not a number"),
     ([*EXCITE, "--evaluations", HUGE], "expected a whole number from 1 to 10000000"),
     ([*EXCITE, "--evaluations", "0"], "expected a whole number from 1 to 10000000"),
     (["excite", "nominal"], "required: --out"),
@@ -82,14 +82,14 @@ WRONG = [
     ([*IDENTIFY, "--method", "best"], "invalid choice: 'best'; there are iv, ls-2011, "),
     ([*IDENTIFY, "--method", "ls-2012"], "invalid choice: 'ls-2012'; did you mean 'ls-2011'?"),
     ([*IDENTIFY, "--cutoff-hz", "inf"], "expected a finite number"),
-    ([*IDENTIFY, "--cutoff-hz", "-1"], "expected a number that is not negative"),
+    ([*IDENTIFY, "--cutoff-hz", "-1"], "expected a number of 0 or more"),
     ([*IDENTIFY, "--cutoff-hz", "1e999"], "expected a finite number"),
-    ([*IDENTIFY, "--cutoff-hz", "auto"], "'auto' is no number"),
-    ([*IDENTIFY, "--current-delay", "soon"], "'soon' is no number, and not auto"),
+    ([*IDENTIFY, "--cutoff-hz", "auto"], "'auto' is not a number"),
+    ([*IDENTIFY, "--current-delay", "soon"], "'soon' is not a number, and not auto"),
     ([*IDENTIFY, "--coupling", "5"], "expected 2 arguments"),
     ([*IDENTIFY, "--coupling", "0", "6"], "expected 1 or more"),
     (["paper", "--out", ""], "expected the name of a folder"),
-    (["paper", "--seed", "x"], "'x' is no whole number"),
+    (["paper", "--seed", "x"], "'x' is not a whole number"),
 ]
 
 
@@ -133,7 +133,7 @@ def test_a_name_that_is_no_text_is_refused_in_one_line_that_can_be_printed(words
     output = capsys.readouterr()
     assert (caught.value.code, output.out) == (Status.BAD_INPUT, "")
     assert "X\\xff" in output.err
-    assert "bytes that are no UTF-8; give the file or folder another name; see rx90" in output.err
+    assert "the name is not UTF-8; rename the file or folder; see rx90" in output.err
     assert output.err.isascii()
     assert output.err.count("\n") == 1
 
@@ -147,9 +147,9 @@ REFUSED = [
     (["run", "nominal", "--save", "x" * 300], "File name too long"),
     (["paper", "--out", "file"], "Not a directory"),
     ([*EXCITE[:-1], "file"], "file: rx90 excite did not write this file"),
-    ([*EXCITE[:-1], "folder"], "folder: is no regular file"),
-    ([*EXCITE[:-1], "/dev/full"], "/dev/full: is no regular file"),
-    ([*EXCITE, "--harmonics", "26", "--duration", "5"], "the fastest has 5.2 Hz; a search sees up to 5 Hz"),
+    ([*EXCITE[:-1], "folder"], "folder: not a regular file"),
+    ([*EXCITE[:-1], "/dev/full"], "/dev/full: not a regular file"),
+    ([*EXCITE, "--harmonics", "26", "--duration", "5"], "the fastest is at 5.2 Hz; the search resolves up to 5 Hz"),
 ]
 
 

@@ -157,7 +157,7 @@ LOGS = {
     "a joint twice": (["bag", "--joints", "a,a"], "expected names, each once, separated by commas"),
     "no name": (["bag", "--joints", "a,,b"], "expected names, each once, separated by commas"),
     "zero constant": (["bag", "--constant", "1,0"], "expected numbers that are not 0"),
-    "no constant at all": (["bag", "--constant", "x"], "'x' is no number"),
+    "no constant at all": (["bag", "--constant", "x"], "'x' is not a number"),
     "strange signal": (["bag", "--signal", "amps"], "invalid choice: 'amps'"),
     "strange layout": (["log.csv", "--layout", "kuka"], "invalid choice: 'kuka'"),
     "another layout": (["log.csv", "--layout", "ur-rtde"], "not of the layout ur-rtde; found time"),
@@ -172,7 +172,7 @@ LOGS = {
     "no description": (["log.csv", "--log-description", "absent.toml"], r"absent\.toml: no such file"),
     "said twice": (
         ["log.csv", "--log-description", "log.toml", "--signal", "percent"],
-        r"log\.toml says signal, and so does the command line; say it once",
+        r"log\.toml says signal, the command line too; state it once",
     ),
     "columns said twice": (
         ["log.csv", "--log-description", "log.toml", "--columns", "t=time[s]"],

@@ -135,7 +135,7 @@ def test_a_motion_a_little_too_fast_is_shrunk_and_one_far_too_fast_is_refused(pl
     assert (shrunk == shrunk[0, 0]).all() or np.ptp(shrunk) < 1e-12
     assert 0.9 < shrunk.mean() < 0.975
     np.testing.assert_array_equal(fitted.center, path.center)
-    said = r"even at 91 % of its size, the motion takes 182 % of the speed of joint joint\d, where 95 % may"  # 2 * 0.91
+    said = r"even scaled to 91 %, the motion takes 182 % of the speed of joint joint\d, where 95 % may"  # 2 * 0.91
     with pytest.raises(TrajectoryError, match=said):
         Design(problem(plant, structure, tight(limits, velocity=0.5 * fastest))).fitted(path)
 

@@ -66,7 +66,7 @@ def test_a_best_motion_that_a_tenth_less_does_not_fit_is_shrunk_farther_and_the_
     fitted = best_fitted(design, series, (best,))
     np.testing.assert_allclose(size_of(fitted.motion, series.motion(best.x)), size, rtol=1e-12)
     assert design.keeps_limits(fitted.motion)
-    assert re.match(r"even at 91 % of its size, the motion takes \d+ % of the speed of joint ", fitted.reason)
+    assert re.match(r"even scaled to 91 %, the motion takes \d+ % of the speed of joint ", fitted.reason)
 
 
 def test_where_the_best_motion_cannot_be_shrunk_the_best_earlier_one_that_can_be_fitted_is_taken(problem, series):
@@ -117,7 +117,7 @@ def test_where_nothing_can_be_fitted_the_search_is_refused_with_what_is_wrong_wi
     kept = (impossible(series, 5, -4.8), impossible(series, 6, -4.9))
     with pytest.raises(
         TrajectoryError,
-        match=r"^of 2 motions that the search kept none can be fitted; of the best: .* range of joint axis2, where",
+        match=r"^none of the 2 best motions found can be scaled to the robot's limits; the best one: .* range of joint axis2, where",  # noqa: E501
     ):
         best_fitted(Design(problem), series, kept)
 
@@ -161,7 +161,7 @@ def test_searches_are_made_until_the_best_of_one_is_fitted(problem, series):
     for order in ((cheaper, dearer), (dearer, cheaper)):
         found = first_fitted(design, series, of(*order))
         np.testing.assert_array_equal(found.sine, series.motion(searches[cheaper][0].x).sine)
-    with pytest.raises(TrajectoryError, match="of 1 motions that"):
+    with pytest.raises(TrajectoryError, match="none of the 1 best motions"):
         first_fitted(design, series, of("refused", "refused"))
 
 

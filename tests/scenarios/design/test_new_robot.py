@@ -113,12 +113,12 @@ def test_a_home_that_is_not_clear_says_so_and_is_the_farthest(arm):
 
     home = home_by_rule(arm, facts, clearance, 0.02)
     millimetres = 1e3 * clearance(home.value[None])[0]
-    said = f"none of those tried is clear of floor and arm by 20 mm; this is the farthest, {millimetres:.0f} mm"
+    said = f"none of the poses tried is clear of floor and arm by 20 mm; this one has the largest clearance, {millimetres:.0f} mm"  # noqa: E501
     assert home.source == f"a random pose; {said}"
     middle = 0.5 * (arm.lower + arm.upper)
     assert millimetres > 1e3 * clearance(np.array([np.zeros(arm.n), middle])).max()
     clear = home_by_rule(arm, facts, clearance, 0.009)
-    assert clear.source == "zero, the first of those tried that is clear of floor and arm"
+    assert clear.source == "zero, the first pose tried that is clear of floor and arm"
     np.testing.assert_array_equal(clear.value, np.zeros(arm.n))
 
 
@@ -203,7 +203,7 @@ def test_the_folder_of_another_robot_is_refused_unless_forced(servo_arm, tmp_pat
     other = written(tmp_path, "other.urdf", ros(more=GRIPPER))
     words = ["new-robot", str(other), "--flange", "tool0", "--out", str(tmp_path / "mine")]
     assert main(words) == Status.BAD_INPUT
-    assert "robot.toml: is of another robot, 'first' from '../arm.xml'; name another" in capsys.readouterr().err
+    assert "robot.toml: is of another robot, 'first' from '../arm.xml'; give another" in capsys.readouterr().err
     assert contents(tmp_path / "mine") == before
     made(servo_arm, tmp_path / "mine", capsys, "--name", "second")
     assert main([*words, "--force"]) == Status.PASSED
@@ -215,7 +215,7 @@ def test_advice_after_a_search_that_found_nothing_is_followed_literally(tmp_path
 
     def too_few(design, motion, sizes=SIZES):
         if "--evaluations" not in words or words[-1] == "1":
-            raise TrajectoryError(f"even at 91 % of its size, the motion {design.broken(design.rows(motion))}")
+            raise TrajectoryError(f"even scaled to 91 %, the motion {design.broken(design.rows(motion))}")
         return fitted(design, motion, sizes)
 
     monkeypatch.setattr(search_module, "FIRST", 3)
@@ -225,8 +225,8 @@ def test_advice_after_a_search_that_found_nothing_is_followed_literally(tmp_path
     words = ["new-robot", str(path), "--out", str(tmp_path / "mine"), "--jobs", "1", "--evaluations", "1"]
     assert main(words) == Status.BAD_INPUT
     error = capsys.readouterr().err
-    assert "none of 3 searches found a motion within the limits: of " in error
-    assert "even at 91 % of its size, the motion " in error
+    assert "none of 3 searches found a motion within the limits: none of the " in error
+    assert "even scaled to 91 %, the motion " in error
     advised = re.search(r"try more motions, (--evaluations \d+)", error)
     assert advised is not None
     words = [*words[:-2], *advised[1].split()]
@@ -249,7 +249,7 @@ def test_a_home_that_is_not_clear_is_told_on_the_screen(servo_arm, tmp_path, cap
     words = ["new-robot", str(servo_arm), "--out", str(tmp_path / "mine"), "--force"]
     main(words)
     assert "Home" not in capsys.readouterr().out
-    for near, said in ((0.0123, "Home comes as near as 12 mm to floor"), (-0.0344, "Home reaches 34 mm into floor")):
+    for near, said in ((0.0123, "Home comes within 12 mm of floor"), (-0.0344, "Home reaches 34 mm into floor")):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(new_robot_module.Clearance, "__call__", lambda _, q, near=near: np.full(len(q), near))
             main(words)
@@ -264,7 +264,7 @@ def test_friction_and_armature_of_a_model_file_are_told_to_be_left(tmp_path, cap
     path = written(tmp_path, "damped.urdf", damped)
     main(["new-robot", str(path), "--out", str(tmp_path / "mine")])
     said = " ".join(capsys.readouterr().out.split())
-    assert "The file's damping, friction loss of joints are left there: they may" in said
+    assert "The file's damping, friction loss of joints are ignored" in said
 
 
 @pytest.mark.slow

@@ -82,7 +82,7 @@ def test_the_predicted_deviations_are_those_of_the_problem_with_that_weight_on_t
         (BAR, 5.9, 1.0, r"weighs 5\.97 kg, the robot may carry 5\.9 kg"),
         (BAR, 6.0, 0.5, r"needs 1\d\d % of a drive's torque"),
         (replace(BAR, dimensions=(30.0, 40.0, 250.0)), 6.0, 1.0, ""),
-        (WIDE, 6.0, 1.0, "as near as"),
+        (WIDE, 6.0, 1.0, "clearance of"),
     ],
     ids=["heavy", "weak drives", "light", "wide"],
 )
@@ -97,7 +97,7 @@ def test_a_weight_that_must_not_be_mounted_costs_more_than_any_other_and_says_wh
         assert judged.cost(weight) < 0.0
         return
     assert re.search(why, found.refusal)
-    assert judged.cost(weight) > (judged.candidate(BAR).cost if why == "as near as" else IMPOSSIBLE - 1e-9)
+    assert judged.cost(weight) > (judged.candidate(BAR).cost if why == "clearance of" else IMPOSSIBLE - 1e-9)
 
 
 def test_a_weight_that_misses_the_flange_costs_more_the_farther(carrying):
@@ -138,7 +138,7 @@ def test_a_scenario_that_carries_nothing_has_nothing_to_be_designed_for(tmp_path
 def test_the_report_says_why_joint_6_stayed_unseen_and_what_changes_it(designed):
     report = payload_report(designed)
     words = " ".join(part.text for part in report.parts if hasattr(part, "text"))
-    assert "Joint 6 before: of 12.7 N m rms the payload's part is 0.13, its centre lying 0.0 mm beside" in words
+    assert "Joint 6: the payload before contributes 0.13 of 12.7 N m rms (centre of mass 0.0 mm off" in words
     assert "identifies every joint" in words
     found = json.loads(json.dumps(report.document))
     assert [joint["shown"] for joint in found["before"]["joints"]] == [True] * 5 + [False]
@@ -214,7 +214,7 @@ def test_with_a_motion_searched_for_it_all_numbers_of_the_new_weight_are_of_that
         np.testing.assert_allclose(deviations, candidate.deviations.noise, rtol=1e-3)
     assert np.abs(again.deviations.noise / designed.best.deviations.noise - 1.0).max() > 0.01
     text = (tmp_path / "new/payload.md").read_text()
-    assert f"it is {again.torque[5]:.2g} N m." in text
+    assert f"the new one contributes {again.torque[5]:.2g} N m." in text
     table = [line.split("|") for line in text.splitlines() if line.startswith("|")]
     row = next(line for line in table if line[1].strip() == "6")
     assert [row[4].strip(), row[5].strip()] == [f"{again.torque[5]:.3g}", f"{100.0 * again.deviations.noise[5]:.2f}"]

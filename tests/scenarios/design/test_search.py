@@ -169,8 +169,8 @@ def test_a_search_that_is_stopped_leaves_its_best_and_the_same_command_goes_on(t
     monkeypatch.setattr(Design, "fitted", lambda self, motion: motion)  # so short a search may not keep its limits yet
     assert main(words) == 130
     text = path.read_text()
-    assert "the same command goes on from there" in capsys.readouterr().err
-    assert "# Stopped after 30 of 60 motions; the same command goes on from here." in text  # 2 of 4 + 3 ln 48
+    assert "repeat the command to continue" in capsys.readouterr().err
+    assert "# Stopped after 30 of 60 motions; repeat the command to continue." in text  # 2 of 4 + 3 ln 48
     left = read_motion("m.toml", tmp_path)
     command = "rx90 excite nominal --seed 5 --harmonics 3 --duration 6 --evaluations 60"
     before = unfinished(path, command)
@@ -190,10 +190,10 @@ def test_a_search_that_is_stopped_leaves_its_best_and_the_same_command_goes_on(t
     said = capsys.readouterr().err
     cost, found = (float(word.rstrip(".")) for word in _costs(said))
     assert (
-        "the scenario's own motion determines the wanted gains better, the worst to 0.362 %, the motion found to "
+        "the scenario's own motion is better: its worst gain has a standard deviation of 0.362 %, that of the motion found "  # noqa: E501
         in said
     )
-    assert "try more --evaluations, or --improve, which begins with it" in said
+    assert "try more --evaluations, or --improve, which starts from it" in said
     assert found <= cost
     assert "Stopped" not in path.read_text()
     assert unfinished(path, command) is None
@@ -209,7 +209,7 @@ def test_a_stopped_search_whose_best_does_not_keep_its_limits_yet_says_so_and_le
     stopping(1)
     monkeypatch.setattr(Design, "fitted", too_far)
     assert main(["excite", "nominal", "--out", str(tmp_path / "m.toml"), *SHORT]) == 130
-    assert "rx90: stopped; nothing is written: of 2 motions that the search kept none" in capsys.readouterr().err
+    assert "rx90: stopped; nothing is written: none of the 2 best motions" in capsys.readouterr().err
     assert not (tmp_path / "m.toml").exists()
 
 
@@ -235,7 +235,7 @@ def test_a_search_whose_best_cannot_be_fitted_writes_the_next_best_and_says_so(t
     assert main(["excite", "nominal", "--out", str(tmp_path / "m.toml"), *SHORT]) == 0
     said = capsys.readouterr().err
     assert (
-        "cannot be fitted to the limits of the robot (the motion comes too near to floor or arm by 8 %); the next best"
+        "cannot be scaled to the robot's limits (the motion comes too near to floor or arm by 8 %); the next best"
         in said
     )
     assert len(best) == 2  # as it is, and shrunk farther
@@ -268,7 +268,7 @@ def test_where_nothing_better_is_found_the_scenario_s_own_motion_is_written_and_
 
     monkeypatch.setattr(Design, "cost", distance)
     assert main(["excite", "tx40", "--out", str(tmp_path / "m.toml"), *IMPROVING]) == 0
-    assert "it is written, as no better one was found" in capsys.readouterr().err
+    assert "no better motion was found, so it is written" in capsys.readouterr().err
     np.testing.assert_allclose(read_motion("m.toml", tmp_path).sine, own.sine, rtol=0, atol=1e-6)  # digits of the file
 
 

@@ -147,15 +147,15 @@ FAULTS = {
     '[random.it]\ntraget = "plant.gain"': "unknown key random.it.traget; did you mean 'target'?",
     '[sources.it]\ntarget = "plant.gain"\ndistribution = "nrom"': "sources.it: no distribution",
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"\ndistribution = "norm"': "sources.it: give either",
-    '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size is of a noise",
+    '[sources.it]\ntarget = "plant.gain"\ndistribution = "norm"\nsize = 1.0': "sources.it: size applies to noise only",
     '[sources.it]\ntarget = "plant.gain"\nstream = "whit"': (
         "sources.it.stream: expected one of encoder, white, coloured, clock, current_sensor, drive_clocks, samples"
     ),
     '[sources.it]\ntarget = "plant.gain"\nstream = "white"': "the stream white is taken by sources.white current noise",
-    '[random.it]\ntarget = []\ndistribution = "norm"': "random.it: target names no place",
+    '[random.it]\ntarget = []\ndistribution = "norm"': "random.it: target is empty; name the value to draw",
     '[random.it]\ntarget = "tolerance.pass_rate"\ndistribution = "norm"': "'tolerance.pass_rate' cannot be drawn",
     '[random.a]\ntarget = "plant.gain"\ndistribution = "norm"\n[random.b]\ntarget = "plant.gain"\n'
-    'distribution = "norm"': "random.b: plant.gain is taken by random.a; draw a place once",
+    'distribution = "norm"': "random.b: plant.gain is taken by random.a; draw each value once",
     '[random.it]\ntarget = "plant.gain"\nchoice = [1.0, 2.0]': "random.it: ",
     '[random.it]\ntarget = "plant.payload.mass"\nchoice = [7.0, "heavy"]': "random.it: ",
     '[random.it]\ntarget = "identification.method"\nchoice = ["ls-2011", "foo"]': "unknown 'foo'",

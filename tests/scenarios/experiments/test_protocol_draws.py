@@ -51,5 +51,5 @@ def test_a_draw_of_a_payload_that_no_motion_carries_is_refused(tmp_path):
     with pytest.raises(WrongDraw, match=r"random\.payload mass: no 'light' in plant\.payloads; known: nothing"):
         check_draws(scenario, setup_of)
     scenario = load_scenario(scenario_of(tmp_path, FOUR, DRAW.replace("payloads.light.mass", "payload.mass")))
-    with pytest.raises(WrongDraw, match=r"plant\.payload: no motion of experiment\.protocol carries it"):
+    with pytest.raises(WrongDraw, match=r"plant\.payload: no motion of experiment\.protocol carries this payload"):
         check_draws(scenario, setup_of)

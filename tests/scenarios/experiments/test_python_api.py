@@ -111,7 +111,7 @@ def test_rows_do_not_depend_on_workers(quick):
 def test_a_sweep_of_what_is_not_there_or_does_not_fit_is_refused_before_anything_runs(quick):
     with pytest.raises(ScenarioError, match="no 'cutoff' in"):
         quick.sweep({"identification.observe.cutoff": [8]}, seeds=1)
-    with pytest.raises(ScenarioError, match="mass is the end of several places: plant"):
+    with pytest.raises(ScenarioError, match="mass is ambiguous: plant"):
         quick.sweep({"mass": [7.0]}, seeds=1)
     with pytest.raises(WrongValue):
         quick.sweep({"plant.payload.mass": [-2.0]}, seeds=1)

@@ -143,7 +143,7 @@ def test_a_last_link_that_the_identification_sees_elsewhere_is_refused(tmp_path,
 
 
 def test_a_part_of_scenarios_cannot_be_run_alone():
-    with pytest.raises(UnknownName, match="any-arm is a part of scenarios, to be extended"):
+    with pytest.raises(UnknownName, match="any-arm is a partial scenario; extend it"):
         load_scenario("any-arm")
 
 

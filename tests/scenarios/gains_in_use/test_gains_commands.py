@@ -40,8 +40,8 @@ def test_gains_that_moved_are_named(weighed_cell, capsys):
     np.testing.assert_allclose(found["joints"][2]["rel_change"], 0.2, rtol=1e-9)
     assert main(["compare-gains", first, second]) == 1
     said = capsys.readouterr().out
-    assert "MOVED: joint 3 beyond the interval." in said
-    assert "both are from heavy.parquet, unloaded.parquet" in said
+    assert "MOVED: joint 3 changed significantly (" in said
+    assert "A and B share heavy.parquet, unloaded.parquet: their errors are correlated" in said
 
 
 def test_gains_written_by_hand_are_compared_and_verdicts_have_their_measure(tmp_path, capsys):
@@ -51,10 +51,23 @@ def test_gains_written_by_hand_are_compared_and_verdicts_have_their_measure(tmp_
     assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 0
     said = capsys.readouterr().out
     assert "shoulder" in said
-    assert "MOVED beyond 2.39 deviations" in said
-    assert "SAME: no gain moved beyond its interval, joint 1 beyond 2 sigma" in said  # 2.3 deviations
+    assert "MOVED beyond 2.39 standard deviations" in said
+    assert "beyond 2, within 2.39 standard deviations: joint 1)." in said  # 2.3 deviations
     assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml"), "--json"]) == 0
     assert printed(capsys, "compare-gains")["scale_joints"] == [1, 2, 3]
+
+
+def test_a_change_of_a_single_common_joint_is_not_called_common_to_all(tmp_path, capsys):
+    for name, joint_3 in (("A", "estimate = 2.0\nstd = 0.01"), ("B", "estimate = 2.2\nstd = 0.01")):
+        refused = 'identifiable = false\nreason = "no payload"\n'
+        text = f"[[gains]]\njoint = 1\n{refused}[[gains]]\njoint = 2\n{refused}[[gains]]\njoint = 3\n{joint_3}\n"
+        (tmp_path / f"{name}.toml").write_text(text)
+    assert main(["compare-gains", str(tmp_path / "A.toml"), str(tmp_path / "B.toml")]) == 1
+    said = capsys.readouterr().out
+    assert "Only joint 3 has a gain in both files" in said
+    assert "Change common to" not in said
+    assert "for all joints together" not in said
+    assert "MOVED: joint 3 changed significantly (joint 3, +10 %, 2 sigma 1.5 %)." in said
 
 
 def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):
@@ -70,7 +83,7 @@ def test_run_writes_the_gains_as_well(weighed_cell, tmp_path, capsys):
     assert "changed since rx90 run wrote it" in capsys.readouterr().err
     with pytest.raises(SystemExit, match="2"):
         main(["run", "nominal", "--gains-out", "gains.txt"])
-    assert "expected a file that ends with .json or .toml" in capsys.readouterr().err
+    assert "expected a file name that ends with .json or .toml" in capsys.readouterr().err
 
 
 def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
@@ -109,13 +122,13 @@ def test_bare_recordings_alone_give_ratios(weighed_cell, capsys):
     assert [each["mass"] > 0.0 for each in found["consistent"]["links"]] == [True] * 6
     assert found["consistent_reason"] is None
     for more, complaint in (
-        (["--gains-out", str(weighed_cell / "none.toml")], "bare recordings give ratios of gains alone"),
+        (["--gains-out", str(weighed_cell / "none.toml")], "bare recordings give only ratios of gains"),
         (["--method", "ls-2011"], "--method ls-2011 needs a payload"),
-        (["--if-loaded", payload], "takes the size of the gains"),
+        (["--if-loaded", payload], "the forecast needs approximate gains"),
     ):
         assert main([*words, *more]) == 2
         assert complaint in capsys.readouterr().err
     assert main([*identified(weighed_cell), "--gains", str(weighed_cell / "gains.toml")]) == 2
-    assert "--gains goes with bare recordings alone" in capsys.readouterr().err
+    assert "--gains: for bare recordings only" in capsys.readouterr().err
     assert main([*identified(weighed_cell), "--if-loaded", payload]) == 2
-    assert "--if-loaded goes with bare recordings alone" in capsys.readouterr().err
+    assert "--if-loaded: for bare recordings only" in capsys.readouterr().err

@@ -40,7 +40,7 @@ def test_a_gain_that_is_off_is_named_by_its_joint(weighed_cell, capsys):
     third = found["joints"][2]
     assert abs(third["rel_error"] - 0.2) < 4.0 * third["rel_std"]
     assert main(verified(weighed_cell, gains="off.json")) == 1
-    assert "MISSED: gains are off: joint 3 by +" in capsys.readouterr().out
+    assert "FAILED: gains are off: joint 3 by +" in capsys.readouterr().out
 
 
 def test_a_weight_stated_wrong_is_suspected_and_no_joint_is_blamed(weighed_cell, capsys):
@@ -58,7 +58,7 @@ def test_a_weight_stated_wrong_is_suspected_and_no_joint_is_blamed(weighed_cell,
 
 def test_gains_are_not_verified_by_what_they_were_found_from(weighed_cell, capsys):
     assert main(verified(weighed_cell, which="heavy")) == 2
-    assert "heavy.parquet: the gains were found from this recording" in capsys.readouterr().err
+    assert "heavy.parquet: the gains were identified from this recording" in capsys.readouterr().err
 
 
 def test_without_gains_the_motions_predict_each_other(weighed_cell, capsys):
@@ -107,8 +107,8 @@ def weighed(cell: Path, *more: str, loaded: str = "light", unloaded: str = "unlo
     ("loaded", "unloaded", "words"),
     [
         ("unloaded", "light", "probably swapped"),
-        ("heavy", "unloaded", "the gains were found from this recording"),
-        ("light", "heavy", "given as bare, but it carried a payload when the gains were found"),
+        ("heavy", "unloaded", "the gains were identified from this recording"),
+        ("light", "heavy", "given as bare, but it was loaded when the gains were identified"),
     ],
 )
 def test_a_payload_is_not_found_from_what_cannot_show_it(weighed_cell, capsys, loaded, unloaded, words):

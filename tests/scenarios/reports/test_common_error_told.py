@@ -12,16 +12,16 @@ def conclusion(*errors: float | None) -> str:
 
 def test_joints_that_agree_leave_the_weight_suspect_and_blame_no_joint():
     said = conclusion(-0.077, -0.074, -0.081, -0.076)
-    assert said.startswith("MISSED: all joints alike are off by -7.7 % (2 sigma ")
-    assert "check the weight" in said
+    assert said.startswith("FAILED: the mass from all joints is off by the same -7.7 % (2 sigma ")
+    assert "check the mass on the scale" in said
     assert "joint 4" not in said
 
 
 def test_a_joint_that_departs_from_the_others_is_named_beside_what_they_have_in_common():
     said = conclusion(0.051, 0.049, 0.052, -0.14, None)
-    assert "joints 1, 2 and 3 alike are off by +5.1 %" in said
-    assert "; joint 4 departs from the others by -18 % (2 sigma 2.1): its gain is off" in said
+    assert "the mass from joints 1, 2 and 3 is off by the same +5.1 %" in said
+    assert "; joint 4 differs from them by -18 % (2 sigma 2.1 %): its gain is off" in said
 
 
 def test_a_gain_that_is_off_alone_is_named_alone():
-    assert conclusion(0.003, 0.09, -0.004, 0.002).startswith("MISSED: gains are off: joint 2 by +9 %")
+    assert conclusion(0.003, 0.09, -0.004, 0.002).startswith("FAILED: gains are off: joint 2 by +9 %")

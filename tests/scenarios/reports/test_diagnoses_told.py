@@ -66,7 +66,7 @@ def test_a_log_is_named_once_and_a_rival_stands_in_place_of_the_advice():
     tied = replace(DOUBT, rivals=("the base is tilted", "a delay"))
     assert words_of(tied, several=False) == (
         "WARNING: the zero of q3 is off by 2 degrees. "
-        "These logs cannot distinguish it from: the base is tilted and 1 more."
+        "These logs do not distinguish it from: the base is tilted and 1 more."
     )
 
 
@@ -80,13 +80,16 @@ def test_gains_that_are_kept_beside_a_fault_are_told_with_what_it_does_to_them()
         found = gain_estimate(None, 4.4, 5.5, std=0.1, reason="")
         return Result.of_identification(Identification(found, (), said), 0.1)
 
-    told_wrong = result(Diagnosed(diagnoses=(wrong,)))
+    smaller = replace(wrong, effects=(Effect(joint=1, percent=-0.41, deviations=-1.4),))
+    told_wrong = result(Diagnosed(diagnoses=(smaller, wrong)))  # joint 2 once, with the larger effect
     (told,) = kept_paragraphs(told_wrong)
-    assert told.text == "Kept, moved by less than 3 standard deviations: joint 2 by +0.62 %."
+    assert told.text == (
+        "Gains kept although a fault moves them, by less than 3 standard deviations: joint 2 by +0.62 %."
+    )
     assert kept_paragraphs(result(FOUND)) == []
     said = summary(told_wrong)
     assert said.text == (
-        "2 of 3 gains identified from 6 rows, relative residual 5.00 %; refused for a fault of the logs: joint 1."
+        "2 of 3 gains identified from 6 rows, relative residual 5.00 %; joint 1 refused because of a fault of the logs."
     )
     assert said.mood is Mood.BAD
     assert summary(result(FOUND)).text.endswith("relative residual 5.00 %.")

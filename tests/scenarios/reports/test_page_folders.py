@@ -128,7 +128,7 @@ def test_a_folder_without_rows_is_of_an_older_version(copied):
     (copied / "record.json").write_text(json.dumps(record))
     (copied / "fit-rows.parquet").unlink()
     with pytest.raises(
-        ScenarioError, match=r"holds no fit-rows\.parquet: an older version of rx90 wrote it; save it again"
+        ScenarioError, match=r"holds no fit-rows\.parquet: written by an older version of rx90; save it again"
     ):
         page_of(copied)
 
@@ -139,14 +139,14 @@ def test_verdict_gains_and_refusals_come_first(saved):
     headings = [part.text for part in report.parts if isinstance(part, Heading)]
     assert headings == [
         "Gains",
-        "Refused or missed, and what would show it",
+        "Refused or failed, and what would identify them",
         "Diagnoses",
         "Torques, measured and reconstructed",
         "Residual: spectrum",
         "Residual against position",
         "Residual against speed",
         "Outliers",
-        "Motion, and what it covers",
+        "Motion and joint ranges covered",
         "What was assumed",
         "To repeat it",
     ]
@@ -155,7 +155,7 @@ def test_verdict_gains_and_refusals_come_first(saved):
     assert "run" in commands[0].split()
     plots = [part for part in report.parts if isinstance(part, Plot)]
     assert sum(plot.zoom for plot in plots) == 6
-    assert "What the intervals are made of" in [plot.title for plot in plots]
+    assert "Contributions to the intervals" in [plot.title for plot in plots]
     texts, fit = [part.text for part in report.parts if isinstance(part, Paragraph)], result["fit"]
     assert f"{fit['rows']} rows by ls-2011, relative residual {100 * fit['rel_error_norm']:.2f} %." in texts
     reasons = [text.partition(":")[0] for text in texts if re.match(r"Joint \d: (?!to identify it)", text)]
@@ -230,7 +230,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     given = {k: each["ratio"] is not None for k, each in enumerate(told["joints"], 1) if k != reference}
     assert set(given.values()) == {True, False}
     assert (told["consistent"], "without link masses" in told["consistent_reason"]) == (None, True)  # a folder's model
-    verdict = re.split(" as ratios to that of | they give none", report.parts[0].text)
+    verdict = re.split(" as ratios to that of ", report.parts[0].text)
     assert [[int(k) for k in re.findall(r"\d", part)] for part in verdict] == [
         [k for k in given if given[k]],
         [reference, *(k for k in given if not given[k])],
@@ -239,7 +239,7 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     text = " ".join(part.text for part in report.parts if isinstance(part, Paragraph))
     assert all((f"Joint {k}: {told['joints'][k - 1]['reason']}." in text) != given[k] for k in given)
     titles = [part.title for part in report.parts if isinstance(part, Table)]
-    assert any(title.startswith("If the same motions were repeated with the payload of") for title in titles)
+    assert any(title.startswith("Forecast: the same motions repeated with the payload of") for title in titles)
     assert not [part for part in report.parts if isinstance(part, Paragraph) and part.mood is Mood.BAD]
     again = [part.text for part in report.parts if isinstance(part, Line)][1]
     given = shlex.split(again)
@@ -249,14 +249,14 @@ def test_bare_motions_from_their_folder_say_the_same(saved, tmp_path, monkeypatc
     assert report.parts[0].mood is Mood.PLAIN
     monkeypatch.setattr("scenarios.reports.bare.prediction_warnings", lambda predicted: ["joint 2 is badly predicted"])
     verdict = page_of(folder).parts[0]
-    assert (verdict.mood, verdict.text.endswith("they give none. Warnings stand below.")) == (Mood.DOUBTFUL, True)
+    assert (verdict.mood, verdict.text.endswith("See the warnings below.")) == (Mood.DOUBTFUL, True)
 
 
 def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
     folder = page_folders.check(tmp_path / "checked", saved, "--loaded", str(saved / "loaded.parquet"))
     report = page_of(folder)
     told = json.loads((folder / "result.json").read_text())
-    verdicts = {"good": "GOOD: ", "weak": "USABLE: ", "wrong": "WRONG: "}
+    verdicts = {"good": "GOOD, ", "weak": "USABLE, ", "wrong": "WRONG: "}
     assert report.parts[0].text.startswith(verdicts[told["verdict"]])
     table = next(part for part in report.parts if isinstance(part, Table))
     order = ["wrong", "weak", "good"]
@@ -279,8 +279,12 @@ def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
 @pytest.mark.parametrize(
     ("spoil", "error", "said"),
     [
-        (lambda folder: (folder / "record.json").unlink(), ScenarioError, "no record.json: half written, or older"),
-        (lambda folder: (folder / "record.json").write_text("{"), ScenarioError, "damaged, or of another version"),
+        (
+            lambda folder: (folder / "record.json").unlink(),
+            ScenarioError,
+            "no record.json: incomplete or from an older version",
+        ),
+        (lambda folder: (folder / "record.json").write_text("{"), ScenarioError, "damaged, or from another version"),
         (lambda folder: (folder / "record.json").write_text('{"kind": "dream"}'), ScenarioError, "states kind 'dream'"),
         (lambda folder: (folder / "record.json").write_text('{"kind": "run"}'), ScenarioError, "save it again"),
         (lambda folder: (folder / "loaded.parquet").unlink(), ScenarioError, "loaded.parquet: No such file"),
@@ -295,7 +299,7 @@ def test_the_page_of_a_check_says_what_it_said(saved, tmp_path):
             ScenarioError,
             "is not the file that record.json names",
         ),
-        (shutil.rmtree, ScenarioError, "is no folder"),
+        (shutil.rmtree, ScenarioError, "not a folder"),
         (
             lambda folder: [path.unlink() for path in folder.iterdir() if path.is_file()],
             ScenarioError,

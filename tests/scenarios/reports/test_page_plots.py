@@ -237,6 +237,7 @@ def test_a_joint_is_shown_in_shares_of_its_range(arm):
 
 
 DOUBT = Diagnosis(name="zero", severity=Severity.WRONG, sentence="the zero of q3 is off", logs=("far/b.csv",))
+WEAK = Diagnosis(name="noise", severity=Severity.WEAK, sentence="the current of q2 is noisy")
 GOOD = Diagnosis(name="clipping", sentence="no current is clipped")
 
 
@@ -250,7 +251,7 @@ def test_a_page_lists_every_diagnosis_and_what_is_excluded_and_cannot_be_told():
     )
     assert heading.text == "Diagnoses"
     assert [[cell.text for cell in row] for row in table.rows] == [
-        ["b.csv", "zero", "wrong", "the zero of q3 is off"],
+        ["b.csv", "zero", "WRONG", "the zero of q3 is off"],
         ["-", "clipping", "good", "no current is clipped"],
     ]
     assert [cell.mood for row in table.rows for cell in row[2:3]] == [Mood.BAD, Mood.GOOD]
@@ -265,6 +266,6 @@ def test_a_verdict_without_a_truth_says_how_many_warnings_there_are():
     said = Paragraph("6 of 6 gains identified.", strong=True)
     assert with_warnings(said, Diagnosed(diagnoses=(GOOD,))) == said
     one = with_warnings(said, Diagnosed(diagnoses=(GOOD, DOUBT)))
-    assert one == Paragraph("6 of 6 gains identified. A warning stands below.", Mood.BAD, strong=True)
-    two = with_warnings(said, Diagnosed(diagnoses=(DOUBT, DOUBT)))
-    assert two.text.endswith("2 warnings stand below.")
+    assert one == Paragraph("6 of 6 gains identified. See 1 fault below.", Mood.BAD, strong=True)
+    two = with_warnings(said, Diagnosed(diagnoses=(DOUBT, WEAK, WEAK)))
+    assert two.text.endswith("See 1 fault and 2 warnings below.")

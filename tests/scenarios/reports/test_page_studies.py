@@ -39,15 +39,15 @@ def test_studies_that_are_not_finished_or_not_whole_are_refused(tmp_path, monkey
     assert held.references[0].at == pytest.approx(100 * math.erf(math.sqrt(2.0)), rel=1e-12) == 100 * NORMAL
     record = json.loads((folder / "study.json").read_text())
     (folder / "study.json").write_text(json.dumps({**record, "trials": 9}))
-    with pytest.raises(ScenarioError, match=r"3 of 9 trials are missing; go on with: rx90 monte-carlo"):
+    with pytest.raises(ScenarioError, match=r"3 of 9 trials are missing; continue with: rx90 monte-carlo"):
         page_of(folder)
     (folder / "study.json").write_text(json.dumps({**record, "study": "comparison"}))
-    with pytest.raises(ScenarioError, match="one scenario of a comparison; name the folder it is in"):
+    with pytest.raises(ScenarioError, match="one scenario of a comparison; give the folder that contains it"):
         page_of(folder)
     del record["scenario"]["table"]["tolerance"]["gain"]
     record["scenario"]["table"]["tolerance"]["gian"] = [0.5]
     (folder / "study.json").write_text(json.dumps(record))
-    with pytest.raises(ScenarioError, match="is damaged, or of another version of rx90"):
+    with pytest.raises(ScenarioError, match="damaged, or written by another version of rx90"):
         page_of(folder)
 
 
@@ -60,7 +60,7 @@ def test_a_comparison_is_read_back_as_it_was_written(tmp_path):
     assert rms.series[1].y == (3.4, 6.8, 10.2)
     assert held.series[0].low == (55.0, 55.0, 55.0)
     (folder / "report.json").write_text('{"about": {}, "scenarios": [{"name": "here"}]}')
-    with pytest.raises(ScenarioError, match="is damaged, or of another version of rx90"):
+    with pytest.raises(ScenarioError, match="damaged, or written by another version of rx90"):
         page_of(folder)
 
 
@@ -116,10 +116,10 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
     assert said[2:] == [[["monday", "ab12"]], [["ls-2011: own.py", "cd34"]]]
     assert len(report.document["answers"]) == 2
     (tmp_path / "answers.json").write_text('{"answers": [{}]}')
-    with pytest.raises(ScenarioError, match="no file of answers"):
+    with pytest.raises(ScenarioError, match="not a file of answers"):
         page_of(tmp_path)
     (tmp_path / "answers.json").write_text('{"answers": []}')
-    with pytest.raises(ScenarioError, match="holds no answer"):
+    with pytest.raises(ScenarioError, match="contains no answer"):
         page_of(tmp_path)
 
 
@@ -145,11 +145,11 @@ def test_every_problem_has_answers_of_its_own_and_methods_beyond_the_tones_stand
         Mood.PLAIN,
     )
     headings = [part.text for part in report.parts if isinstance(part, Heading)]
-    assert headings == ["monday", "tuesday", "What was asked"]
+    assert headings == ["monday", "tuesday", "Problems"]
     monday, tuesday = (part for part in report.parts if isinstance(part, Plot))
     assert [series.label for series in monday.series] == ["m0", "m1", "m2", "m3"]
-    assert monday.caption.endswith("is a point alone. In the table alone: 2 more.")
-    assert tuesday.caption.endswith("is a point alone.")
+    assert monday.caption.endswith("states no standard deviation. 2 more in the table only.")
+    assert tuesday.caption.endswith("states no standard deviation.")
     assert [(series.x, series.y) for series in tuesday.series] == [(("1",), (3.0,)), (("1", "2"), (4.0, 5.0))]
     assert tuesday.x.categories == ("1", "2")  # of the method that has most
     tables = [part for part in report.parts if isinstance(part, Table)]

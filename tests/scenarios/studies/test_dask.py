@@ -102,7 +102,7 @@ def test_a_scheduler_that_dies_ends_a_study_without_rows_and_a_command_with_one_
         _, errors = command.communicate(timeout=120.0)
     assert command.returncode == 2
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
-    assert said == ["rx90: the scheduler has exited; what is finished is kept, repeat the command"]
+    assert said == ["rx90: the scheduler has exited; finished trials are kept; repeat the command"]
 
 
 def test_a_scheduler_file_that_is_not_there_is_refused(tmp_path):

@@ -138,7 +138,7 @@ def test_a_study_that_is_stopped_keeps_its_parts_and_says_how_to_go_on(
     assert running.returncode == status
     said = [line for line in errors.splitlines() if not line.startswith("monte-carlo quick: ")]  # progress
     assert said == [
-        f"rx90: stopped; what is finished is kept, go on with: rx90 monte-carlo {scenario} -n 40 "
+        f"rx90: stopped; finished trials are kept; continue with: rx90 monte-carlo {scenario} -n 40 "
         f"--out {tmp_path / 's'} --seed 0 --jobs 2"
     ]
     assert parts(tmp_path / "s").items() >= kept.items()
@@ -182,7 +182,7 @@ with study.interruptible("rx90 again"):
 def test_an_interrupted_study_ends_though_a_thread_of_it_does_not():
     done = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, timeout=60.0, cwd=ROOT)
     assert (done.returncode, done.stdout) == (130, "")
-    assert done.stderr == "rx90: stopped; what is finished is kept, go on with: rx90 again\n"
+    assert done.stderr == "rx90: stopped; finished trials are kept; continue with: rx90 again\n"
 
 
 CUT_OFF = """

@@ -244,7 +244,7 @@ def test_two_trials_that_fail_are_no_pass(tmp_path, capsys):
     assert main(["monte-carlo", str(path), "-n", "2", "--jobs", "1", "--out", str(tmp_path / "out")]) == 1
     output = capsys.readouterr().out
     assert "2 trials failed: Saturated." in output
-    assert "MISSED on joint 1, 2, 3, 4, 5, 6 (too few trials to judge a pass rate)." in output
+    assert "FAILED: joints 1 to 6 fail the tolerance (worst: joint 1, in 2 of 2 trials; 2 trials are too few " in output
 
 
 def test_a_reader_who_leaves_is_no_missed_tolerance():
@@ -262,7 +262,7 @@ def test_a_reader_who_leaves_is_no_missed_tolerance():
     ("more", "message"),
     [
         (["-n", "0"], "argument -n: expected 1 or more"),
-        (["-n", "many"], "argument -n: 'many' is no whole number"),
+        (["-n", "many"], "argument -n: 'many' is not a whole number"),
         (["-n", "5", "--jobs", "1", "--dask", "tcp://127.0.0.1:1"], "not allowed with argument"),
     ],
 )

@@ -126,7 +126,7 @@ def test_a_merge_that_a_crash_cuts_off_never_shows_a_row_twice_and_loses_none(tm
 def test_a_strange_hidden_table_beside_the_parts_is_refused(tmp_path):
     with opened(tmp_path):
         (tmp_path / ".notes.parquet").write_bytes(b"x")
-    with pytest.raises(StudyError, match=r"\.notes\.parquet: no part of a study; move it away"), opened(tmp_path):
+    with pytest.raises(StudyError, match=r"\.notes\.parquet: not part of a study; move it away"), opened(tmp_path):
         pass
 
 

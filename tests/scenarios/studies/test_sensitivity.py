@@ -216,7 +216,7 @@ def test_a_source_without_a_single_gain_is_named(tmp_path):
     (budget,) = budgets(rows, ["mass", "white"], [2], seed=0)
     report = sensitivity_report(Budget(scenario="two", trials=4, joints=[budget]), scenario)
     words = [part.text for part in report.parts if isinstance(part, Paragraph)]
-    assert "No trial gave a gain with one of these alone, so their effect is unknown: white." in words
+    assert "Effect unknown, as no trial with one of these sources alone gave a gain: white." in words
     assert report.document["joints"][0]["silent"] == ["white"]
     assert budgets(rows.fillna(0.01), ["mass", "white"], [2], seed=0)[0].silent == []
 

@@ -117,7 +117,7 @@ def test_strange_or_damaged_parts_are_refused(tmp_path):
     with opened(tmp_path) as folder:
         for name in ("notes.parquet", "notes.txt"):
             (folder.trials / name).write_bytes(b"x")
-            with pytest.raises(StudyError, match=rf"{name}: no part of a study; move it away"):
+            with pytest.raises(StudyError, match=rf"{name}: not part of a study; move it away"):
                 folder.parts()
             (folder.trials / name).unlink()
         folder.write_part(whole(0, 2), part(0, 2).slice(0, 5))

@@ -62,7 +62,7 @@ def test_errors_of_a_study_are_a_density_beside_the_one_that_is_claimed():
     assert len(error_plot(4, trial_rows(few)).series[0].x) == 2 * (8 + 1)  # bins at least
     far = error_plot(4, trial_rows(z, tolerance=0.5))
     assert far.references == ()
-    assert far.caption == "400 errors. The tolerance, 50 %, is beyond."
+    assert far.caption == "400 errors. The tolerance, 50 %, is outside the plot."
 
 
 def test_a_study_is_drawn_as_far_as_its_errors_or_three_claimed_deviations_reach():

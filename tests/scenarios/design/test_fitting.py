@@ -117,7 +117,8 @@ def test_where_nothing_can_be_fitted_the_search_is_refused_with_what_is_wrong_wi
     kept = (impossible(series, 5, -4.8), impossible(series, 6, -4.9))
     with pytest.raises(
         TrajectoryError,
-        match=r"^none of the 2 best motions found can be scaled to the robot's limits; the best one: .* range of joint axis2, where",  # noqa: E501
+        match=r"^none of the 2 best motions found can be scaled to the robot's limits; "
+        "the best one: .* range of joint axis2, where",
     ):
         best_fitted(Design(problem), series, kept)
 

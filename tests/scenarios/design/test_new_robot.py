@@ -113,7 +113,8 @@ def test_a_home_that_is_not_clear_says_so_and_is_the_farthest(arm):
 
     home = home_by_rule(arm, facts, clearance, 0.02)
     millimetres = 1e3 * clearance(home.value[None])[0]
-    said = f"none of the poses tried is clear of floor and arm by 20 mm; this one has the largest clearance, {millimetres:.0f} mm"  # noqa: E501
+    tried = "none of the poses tried is clear of floor and arm by 20 mm"
+    said = f"{tried}; this one has the largest clearance, {millimetres:.0f} mm"
     assert home.source == f"a random pose; {said}"
     middle = 0.5 * (arm.lower + arm.upper)
     assert millimetres > 1e3 * clearance(np.array([np.zeros(arm.n), middle])).max()

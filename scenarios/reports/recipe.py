@@ -76,11 +76,7 @@ def recipe_report(
     load = robot.rated_load
     rated = "" if load is None else f" The arm is rated for {load:g} kg, everything mounted together."
     heavy = [each for each, payload in payloads.items() if load is not None and payload.mass > load]
-    rated += (
-        f" Speeds or accelerations beyond the limits: {', '.join(heavy)}; check the manual for the permitted speed."
-        if heavy
-        else ""
-    )
+    rated += f" Above the rated load: {', '.join(heavy)}; check the manual for the permitted speed." if heavy else ""
     parts: list[Part] = [
         Heading("Command"),
         _motions(setup),

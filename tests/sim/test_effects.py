@@ -120,7 +120,7 @@ def test_impossible_errors_are_refused(values, message):
         (
             {"wrist_coupling": 1.0},
             {"coulomb_friction": np.array([1.0, 1, 1, 1, 1, 2])},
-            r"wrist_coupling = 1 leaves joint 6 a coulomb_friction of -0\.5 N m; use a smaller share",
+            r"wrist_coupling = 1 leaves joint 6 a coulomb_friction of -0\.5 N m, below 0; use a smaller share",
         ),
         (
             {"joint_compliance": COMPLIANCE},

@@ -110,11 +110,11 @@ FAULTS = {
         None,
         "joint float is free or a ball",
     ),
-    "a tie": (menagerie(hand=HAND, tail=FINGERS), None, "equality '?finger1'? ties joints; remove it, or name"),
+    "a tie": (menagerie(hand=HAND, tail=FINGERS), None, "equality '?finger1'? couples joints; remove it; if"),
     "a tendon": (
         menagerie(tail='<tendon><fixed name="t" stiffness="4"><joint joint="elbow" coef="1"/></fixed></tendon>'),
         None,
-        "tendon 't' pulls at joints",
+        "tendon 't' acts on joints",
     ),
     "no such flange": (menagerie(), "tool1", "flange 'tool1': no body has that name"),
     "an inertia of a lost mesh": (menagerie(inertial=""), None, r"link 'shoulder_link' has its inertia from the mesh"),

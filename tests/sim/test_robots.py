@@ -191,7 +191,7 @@ FAULTS = {
     ),
     "two words of origin": (
         lambda text: text.replace('"assumed"', '["assumed", "measured"]', 1),
-        "2 words of origin for 3 values",
+        "2 origins for 3 values",
     ),
     "one value too few": (lambda text: text.replace("value = [3.0, 3.3, ", "value = [3.3, "), "max_velocity: 2 values"),
     "a speed of 0": (lambda text: text.replace("value = [3.0, ", "value = [0.0, "), r"max_velocity.*greater than 0"),

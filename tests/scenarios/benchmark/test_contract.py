@@ -179,7 +179,7 @@ def test_a_method_that_does_not_look_at_units_breaks_every_scale(monkeypatch, kn
     assert list(said.values()) == [
         "the gain of joint 1 is 0.94, expected 1.598",
         "the gain of joint 1 is 0.94, expected 0.552941176",
-        "the gain of joint 1 is 0.94, and -0.94 is wanted",
+        "the gain of joint 1 is 0.94, expected -0.94",
         "the gain of joint 3 is 25, expected 0.1",
     ]
 

@@ -305,4 +305,4 @@ def test_what_is_missing_is_said(words, message, tmp_path, monkeypatch, capsys):
 def test_scenarios_and_problems_are_not_mixed(sealed, capsys):
     words = ["compare", "nominal", str(problems(sealed)[0]), "--method", "ls-2011", "--out", "nowhere"]
     assert main(words) == 2
-    assert "one after the other" in capsys.readouterr().err
+    assert "compare them separately" in capsys.readouterr().err

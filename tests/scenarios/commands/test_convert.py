@@ -176,7 +176,7 @@ LOGS = {
     ),
     "columns said twice": (
         ["log.csv", "--log-description", "log.toml", "--columns", "t=time[s]"],
-        r"log\.toml says t, and so does the command line",
+        r"log\.toml says t, the command line too",
     ),
     "out of the way": (["own.csv", "--out", "/proc/nowhere/x.csv"], "nowhere|No such file|Permission|proc"),
 }  # fmt: skip

@@ -35,18 +35,18 @@ def words(folder: Path, *names: str) -> list[str]:
 
 
 UNPAIRED = {
-    ("--loaded", "loaded.parquet"): "loaded.parquet: no payload is given behind it; describe what was mounted",
+    ("--loaded", "loaded.parquet"): "loaded.parquet: no payload follows it; describe what was mounted",
     (
         "--unloaded",
         "unloaded.parquet",
         "--payload",
         "payload.toml",
-    ): "payload.toml: no --loaded without a payload comes",
+    ): "payload.toml: no --loaded precedes it",
     ("--loaded", "loaded.parquet", "--payload", "payload.toml", "--payload", "other.toml"): "other.toml: no --loaded",
     ("--payload", "p.toml", "--loaded", "a", "--loaded", "b", "--payload", "q.toml"): "p.toml: no --loaded",
-    ("--loaded", "a", "--loaded", "b", "--payload", "p.toml"): "a: no payload is given behind it",
-    ("--loaded", "a", "--payload", "p.toml", "--loaded", "b"): "b: no payload is given behind it",
-    ("--loaded", "a", "--unloaded", "b", "--payload", "p.toml", "--payload", "q.toml"): "a: no payload is given",
+    ("--loaded", "a", "--loaded", "b", "--payload", "p.toml"): "a: no payload follows it",
+    ("--loaded", "a", "--payload", "p.toml", "--loaded", "b"): "b: no payload follows it",
+    ("--loaded", "a", "--unloaded", "b", "--payload", "p.toml", "--payload", "q.toml"): "a: no payload follows it",
     ("--payload", "payload.toml"): "no recording is given; expected --unloaded A and --loaded B --payload P",
     (): "no recording is given",
     ("--unloaded", "unloaded.parquet"): "bare motions determine no ratio of gains",
@@ -133,7 +133,8 @@ def test_motions_with_absolute_time_are_taken_in_its_order_and_others_as_given(s
     with pytest.raises(SystemExit):
         main(["identify", "--help"])
     said = " ".join(capsys.readouterr().out.split())
-    assert "in order of time if all files have absolute time (seconds since 1970), otherwise in the order given" in said
+    assert "sorted by time if all files have absolute time (seconds since 1970)" in said
+    assert "otherwise they are taken in the order given" in said
 
 
 def test_a_payload_stated_three_times_too_heavy_is_doubted_by_the_models_masses(saved, capsys):

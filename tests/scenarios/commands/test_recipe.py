@@ -44,7 +44,7 @@ def test_motions_weights_and_rates_are_those_of_the_scenario(tmp_path, capsys):
     assert weights["light"][1].startswith("4.275")
     assert weights["heavy"][1].startswith("7.025")
     assert weights["heavy"][-1] == "payload-heavy.toml"
-    assert "rated for 6 kg, everything mounted together. Beyond that: heavy;" in text
+    assert "rated for 6 kg, everything mounted together. Above the rated load: heavy;" in text
     assert re.search(r"^Logs of these motions will exclude: zeros beyond [\d.]+ \(q2\), ", text, re.MULTILINE)
     assert "They will not determine: zero of q1;" in text
     assert "recipe.md: Recording recipe: cell" in capsys.readouterr().out
@@ -128,6 +128,6 @@ def test_a_payload_file_that_states_something_else_is_kept_and_told(tmp_path, ca
     capsys.readouterr()
     assert main(command) == 0
     text = " ".join(capsys.readouterr().out.split())
-    assert f"{heavy}: kept, although it differs from the scenario's payload" in text
+    assert f"{heavy}: kept, but it differs from the scenario's payload" in text
     assert text.count("kept,") == 1  # the light one is as it was
     assert heavy.read_text() == measured

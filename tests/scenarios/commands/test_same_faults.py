@@ -162,13 +162,13 @@ def test_gains_that_a_fault_spoils_are_refused_for_it_and_those_that_are_kept_ar
         if mine["identifiable"]:  # 3 deviations refuse it; the size of the fault is found to a tenth
             assert abs(mine["estimate"] - right["estimate"]) < 3.3 * right["std"]
         elif right["identifiable"]:
-            assert re.fullmatch(rf"the gain is (off by .* %|no result): {words}.*", mine["reason"])
+            assert re.fullmatch(rf"the gain is (off by .* %|invalid): {words}.*", mine["reason"])
             lost.append(str(mine["joint"]))
         else:
             assert mine["reason"].startswith("predicted standard deviation")
     assert lost
     assert "WRONG: " in out
-    assert f"refused for a fault of the logs: joint{'s' if lost[1:] else ''} {', '.join(lost)}." in out
+    assert f"joint{'s' if lost[1:] else ''} {' and '.join(lost)} refused because of a fault of the logs." in out
 
 
 @pytest.fixture(scope="module")

@@ -59,7 +59,7 @@ def test_what_draws_nothing_needs_no_opengl(tmp_path):
 def test_what_draws_says_in_one_line_that_the_opengl_asked_for_is_not_there(tmp_path):
     done = rx90("view", "nominal", "--render", tmp_path / "a.png", "--quiet", **{OPENGL: "no-such-thing"})
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("rx90: MUJOCO_GL=no-such-thing: there is no such OpenGL here")
+    assert done.stderr.startswith("rx90: MUJOCO_GL=no-such-thing: this OpenGL backend is not available")
     assert done.stderr.count("\n") == 1
 
 

@@ -285,7 +285,7 @@ def test_a_source_that_draws_how_strong_a_noise_is_costs_something_unknown_and_n
     encoder = drawn(f"{SENSORS}encoder_noise", distribution="uniform", parameters={"scale": 3e-5})
     budget = predicted_budget(sourced(quick, load=load, white=white, lost=lost, encoder=encoder))
     assert [each.source for each in budget.costs] == [OTHER, "load"]
-    reason = "it draws how strong a noise is, of {}; as a source, a noise has a stream"
+    reason = "it varies the level of a noise, {}; declare the noise as a source by its stream"
     assert [(each.source, each.reason) for each in budget.unpredicted] == [
         ("white", reason.format("white")),
         ("lost", reason.format("samples")),
@@ -305,7 +305,7 @@ def test_options_overlay_a_scenario_s_own_and_are_checked_together(quick):
 def test_scenarios_without_sources_or_first_order_are_refused(quick):
     with pytest.raises(StudyError, match="declares no error sources"):
         predicted_budget(sourced(quick))
-    with pytest.raises(StudyError, match="method tls-2014: noise biases it in second order"):
+    with pytest.raises(StudyError, match="method tls-2014: its second-order bias from noise is not predicted"):
         predicted_budget(with_method(quick, "tls-2014", []))
 
 

@@ -145,7 +145,7 @@ def test_a_file_from_data_sheets_needs_gains_alone(tmp_path: Path):
         (MINIMAL.replace("std = 0.2", "std = nan"), "gains.2.std"),
         (MINIMAL.replace("estimate = -3.5", "estimate = 0.0"), "joint 2: a gain of 0; refuse the joint instead"),
         (MINIMAL.replace("estimate = -3.5", "estimate = '3.5'"), "gains.2.estimate: input should be a valid number"),
-        (MINIMAL + "identifiable = false", "gains.2: refused, and has a number"),
+        (MINIMAL + "identifiable = false", "gains.2: refused but has a number"),
         (MINIMAL + "unit = 'Nm/A'", "gains.2.unit: input should be 'N m / drive unit' or"),
         ("covariance = [[0.01, 0.0], [0.0, 0.05]]\n" + MINIMAL, "gains.2.std = 0.2, but the covariance has 0.2236"),
         ("covariance = [[0.01]]\n" + MINIMAL, r"covariance: rows of \[1\] numbers; expected 2 of 2"),

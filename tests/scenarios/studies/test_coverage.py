@@ -333,9 +333,7 @@ def test_trials_that_the_present_code_repeats_are_held_against_those_of_the_stud
 
 
 def test_a_study_that_is_not_finished_makes_no_page(tmp_path, write_page):
-    with pytest.raises(
-        SystemExit, match="no finished study of rx90 monte-carlo; continue with: rx90 monte-carlo fleet"
-    ):
+    with pytest.raises(SystemExit, match="no finished study of rx90 monte-carlo; go on with: rx90 monte-carlo fleet"):
         write_page["covered"](folder(tmp_path / "a", study([0.03, 0.04], [0.02, 0.03]), 4))
 
 

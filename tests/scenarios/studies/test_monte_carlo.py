@@ -190,7 +190,7 @@ def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkey
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
     monkeypatch.setattr(tasks, "versions", lambda: {"mujoco": "4.0"})
     monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
-    with pytest.raises(StudyError, match=r"a worker has mujoco 4\.0, the study was begun with 3\.0"):
+    with pytest.raises(StudyError, match=r"a worker has mujoco 4\.0, the study began with 3\.0"):
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)
 
 

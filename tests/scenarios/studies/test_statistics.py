@@ -127,7 +127,7 @@ def test_a_missed_accuracy_names_joints_and_the_worst_seed(tmp_path):
     assert lines[0] == "scenario strict: 1 joint passes less often than required"
     assert lines[1].startswith("  joint 1: 3 of 3 trials failed, 2 allowed at a pass rate of 0.9; seed ")
     assert "off by" in lines[1]
-    assert lines[2] == "  (3 seeds tell a rate below 0.02 in 95 % of cases)"  # 1 - 0.95 ** (1 / 3)
+    assert lines[2] == "  (3 seeds detect a pass rate below 0.02 in 95 % of cases)"  # 1 - 0.95 ** (1 / 3)
 
 
 def test_too_few_seeds_to_fail_are_refused():

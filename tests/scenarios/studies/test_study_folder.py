@@ -135,12 +135,12 @@ def test_a_part_under_another_name_or_twice_is_refused(tmp_path):
                 folder.missing(10)
             (folder.trials / name).unlink()
         folder.write_part(whole(3, 4), part(3, 4))
-        with pytest.raises(StudyError, match=r"00000003-00000004\.parquet: its trials are in 0"):
+        with pytest.raises(StudyError, match=r"00000003-00000004\.parquet: its trials are also in 0"):
             folder.missing(10)
 
 
 def test_one_study_is_open_in_one_place_at_a_time(tmp_path):
-    with opened(tmp_path), pytest.raises(StudyError, match="another process is at work"), opened(tmp_path):
+    with opened(tmp_path), pytest.raises(StudyError, match="another process uses this folder"), opened(tmp_path):
         pass
 
 

@@ -47,10 +47,10 @@ def test_a_line_tells_what_is_done_how_fast_and_how_long_it_will_take(clock):
         report.advance(50, 5)  # too soon for another line
         clock.now += LINE_EVERY
         report.tick()
-    # 30 in 20 s are 1.5 a second, 870 are left; then 80 in 30 s are 2.7 a second, 820 are left: 307.5 s.
+    # 30 in 20 s are 1.5 per second, 870 are left; then 80 in 30 s are 2.7 per second, 820 are left: 307.5 s.
     assert told(console) == [
-        "a study: 130 of 1000 trials, 1.5 a second, 9 min 40 s left, 2 failed",
-        "a study: 180 of 1000 trials, 2.7 a second, 5 min 8 s left, 7 failed",
+        "a study: 130 of 1000 trials, 1.5 per second, 9 min 40 s left, 2 failed",
+        "a study: 180 of 1000 trials, 2.7 per second, 5 min 8 s left, 7 failed",
     ]
 
 
@@ -65,7 +65,7 @@ def test_nothing_is_told_before_it_is_time(clock):
             clock.now += 0.01
             report.tick()
             assert len(told(console)) == before + 1
-    assert told(console) == 2 * ["a study: 3 of 7 trials, 0.0 a second, 0 failed"]
+    assert told(console) == 2 * ["a study: 3 of 7 trials, 0.0 per second, 0 failed"]
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_a_terminal_shows_a_bar_with_trials_rate_and_failures(clock):
         report.tick()
     last = [line for line in told(console) if "a study" in line][-1]
     assert "a study ━" in last
-    for words in ("8/8", "2.5 a second", "4 failed"):
+    for words in ("8/8", "2.5 per second", "4 failed"):
         assert words in last
 
 
@@ -171,7 +171,7 @@ def test_a_search_tells_how_long_it_will_take_from_what_it_has_tried_itself(cloc
         say(600, lambda: "better")
         clock.now += LINE_EVERY
         say(850, lambda: "best")
-    # 200 in 2 s are 100 a second, 400 are left; then 450 in 12 s, and 150 left.
+    # 200 in 2 s are 100 per second, 400 are left; then 450 in 12 s, and 150 left.
     assert told(output) == ["motions: 600 of 1000, 4 s left, better", "motions: 850 of 1000, 4 s left, best"]
 
 

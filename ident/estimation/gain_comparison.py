@@ -92,7 +92,7 @@ class GainComparison:
         scale: Change common to all, or to the most that have one in common.
         sharing: Joints, from 0, that have this scale, all or more than half; empty if not so many have one.
         apart: Change of each beside the common one.
-        pattern: Whether they moved apart from the common one; None for a single joint.
+        pattern: Test that all changed by the common scale alone; None for a single joint.
         missing: Joints, from 0, that have a gain in one set only, with the name of the set, `A` or `B`, that has it.
     """
 

@@ -59,8 +59,8 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
         joint_names: Of the arm, taken where no others are said; None if no arm is known.
 
     Raises:
-        ScenarioError: If file and options both say something.
-        ScenarioError: If the names said are the arm's in another order, or of another number.
+        ScenarioError: If file and options both say something; if the names said are the arm's in another order, or of
+            another number.
         IdentificationError: If what is said cannot be meant.
     """
     nothing = LogDescription()

@@ -96,7 +96,9 @@ def mounted_files(given: Sequence[Given]) -> tuple[MountedFiles, ...]:
     for each in _payload_last(given):
         if each.option == PAYLOAD:
             if waiting is None:
-                raise ScenarioError(f"{each}: no {LOADED} precedes it; give one payload to each {LOADED}")
+                raise ScenarioError(
+                    f"{each}: no {LOADED} without a payload precedes it; give one payload to each {LOADED}"
+                )
             found.append(MountedFiles(waiting.files, each.files[0]))
             waiting = None
             continue

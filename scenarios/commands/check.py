@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LOG",
         type=arguments.file,
         nargs="+",
-        help="recordings of the robot; payloads may differ and need not be known",
+        help="recordings of the robot: the first bare if possible, the payloads of others need not be known",
     )
     add("--loaded", metavar="B", type=arguments.file, nargs="+", default=[], help="recordings with --payload mounted")
     add(

@@ -71,8 +71,7 @@ class Sourced:
             joints: Joints whose gains are wanted, from 0.
 
         Raises:
-            StudyError: If the payload is called otherwise than `loaded`.
-            StudyError: If there are none, or none that counts.
+            StudyError: If the payload is called otherwise than `loaded`; if there are none, or none that counts.
             ScenarioError: If a source is wrong.
         """
         sources = sources_of(scenario)

@@ -49,8 +49,7 @@ def first_motion(scenario: Scenario, series: Series) -> FourierTrajectory:
     """The motion of a scenario, for a search to begin with.
 
     Raises:
-        ScenarioError: If no point of the series is that motion.
-        ScenarioError: If there is none.
+        ScenarioError: If no point of the series is that motion; if there is none.
     """
     motion = read_motion(scenario.table.experiment.motion, scenario.folder)
     n, harmonics = motion.sine.shape

@@ -19,8 +19,7 @@ def design_problem(setup: Setup) -> Problem:
     """State the problem with the first payload that the scenario mounts.
 
     Raises:
-        ScenarioError: If it wants no joint's gain.
-        ScenarioError: If it mounts no payload.
+        ScenarioError: If it wants no joint's gain; if it mounts no payload.
     """
     scenario = setup.scenario
     wanted = wanted_joints(scenario)

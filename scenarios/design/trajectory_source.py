@@ -51,8 +51,7 @@ def from_source(name: str, model: Path | None, flange: str | None) -> Source:
         flange: Last body of that arm.
 
     Raises:
-        ScenarioError: If a scenario is given a second model.
-        ScenarioError: One of its kinds, if the file is neither.
+        ScenarioError: If a scenario is given a second model; one of its kinds, if the file is neither.
         Saturated: If the scenario's motion asks more of a drive than it has.
     """
     path = Path(name)

@@ -70,8 +70,8 @@ def setup_without_motion(scenario: Scenario) -> Setup:
     """Prepare a scenario's robot, whatever it is moved by.
 
     Raises:
-        ScenarioError: If arrays do not fit the arm.
-        ScenarioError: One of its kinds, if the scenario names a robot or payload that does not exist or is impossible.
+        ScenarioError: If arrays do not fit the arm; one of its kinds, if the scenario names a robot or payload that
+            does not exist or is impossible.
         SimulationError: One of its kinds, if robot or plant are impossible.
         RobotModelError: If the robot's model file is no arm.
     """
@@ -91,8 +91,8 @@ def setup_of(scenario: Scenario) -> Setup:
     """Prepare a scenario.
 
     Raises:
-        ScenarioError: If arrays or the motion do not fit the arm.
-        ScenarioError: One of its kinds, if it names a payload or motion that does not exist or is impossible.
+        ScenarioError: If arrays or the motion do not fit the arm; one of its kinds, if it names a payload or motion
+            that does not exist or is impossible.
     """
     setup = setup_without_motion(scenario)
     table, plant = scenario.table, setup.plant

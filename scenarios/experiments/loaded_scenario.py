@@ -92,8 +92,8 @@ class LoadedScenario:
             workers: As of `monte_carlo`.
 
         Raises:
-            ScenarioError: If a place does not exist, or several end so.
-            ScenarioError: If a place does not take a value, or the scenario's draws are wrong.
+            ScenarioError: If a place does not exist, or several end so; if a place does not take a value, or the
+                scenario's draws are wrong.
         """
         return study_rows_of(sweep(self.setup.scenario, values, seeds), workers)
 

@@ -135,7 +135,7 @@ class GainComparison(ResultModel):
         scale: The change common to most joints, or to all if no majority has one.
         scale_joints: Numbers of those that have it in common; empty if fewer than half have one.
         together: Whether the changes of all joints are more than chance.
-        pattern: Whether what is left beside the common change is more than chance, null for a single joint.
+        pattern: Chi-squared test that all gains changed by the common scale alone, null for a single joint.
     """
 
     moved: bool

@@ -163,8 +163,7 @@ def predictor_of(scenario: Scenario) -> Predictor:
     choose a model chooses it there.
 
     Raises:
-        StudyError: If the scenario declares no error sources, or wants no gain.
-        StudyError: If its method has no first order.
+        StudyError: If the scenario declares no error sources, or wants no gain; if its method has no first order.
         ScenarioError: If a source is wrong.
         IdentificationError: If there is nothing to identify.
         SimulationError: If a plant cannot be built.

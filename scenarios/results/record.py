@@ -79,8 +79,7 @@ def read_record(folder: Path) -> RecordFile:
     """Read what a folder says of itself, and hold its files against it.
 
     Raises:
-        ScenarioError: If it says nothing, or nothing that can be meant.
-        ScenarioError: If a file is missing, or another than it was.
+        ScenarioError: If it says nothing, or nothing that can be meant; if a file is missing, or another than it was.
     """
     try:
         record = read_stated(folder / RECORD, RecordFile)

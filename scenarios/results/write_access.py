@@ -74,8 +74,8 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
         reads: Files that the command reads; over none of them it writes, forced or not.
 
     Raises:
-        ScenarioError: If a file is one that the command reads.
-        ScenarioError: If one is there that the command did not write, or that was changed since.
+        ScenarioError: If a file is one that the command reads; if one is there that the command did not write, or that
+            was changed since.
         OSError: If folder or file cannot be written.
     """
     held = Claim(folder, tuple(names), command)

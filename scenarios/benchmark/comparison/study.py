@@ -27,8 +27,7 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
         seed: Of the first; trial k is that of `monte_carlo`.
 
     Raises:
-        ScenarioError: If there is no method, or one twice.
-        ScenarioError: As `monte_carlo`.
+        ScenarioError: If there is no method, or one twice; as `monte_carlo`.
     """
     texts = [method.text for method in methods]
     if not texts:

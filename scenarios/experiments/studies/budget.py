@@ -108,8 +108,7 @@ def study_budget(scenario: Scenario, trials: int, folder: StudyFolder, seed: int
         seed: Of the bootstrap.
 
     Raises:
-        StudyError: If no trial gave a gain of some joint that should have one.
-        StudyError: If a part is damaged.
+        StudyError: If no trial gave a gain of some joint that should have one; if a part is damaged.
     """
     wanted = [joint for joint, identifiable in enumerate(scenario.table.tolerance.identifiable, 1) if identifiable]
     found = budgets(folder.table(NEEDED), list(scenario.table.sources), wanted, seed)

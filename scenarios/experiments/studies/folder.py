@@ -57,8 +57,7 @@ class StudyFolder:
         """The parts that are there, in order of their trials.
 
         Raises:
-            StudyError: If a file is no part.
-            StudyError: If one is not what its name says.
+            StudyError: If a file is no part; if one is not what its name says.
         """
         if self.seen is not None:
             return list(self.seen)
@@ -103,8 +102,7 @@ class StudyFolder:
             block: Of `block_of`.
 
         Raises:
-            StudyError: If it cannot be written.
-            StudyError: If a part cannot be read.
+            StudyError: If it cannot be written; if a part cannot be read.
         """
         members = members_of(block, self.trials)
         if len(members) < 2 or sum(len(part.trials) for part in members) != len(block):
@@ -158,11 +156,8 @@ def study_folder(
         rows_per_trial: One a joint.
 
     Raises:
-        StudyError: If it cannot be made or written.
-        StudyError: If it holds something else.
-        StudyError: If it holds another study; the message names the first difference.
-        StudyError: If it is open elsewhere.
-        StudyError: If its record cannot be read.
+        StudyError: If it cannot be made or written; if it holds something else; if it holds another study; the message
+            names the first difference; if it is open elsewhere; if its record cannot be read.
     """
     path = path.absolute()
     try:

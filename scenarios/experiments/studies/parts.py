@@ -60,8 +60,7 @@ def checked_part(path: Path, rows_per_trial: int) -> Part:
     """One file, if it is a whole part under its own name.
 
     Raises:
-        StudyError: If it is no part.
-        StudyError: If it is not what its name says.
+        StudyError: If it is no part; if it is not what its name says.
     """
     part = part_named(path.name)
     if part is None:
@@ -136,8 +135,7 @@ def replace_members(waiting: Path, trials: Path) -> None:
     """Put a block that waits beside a folder of parts in the place of its members.
 
     Raises:
-        StudyError: If its name is no part's.
-        StudyError: If it cannot be moved.
+        StudyError: If its name is no part's; if it cannot be moved.
     """
     part = part_named(waiting.name.removeprefix("."))
     if part is None:

@@ -45,8 +45,7 @@ def read_study(folder: Path) -> StoredStudy:
     """Read a study.
 
     Raises:
-        ScenarioError: If its record is damaged, or of another version.
-        ScenarioError: If trials are missing.
+        ScenarioError: If its record is damaged, or of another version; if trials are missing.
         StudyError: If a part is damaged, or none.
     """
     path = folder / STUDY

@@ -21,6 +21,7 @@ from scenarios.experiments.trials import IDENTIFY, Failure, Trial, Work
 from scenarios.experiments.workers.execute import GivenUp, completed
 from scenarios.experiments.workers.kinds import Workers
 from scenarios.experiments.workers.tasks import Task, run_task
+from scenarios.support.errors import StudyError
 from scenarios.support.progress import reporter
 from scenarios.support.versions import versions
 
@@ -124,9 +125,11 @@ def study_rows_of(study: Study, workers: AbstractContextManager[Workers] | None 
         workers: Where trials run, here if None; rows do not depend on it.
 
     Raises:
-        StudyError: One of its kinds, if workers cannot run trials.
+        StudyError: If there is no trial to run; if workers cannot run trials.
     """
-    every = [range(study.count)] if study.count else []
+    if study.count < 1:
+        raise StudyError(f"{study.scenario.name}: {study.kind} has no trial; give at least one seed and one value")
+    every = [range(study.count)]
     if workers is None:
         tables = [run_task(task) for task in _tasks(study, every, 1)]
     else:

@@ -20,8 +20,8 @@ def sweep(scenario: Scenario, values: Mapping[str, Sequence[Value]], seeds: int 
         seeds: Of the trials of each combination; a number n stands for 0 to n - 1.
 
     Raises:
-        ScenarioError: If a place does not exist, or several end so.
-        ScenarioError: If a place does not take a value, or the scenario's draws are wrong.
+        ScenarioError: If a place does not exist, or several end so; if a place does not take a value, or the scenario's
+            draws are wrong.
     """
     check_draws(scenario, setup_of)
     places = [place_of(scenario.table, name) for name in values]

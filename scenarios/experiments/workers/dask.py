@@ -37,8 +37,7 @@ def dask_workers(address: str) -> Generator[Workers]:
         address: Of its scheduler, as `tcp://host:8786`, or the path of its scheduler file.
 
     Raises:
-        StudyError: If Dask is not installed.
-        StudyError: If no scheduler answers.
+        StudyError: If Dask is not installed; if no scheduler answers.
     """
     try:
         from distributed import Client, KilledWorker

@@ -58,10 +58,8 @@ def completed(
         Each task with its result, in the order they finish.
 
     Raises:
-        StudyError: As the function does.
-        StudyError: If the workers cannot be reached any more.
-        StudyError: If they cannot import the function.
-        StudyError: If the first tasks are all given up.
+        StudyError: As the function does; if the workers cannot be reached any more; if they cannot import the function;
+            if the first tasks are all given up.
     """
     done, given_up = 0, 0
     with closing(_each(workers, function, tasks, tick)) as outcomes:

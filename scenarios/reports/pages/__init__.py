@@ -30,9 +30,8 @@ def page_of(folder: Path) -> Report:
     """The page of whatever a folder holds.
 
     Raises:
-        ScenarioError: If it holds nothing that a page could be made of, or something of another version.
-        ScenarioError: If it is a study that is not finished.
-        ScenarioError: If a file is missing or changed.
+        ScenarioError: If it holds nothing that a page could be made of, or something of another version; if it is a
+            study that is not finished; if a file is missing or changed.
     """
     return import_module(f"{__name__}.{PAGES[kind_of(folder)]}").page(folder)
 

@@ -20,8 +20,7 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ScenarioError: If it holds no bare motions, or some of another version.
-        ScenarioError: If a file is missing or changed.
+        ScenarioError: If it holds no bare motions, or some of another version; if a file is missing or changed.
     """
     record = read_record(folder)
     result = read_result(folder, BareResult)

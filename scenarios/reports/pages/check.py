@@ -29,8 +29,7 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ScenarioError: If it holds no check, or one of another version.
-        ScenarioError: If a file is missing or changed.
+        ScenarioError: If it holds no check, or one of another version; if a file is missing or changed.
     """
     record = read_record(folder)
     result = read_result(folder, Check)

@@ -28,8 +28,7 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ScenarioError: If it holds no run or identification, or one of another version.
-        ScenarioError: If a file is missing or changed.
+        ScenarioError: If it holds no run or identification, or one of another version; if a file is missing or changed.
     """
     record = read_record(folder)
     result, fit = read_result(folder, Result), read_fit(folder)

@@ -30,8 +30,7 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ScenarioError: If it holds no study, or one of another version.
-        ScenarioError: If trials are missing.
+        ScenarioError: If it holds no study, or one of another version; if trials are missing.
         StudyError: If a part is damaged.
     """
     study = read_study(folder)

@@ -24,8 +24,8 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells, from what it holds alone.
 
     Raises:
-        ScenarioError: If its document is damaged, or of another version.
-        ScenarioError: If the rows of figure 3 are missing, or others than were written with it.
+        ScenarioError: If its document is damaged, or of another version; if the rows of figure 3 are missing, or others
+            than were written with it.
     """
     saved, found = read_paper(folder)
     torques = read_torques(folder, saved, DRAWN)

@@ -18,10 +18,8 @@ def page(folder: Path) -> Report:
     """Everything that the folder tells.
 
     Raises:
-        ScenarioError: If it holds no study, or one of another version.
-        ScenarioError: If trials are missing.
-        StudyError: If no trial gave a gain of some joint that should have one.
-        StudyError: If a part is damaged.
+        ScenarioError: If it holds no study, or one of another version; if trials are missing.
+        StudyError: If no trial gave a gain of some joint that should have one; if a part is damaged.
     """
     study = read_study(folder)
     tolerance = study.scenario.table.tolerance.gain

@@ -41,7 +41,7 @@ UNPAIRED = {
         "unloaded.parquet",
         "--payload",
         "payload.toml",
-    ): "payload.toml: no --loaded precedes it",
+    ): "payload.toml: no --loaded without a payload precedes it",
     ("--loaded", "loaded.parquet", "--payload", "payload.toml", "--payload", "other.toml"): "other.toml: no --loaded",
     ("--payload", "p.toml", "--loaded", "a", "--loaded", "b", "--payload", "q.toml"): "p.toml: no --loaded",
     ("--loaded", "a", "--loaded", "b", "--payload", "p.toml"): "a: no payload follows it",

@@ -17,7 +17,7 @@ import scenarios
 from scenarios.cli import main
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.settings import place_of
-from scenarios.support.errors import ScenarioError, WrongValue
+from scenarios.support.errors import ScenarioError, StudyError, WrongValue
 
 CUTOFF = "identification.observe.cutoff_hz"
 
@@ -115,6 +115,16 @@ def test_a_sweep_of_what_is_not_there_or_does_not_fit_is_refused_before_anything
         quick.sweep({"mass": [7.0]}, seeds=1)
     with pytest.raises(WrongValue):
         quick.sweep({"plant.payload.mass": [-2.0]}, seeds=1)
+
+
+def test_a_study_without_a_trial_is_refused(quick):
+    for empty in (
+        lambda: quick.monte_carlo(0),
+        lambda: quick.sweep({CUTOFF: []}, seeds=2),
+        lambda: quick.sweep({CUTOFF: [9.0]}, seeds=0),
+    ):
+        with pytest.raises(StudyError, match="has no trial"):
+            empty()
 
 
 def test_the_end_of_a_place_stands_for_it_where_no_other_ends_so():

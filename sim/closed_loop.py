@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.control_law import ControlLaw, at_rest, control_step
+from sim.control_law import ControlLaw, ControlPeriods
 from sim.controller import Controller
 from sim.engine import Engine
 from sim.sensors import SENSOR_EFFECTS, SensorOptions
@@ -46,8 +46,7 @@ def closed_loop(
 ) -> LoopLog:
     """Run B simulations to the end of their motions.
 
-    For a few simulations the cost of this loop is the number of NumPy calls, not arithmetic. A chunk of periods is time
-    first, as the loop reads and writes it; the log is simulation first, as it is used.
+    The log is simulation first, as it is used; what the loop reads and writes is time first.
 
     Args:
         engine: The simulations, at rest at the start of their motions.
@@ -57,50 +56,43 @@ def closed_loop(
         streams: Random numbers of the sensors, one a simulation.
         advanced: Told after every chunk.
     """
-    law, readers = control_law(controllers, limits), _readers(sensors, streams, limits.shape[1])
+    law, readers = control_law(controllers), _readers(sensors, streams, limits.shape[1])
     samples, (B, n) = len(controllers[0].reference), engine.q.shape
     log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
-    reference, q_ref, readings, currents = np.empty((4, CHUNK, B, n))
-    state = at_rest(engine.q)
+    periods = ControlPeriods(law, min(CHUNK, samples))
+    q, current, readings = engine.q, engine.current, list(periods.reading)
     for start in range(0, samples, CHUNK):
         length = min(CHUNK, samples - start)
         for i, controller in enumerate(controllers):
-            reference[:length, i] = controller.reference[start : start + length]
+            periods.reference[:length, i] = controller.reference[start : start + length]
             if law.ki is not None:
-                q_ref[:length, i] = controller.q_ref[start : start + length]
+                periods.q_ref[:length, i] = controller.q_ref[start : start + length]
         for k in range(length):
             reading = readings[k]
-            reading[:] = engine.q
+            reading[...] = q
             for distort in readers:
                 distort(reading)
             if start + k == 0:
-                state = at_rest(reading)
-            state, currents[k] = control_step(law, state, reading, reference[k], q_ref[k])
-            engine.current[:] = currents[k]
+                periods.switch_on(reading)
+            current[...] = periods.command(k)
             engine.advance()
-        state = state._replace(q=state.q.copy())  # the next chunk overwrites the readings
-        log.q[:, start : start + length] = readings[:length].transpose(1, 0, 2)
-        log.v[:, start : start + length] = currents[:length].transpose(1, 0, 2)
+        periods.go_on()
+        log.q[:, start : start + length] = periods.reading[:length].transpose(1, 0, 2)
+        log.v[:, start : start + length] = periods.v[:length].transpose(1, 0, 2)
         advanced(B * length * controllers[0].period)
+    for v, limit in zip(log.v, limits, strict=True):
+        np.clip(v, -limit, limit, out=v)
     return log
 
 
-def control_law(controllers: Sequence[Controller], limits: Array) -> ControlLaw:
-    """The law of B controllers.
-
-    Args:
-        controllers: One a simulation.
-        limits: Current limits [drive units], shape (B, n).
-    """
-    n = limits.shape[1]
-    ki = np.stack([c.ki for c in controllers])
+def control_law(controllers: Sequence[Controller]) -> ControlLaw:
+    """The law of B controllers, one a simulation."""
+    n, ki = len(controllers[0].kp), np.stack([c.ki for c in controllers])
+    estimates = [[1.0 - c.blend for c in controllers], [c.blend / c.period for c in controllers]]
     return ControlLaw(
-        kp=np.stack([c.kp for c in controllers]),
-        kd=np.stack([c.kd for c in controllers]),
+        feedback=np.array([[c.kp for c in controllers], [c.kd for c in controllers]]),
+        estimate=np.repeat(np.array(estimates)[:, :, None], n, axis=2),
         ki=ki if ki.any() else None,
-        keep=np.repeat([[1.0 - c.blend] for c in controllers], n, axis=1),
-        per_second=np.repeat([[c.blend / c.period] for c in controllers], n, axis=1),
-        limit=limits,
     )
 
 

@@ -2,10 +2,11 @@
 
     dq   <- dq + b ((q - q_before) / T - dq)           low-passed difference of readings, b = 1 - exp(-2 pi f_c T)
     s    <- s + Ki T (q_ref - q)                       integral, where there is one
-    v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all over g_believed, and |v| <= v_max
+    v     = Kp (q_ref - q) + Kd (dq_ref - dq) + s + tau_ff,   all over g_believed
 
-q is what the encoders read: their noise travels round the loop into v. What does not depend on the reading,
-`(Kp q_ref + Kd dq_ref + tau_ff) / g_believed`, is tabulated with the motion (`sim.controller`) and called reference.
+of which the drive takes |v| <= v_max (`sim.compile`). q is what the encoders read: their noise travels round the loop
+into v. What does not depend on the reading, `(Kp q_ref + Kd dq_ref + tau_ff) / g_believed`, is tabulated with the
+motion (`sim.controller`) and called reference.
 """
 
 from dataclasses import dataclass
@@ -18,71 +19,101 @@ from ident.support.arrays import Array
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ControlLaw:
-    """The constants of B controllers with n joints; whole arrays (B, n), since broadcasting costs in the loop.
+    """The constants of B controllers with n joints; whole arrays, since broadcasting costs in the loop.
 
     Attributes:
-        kp: Kp over believed gain [drive units / rad].
-        kd: Kd over believed gain [drive units s / rad].
-        ki: Ki over believed gain, times the period [drive units / rad]; None if no controller integrates.
-        keep: 1 - b, what the speed estimate keeps of itself.
-        per_second: b / T, what it takes of a difference [1/s].
-        limit: v_max [drive units].
+        feedback: Kp [drive units / rad] and Kd [drive units s / rad] over believed gain, shape (2, B, n).
+        estimate: 1 - b, what the speed estimate keeps of itself, and b / T, what it takes of a difference [1/s], shape
+            (2, B, n).
+        ki: Ki over believed gain, times the period [drive units / rad], shape (B, n); None if no controller integrates.
     """
 
-    kp: Array
-    kd: Array
+    feedback: Array
+    estimate: Array
     ki: Array | None
-    keep: Array
-    per_second: Array
-    limit: Array
 
 
-class LoopState(NamedTuple):
-    """What B controllers remember; arrays (B, n).
+class _Period(NamedTuple):
+    """Views of the memory of one control period, and of the period before; shape (B, n), or (2, B, n) for two.
 
     Attributes:
-        q: Last reading [rad].
+        reading: Readings [rad].
+        before: Those of the period before [rad].
+        difference: The first less the second [rad].
+        known: Speed estimate of the period before [rad/s], and the difference.
         dq: Speed estimate [rad/s].
-        integral: s over believed gain [drive units].
+        state: Readings and speed estimate.
+        reference: Tabulated part of the current [drive units].
+        q_ref: Reference positions [rad].
+        v: Current references [drive units].
     """
 
-    q: Array
+    reading: Array
+    before: Array
+    difference: Array
+    known: Array
     dq: Array
-    integral: Array
-
-
-class Command(NamedTuple):
-    """What one period of the law gives.
-
-    Attributes:
-        state: To be remembered.
-        v: Current references [drive units], shape (B, n).
-    """
-
-    state: LoopState
+    state: Array
+    reference: Array
+    q_ref: Array
     v: Array
 
 
-def at_rest(reading: Array) -> LoopState:
-    """The memory of controllers that are switched on at a first reading, shape (B, n)."""
-    return LoopState(reading, np.zeros_like(reading), np.zeros_like(reading))
+class ControlPeriods:
+    """B controllers in a run of control periods, with what they read and command.
 
+    For a few simulations the cost of the law is the number of NumPy calls: what is multiplied alike stands side by side
+    in memory, and all views of it are made once.
 
-def control_step(law: ControlLaw, state: LoopState, reading: Array, reference: Array, q_ref: Array) -> Command:
-    """One control period.
-
-    Args:
-        law: Constants.
-        state: Memory of the period before; not changed.
-        reading: What the encoders read [rad], shape (B, n).
-        reference: Tabulated part of the current [drive units], shape (B, n).
-        q_ref: Reference positions, for the integral alone [rad], shape (B, n).
+    Attributes:
+        reference: Tabulated part of the current, to be written before [drive units], shape (length, B, n).
+        q_ref: Reference positions, likewise, for the integral alone [rad], shape (length, B, n).
+        reading: What the encoders read, to be written period by period [rad], shape (length, B, n).
+        v: Current references before the drives limit them [drive units], shape (length, B, n).
     """
-    dq = law.keep * state.dq + law.per_second * (reading - state.q)
-    v = reference - law.kp * reading - law.kd * dq
-    integral = state.integral
-    if law.ki is not None:
-        integral = integral + law.ki * (q_ref - reading)
-        v += integral
-    v = np.maximum(np.minimum(v, law.limit), -law.limit)
-    return Command(LoopState(reading, dq, integral), v)
+
+    def __init__(self, law: ControlLaw, length: int) -> None:
+        """Give controllers their memory.
+
+        Args:
+            law: Their constants.
+            length: Control periods of a run.
+        """
+        _, B, n = law.feedback.shape
+        self._law = law
+        self.reference, self.q_ref, self.v = np.zeros((3, length, B, n))
+        self._memory = np.zeros((length + 1, 3, B, n))  # reading, speed estimate, difference to the next reading
+        self.reading = self._memory[1:, 0]
+        rows = zip(self._memory[:-1], self._memory[1:], self.reference, self.q_ref, self.v, strict=True)
+        self._periods = [
+            _Period(now[0], before[0], before[2], before[1:], now[1], now[:2], *others) for before, now, *others in rows
+        ]
+        self._products = np.empty((2, B, n))
+        self._first, self._second = self._products
+        self._integral = np.zeros((B, n))
+
+    def switch_on(self, reading: Array) -> None:
+        """Put the controllers at rest before the first period, at a reading [rad], shape (B, n)."""
+        self._memory[0] = self._integral[:] = 0.0
+        self._memory[0, 0] = reading
+
+    def go_on(self) -> None:
+        """Let the first period follow the last one."""
+        self._memory[0] = self._memory[-1]
+
+    def command(self, k: int) -> Array:
+        """Currents of period k, whose reading is written and whose predecessor is commanded: a row of `v`, (B, n)."""
+        reading, before, difference, known, dq, state, reference, q_ref, v = self._periods[k]
+        law, products, first, second = self._law, self._products, self._first, self._second
+        np.subtract(reading, before, difference)
+        np.multiply(law.estimate, known, products)
+        np.add(first, second, dq)
+        np.multiply(law.feedback, state, products)
+        np.subtract(reference, first, v)
+        np.subtract(v, second, v)
+        if law.ki is not None:
+            np.subtract(q_ref, reading, first)
+            np.multiply(law.ki, first, first)
+            np.add(self._integral, first, self._integral)
+            np.add(v, self._integral, v)
+        return v

@@ -62,6 +62,7 @@ class Engine:
         self._varying: Varying | None = None
         if members:
             self._period = substeps * float(self._models[0].opt.timestep)
+            self._range = np.stack([self._models[i].actuator_ctrlrange.T for i in self._rows], axis=1)
             self._varying = Varying(members, [self._models[i] for i in self._rows], period=self._period)
             self._ddq, self._rubbing = (self._batch.bind(name)[:, -n:] for name in ("qacc", "qfrc_constraint"))
         self._time = 0.0
@@ -75,7 +76,7 @@ class Engine:
                     t=self._time,
                     q=self.q[rows],
                     dq=self._dq[rows],
-                    v=self.current[rows],
+                    v=np.clip(self.current[rows], *self._range),  # as MuJoCo does of what it is given
                     ddq=self._ddq[rows],
                     rubbing=self._rubbing[rows],
                 )

@@ -1,6 +1,6 @@
 """Encoders: noise, then the quantum. The controller sees what they read, and it is what is logged."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -31,26 +31,34 @@ class _Encoders:
     """The encoders of B simulations; whole arrays, since broadcasting costs in the loop."""
 
     def __init__(self, values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> None:
-        self._generators = [each["encoder"] for each in streams]
-        self._std = np.array([[[each.encoder_noise]] for each in values])
-        self._drawn = np.empty((len(values), CHUNK, n))
-        self._noise = np.empty((CHUNK, len(values), n))
+        self._noise = _drawn(values, streams, n)
         quantum = np.repeat(np.array([[each.encoder_quantum] for each in values]), n, axis=1)
         self._quantised = quantum > 0.0
         self._quantum = np.where(self._quantised, quantum, 1.0)
-        self._rounds = bool(self._quantised.any())
-        self._period = 0
+        self._rounded = np.empty_like(quantum)
+        self._rounds, self._all_round = bool(self._quantised.any()), bool(self._quantised.all())
 
     def __call__(self, reading: Array) -> None:
-        k = self._period % CHUNK
-        if k == 0:
-            for generator, rows in zip(self._generators, self._drawn, strict=True):
-                generator.standard_normal(out=rows)
-            np.multiply(self._drawn, self._std, out=self._noise.transpose(1, 0, 2))
-        self._period += 1
-        reading += self._noise[k]
+        np.add(reading, next(self._noise), reading)
         if self._rounds:
-            np.copyto(reading, np.rint(reading / self._quantum) * self._quantum, where=self._quantised)
+            rounded = reading if self._all_round else self._rounded
+            np.divide(reading, self._quantum, rounded)
+            np.rint(rounded, rounded)
+            np.multiply(rounded, self._quantum, rounded)
+            if not self._all_round:
+                np.copyto(reading, rounded, where=self._quantised)
+
+
+def _drawn(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> Iterator[Array]:
+    """Noise of one control period after another [rad], shape (B, n)."""
+    std = np.array([[[each.encoder_noise]] for each in values])
+    drawn, noise = np.empty((len(values), CHUNK, n)), np.empty((CHUNK, len(values), n))
+    periods = list(noise)
+    while True:
+        for each, rows in zip(streams, drawn, strict=True):
+            each["encoder"].standard_normal(out=rows)
+        np.multiply(drawn, std, out=noise.transpose(1, 0, 2))
+        yield from periods
 
 
 def _reader(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> Reader | None:

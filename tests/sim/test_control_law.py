@@ -6,7 +6,7 @@ import pytest
 from plants import BELIEF, RX90, experiment, nominal_plant, short_motion, streams
 
 from sim.closed_loop import control_law
-from sim.control_law import at_rest, control_step
+from sim.control_law import ControlPeriods
 from sim.controller import Controller, ControllerOptions, tuned
 from sim.errors import ControllerError
 from sim.record import record
@@ -46,13 +46,20 @@ def documented(q: np.ndarray) -> np.ndarray:
     return v
 
 
-def commanded(controllers: list[Controller], readings: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    law = control_law(controllers, limits)
-    state, out = at_rest(readings[0]), []
-    for k, reading in enumerate(readings):
-        reference = np.stack([c.reference[k] for c in controllers])
-        state, v = control_step(law, state, reading, reference, np.stack([c.q_ref[k] for c in controllers]))
-        out.append(v)
+def commanded(
+    controllers: list[Controller], readings: np.ndarray, limits: np.ndarray, *, length: int = 70
+) -> np.ndarray:
+    """Currents for given readings, shape (N, B, n), so many control periods at a time, within the drives' limits."""
+    periods, out = ControlPeriods(control_law(controllers), length), []
+    periods.switch_on(readings[0])
+    for start in range(0, len(readings), length):
+        rows = slice(start, min(start + length, len(readings)))
+        for k, row in enumerate(range(rows.start, rows.stop)):
+            periods.reference[k] = [c.reference[row] for c in controllers]
+            periods.q_ref[k] = [c.q_ref[row] for c in controllers]
+            periods.reading[k] = readings[row]
+            out.append(np.clip(periods.command(k), -limits, limits))
+        periods.go_on()
     return np.array(out)
 
 
@@ -90,17 +97,29 @@ def test_controllers_of_a_batch_have_each_their_own_constants(rng):
         np.testing.assert_array_equal(together[:, i : i + 1], alone)
 
 
-def test_a_step_changes_nothing_that_it_was_given(rng):
-    controller = tuned(BELIEF, short_motion(), TUNING)
-    law = control_law([controller], LIMIT[None])
-    state = at_rest(rng.normal(size=(1, 6)))
-    kept = [np.array(each) for each in state]
-    reading = rng.normal(size=(1, 6))
-    seen = reading.copy()
-    control_step(law, state, reading, rng.normal(size=(1, 6)), rng.normal(size=(1, 6)))
-    for before, after in zip(kept, state, strict=True):
-        np.testing.assert_array_equal(before, after)
-    np.testing.assert_array_equal(seen, reading)
+def test_a_command_changes_nothing_that_it_was_given(rng):
+    periods = ControlPeriods(control_law([tuned(BELIEF, short_motion(), TUNING)]), 3)
+    given = (periods.reference, periods.q_ref, periods.reading)
+    for each in given:
+        each[:] = rng.normal(size=each.shape)
+    kept = [each.copy() for each in given]
+    periods.switch_on(periods.reading[0])
+    for k in range(3):
+        periods.command(k)
+    for each, before in zip(given, kept, strict=True):
+        np.testing.assert_array_equal(each, before)
+
+
+def test_controllers_that_are_switched_on_again_have_forgotten_everything(rng):
+    controller, q = tuned(BELIEF, short_motion(), TUNING), readings(rng)
+    periods, found = ControlPeriods(control_law([controller]), PERIODS), []
+    periods.reference[:, 0], periods.q_ref[:, 0] = controller.reference[:PERIODS], controller.q_ref[:PERIODS]
+    for _ in range(2):
+        periods.reading[:, 0] = q
+        periods.switch_on(q[:1])
+        found.append(np.array([periods.command(k) for k in range(PERIODS)]))
+        periods.go_on()
+    np.testing.assert_array_equal(*found)
 
 
 def test_the_loop_commands_what_the_law_says_for_what_the_encoders_read():
@@ -108,10 +127,13 @@ def test_the_loop_commands_what_the_law_says_for_what_the_encoders_read():
     belief = replace(BELIEF, gain=(1.1, 0.9, 1.2, 0.8, 1.3, 0.7))
     options = ControllerOptions(bandwidth_hz=7.0, integral_hz=0.4, velocity_cutoff_hz=90.0)
     run = experiment(sensors=sensors, belief=belief, controller=options)
-    (recording,) = record([run], streams(4), threads=1)
-    controller = tuned(belief, run.trajectory, options)
-    v = commanded([controller], recording.q[:, None, :], run.plant.drives.current_limit[None])[:, 0]
-    np.testing.assert_array_equal(recording.v, v)
+    largest = np.abs(record([run], streams(4), threads=1)[0].v).max(axis=0)
+    for limit in (1.1 * largest, 0.99 * largest):
+        (recording,) = record([replace(run, plant=nominal_plant(current_limit=limit))], streams(4), threads=1)
+        controller = tuned(belief, run.trajectory, options)
+        v = commanded([controller], recording.q[:, None, :], limit[None])[:, 0]
+        np.testing.assert_array_equal(recording.v, v)
+        assert (np.abs(v) == limit).any() == (limit < largest).all()
 
 
 def test_what_the_controller_divides_by_is_its_belief_and_not_the_truth():

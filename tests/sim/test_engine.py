@@ -42,3 +42,14 @@ def test_a_simulation_that_blows_up_is_reported_and_the_others_are_not(tmp_path,
     engine.q[1, 2] = np.nan
     engine.advance()
     np.testing.assert_array_equal(engine.unstable(), [False, True])
+
+
+@pytest.mark.parametrize("current", [1e3, 1e11, np.inf])
+def test_the_plant_takes_no_more_current_than_its_drives_give(current):
+    limit = nominal_plant().drives.current_limit
+    model = plant_model(nominal_plant(), loaded=True, step=1e-3)
+    engine = Engine(simulations([model] * 4, np.zeros((4, 6))), substeps=1, threads=1)
+    engine.current[:] = np.array([current * np.ones(6), limit, -current * np.ones(6), -limit])
+    engine.advance()
+    np.testing.assert_array_equal(engine.q[[0, 2]], engine.q[[1, 3]])
+    assert np.abs(engine.q).min() > 0.0

@@ -107,3 +107,15 @@ def test_either_friction_may_differ_by_direction_alone(name):
     plain, other = (experiment(plant=nominal_plant(errors=ModelErrors(**{name: x}))) for x in (0.0, 0.4))
     first, second = record([plain, other], streams(0, 0), threads=1)
     assert np.abs(second.v - first.v).max() > 0.1
+
+
+def test_friction_follows_from_the_current_that_the_drive_takes_of_what_it_is_given():
+    limit = nominal_plant().drives.current_limit
+    plants = [
+        nominal_plant(errors=ModelErrors(load_friction=0.3), current_limit=x * limit) for x in (1.0, 1.0, 0.6, 0.6)
+    ]
+    engine = Engine([simulation_of(plant, step=1e-3, earlier=0) for plant in plants], substeps=1, threads=1)
+    for _ in range(20):
+        engine.current[:] = np.outer([1.0, 2.0, -0.6, -5.0], limit)
+        engine.advance()
+    np.testing.assert_array_equal(engine.q[[0, 2]], engine.q[[1, 3]])

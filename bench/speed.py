@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pinocchio as pin
@@ -25,6 +26,7 @@ from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import simulate
 from sim.compile import lean_model
+from sim.controller import Law
 from sim.engine import Engine, Simulation
 from sim.record import record
 from sim.sensors import noise_streams
@@ -94,12 +96,13 @@ def identification_speed() -> None:
     print(f"the same with every doubt about the logs: {statistics.median(checks):.3f} s (best {min(checks):.3f})")
 
 
-def closed_loop_ratio(simulations: int) -> None:
+def closed_loop_ratio(simulations: int, law: Law) -> None:
     """Closed loop with controller, sensors and logging over bare stepping of as many steps, two threads each."""
     setup = setup_of(load_scenario("nominal"))
     motion = replace(setup.experiments[0].trajectory, duration=4.0)
     slow = replace(motion, sine=0.05 * motion.sine, cosine=0.05 * motion.cosine)
-    experiments = [replace(setup.experiments[i % 2], trajectory=slow) for i in range(simulations)]
+    pair = [replace(each, controller=replace(each.controller, law=law)) for each in setup.experiments]
+    experiments = [replace(pair[i % 2], trajectory=slow) for i in range(simulations)]
     step = experiments[0].step
     bare, loaded = (lean_model(experiments[0].plant, loaded=x, step=step) for x in (False, True))
     periods, substeps = 4001, round(1e-3 / step)
@@ -116,7 +119,9 @@ def closed_loop_ratio(simulations: int) -> None:
     a, b = medians(closed, stepping)
     ratio = statistics.median(x / y for x, y in zip(a, b, strict=True))
     each = 1e6 * statistics.median(b) / (periods * substeps * simulations)
-    print(f"closed loop over bare stepping, {simulations:3d} simulations: {ratio:.2f} (bare: {each:.2f} us a step)")
+    print(
+        f"closed loop over bare stepping, {simulations:3d} simulations, {law}: {ratio:.2f} (bare: {each:.2f} us a step)"
+    )
 
 
 def whole_command(*arguments: str) -> None:
@@ -135,5 +140,6 @@ if __name__ == "__main__":
     with threadpool_limits(1):
         regressor_speed()
         identification_speed()
-        for count in (1, 32, 128):
-            closed_loop_ratio(count)
+        for law in get_args(Law):
+            for count in (1, 2, 32, 128):
+                closed_loop_ratio(count, law)

@@ -8,7 +8,7 @@ with M the mean diagonal of the believed inertia matrix, rotors included, along 
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 import mujoco
 import numpy as np
@@ -22,6 +22,7 @@ from sim.errors import ControllerError
 from sim.silenced_mujoco import silenced
 from sim.trajectory import FourierTrajectory
 
+Law = Literal["filtered", "native"]
 TABLES_KEPT = 16
 """Tabulated motions kept for the next batch; one of 20 s at 1 kHz has 2 MB."""
 
@@ -37,6 +38,8 @@ class ControllerOptions:
         integral_hz: Corner of the integral action [Hz], 0 for none.
         velocity_cutoff_hz: First-order low-pass of the velocity estimate [Hz].
         feedforward: Share of the bare arm's inverse dynamics that is fed forward, 0 to 1.
+        law: `filtered` takes its speed from encoder readings, low-passed; `native` is MuJoCo's own servo, which knows
+            the speed of the joint: faster, without integral action, model errors that vary, or a quantum in the loop.
     """
 
     rate_hz: Annotated[float, Interval(ge=1.0, le=1e5), Unit("Hz")] = 1000.0
@@ -45,14 +48,17 @@ class ControllerOptions:
     integral_hz: Annotated[float, Interval(ge=0.0, le=1e4), Unit("Hz")] = 0.0
     velocity_cutoff_hz: Annotated[float, Interval(gt=0.0, le=1e6), Unit("Hz")] = 150.0
     feedforward: Annotated[float, Interval(ge=0.0, le=10.0)] = 1.0
+    law: Law = "filtered"
 
     def __post_init__(self) -> None:
         """Check the values.
 
         Raises:
-            ControllerError: If one is not finite or outside its annotated range.
+            ControllerError: If one is not finite or outside its annotated range, or there is no such law.
         """
         refuse_outside(self, ControllerError, "controller")
+        if self.law not in get_args(Law):
+            raise ControllerError(f"controller: law = {self.law!r}: expected one of {', '.join(get_args(Law))}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,6 +14,9 @@ from mujoco.batch import Batch
 from ident.support.arrays import Array
 from sim.varying import State, Varied, Varying
 
+DIVERGED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+"""What MuJoCo warns about when it resets a bad state."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Simulation:
@@ -28,6 +31,14 @@ class Simulation:
     model: mujoco.MjModel
     start: Array
     varied: Varied | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class After:
+    """Driven joints after every physics step: positions [rad] and speeds [rad/s], shape (B, N, n) each."""
+
+    q: Array
+    dq: Array
 
 
 class Engine:
@@ -66,6 +77,7 @@ class Engine:
             self._varying = Varying(members, [self._models[i] for i in self._rows], period=self._period)
             self._ddq, self._rubbing = (self._batch.bind(name)[:, -n:] for name in ("qacc", "qfrc_constraint"))
         self._time = 0.0
+        self._fatal = [int(w) for w in DIVERGED]
 
     def advance(self) -> None:
         """Step every simulation by one control period."""
@@ -85,6 +97,19 @@ class Engine:
             self._time += self._period
         self._batch.step(nstep=self._substeps)
 
+    def roll_out(self, controls: Array) -> After:
+        """Step every simulation once for each of its controls, where nothing varies.
+
+        A simulation that MuJoCo warns about is not stepped on, and counts as unstable.
+
+        Args:
+            controls: What MuJoCo is given in every physics step, contiguous, shape (B, N, n).
+        """
+        n, record = controls.shape[2], ("qpos", "qvel")
+        self._fatal = list(range(self._batch.warning.shape[1]))
+        after = self._batch.rollout(controls.shape[1], controls, record=record)
+        return After(*(after[name][:, :, -n:] for name in record))
+
     def warmth(self) -> Array:
         """Temperature rise of the drives, now [K], shape (B, n); zero where nothing varies."""
         warmth = np.zeros_like(self.q)
@@ -93,6 +118,5 @@ class Engine:
         return warmth
 
     def unstable(self) -> np.ndarray:
-        """Simulations in which MuJoCo met a bad state and reset it, shape (B,)."""
-        bad = [mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC]
-        return self._batch.warning[:, [int(w) for w in bad], 1].any(axis=1)  # (last info, count)
+        """Simulations in which MuJoCo met a bad state and reset it, or no longer stepped, shape (B,)."""
+        return self._batch.warning[:, self._fatal, 1].any(axis=1)  # (last info, count)

@@ -1,7 +1,7 @@
 """`record`: run a plant's motions in closed loop and return what its cell would have logged."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
-from sim.closed_loop import Advanced, closed_loop, no_progress
+from sim.closed_loop import Advanced, LoopLog, closed_loop, no_progress
 from sim.compile import lean_model, resting
-from sim.controller import Controller, tuned
+from sim.controller import Controller, Law, tuned
 from sim.engine import Engine, Simulation
 from sim.errors import PlantError, SimulationError
 from sim.experiment import Experiment, substeps
@@ -21,6 +21,7 @@ from sim.plant import Layout, layout
 from sim.sensors import check_rate, logged, noise_streams
 from sim.sensors.effect import NoiseStreams
 from sim.sequence import after_warm_up, is_carried, starts_warm, warming_motion, warmth_before, waves
+from sim.servo import check_native, servo_loop, servo_model
 from sim.silenced_mujoco import silenced
 from sim.varying import varied
 
@@ -155,6 +156,9 @@ def _prepared(
         models[key] = lean_model(plant, loaded=loaded, step=step, earlier=earlier)
     model = models[key]
     start = resting(plant, model, controller.q_ref[0])
+    if experiment.controller.law == "native":
+        check_native(experiment, steps, noise)
+        model = servo_model(model, controller, plant.drives)
     acting = varied(plant, model, step=step, earlier=earlier, warmth=warmth)
     own = model if acting is None else copy(model)
     return _Run(
@@ -170,19 +174,23 @@ def _run_all(
     ready: Sequence[tuple[int, _Run]], threads: int, advanced: Advanced
 ) -> Iterator[tuple[int, _Run, _Done | SimulationError]]:
     """Run what is prepared, in one batch what can share one."""
-    groups: dict[tuple[int, float, int, Layout], list[tuple[int, _Run]]] = defaultdict(list)
+    groups: dict[tuple[int, float, int, Law, Layout], list[tuple[int, _Run]]] = defaultdict(list)
     for i, run in ready:
         samples, period = len(run.controller.reference), run.controller.period
-        groups[samples, period, run.substeps, layout(run.experiment.plant)].append((i, run))
+        law = run.experiment.controller.law
+        groups[samples, period, run.substeps, law, layout(run.experiment.plant)].append((i, run))
     for members in groups.values():
         indices, runs = zip(*members, strict=True)
         yield from zip(indices, runs, _run_batch(runs, threads, advanced), strict=True)
 
 
+_LOOPS: Mapping[Law, Callable[..., LoopLog]] = {"filtered": closed_loop, "native": servo_loop}
+
+
 def _run_batch(runs: Sequence[_Run], threads: int, advanced: Advanced) -> Iterator[_Done | SimulationError]:
     with silenced():
         engine = Engine([run.simulation for run in runs], substeps=runs[0].substeps, threads=threads)
-        log = closed_loop(
+        log = _LOOPS[runs[0].experiment.controller.law](
             engine,
             [run.controller for run in runs],
             np.stack([run.experiment.plant.drives.current_limit for run in runs]),

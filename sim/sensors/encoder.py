@@ -41,12 +41,22 @@ class _Encoders:
     def __call__(self, reading: Array) -> None:
         np.add(reading, next(self._noise), reading)
         if self._rounds:
-            rounded = reading if self._all_round else self._rounded
-            np.divide(reading, self._quantum, rounded)
-            np.rint(rounded, rounded)
-            np.multiply(rounded, self._quantum, rounded)
+            to = reading if self._all_round else self._rounded
+            rounded(reading, self._quantum, to)
             if not self._all_round:
-                np.copyto(reading, rounded, where=self._quantised)
+                np.copyto(reading, to, where=self._quantised)
+
+
+def rounded(reading: Array, quantum: Array, out: Array) -> None:
+    """Write readings at the nearest multiple of a quantum into `out`, which may be the readings; shapes are equal."""
+    np.divide(reading, quantum, out)
+    np.rint(out, out)
+    np.multiply(out, quantum, out)
+
+
+def drawn_noise(values: Encoder, streams: NoiseStreams, shape: tuple[int, int]) -> Array:
+    """Noise of a whole motion, the same as its periods get one by one [rad], shape (N, n)."""
+    return values.encoder_noise * streams["encoder"].standard_normal(shape)
 
 
 def _drawn(values: Sequence[Encoder], streams: Sequence[NoiseStreams], n: int) -> Iterator[Array]:

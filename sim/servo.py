@@ -1,0 +1,125 @@
+"""The control law in MuJoCo's own actuators, `law = "native"`: hundreds of control periods in one call.
+
+    v = (Kp (q_ref - q - e) + Kd (dq_ref - dq - F e) + tau_ff) / g_believed,   |v| <= v_max
+
+as actuators whose force is affine in position and speed, held over a physics step as the integrator `Euler` does; what
+does not depend on the state is their control. dq is the speed of the joint itself, where `sim.control_law` has a
+low-passed difference of readings. e is the noise of the encoders, drawn before the motion, and F the speed that
+`sim.control_law` would estimate of it: it travels round the loop. The quantum does not: the log alone is rounded.
+"""
+
+from collections.abc import Sequence
+from copy import copy
+
+import mujoco
+import numpy as np
+from scipy.signal import lfilter
+
+from ident.support.arrays import Array
+from sim.closed_loop import CHUNK, Advanced, LoopLog, no_progress
+from sim.controller import Controller
+from sim.drives import DriveTruth
+from sim.effects import EFFECTS
+from sim.engine import Engine
+from sim.errors import ControllerError
+from sim.experiment import Experiment
+from sim.sensors import SENSOR_EFFECTS, SensorOptions
+from sim.sensors.effect import NoiseStreams
+from sim.sensors.encoder import drawn_noise, rounded
+
+OTHERWISE = 'use controller.law = "filtered"'
+
+
+def check_native(experiment: Experiment, steps: int, streams: NoiseStreams) -> None:
+    """Check that nothing acts between control periods but MuJoCo.
+
+    Args:
+        experiment: To be run with the native law.
+        steps: Its physics steps a control period.
+        streams: Noise of its sensors.
+
+    Raises:
+        ControllerError: If the controller integrates, the period is not one physics step, or a model error or sensor
+            acts in every control period.
+    """
+    name, options = experiment.name, experiment.controller
+    if options.integral_hz:
+        raise ControllerError(
+            f'{name}: controller.law = "native" does not integrate, but integral_hz = {options.integral_hz:g}; set it '
+            f"to 0, or {OTHERWISE}"
+        )
+    if steps != 1:
+        raise ControllerError(
+            f'{name}: controller.law = "native" acts in every physics step, but {steps} of them make a control period; '
+            f"set step = {1.0 / options.rate_hz:g}, or {OTHERWISE}"
+        )
+    for error, effect in EFFECTS.items():
+        if effect.varies(experiment.plant.errors):
+            raise ControllerError(
+                f'{name}: controller.law = "native" leaves no time for a model error that acts in every control '
+                f"period, as {error} does; {OTHERWISE}"
+            )
+    n = experiment.plant.robot.n
+    for sensor, effect in SENSOR_EFFECTS.items():
+        if sensor != "encoder" and effect.reader([experiment.sensors], [streams], n) is not None:
+            raise ControllerError(
+                f'{name}: controller.law = "native" reads no sensor but the encoders, but {sensor} changes what the '
+                f"controller reads; {OTHERWISE}"
+            )
+
+
+def servo_model(model: mujoco.MjModel, controller: Controller, drives: DriveTruth) -> mujoco.MjModel:
+    """A plant whose drives close the loop themselves; its controls are `Controller.reference`.
+
+    Args:
+        model: Compiled plant, left as it is.
+        controller: What is fed back.
+        drives: The plant's.
+    """
+    servo = copy(model)
+    servo.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER  # implicitfast would take the feedback of speed implicitly
+    servo.actuator_biasprm[:, 1] = -drives.gain * controller.kp
+    servo.actuator_biasprm[:, 2] = -drives.gain * controller.kd
+    largest = np.abs(drives.gain) * drives.current_limit
+    servo.actuator_forcerange[:] = servo.actuator_biasprm[:, :1] + np.outer(largest, (-1.0, 1.0))
+    servo.actuator_forcelimited[:], servo.actuator_ctrllimited[:] = 1, 0
+    return servo
+
+
+def servo_loop(
+    engine: Engine,
+    controllers: Sequence[Controller],
+    limits: Array,
+    sensors: Sequence[SensorOptions],
+    streams: Sequence[NoiseStreams],
+    *,
+    advanced: Advanced = no_progress,
+) -> LoopLog:
+    """As `sim.closed_loop.closed_loop`, of simulations on models of `servo_model`."""
+    samples, (B, n) = len(controllers[0].reference), engine.q.shape
+    log = LoopLog(np.empty((B, samples, n)), np.empty((B, samples, n)))
+    for q, v, controller, options, noise in zip(log.q, log.v, controllers, sensors, streams, strict=True):
+        q[:] = drawn_noise(options, noise, (samples, n))
+        v[:] = controller.reference - controller.kp * q - controller.kd * _estimated_speed(controller, q)
+    kp, kd = (np.stack(each)[:, None] for each in ([c.kp for c in controllers], [c.kd for c in controllers]))
+    dq_now = np.zeros((B, 1, n))
+    for start in range(0, samples, CHUNK):
+        rows = slice(start, min(start + CHUNK, samples))
+        q_now = engine.q[:, None].copy()
+        after = engine.roll_out(np.ascontiguousarray(log.v[:, rows]))
+        q, dq = (np.concatenate((x, y[:, :-1]), axis=1) for x, y in ((q_now, after.q), (dq_now, after.dq)))
+        log.v[:, rows] -= kp * q + kd * dq
+        log.q[:, rows] += q
+        dq_now = after.dq[:, -1:]
+        advanced(B * (rows.stop - rows.start) * controllers[0].period)
+    for q, v, limit, options in zip(log.q, log.v, limits, sensors, strict=True):
+        np.clip(v, -limit, limit, out=v)
+        if options.encoder_quantum:
+            rounded(q, np.full_like(q, options.encoder_quantum), q)
+    return log
+
+
+def _estimated_speed(controller: Controller, reading: Array) -> Array:
+    """What `sim.control_law` takes for the speed of readings, at rest before the first [rad/s]; both (N, n)."""
+    moved = np.diff(reading, axis=0, prepend=reading[:1])
+    return lfilter([controller.blend / controller.period], [1.0, controller.blend - 1.0], moved, axis=0)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ident.model.files.xml_tree import LARGEST
+from ident.model.files.xml_tree import LARGEST_FILE as LARGEST
 from ident.support.errors import RobotModelError
 from ident.support.file_access import read_bytes
 from ident.support.naming import one_line

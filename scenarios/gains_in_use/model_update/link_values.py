@@ -7,7 +7,7 @@ import numpy as np
 from ident.arm_parameters.links import ModelLinks
 from ident.model.arm import Arm
 from ident.support.arrays import Array
-from scenarios.gains_in_use.model_update.bare_file import BareFile
+from scenarios.gains_in_use.model_update.values import BareFile
 from scenarios.results.models.links import Links, same_frames
 from scenarios.support.errors import ScenarioError
 

@@ -118,7 +118,7 @@ def _included(include: Element, folder: Path, sizes: dict[Path, int]) -> Element
         raise RobotModelError(f"{include.where}: include names no file")
     path = folder / name
     if path.resolve() in sizes:
-        raise RobotModelError(f"{include.where}: include file = {shown(name)} is there already")
+        raise RobotModelError(f"{include.where}: include file = {shown(name)} is included a second time")
     try:
         content = read_xml(path)
     except RobotModelError as error:

@@ -81,7 +81,8 @@ def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
 
 def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
     if tuple(each.name for each in found.links) != arm.joint_names:
-        raise ScenarioError(f"--links: links of joints {', '.join(each.name for each in found.links)}")
+        names = ", ".join(each.name for each in found.links)
+        raise ScenarioError(f"--links: --arm is of joints {names}, not of those of MODEL")
     for each in found.links:
         if not same_frames(each, arm, nominal.carried, tolerance=SAME):
             raise ScenarioError(

@@ -96,7 +96,10 @@ MJCF_FAULTS = {
     "nested": (mjcf(links=[(f"l{k}", "0 0 0.1", "0 0 0", "0 1 0") for k in range(20_000)]), r"nested deeper than 200"),
     "include missing": (mjcf(head='<include file="no.xml"/>'), r"line 2: include: .*no\.xml: no such file"),
     "include nothing": (mjcf(head="<include/>"), r"line 2: include names no file"),
-    "include itself": (mjcf(head='<include file="arm.xml"/>'), r"line 2: include file = 'arm.xml' is there already"),
+    "include itself": (
+        mjcf(head='<include file="arm.xml"/>'),
+        r"line 2: include file = 'arm.xml' is included a second time",
+    ),
     "unknown to MuJoCo": (mjcf(swap=(JOINT, JOINT.replace("/>", ' colour="1"/>'))), r"MuJoCo cannot read it: .*colour"),
     "entities": (BOMB + mjcf(), r"line 1: document type declarations are not supported"),
     "no XML": ("MuJoCo", r"line 1, column 1: not XML: syntax error"),

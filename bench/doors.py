@@ -18,10 +18,9 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from ident.recordings.checks import check_log
-from ident.recordings.files import write_recording
+from ident.recordings.files import converted, write_recording
 from ident.recordings.formats import format_of
 from ident.recordings.formats.columns import Chosen, Request
-from ident.recordings.formats.conversion import converted
 from ident.recordings.formats.description import LogDescription
 from ident.recordings.formats.joint_state_messages import message_layout
 from ident.recordings.formats.resolution import Resolved, resolved

@@ -7,6 +7,7 @@ joints that move.
 """
 
 import mujoco
+import numpy as np
 
 from sim.errors import ModelFileError
 
@@ -76,16 +77,40 @@ def _drop_objects(spec: mujoco.MjSpec, flange: str | None) -> None:
         body = following
 
 
-def _hold_beside(spec: mujoco.MjSpec, flange: str) -> None:
+def bodies_to(spec: mujoco.MjSpec, flange: str) -> list[mujoco.MjsBody]:
+    """The bodies from a flange to the world, both included.
+
+    Raises:
+        ModelFileError: If no body has that name.
+    """
     body = spec.body(flange)
     if body is None:
         raise ModelFileError(f"flange {flange!r}: no body has that name")
-    moving = [body]
+    found = [body]
     while (body := body.parent) is not None:
-        moving.append(body)
+        found.append(body)
+    return found
+
+
+def _hold_beside(spec: mujoco.MjSpec, flange: str) -> None:
+    """Hold joints that do not lead to a flange; what hangs there has its mass, and an inertia that a body can have."""
+    arm = bodies_to(spec, flange)
     for joint in list(spec.joints):
-        if not any(joint.parent is each for each in moving):
+        if not any(joint.parent is each for each in arm):
             spec.delete(joint)
+    for body in spec.bodies:
+        if body.explicitinertial and not any(body is each for each in arm):
+            _give_possible_inertia(body)
+
+
+def _give_possible_inertia(body: mujoco.MjsBody) -> None:
+    """Moments of a ball in place of those that no body has, which MuJoCo would refuse; no mass in place of less."""
+    full = body.fullinertia
+    xx, yy, zz, xy, xz, yz = (*body.inertia, 0.0, 0.0, 0.0) if np.isnan(full[0]) else full
+    moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if body.mass < 0.0 or moments[0] < 0.0 or moments[0] + moments[1] < moments[2]:
+        body.mass, body.fullinertia = max(body.mass, 0.0), np.full(6, np.nan)
+        body.inertia = np.full(3, np.abs(moments).mean())
 
 
 def _default_options(spec: mujoco.MjSpec) -> None:

@@ -1,46 +1,90 @@
-"""Meshes of a model file that are not there: left out if they are for the eye, refused if an inertia hangs on them."""
+"""Meshes of a model file: found in ROS packages, left out where they are not there or no solid.
+
+A mesh is for the eye where its link states an inertia; one that a link has its inertia from is asked for.
+"""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import mujoco
 
 from sim.errors import ModelFileError
 
+PACKAGE, FILE = "package://", "file://"
 
-def drop_missing_meshes(spec: mujoco.MjSpec, path: Path) -> tuple[str, ...]:
-    """Take meshes without a file, and the shapes made of them, out of a model.
+
+def drop_unusable_meshes(
+    spec: mujoco.MjSpec, path: Path, arm: list[mujoco.MjsBody] | None, *, compiled: bool = False
+) -> tuple[str, ...]:
+    """Take meshes without a file, or that MuJoCo makes no solid of, and the shapes made of them, out of a model.
 
     Args:
-        spec: Changed in place.
+        spec: Changed in place; meshes in packages get the places where they were found.
         path: Of the model file, which places of meshes are relative to.
+        arm: Bodies whose inertia counts; None for all.
+        compiled: Whether meshes are tried, which takes as long as compiling them.
 
     Returns:
         Their files, as the model names them.
 
     Raises:
-        ModelFileError: If a link has its inertia from such a shape alone.
+        ModelFileError: If a link of the arm has its inertia from such a shape.
     """
     folder = path.parent / (spec.compiler.meshdir or "")
-    missing = {
-        mesh.name or Path(mesh.file).stem: mesh
-        for mesh in spec.meshes
-        if mesh.file and not (folder / mesh.file).is_file()
-    }
-    if not missing:
-        return ()
+    unusable: dict[str, str] = {}
+    for mesh in spec.meshes:
+        stated, name = mesh.file, mesh.name or Path(mesh.file).stem
+        if stated.startswith((PACKAGE, FILE)):
+            mesh.file = str(_in_package(stated, path))
+        if stated and not ((folder / mesh.file).is_file() and (not compiled or _is_solid(mesh, folder / mesh.file))):
+            unusable[name] = stated
     from_shapes = spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
-    for shape in [geom for geom in spec.geoms if geom.meshname in missing]:
-        link = shape.parent
-        if from_shapes and not link.explicitinertial and _moves(link):
+    for shape in [geom for geom in spec.geoms if geom.meshname in unusable]:
+        link, weighs = shape.parent, shape.mass != 0.0 and shape.density != 0.0  # NaN where no mass is stated
+        counts = from_shapes and weighs and not link.explicitinertial and _moves(link)
+        if counts and (arm is None or any(link is each for each in arm)):
+            fault = "MuJoCo makes no solid of; correct" if compiled else "does not exist; add"
             raise ModelFileError(
-                f"link {link.name!r} has its inertia from the mesh {missing[shape.meshname].file!r}, "
-                "which does not exist; add the file, or state an inertial"
+                f"link {link.name!r} has its inertia from the mesh {unusable[shape.meshname]!r}, which {fault} the "
+                "file, or state an inertial"
             )
         spec.delete(shape)
-    files = tuple(mesh.file for mesh in missing.values())
-    for mesh in missing.values():
+    for mesh in [mesh for mesh in spec.meshes if (mesh.name or Path(mesh.file).stem) in unusable]:
         spec.delete(mesh)
-    return files
+    return tuple(unusable.values())
+
+
+def _in_package(stated: str, path: Path) -> Path:
+    """The file of a URI: of a package in a folder around the model's, by its name or that of its `package.xml`."""
+    if stated.startswith(FILE):
+        return Path(stated.removeprefix(FILE))
+    package, _, inside = stated.removeprefix(PACKAGE).partition("/")
+    for folder in path.resolve().parents:
+        beside = folder / package
+        if folder.name == package or _package_name(folder) == package:
+            beside = folder
+        if (beside / inside).is_file():
+            return beside / inside
+    return path.parent / package / inside
+
+
+def _package_name(folder: Path) -> str:
+    try:
+        return ElementTree.parse(folder / "package.xml").findtext("name", "").strip()
+    except (OSError, ElementTree.ParseError):
+        return ""
+
+
+def _is_solid(mesh: mujoco.MjsMesh, file: Path) -> bool:
+    """Whether MuJoCo compiles a mesh alone."""
+    alone = mujoco.MjSpec()
+    alone.add_mesh(name="mesh", file=str(file), scale=mesh.scale, inertia=mesh.inertia)
+    alone.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
+    try:
+        alone.compile()
+    except ValueError:
+        return False
+    return True
 
 
 def _moves(body: mujoco.MjsBody) -> bool:

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from sim.errors import ModelFileError
-from sim.frozen_joints import hold_all_but_arm
-from sim.meshes import drop_missing_meshes
+from sim.frozen_joints import bodies_to, hold_all_but_arm
+from sim.meshes import drop_unusable_meshes
 
 INERTIAL = ("body_mass", "body_inertia", "body_ipos", "body_iquat", "body_pos", "body_quat")
 """What a model has with and without its shapes, if no inertia comes from them."""
@@ -27,20 +27,50 @@ def full_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
 
     Raises:
         ValueError: If MuJoCo cannot read it.
-        ModelFileError: If it is no arm, or a link has its inertia from a mesh that is not there.
+        ModelFileError: If it is no arm, or a link has its inertia from a mesh that is not there, or is no solid.
     """
+    spec, _ = _drawn(path, flange, path.stat().st_mtime_ns if path.is_file() else 0)
+    return spec.copy()
+
+
+def unusable_meshes(path: Path, flange: str | None = None) -> tuple[str, ...]:
+    """Files of meshes that are not there, or are no solids; arguments and errors as `full_spec`."""
+    return _drawn(path, flange, path.stat().st_mtime_ns if path.is_file() else 0)[1]
+
+
+@lru_cache(maxsize=8)
+def _drawn(path: Path, flange: str | None, stamp: int) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
+    """The arm with all shapes that can be compiled, and the files of others."""
+    spec, missing = _read(path, flange)
+    try:
+        spec.copy().compile()
+    except ValueError:
+        missing += _drop_meshes(spec, path, flange, compiled=True)
+    return spec, missing
+
+
+def _read(path: Path, flange: str | None) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
+    """The arm with shapes that have their files, and the files that are missing."""
     spec = mujoco.MjSpec.from_file(str(path))
     if path.suffix.lower() == ".urdf":  # which states inertias; a shape for collisions is no link
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     try:
         hold_all_but_arm(spec, flange)
-        drop_missing_meshes(spec, path)
     except ModelFileError as error:
         raise ModelFileError(f"robot model {path}: {error}") from error
+    missing = _drop_meshes(spec, path, flange)
     spec.compiler.fusestatic = False  # bodies keep their names, and an empty payload is a body
     # Without islands the solver is faster, and the same: an arm is one.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ISLAND
-    return spec
+    return spec, missing
+
+
+def _drop_meshes(spec: mujoco.MjSpec, path: Path, flange: str | None, *, compiled: bool = False) -> tuple[str, ...]:
+    arm = None if flange is None else bodies_to(spec, flange)
+    try:
+        return drop_unusable_meshes(spec, path, arm, compiled=compiled)
+    except ModelFileError as error:
+        raise ModelFileError(f"robot model {path}: {error}") from error
 
 
 def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
@@ -59,17 +89,17 @@ def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
 
 @lru_cache(maxsize=8)
 def _lean(path: Path, flange: str | None, stamp: int) -> mujoco.MjSpec:
-    full, lean = full_spec(path, flange), full_spec(path, flange)
+    (full, _), (lean, _) = _read(path, flange), _read(path, flange)
     for kind in ("geoms", "materials", "textures", "meshes", "hfields", "lights", "cameras"):
         for element in list(getattr(lean, kind)):
             lean.delete(element)
     try:
         stripped = lean.compile()
     except ValueError:
-        return full  # a moving body without an inertia of its own
+        return full_spec(path, flange)  # a moving body without an inertia of its own
     stated = all(body.explicitinertial or not body.geoms for body in full.bodies[1:])
     if stated and full.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
         return lean
-    whole = full.compile()
+    whole = full_spec(path, flange).compile()
     same = all(np.array_equal(getattr(stripped, name), getattr(whole, name)) for name in INERTIAL)
     return lean if same else full_spec(path, flange)

@@ -108,6 +108,9 @@ def load_pinocchio(path: str | Path, *, flange: str | None = None) -> "pin.Model
             reason = error
         else:
             model.gravity.linear = np.array(minimal.gravity)
+            for name, (lower, upper) in minimal.ranges.items():
+                index = model.joints[model.getJointId(name)].idx_q
+                model.lowerPositionLimit[index], model.upperPositionLimit[index] = lower, upper
             return model
     said = (printed or str(reason).strip().splitlines() or ["unknown reason"])[-1]
     raise RobotModelError(f"robot model {one_line(path)}: Pinocchio cannot read it: {one_line(said)}") from reason

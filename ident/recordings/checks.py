@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from ident.recordings.formats.units import ISO, TIME
+from ident.recordings.formats.meaning import ISO, TIME
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
 from ident.support.errors import RecordingError

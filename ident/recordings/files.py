@@ -1,21 +1,31 @@
-"""Recordings from and to files: one row a sample, columns `t`, `q1` .., `v1` .. or what they are said to be."""
+"""Recordings from and to files: one row a sample, columns `t`, `q1` .., `v1` .. or what they are said to be.
+
+In a recording time is in seconds, positions in radians or metres, v in one unit.
+"""
 
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from ident.recordings.checks import check_clock, check_log
-from ident.recordings.formats import format_of, ur_rtde
-from ident.recordings.formats.columns import OURS, Chosen, Request
-from ident.recordings.formats.conversion import converted
-from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.notes import notes_of
-from ident.recordings.formats.resolution import Resolved, resolved
-from ident.recordings.formats.units import ISO
+from ident.recordings.formats import format_of
+from ident.recordings.formats.columns import OURS, Chosen, Columns, Request
+from ident.recordings.formats.description import Channels, LogDescription
+from ident.recordings.formats.layouts import UR_COLUMNS
+from ident.recordings.formats.meaning import ISO, MEANINGS, POSITION, TICKS, TIME
+from ident.recordings.formats.resolution import Resolved, notes_of, resolved
 from ident.recordings.recording import Recording
+from ident.support.arrays import Array, Mask
+from ident.support.errors import RecordingError
+from ident.support.naming import one_line, shown
+
+Value = TypeVar("Value", str, float)
+TEMPERATURES = {"T1, T2, ..": ("T{}", 1), "joint_temperatures_0, ..": ("joint_temperatures_{}", 0)}
+"""Patterns of columns with the temperatures of joints, and the number of the first joint's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +116,7 @@ def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str
         description: What is said; the header of a text is found by the columns that it or a known layout names.
         chosen: Of the names of all columns, those to read.
     """
-    meant = re.compile("|".join((OURS.pattern, ur_rtde.COLUMNS, *map(re.escape, _stated_columns(description)))))
+    meant = re.compile("|".join((OURS.pattern, UR_COLUMNS, *map(re.escape, _stated_columns(description)))))
     return Request(
         chosen=chosen,
         known=lambda names: sum(bool(meant.fullmatch(name) or OURS.fullmatch(name.lower())) for name in names),
@@ -143,3 +153,105 @@ def write_recording(recording: Recording, path: str | Path, *, signal: str = "")
     else:
         head = f"# v: {signal}\n" if signal else ""
         np.savetxt(path, columns, fmt="%.17g", delimiter=",", header=head + ",".join(names), comments="")
+
+
+def converted(path: Path, table: Columns, description: LogDescription) -> Recording:
+    """The recording that columns are.
+
+    Args:
+        path: The file, for messages.
+        table: Its columns.
+        description: What they are, complete.
+
+    Raises:
+        RecordingError: If no row is wanted, or the values fail the checks of `Recording`.
+    """
+    kept = _kept(path, table, description)
+    t = _scaled(_of(table, description.t.columns[0], kept), TIME[description.t.unit[0]])
+    q, v = np.empty((2, len(t), len(description.q.columns)))
+    for joint, name in enumerate(description.q.columns):
+        q[:, joint] = _position(_of(table, name, kept), description.q, joint)
+    for joint, name in enumerate(description.v.columns):
+        v[:, joint] = _scaled(_of(table, name, kept), _v_scale(description, joint))
+    return Recording(t, q, v, one_line(path))
+
+
+def _kept(path: Path, table: Columns, description: LogDescription) -> Mask | None:
+    """Rows that are wanted, None for all."""
+    if not description.only:
+        return None
+    kept = np.ones(len(table[description.only[0][0]]), dtype=bool)
+    for name, value in description.only:
+        there = table[name] == value
+        if not there.any():
+            low, high = np.min(table[name]), np.max(table[name])
+            raise RecordingError(
+                f"{one_line(path)}: no row has {shown(name)} = {value:g}; it ranges from {low:g} to {high:g}"
+            )
+        kept &= there
+    if not kept.any():
+        raise RecordingError(f"{one_line(path)}: no row satisfies all conditions of only = {{ .. }}")
+    return kept
+
+
+def _of(table: Columns, name: str, kept: Mask | None) -> Array:
+    return table[name] if kept is None else table[name][kept]
+
+
+def _position(x: Array, channels: Channels, joint: int) -> Array:
+    """`unit (sign x + zero)`."""
+    unit = _each(channels.unit, joint)
+    scale = POSITION[unit]
+    if unit == TICKS:
+        scale /= _each(channels.counts_per_turn, joint)
+    x = _scaled(x, _each(channels.sign, joint) if channels.sign else 1.0)
+    if channels.zero:
+        x = x + _each(channels.zero, joint)
+    return _scaled(x, scale)
+
+
+def _v_scale(description: LogDescription, joint: int) -> float:
+    """Factor from the logged v to that of the recording."""
+    scale = _each(description.v.sign, joint) if description.v.sign else 1.0
+    if description.signal is not None:
+        scale *= MEANINGS[description.signal].units[_each(description.v.unit, joint)]
+    return scale / _each(description.v.constant, joint) if description.v.constant else scale
+
+
+def _each(values: tuple[Value, ...], joint: int) -> Value:
+    """The entry of a joint, or that of all joints."""
+    return values[joint if len(values) > 1 else 0]
+
+
+def _scaled(x: Array, factor: float) -> Array:
+    return x if factor == 1.0 else x * factor
+
+
+class _NotThere(Exception):
+    """The file has no temperatures."""
+
+
+def read_temperatures(path: Path, description: LogDescription, joints: int) -> Array | None:
+    """Temperatures of all joints [degrees Celsius], one row a row of the file, shape (N, n); None where there are none.
+
+    Args:
+        path: A log that has been read as a recording before.
+        description: What is said of it.
+        joints: Of the arm; a column must be there for each.
+
+    Raises:
+        RecordingError: If a cell of such a column is no number.
+    """
+
+    def chosen(path: Path, names: Sequence[str]) -> Chosen:
+        for pattern, first in TEMPERATURES.values():
+            wanted = tuple(pattern.format(first + j) for j in range(joints))
+            if set(wanted) <= set(names):
+                return Chosen(wanted)
+        raise _NotThere
+
+    try:
+        table = format_of(path).read(path, request_of(description, chosen))
+    except _NotThere:
+        return None
+    return np.column_stack(list(table.values()))

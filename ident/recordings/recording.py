@@ -76,7 +76,7 @@ def resampled(recording: Recording) -> Recording:
     if intervals[worst] > LARGEST_GAP * np.median(intervals) or len(intervals) < 4:
         raise RecordingError(
             f"{recording.name}: samples are missing: {intervals[worst]:.3g} s pass from row {worst + 1} to the next, "
-            f"{np.median(intervals):.3g} s as a rule; use one side of the hole"
+            f"{np.median(intervals):.3g} s as a rule; use the part before or after the gap"
         )
     t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
     q = scipy.interpolate.make_interp_spline(recording.t, recording.q, k=3)(t)
@@ -138,5 +138,5 @@ def _why_not_rising(recording: Recording, back: Indices) -> str:
     if (t[back + 1] < t[back]).any():
         return ""
     if (q[back + 1] == q[back]).all() and (v[back + 1] == v[back]).all():
-        return f"; {len(back)} rows are those before them once more: drop the duplicates"
+        return f"; {len(back)} rows repeat earlier rows: drop the duplicates"
     return f"; {len(back)} rows repeat the time of the row before, write t with more digits" if len(back) > 1 else ""

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
-from ident.recordings.formats.column_words import described
 from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.description_files import UNKNOWN, read_description
+from ident.recordings.formats.description_files import UNKNOWN, described, read_description
 from ident.recordings.formats.layouts import LAYOUTS
 from ident.recordings.formats.meaning import MEANINGS
 from scenarios.command_line.parser import complain

@@ -49,11 +49,10 @@ def main(options: argparse.Namespace) -> Status:
     from ident.diagnosis.samples.temperature import Warmth
     from ident.estimation.gain_options import GainOptions
     from ident.payload.files import read_payload
-    from ident.recordings.files import read_unchecked
+    from ident.recordings.files import read_temperatures, read_unchecked
     from ident.recordings.motion import Motion
-    from ident.recordings.temperatures import read_temperatures
     from scenarios.experiments.named_robot import named_robot
-    from scenarios.gains_in_use.model_masses import model_links
+    from scenarios.gains_in_use.model_update.nominal_links import model_links
     from scenarios.reports.check import check_report
     from scenarios.results.log_folder import Done
     from scenarios.support.errors import ScenarioError

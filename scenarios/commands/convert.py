@@ -26,7 +26,7 @@ def main(options: argparse.Namespace) -> Status:
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 convert")
     from ident.diagnosis.plausibility import check_joints
     from ident.recordings.files import read_log, write_recording
-    from ident.recordings.formats.notes import signal_of
+    from ident.recordings.formats.resolution import signal_of
     from scenarios.experiments.robot_models import read_arm
     from scenarios.reports.convert import log_report
 

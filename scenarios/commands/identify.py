@@ -49,7 +49,7 @@ def main(options: argparse.Namespace) -> Status:
     from threadpoolctl import threadpool_limits
 
     from ident.recordings.motion import in_order_of_time
-    from scenarios.gains_in_use.model_masses import model_links
+    from scenarios.gains_in_use.model_update.nominal_links import model_links
     from scenarios.reports.identify import estimate_report
 
     files = mounted_files(options.given)

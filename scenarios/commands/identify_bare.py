@@ -50,7 +50,7 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
     from scenarios.command_line.options import chosen, policy_of
     from scenarios.experiments.files.gains import read_gains
     from scenarios.gains_in_use.bare import bare_answer, bare_result
-    from scenarios.gains_in_use.model_update.known_links import known_links
+    from scenarios.gains_in_use.model_update.nominal_links import known_links
     from scenarios.reports.bare import bare_report
 
     if options.method != NAME:

@@ -9,8 +9,7 @@ import numpy as np
 
 from ident.model.files.xml_tree import Element, read_xml
 from sim.errors import ModelFileError
-from sim.meshes import drop_missing_meshes
-from sim.model_spec import full_spec
+from sim.model_spec import full_spec, unusable_meshes
 from sim.silenced_mujoco import silenced
 
 OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
@@ -29,7 +28,7 @@ class ModelFacts:
         home: Positions of a keyframe [rad or m].
         home_name: Name of that keyframe.
         from_shapes: Links whose inertia comes from their shapes, because the file states none.
-        missing_meshes: Files of meshes that are not there; shapes made of them are left out.
+        missing_meshes: Files of meshes that are not there, or are no solids; shapes made of them are left out.
         left: What of a drive the file states and nobody takes over, as friction loss: many files state what keeps a
             simulation calm, one number for all joints, and which do is not told.
     """
@@ -71,7 +70,6 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
     home, home_name = _keyframe(spec)
     left = tuple(word for name, word in LEFT.items() if any(np.any(getattr(joint, name)) for joint in spec.joints))
     arm = full_spec(path, flange)
-    missing = drop_missing_meshes(spec, path)
     bodies = [body for body in arm.bodies[1:] if body.geoms and not body.explicitinertial]
     moved = {id(joint.parent) for joint in arm.joints}
     return ModelFacts(
@@ -80,7 +78,7 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         home=home,
         home_name=home_name,
         from_shapes=tuple(body.name for body in bodies if id(body) in moved),
-        missing_meshes=missing,
+        missing_meshes=unusable_meshes(path, flange),
         left=left,
     )
 
@@ -123,5 +121,6 @@ def _keyframe(spec: mujoco.MjSpec) -> tuple[dict[str, float], str]:
     joints = list(spec.joints)
     for key in spec.keys:
         if (key.name == "home" or len(spec.keys) == 1) and len(key.qpos) == len(joints):
-            return {joint.name: float(x) for joint, x in zip(joints, key.qpos, strict=True)}, key.name
+            names = [joint.name or f"joint{number}" for number, joint in enumerate(joints, 1)]
+            return {name: float(x) for name, x in zip(names, key.qpos, strict=True)}, key.name
     return {}, ""

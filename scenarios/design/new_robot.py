@@ -114,7 +114,7 @@ def described(
         SimulationError: One of its kinds, if links lack an inertia, or joints are too weak for the arm.
     """
     arm = read_arm(path, (), flange=flange)
-    check_stated_numbers(path)
+    check_stated_numbers(path, flange)
     facts = model_facts(path, flange)
     drives = drives_by_rule(arm, path, flange, facts)
     load = load_by_rule(arm, path, flange, drives)

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.model.files.numbers import vector
-from ident.model.files.xml_tree import Element, read_xml
+from ident.model.files.chain import urdf_to_flange
+from ident.model.files.xml_tree import Element, read_xml, vector
 from ident.payload.payload import INERTIA_KEYS
 from ident.support.errors import RobotModelError
 from ident.support.naming import shown
@@ -16,15 +16,19 @@ SLACK = 1e-6
 """Rounding that moments of inertia may have."""
 
 
-def check_stated_numbers(path: Path) -> None:
-    """Check what a URDF states of masses and drives; files of MuJoCo are its compiler's.
+def check_stated_numbers(path: Path, flange: str | None = None) -> None:
+    """Check what a URDF states of masses and drives of the arm; files of MuJoCo are its compiler's.
+
+    Args:
+        path: The file.
+        flange: Last body of the arm; None where all bodies are the arm's.
 
     Raises:
         RobotModelError: Naming line, element and value of the first that no arm has.
     """
     if path.suffix.lower() != ".urdf":
         return
-    root = read_xml(path)
+    root = read_xml(path) if flange is None else urdf_to_flange(read_xml(path), flange)
     for link in root.all("link"):
         for inertial in link.all("inertial"):
             _check_inertial(link, inertial)

@@ -9,7 +9,7 @@ import ident.estimation.gain_comparison as gain_comparison
 from ident.estimation.joint_torque import JointTorque
 from ident.support.naming import one_line
 from scenarios.experiments.files.gains import GainsFile
-from scenarios.gains_in_use.model_update.places import Change
+from scenarios.gains_in_use.model_update.edits import Change
 from scenarios.support.result_model import ResultModel
 
 

@@ -74,7 +74,10 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
     if new.facts.missing_meshes:
         missing = new.facts.missing_meshes
         parts.append(
-            Paragraph(f"{len(missing)} meshes are missing (first: {missing[0]}); clearance is checked without them.")
+            Paragraph(
+                f"{len(missing)} meshes are missing or cannot be compiled (first: {missing[0]}); clearance is checked "
+                "without them."
+            )
         )
     parts += [
         Paragraph(f"{', '.join(FILES)} in {folder}. Next:"),

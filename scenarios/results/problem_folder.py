@@ -263,9 +263,6 @@ def write_model(model: Path, flange: str | None, folder: Path) -> str:
         OSError: If it cannot be written.
     """
     minimal = minimal_model(model, flange)
-    text, name = minimal.text, MODELS[minimal.kind == "urdf"]
-    if minimal.kind == "mjcf":
-        gravity = " ".join(repr(g) for g in minimal.gravity)
-        text = text.replace("<worldbody>", f'<option gravity="{gravity}"/><worldbody>', 1)
-    (folder / name).write_text(text + "\n", encoding="utf-8")
+    name = MODELS[minimal.kind == "urdf"]
+    (folder / name).write_text(minimal.text + "\n", encoding="utf-8")
     return name

@@ -5,7 +5,7 @@ from pathlib import Path
 from pydantic import Field
 
 from ident.recordings.files import Log
-from ident.recordings.formats.notes import signal_of
+from ident.recordings.formats.resolution import signal_of
 from scenarios.support.result_model import ResultModel
 
 

@@ -6,12 +6,11 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from ident.model.files.minimal import MinimalModel
 from ident.model.files.mjcf import minimal_mjcf
 from ident.model.files.urdf import minimal_urdf
-from ident.model.files.xml_tree import Element, read_xml
+from ident.model.files.xml_tree import Element, MinimalModel, read_xml
 from ident.support.errors import RobotModelError
-from ident.support.naming import one_line
+from ident.support.naming import one_line, shown
 
 MODEL_FILES: dict[str, Callable[[Element, Path, str | None], MinimalModel]] = {
     ".urdf": minimal_urdf,
@@ -19,6 +18,7 @@ MODEL_FILES: dict[str, Callable[[Element, Path, str | None], MinimalModel]] = {
     ".mjcf": minimal_mjcf,
 }
 """Readers by the ending of a file's name."""
+EXPAND = "this is a xacro template; run xacro first, and give the file that it writes"
 
 
 def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
@@ -31,7 +31,13 @@ def minimal_model(path: Path, flange: str | None = None) -> MinimalModel:
     Raises:
         RobotModelError: If the file is missing, of an unknown kind, unreadable, or states what cannot be.
     """
-    reader = MODEL_FILES.get(path.suffix.lower())
-    if reader is None:
-        raise RobotModelError(f"robot model {one_line(path)}: expected a .urdf, .xml or .mjcf file")
-    return reader(read_xml(path), path, flange)
+    ending = path.suffix.lower()
+    if ending not in MODEL_FILES:
+        what = EXPAND if ending == ".xacro" else "expected a .urdf, .xml or .mjcf file"
+        raise RobotModelError(f"robot model {one_line(path)}: {what}")
+    root = read_xml(path)
+    for element in root.walk():
+        left = next((value for value in element.attributes.values() if "${" in value), None)
+        if left is not None or element.tag.startswith("xacro:"):
+            raise RobotModelError(f"{element.title}: {'' if left is None else f'{shown(left)}: '}{EXPAND}")
+    return MODEL_FILES[ending](root, path, flange)

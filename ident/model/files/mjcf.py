@@ -1,50 +1,69 @@
 """An MJCF file reduced to bodies and joints: files included, defaults resolved, every number checked with its line.
 
 Pinocchio's reader of MJCF takes 0 for what is no number, knows one worldbody with one body, and leaves out gravity, the
-orientation of a base body without joint, default classes under another name than `main`, and elements it does not know.
-It takes metres of a slide for degrees. What it is given here has none of that: one root body, explicit joints, angles
-in radians, and gravity beside the text.
+orientation of a base body without joint, and elements it does not know. It takes metres of a slide for degrees and the
+ends of a range for distances from `ref`, and reads axes that are no unit vectors, and Euler angles about fixed axes,
+otherwise than MuJoCo. What it is given here has none of that: one root body, explicit joints, angles in radians,
+orientations as quaternions, and gravity and ranges beside the text.
 """
 
-from dataclasses import dataclass, field
+import math
+import re
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ident.model.files.chain import NAME_IT, WORLD, Reach, reach, to_flange, without_objects
-from ident.model.files.includes import included
-from ident.model.files.minimal import EARTH, MinimalModel, tag
-from ident.model.files.mjcf_joints import joint_defaults, minimal_joint
-from ident.model.files.mjcf_orientation import ORIENTATIONS, Angles, angles_of, orientation
-from ident.model.files.numbers import FARTHEST, STRONGEST_GRAVITY, vector
-from ident.model.files.xml_tree import Element
+import numpy as np
+import scipy
+
+from ident.model.files.chain import MANIFOLD, refuse_ties, to_flange, without_objects
+from ident.model.files.xml_tree import (
+    DEEPEST,
+    EARTH,
+    FARTHEST,
+    LARGEST_FILE,
+    SHORTEST,
+    Element,
+    MinimalModel,
+    direction,
+    read_xml,
+    tag,
+    vector,
+)
 from ident.support.errors import RobotModelError
 from ident.support.naming import nearest, shown
 
+STRONGEST_GRAVITY = 100.0
+"""Largest component of gravity [m/s^2]."""
+ORIENTATIONS = {"quat": 4, "axisangle": 4, "euler": 3, "xyaxes": 6, "zaxis": 3}
+"""Attributes that turn a body, with their numbers."""
 PLACES = ("name", "childclass", "pos", *ORIENTATIONS)
 """Attributes of a body that decide its kinematics, and its name."""
-MANIFOLD = ("frame", "replicate", "composite", "flexcomp", "attach")
-"""Elements that MuJoCo turns into bodies, and Pinocchio leaves out."""
+JOINT = ("type", "axis", "pos", "range", "ref", "limited")
+"""Attributes of a joint that decide its kinematics."""
 BODY = ("body", "joint", "inertial", "geom", "site", "camera", "light", "plugin", *MANIFOLD, "freejoint")
-LOOPS = ("connect", "weld", "joint", "tendon")
-"""Equalities that take a degree of freedom away."""
 INERTIA = tag("inertial", {"pos": "0 0 0", "mass": "1", "diaginertia": "1 1 1"})
 """Not used, and wanted by readers."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """What is needed on the way down the bodies.
+    """What is needed on the way down the bodies, and what is found there.
 
     Attributes:
-        defaults: Attributes of joints by default class.
-        angles: How angles are meant.
+        classes: Elements that state attributes of joints by default class, outer ones first.
+        degree: Whether angles are in degrees.
+        sequence: Axes of Euler angles, lower case for axes that turn with the body, upper case for fixed ones.
         autolimits: Whether a range alone limits a joint.
         names: Bodies and joints seen so far, by kind and name.
+        ranges: Ends of the joints that have any [rad or m].
     """
 
-    defaults: dict[str, dict[str, str]]
-    angles: Angles
+    classes: dict[str, list[Element]]
+    degree: bool
+    sequence: str
     autolimits: bool
     names: dict[tuple[str, str], Element] = field(default_factory=lambda: dict[tuple[str, str], Element]())
+    ranges: dict[str, tuple[float, float]] = field(default_factory=lambda: dict[str, tuple[float, float]]())
 
 
 def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> MinimalModel:
@@ -55,71 +74,109 @@ def minimal_mjcf(root: Element, path: Path, flange: str | None = None) -> Minima
     """
     if root.tag != "mujoco":
         raise RobotModelError(f"{root.where}: {root.tag} is no <mujoco>; URDF files end in .urdf")
-    root = included(root, path)
-    compiler = {k: v for section in root.all("compiler") for k, v in section.attributes.items()}
-    if compiler.get("coordinate", "local") != "local":
-        raise RobotModelError(f"{root.title}: compiler coordinate = {shown(compiler['coordinate'])} is not supported")
-    _refuse_loops(root, None if flange is None else reach(root, flange))
+    root = _expanded(root, path.parent, {path.resolve(): path.stat().st_size}, DEEPEST)
+    reading = _reading(root)
+    refuse_ties(root, flange)
     root = without_objects(root) if flange is None else to_flange(root, flange)
-    angles = angles_of(root, compiler)
-    reading = _Reading(joint_defaults(root), angles, compiler.get("autolimits", "true") == "true")
     bodies = [_body(body, "main", reading) for world in root.all("worldbody") for body in _bodies(world)]
     around = "world root"
     while ("body", around) in reading.names:  # a file that was reduced before has one
         around = f"around {around}"
-    world = tag("worldbody", {}, tag("body", {"name": around}, *bodies or ("",)))
-    name = root.attributes.get("model", path.stem)
-    return MinimalModel(
-        "mjcf", tag("mujoco", {"model": name}, tag("compiler", {"angle": "radian"}), world), _gravity(root)
+    gravity = _gravity(root)
+    text = tag(
+        "mujoco",
+        {"model": root.attributes.get("model", path.stem)},
+        tag("compiler", {"angle": "radian"}),
+        tag("option", {"gravity": " ".join(map(repr, gravity))}),
+        tag("worldbody", {}, tag("body", {"name": around}, *bodies or ("",))),
     )
+    return MinimalModel("mjcf", text, gravity, reading.ranges)
 
 
-def _gravity(root: Element) -> tuple[float, float, float]:
+def _expanded(element: Element, folder: Path, sizes: dict[Path, int], room: int) -> Element:
+    """The tree with every `<include file="..."/>` replaced by the children of the file's outermost element.
+
+    Args:
+        element: Outermost element of the main file.
+        folder: That names are relative to, the main file's.
+        sizes: Files read so far [bytes].
+        room: Levels that may follow.
+    """
+    children = list[Element]()
+    for child in element.children:
+        if room <= 1:
+            raise RobotModelError(f"{child.where}: with what is included, elements are nested deeper than {DEEPEST}")
+        found = child if child.tag != "include" else _included(child, folder, sizes)
+        found = _expanded(found, folder, sizes, room - 1)
+        children += [found] if child.tag != "include" else found.children
+    return replace(element, children=children)
+
+
+def _included(include: Element, folder: Path, sizes: dict[Path, int]) -> Element:
+    name = include.attributes.get("file", "")
+    if not name:
+        raise RobotModelError(f"{include.where}: include names no file")
+    path = folder / name
+    if path.resolve() in sizes:
+        raise RobotModelError(f"{include.where}: include file = {shown(name)} is included a second time")
+    try:
+        content = read_xml(path)
+    except RobotModelError as error:
+        raise RobotModelError(f"{include.where}: include: {error}") from error
+    sizes[path.resolve()] = path.stat().st_size
+    if sum(sizes.values()) > LARGEST_FILE:
+        raise RobotModelError(f"{include.where}: more than {LARGEST_FILE / 1e6:g} MB are included")
+    return content
+
+
+def _reading(root: Element) -> _Reading:
+    """What compiler and default sections state."""
+    compiler = {k: v for section in root.all("compiler") for k, v in section.attributes.items()}
+    unit, sequence = compiler.get("angle", "degree"), compiler.get("eulerseq", "xyz")
+    if compiler.get("coordinate", "local") != "local":
+        raise RobotModelError(f"{root.title}: compiler coordinate = {shown(compiler['coordinate'])} is not supported")
+    if unit not in ("degree", "radian"):
+        known = nearest(unit, ("degree", "radian"))
+        raise RobotModelError(f"{root.title}: compiler angle = {shown(unit)}{known}; known: degree, radian")
+    if not re.fullmatch("[xyz]{3}|[XYZ]{3}", sequence):
+        expected = "expected three of x, y, z, all lower or all upper case"
+        raise RobotModelError(f"{root.title}: compiler eulerseq = {shown(sequence)}; {expected}")
+    classes: dict[str, list[Element]] = {"main": []}
+    for section in root.all("default"):
+        if section.attributes.get("class", "main") != "main":
+            raise RobotModelError(f"{section.title}: the outermost default class must be named main")
+        _add_defaults(section, "main", classes)
+    return _Reading(classes, unit == "degree", sequence, compiler.get("autolimits", "true") == "true")
+
+
+def _add_defaults(section: Element, name: str, classes: dict[str, list[Element]]) -> None:
+    """The class of a section and those inside, each starting from the one around it."""
+    classes[name] += section.all("joint")
+    for inner in section.all("default"):
+        own = inner.attributes.get("class")
+        if own is None:
+            raise RobotModelError(f"{inner.where}: a default class inside another needs a name, class = ...")
+        classes[own] = [*classes[name], *classes.get(own, [])]
+        _add_defaults(inner, own, classes)
+
+
+def _gravity(root: Element) -> tuple[float, ...]:
     gravity = EARTH
     for option in root.all("option"):
-        if values := vector(option, "gravity", 3, largest=STRONGEST_GRAVITY):
-            gravity = (values[0], values[1], values[2])
-            if not any(gravity):
-                raise RobotModelError(f"{option.title}: gravity is 0; without weight no gain can be identified")
+        gravity = vector(option, "gravity", 3, largest=STRONGEST_GRAVITY) or gravity
+        if not any(gravity):
+            raise RobotModelError(f"{option.title}: gravity is 0; without weight no gain can be identified")
         for flag in option.all("flag"):
             if flag.attributes.get("gravity", "enable") != "enable":
                 raise RobotModelError(f"{flag.title}: gravity is disabled; without weight no gain can be identified")
     return gravity
 
 
-def _refuse_loops(root: Element, moving: Reach | None) -> None:
-    """Refuse what ties joints that move; `moving` says which do, None that all do."""
-    for section in root.all("equality"):
-        for loop in section.all(*LOOPS):
-            if loop.attributes.get("active", "true") != "false" and not (moving and _is_held(loop, root, moving)):
-                raise RobotModelError(
-                    f"{loop.title}: an equality of kind {loop.tag} ties joints; only arms with a drive on every joint "
-                    f"and no closed loop are read; {NAME_IT}"
-                )
-
-
-def _is_held(loop: Element, root: Element, moving: Reach) -> bool:
-    """Whether an equality ties only what is held: joints that do not move, or bodies that move as one."""
-    given = loop.attributes
-    if loop.tag == "joint":
-        return moving.joints.isdisjoint(given.get(key, "") for key in ("joint1", "joint2"))
-    if loop.tag == "tendon":
-        names = {given.get(key, "") for key in ("tendon1", "tendon2")} - {""}
-        tendons = [
-            t for section in root.all("tendon") for t in section.all("fixed") if t.attributes.get("name") in names
-        ]
-        used = {joint.attributes.get("joint", "") for tendon in tendons for joint in tendon.all("joint")}
-        return len(tendons) == len(names) and moving.joints.isdisjoint(used)
-    if "body1" not in given:
-        return False
-    ends = [moving.moved_by.get(given.get(key, WORLD)) for key in ("body1", "body2")]
-    return ends[0] is not None and ends[0] == ends[1]
-
-
 def _bodies(parent: Element) -> list[Element]:
     """The bodies inside an element, where nothing else makes bodies."""
     for child in parent.children:
-        if child.tag in MANIFOLD and (child.tag not in ("frame", "replicate") or _moves(child)):
+        moves = any(each.tag in ("body", "joint", "freejoint") for each in child.walk())
+        if child.tag in MANIFOLD and (moves or child.tag not in ("frame", "replicate")):
             raise RobotModelError(
                 f"{child.title}: {child.tag} is not supported; let MuJoCo write the model flat (mj_saveLastXML)"
             )
@@ -128,47 +185,99 @@ def _bodies(parent: Element) -> list[Element]:
     return parent.all("body")
 
 
-def _moves(element: Element) -> bool:
-    return any(child.tag in ("body", "joint", "freejoint") or _moves(child) for child in element.children)
-
-
 def _body(body: Element, inherited: str, reading: _Reading) -> str:
-    _name_once(body, reading)
+    _name_once(body, "body", reading)
     name = body.attributes.get("name", f"body {len(reading.names)}")  # before those inside are counted
-    for attribute in body.attributes:
-        if attribute not in PLACES and (close := nearest(attribute, PLACES)):
-            raise RobotModelError(f"{body.title}: unknown attribute {shown(attribute)}{close}")
+    _check_spelling(body, PLACES, PLACES)
     vector(body, "pos", 3, largest=FARTHEST)
-    turned = orientation(body, reading.angles)
+    turned = _orientation(body, reading)
     inherited = _known_class(body, "childclass", inherited, reading)
     joints = body.all("joint", "freejoint")
     if len(joints) > 1:
         raise RobotModelError(f"{joints[1].title}: a second joint in one body; give it a body of its own around it")
     place = {key: value for key, value in body.attributes.items() if key == "pos"} | turned
-    inside = [_joint(joint, inherited, reading) for joint in joints] + [
-        _body(inner, inherited, reading) for inner in _bodies(body)
-    ]
+    inside = [_joint(joint, inherited, reading) for joint in joints]
+    inside += [_body(inner, inherited, reading) for inner in _bodies(body)]
     return tag("body", {"name": name, **place}, INERTIA, *inside)
 
 
+def _orientation(body: Element, reading: _Reading) -> dict[str, str]:
+    """The attribute that turns a body, as Pinocchio reads it; none if the body is not turned."""
+    stated = [key for key in ORIENTATIONS if key in body.attributes]
+    if len(stated) > 1:
+        raise RobotModelError(f"{body.title}: {' and '.join(stated)} both state its orientation; give one")
+    if not stated:
+        return {}
+    key = stated[0]
+    values = np.array(vector(body, key, ORIENTATIONS[key]))
+    rotation = scipy.spatial.transform.Rotation
+    if key == "euler":  # SciPy writes fixed axes in lower case, MuJoCo in upper case
+        turned = rotation.from_euler(reading.sequence.swapcase(), values, degrees=reading.degree)
+    elif key == "axisangle":
+        length = float(np.linalg.norm(values[:3]))
+        if length < SHORTEST:
+            raise RobotModelError(f"{body.title}: axisangle has no direction")
+        turned = rotation.from_rotvec(values[:3] / length * (np.deg2rad(values[3]) if reading.degree else values[3]))
+    else:
+        if key == "xyaxes" and np.linalg.norm(np.cross(values[:3], values[3:])) < SHORTEST:
+            raise RobotModelError(f"{body.title}: the axes of xyaxes are parallel or zero")
+        direction(body, key, ORIENTATIONS[key])
+        return {key: body.attributes[key]}
+    return {"quat": " ".join(repr(float(x)) for x in turned.as_quat(scalar_first=True))}
+
+
 def _joint(joint: Element, inherited: str, reading: _Reading) -> str:
-    number = sum(kind == "joint" for kind, _ in reading.names) + 1
-    _name_once(joint, reading)
-    defaults = reading.defaults[_known_class(joint, "class", inherited, reading)]
-    return minimal_joint(joint, defaults, unit=reading.angles.unit, autolimits=reading.autolimits, number=number)
+    """A joint with every attribute that counts stated; a slide is in metres whatever angles are in."""
+    name = joint.attributes.get("name", f"joint{sum(kind == 'joint' for kind, _ in reading.names) + 1}")
+    _name_once(joint, "joint", reading)
+    stated: dict[str, str] = {}
+    for element in (*reading.classes[_known_class(joint, "class", inherited, reading)], joint):
+        _check_spelling(element, JOINT, (*JOINT, "name", "class"))
+        direction(element, "axis")
+        vector(element, "pos", 3, largest=FARTHEST)
+        stated |= {key: value for key, value in element.attributes.items() if key in JOINT}
+        for key, count in (("range", 2), ("ref", 1)):
+            vector(element, key, count)
+    kind = "free" if joint.tag == "freejoint" else stated.get("type", "hinge")
+    if kind in ("free", "ball"):
+        raise RobotModelError(
+            f"{joint.title}: a {kind} joint is not supported; only fixed-base arms of hinge and slide joints are"
+        )
+    if kind not in ("hinge", "slide"):
+        known = nearest(kind, ("hinge", "slide"))
+        raise RobotModelError(f"{joint.title}: type {shown(kind)} is unknown{known}; known: hinge, slide")
+    scale = math.radians(1.0) if reading.degree and kind == "hinge" else 1.0
+    limited = stated.pop("limited", "auto")
+    if "range" in stated:
+        lower, upper = (scale * float(end) for end in stated["range"].split())
+        stated["range"] = f"{lower!r} {upper!r}"
+        if limited == "false" or (limited == "auto" and not reading.autolimits):
+            del stated["range"]
+        elif lower > upper:
+            raise RobotModelError(f"{joint.title}: its range is reversed: from {lower:.6g} to {upper:.6g}")
+        else:
+            reading.ranges[name] = lower, upper
+    if "ref" in stated:
+        stated["ref"] = repr(scale * float(stated["ref"]))
+    return tag("joint", {"name": name, **stated, "type": kind})
 
 
-def _name_once(element: Element, reading: _Reading) -> None:
-    kind = "joint" if element.tag == "freejoint" else element.tag
+def _check_spelling(element: Element, meant: tuple[str, ...], known: tuple[str, ...]) -> None:
+    """Refuse attributes that nearly are one that counts; MuJoCo has many others."""
+    for attribute in element.attributes:
+        if attribute not in known and (close := nearest(attribute, meant)):
+            raise RobotModelError(f"{element.title}: unknown attribute {shown(attribute)}{close}")
+
+
+def _name_once(element: Element, kind: str, reading: _Reading) -> None:
     key = kind, element.attributes.get("name", f"unnamed {len(reading.names)}")
     if key in reading.names:
-        first = reading.names[key].where.split(": ")[-1]
-        raise RobotModelError(f"{element.title} is there twice; the first one is in {first}")
+        raise RobotModelError(f"{element.title} is there twice; the first one is in {reading.names[key].line}")
     reading.names[key] = element
 
 
 def _known_class(element: Element, attribute: str, inherited: str, reading: _Reading) -> str:
     name = element.attributes.get(attribute, inherited)
-    if name not in reading.defaults:
-        raise RobotModelError(f"{element.title}: unknown default class {shown(name)}{nearest(name, reading.defaults)}")
+    if name not in reading.classes:
+        raise RobotModelError(f"{element.title}: unknown default class {shown(name)}{nearest(name, reading.classes)}")
     return name

@@ -1,4 +1,4 @@
-"""Columns of a log: what is asked of a file, and which of our own names, `t`, `q1` .., `v1` .., are misspelled."""
+"""Columns of a log: what is asked of a file, and our own names, `t`, `q1` .., `v1` .."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -6,10 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
-from ident.recordings.formats.text_layout import TextLayout
+from ident.recordings.formats.description import TextLayout
 from ident.support.arrays import Array
-from ident.support.errors import RecordingError
-from ident.support.naming import one_line, shown
+from ident.support.naming import one_line
 
 MOST_COLUMNS = 10_000
 """Columns of a file, used or not."""
@@ -65,43 +64,6 @@ class LogFormat:
     endings: tuple[str, ...]
     read: Callable[[Path, Request], Columns]
     marks: str = ""
-
-
-def used_columns(path: Path, header: Sequence[str]) -> list[str]:
-    """Those of a file's columns that make a recording, in their order.
-
-    Raises:
-        RecordingError: If a name is there twice, counts joints from 0, or differs in its case; or there are none.
-    """
-    used = [name for name in header if OURS.fullmatch(name)]
-    if len(set(used)) < len(used):
-        doubled = next(name for name in used if used.count(name) > 1)
-        raise RecordingError(f"{one_line(path)}: column {doubled} appears twice")
-    for name in header:
-        if name in ("q0", "v0"):
-            raise RecordingError(
-                f"{one_line(path)}: column {name}: joints are numbered from 1; rename them q1, q2, .., v1, v2, .."
-            )
-        if name not in used and OURS.fullmatch(name.lower()) and name.lower() not in used:
-            raise RecordingError(
-                f"{one_line(path)}: column {shown(name)}: names are lower case; rename it {name.lower()}"
-            )
-    if not used:
-        raise RecordingError(
-            f"{one_line(path)}: the file names no column t, q1.. or v1..; found {listed(header)}; say which columns "
-            "they are (--columns, --log-description)"
-        )
-    return used
-
-
-def check_width(path: Path, header: Sequence[str]) -> None:
-    """Refuse more columns than any log has.
-
-    Raises:
-        RecordingError: If there are more than `MOST_COLUMNS`.
-    """
-    if len(header) > MOST_COLUMNS:
-        raise RecordingError(f"{one_line(path)}: {len(header)} columns; files of up to {MOST_COLUMNS} are read")
 
 
 def listed(names: Sequence[str], most: int = 8) -> str:

@@ -2,7 +2,24 @@
 
 from dataclasses import dataclass, field, fields, replace
 
-from ident.recordings.formats.text_layout import TextLayout
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TextLayout:
+    """A text file's layout; None for what is to be found out.
+
+    Attributes:
+        separator: Between columns, one character.
+        decimal: Decimal sign, `.` or `,`.
+        header: Line of the column names, from 1; 0 if there is none and columns are called 1, 2, ...
+        rows: Line of the first row, from 1.
+        encoding: Of the characters, as Python names it.
+    """
+
+    separator: str | None = None
+    decimal: str | None = None
+    header: int | None = None
+    rows: int | None = None
+    encoding: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

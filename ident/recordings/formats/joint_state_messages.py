@@ -99,26 +99,13 @@ def joint_states(rows: np.ndarray, layout: MessageLayout) -> JointStates:
     )
 
 
-def alike(rows: np.ndarray, layout: MessageLayout) -> np.ndarray:
-    """Which messages have the layout of the first, shape (k,)."""
-    same = np.ones(len(rows), dtype=bool)
-    end = 0
-    for start, stop in (*layout.numbers, (rows.shape[1], rows.shape[1])):
-        between = np.ascontiguousarray(rows[:, end:start])
-        if between.tobytes() != between[0].tobytes() * len(rows):
-            text = between.view(f"V{start - end}")[:, 0]
-            same &= text == text[0]
-        end = stop
-    return same
-
-
-def alike_bytes(row: np.ndarray, layout: MessageLayout) -> bytes:
-    """What messages that are alike have in common: all but the numbers of one, shape (length,)."""
-    start, found = 0, list[bytes]()
-    for first, last in (*layout.numbers, (len(row), len(row))):
-        found.append(row[start:first].tobytes())
-        start = last
-    return b"".join(found)
+def alike(rows: np.ndarray, layout: MessageLayout) -> tuple[np.ndarray, bytes]:
+    """Which messages have the layout of the first, shape (k,), and what these have in common: all but their numbers."""
+    text = np.ones(rows.shape[1], dtype=bool)
+    for start, stop in layout.numbers:
+        text[start:stop] = False
+    same = rows[:, text]
+    return (same == same[0]).all(axis=1), same[0].tobytes()
 
 
 def _numbers(rows: np.ndarray, start: int, kind: str, count: int) -> np.ndarray:

@@ -1,19 +1,168 @@
-"""Layouts of logs that are known by their columns: our own, and those that others write always alike; `LAYOUTS`."""
+"""Layouts of logs that are known by their columns: our own, and those that others write always alike; `LAYOUTS`.
 
+own             `t`, `q1` .. `qn`, `v1` .. `vn` in seconds, radians or metres, and drive units
+ur-rtde         Universal Robots' real-time data exchange, as its clients write it: `timestamp`, `actual_q_0`, ..;
+                currents are those that were measured, `actual_current_0`, ..
+ur-rtde-target  the same with those that the controller asked for, taken by name or where the measured ones are missing
+joint-states    `sensor_msgs/JointState`: `stamp`, and `NAME.position`, `NAME.effort` of each joint, taken by name, as
+                joints stand in a message in whatever order its publisher has
+"""
+
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from ident.recordings.formats import joint_states, own, ur_rtde
-from ident.recordings.formats.description import LogDescription
+from ident.recordings.formats.columns import OURS, listed
+from ident.recordings.formats.description import Channels, LogDescription
+from ident.recordings.formats.meaning import TIME
+from ident.support.errors import RecordingError
+from ident.support.naming import nearest, one_line, shown
 
 Layout: TypeAlias = Callable[[Path, Sequence[str], LogDescription], LogDescription | None]
 """From a file's name, the names of its columns and what is said of it: what the other columns are; None if the file has
 another layout. Raises `RecordingError` where it has this one and cannot be used."""
+OWN, UR, UR_TARGET, JOINT_STATES = "own", "ur-rtde", "ur-rtde-target", "joint-states"
+UR_JOINTS = 6
+UR_CURRENT = re.compile("(?:actual|target)_current_[0-5]")
+UR_COLUMNS = r"timestamp|(?:actual|target)_(?:q|current)_[0-5]"
+"""Pattern of the names by which such a file is told from others."""
+STAMP, POSITION, EFFORT = "stamp", ".position", ".effort"
+_TIME = re.compile(r"(?i)t[^a-z]|time|stamp|sec|elapsed|clock")
+"""How names of columns of time begin."""
+
+
+def own(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
+    """Our columns, as far as no others are said to be in their place.
+
+    Raises:
+        RecordingError: If such a column is missing, doubled or misspelled.
+    """
+    kinds = {name[0] for name in names if OURS.fullmatch(name)}
+    wanted = {kind for kind in "tqv" if not getattr(description, kind).columns}
+    if not kinds & wanted - {"t"} and not kinds >= wanted == {"t"}:
+        return None
+    return own_columns(path, names, wanted)
+
+
+def own_columns(path: Path, names: Sequence[str], wanted: set[str]) -> LogDescription:
+    """The columns of some kinds of `t`, `q` and `v`.
+
+    Raises:
+        RecordingError: If one is missing, doubled or misspelled.
+    """
+    used, place = used_columns(path, names), one_line(path)
+    if "t" in wanted and "t" not in used:
+        raise RecordingError(f"{place}: column t is missing{_likely_time(names)}; found {listed(used)}")
+    numbers = {kind: _joint_numbers(place, used, kind) for kind in "qv" if kind in wanted}
+    if len(numbers) == 2 and numbers["q"] != numbers["v"]:
+        first = min(set(numbers["q"]) ^ set(numbers["v"]))
+        raise RecordingError(f"{place}: joint {first} has only one of the columns q{first} and v{first}")
+    for kind, found in numbers.items():
+        if found != list(range(1, len(found) + 1)):
+            gap = next(j for j in range(1, found[-1]) if j not in found)
+            missing = f"columns q{gap} and v{gap} are" if len(numbers) == 2 else f"column {kind}{gap} is"
+            raise RecordingError(f"{place}: {missing} missing; joints are numbered 1 to n")
+    q, v = (tuple(f"{kind}{j}" for j in numbers.get(kind, ())) for kind in "qv")
+    return LogDescription(
+        t=Channels(columns=("t",), unit=("s",)), q=Channels(columns=q, unit=("rad",)), v=Channels(columns=v)
+    )
+
+
+def _likely_time(names: Sequence[str]) -> str:
+    """What to say of the column that is time by its name, or of whichever it is."""
+    likely = next((name for name in names if _TIME.match(name)), None)
+    if likely is None:
+        return "; say which one it is: --columns t=NAME[unit]"
+    ending = re.split(r"[^a-z]+", likely.lower().rstrip("])"))[-1]
+    unit = f"[{ending}]" if ending in TIME else "[unit]"
+    return f"; is it {shown(likely)}? --columns 't={one_line(likely)}{unit}'"
+
+
+def _joint_numbers(place: str, used: Sequence[str], kind: str) -> list[int]:
+    numbers = sorted(int(name[1:]) for name in used if name[0] == kind)
+    if not numbers:
+        raise RecordingError(f"{place}: columns {kind}1, {kind}2, .. are missing; found {listed(used)}")
+    return numbers
+
+
+def used_columns(path: Path, header: Sequence[str]) -> list[str]:
+    """Those of a file's columns that make a recording, in their order.
+
+    Raises:
+        RecordingError: If a name is there twice, counts joints from 0, or differs in its case; or there are none.
+    """
+    used = [name for name in header if OURS.fullmatch(name)]
+    if len(set(used)) < len(used):
+        doubled = next(name for name in used if used.count(name) > 1)
+        raise RecordingError(f"{one_line(path)}: column {doubled} appears twice")
+    for name in header:
+        if name in ("q0", "v0"):
+            raise RecordingError(
+                f"{one_line(path)}: column {name}: joints are numbered from 1; rename them q1, q2, .., v1, v2, .."
+            )
+        if name not in used and OURS.fullmatch(name.lower()) and name.lower() not in used:
+            raise RecordingError(
+                f"{one_line(path)}: column {shown(name)}: names are lower case; rename it {name.lower()}"
+            )
+    if not used:
+        raise RecordingError(
+            f"{one_line(path)}: the file names no column t, q1.. or v1..; found {listed(header)}; say which columns "
+            "they are (--columns, --log-description)"
+        )
+    return used
+
+
+def ur_rtde(current: str) -> Layout:
+    """Joints 0 to 5 with one of the currents [A] of such a log."""
+    known = LogDescription(
+        signal="current",
+        t=Channels(columns=("timestamp",), unit=("s",)),
+        q=Channels(columns=tuple(f"actual_q_{j}" for j in range(UR_JOINTS)), unit=("rad",)),
+        v=Channels(columns=tuple(f"{current}_{j}" for j in range(UR_JOINTS)), unit=("A",)),
+    )
+
+    def layout(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
+        needed = [getattr(known, kind).columns for kind in "tqv" if not getattr(description, kind).columns]
+        return known if all(set(columns) <= set(names) for columns in needed) else None
+
+    return layout
+
+
+def joint_states(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
+    """Positions and efforts of the joints by their names; what an effort is has to be said.
+
+    Raises:
+        RecordingError: If the names of the arm's joints are not known, or the log lacks one.
+    """
+    there = [name.removesuffix(POSITION) for name in names if name.endswith(POSITION)]
+    if STAMP not in names or not there:
+        return None
+    joints = description.joints
+    if joints is None:
+        raise RecordingError(
+            f"{one_line(path)}: the order of the joints is not declared; give it, base to flange "
+            f"(--joints, or --model): there are {listed(there)}"
+        )
+    for joint in joints:
+        if joint not in there:
+            raise RecordingError(
+                f"{one_line(path)}: no joint {shown(joint)}{nearest(joint, there)}; there are "
+                f"{listed(there)}; give the log's joint names, base to flange (--joints)"
+            )
+        if joint + EFFORT not in names and not description.v.columns:
+            raise RecordingError(f"{one_line(path)}: joint {shown(joint)} has no effort in these messages")
+    return LogDescription(
+        t=Channels(columns=(STAMP,), unit=("s",)),
+        q=Channels(columns=tuple(joint + POSITION for joint in joints), unit=("rad",)),
+        v=Channels(columns=tuple(joint + EFFORT for joint in joints)),
+    )
+
+
 LAYOUTS: dict[str, Layout] = {
-    own.NAME: own.layout,
-    ur_rtde.NAME: ur_rtde.actual,
-    ur_rtde.TARGET: ur_rtde.target,
-    joint_states.NAME: joint_states.layout,
+    OWN: own,
+    UR: ur_rtde("actual_current"),
+    UR_TARGET: ur_rtde("target_current"),
+    JOINT_STATES: joint_states,
 }
 """In the order in which they are tried."""

@@ -97,7 +97,7 @@ def _rows(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
     odd = np.flatnonzero(~(lengths == width))
     if len(odd):
         raise RecordingError(
-            f"{one_line(path)}: column {one_line(name)}: row {odd[0] + 1} has not {width:g} numbers as the first has"
+            f"{one_line(path)}: column {one_line(name)}: row {odd[0] + 1} does not have {width:g} numbers, as row 1 has"
         )
     flat = _numbers(path, name, pa.chunked_array([chunk.flatten() for chunk in column.chunks], column.type.value_type))
     return flat.reshape(len(lengths), int(width))
@@ -143,7 +143,8 @@ def _check_type(path: Path, name: str, kind: object, *, dated: bool) -> None:
     value = kind.value_type if isinstance(kind, pa.DictionaryType) else kind
     if dated and not pa.types.is_timestamp(value):
         raise RecordingError(
-            f"{one_line(path)}: column {one_line(name)} is {one_line(value)[:80]}, no dates; say s, ms, us or ns"
+            f"{one_line(path)}: column {one_line(name)} is {one_line(value)[:80]}, not dates; state its unit, s, ms, "
+            "us or ns"
         )
     if not dated and not (pa.types.is_integer(value) or pa.types.is_floating(value) or pa.types.is_decimal(value)):
         advice = '; t is in seconds; say unit = "iso" for dates' if pa.types.is_timestamp(value) else ""
@@ -168,9 +169,7 @@ def _check_footer(path: Path) -> None:
         raise RecordingError(f"{one_line(path)}: {error.strerror or 'not readable'}") from error
     size = int.from_bytes(end[:4], "little")
     if end[4:] == b"PAR1" and size > LARGEST_FOOTER:
-        raise RecordingError(
-            f"{one_line(path)}: {size / 1e6:.4g} MB describe its columns and row groups; write fewer of them"
-        )
+        raise RecordingError(f"{one_line(path)}: {size / 1e6:.4g} MB of metadata; write fewer columns or row groups")
 
 
 PARQUET = LogFormat((".parquet", ".pq"), read_parquet)

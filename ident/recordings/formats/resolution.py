@@ -4,17 +4,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ident.recordings.formats import joint_states, own
-from ident.recordings.formats.columns import Chosen, check_width, entry, listed
+from ident.recordings.formats.columns import MOST_COLUMNS, Chosen, entry, listed
 from ident.recordings.formats.description import Channels, LogDescription, over
-from ident.recordings.formats.layouts import LAYOUTS
-from ident.recordings.formats.meaning import MEANINGS, TORQUE_FROM_CURRENT, kinds
-from ident.recordings.formats.units import ISO, POSITION, TICKS, TIME
+from ident.recordings.formats.layouts import JOINT_STATES, LAYOUTS, OWN, UR, UR_CURRENT, UR_TARGET, own_columns
+from ident.recordings.formats.meaning import ISO, MEANINGS, POSITION, TICKS, TIME, TORQUE_FROM_CURRENT
 from ident.support.errors import RecordingError
 from ident.support.naming import nearest, one_line, shown
 
 MOST_JOINTS = 64
 """Joints of a recording."""
+TAKEN = {
+    UR: f"v is actual_current_0 .. [A], as measured; --layout {UR_TARGET} takes target_current",
+    UR_TARGET: "v is target_current_0 .. [A], as the controller asked for",
+}
+"""Where a layout had a choice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +58,8 @@ def resolved(path: Path, names: Sequence[str], description: LogDescription) -> R
     Raises:
         RecordingError: If the layout is unknown, a column is missing or ambiguous, or something has to be said.
     """
-    check_width(path, names)
+    if len(names) > MOST_COLUMNS:
+        raise RecordingError(f"{one_line(path)}: {len(names)} columns; files of up to {MOST_COLUMNS} are read")
     layout, known = _layout(path, names, description)
     t, q, v = (over(getattr(description, kind), getattr(known, kind)) for kind in "tqv")
     found = replace(
@@ -65,11 +69,11 @@ def resolved(path: Path, names: Sequence[str], description: LogDescription) -> R
         q=replace(q, columns=_columns(path, names, q.columns, description.joints)),
         v=replace(v, columns=_columns(path, names, v.columns, description.joints)),
     )
-    if layout == joint_states.NAME and found.signal is not None and not found.v.unit and not description.v.columns:
+    if layout == JOINT_STATES and found.signal is not None and not found.v.unit and not description.v.columns:
         found = replace(found, v=replace(found.v, unit=(MEANINGS[found.signal].unit,)))  # by ROS's REP 103
     for name, _ in description.only:
         _column(path, names, name)
-    _check_complete(path, found, own=layout == own.NAME and not description.v.columns)
+    _check_complete(path, found, own=layout == OWN and not description.v.columns)
     return Resolved(found, layout)
 
 
@@ -88,7 +92,7 @@ def _layout(path: Path, names: Sequence[str], description: LogDescription) -> tu
             return name, known
     if description.t.columns or description.q.columns or description.v.columns:
         return None, LogDescription()
-    return own.NAME, own.own_columns(path, names, set("tqv"))  # says what is missing
+    return OWN, own_columns(path, names, set("tqv"))  # says what is missing
 
 
 def _columns(path: Path, names: Sequence[str], wanted: Sequence[str], joints: Sequence[str] | None) -> tuple[str, ...]:
@@ -156,7 +160,7 @@ def _missing(found: LogDescription, *, own: bool) -> Iterator[str]:
     if unstated and found.v.columns:
         yield (
             f"the quantity in {listed(found.v.columns, 3)} is not declared; state it with --signal or "
-            f"in a log description: {kinds()}"
+            f"in a log description: {', '.join(MEANINGS)}"
         )
 
 
@@ -198,3 +202,33 @@ def _check_joints(place: str, found: LogDescription) -> None:
             many = len(getattr(channels, key) or ())
             if many not in (0, 1, len(q)):
                 raise RecordingError(f"{place}: {key} of {kind} has {many} entries for {len(q)} joints")
+
+
+def notes_of(read: Resolved) -> tuple[str, ...]:
+    """Notes on a log, one line each.
+
+    Args:
+        read: What was taken for what.
+    """
+    description = read.description
+    taken = TAKEN.get(read.layout or "", "") if all(map(UR_CURRENT.fullmatch, description.v.columns)) else ""
+    return tuple(note for note in (taken, _meaning_note(read)) if note)
+
+
+def signal_of(read: Resolved) -> str:
+    """What v of the recording is, with its unit."""
+    description = read.description
+    if description.signal is None:
+        return "as logged [drive units]"
+    if description.signal == TORQUE_FROM_CURRENT and description.v.constant:
+        return "current, from torque by the constants stated [A]"
+    return f"{MEANINGS[description.signal].words} [{MEANINGS[description.signal].unit}]"
+
+
+def _meaning_note(read: Resolved) -> str:
+    description = read.description
+    if description.signal is None:
+        return ""
+    if description.signal == TORQUE_FROM_CURRENT and description.v.constant:
+        return "v is the current: torque divided by the stated constants"
+    return MEANINGS[description.signal].note

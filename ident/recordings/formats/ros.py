@@ -8,6 +8,7 @@ import importlib.util
 import struct
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -18,12 +19,10 @@ from ident.recordings.formats.joint_state_messages import (
     JointStates,
     NotJointStates,
     alike,
-    alike_bytes,
     joint_states,
     message_layout,
 )
-from ident.recordings.formats.joint_states import EFFORT, POSITION, STAMP
-from ident.recordings.formats.mcap_chunks import chunk_messages, has_indexes
+from ident.recordings.formats.layouts import EFFORT, POSITION, STAMP
 from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
 from ident.support.file_access import check_file
@@ -37,8 +36,10 @@ TYPE = "sensor_msgs/msg/JointState"
 METADATA = "metadata.yaml"
 LARGEST = 16_000_000_000
 """Bytes of a file; chunks are read one at a time."""
+LARGEST_CHUNK = 1_000_000_000
+"""Bytes of an unpacked chunk; writers begin a new one after some megabytes."""
 AT_ONCE = 4096
-"""Messages that are read one by one before they are taken as one array."""
+"""Messages that are taken as one array."""
 MOST_LAYOUTS = 64
 """Layouts of messages on one topic; each publisher has one."""
 Messages: TypeAlias = Iterator[tuple[Indices, np.ndarray]]
@@ -140,40 +141,19 @@ def _connections(path: Path, there: "Sequence[Connection]", request: Request) ->
 
 
 def _messages(reader: "Reader", connections: "Sequence[Connection]") -> Messages:
-    """Messages of some connections, by chunks of MCAP files where these have indexes."""
-    from rosbags.rosbag2.storage_mcap import McapReader
-
-    storages = getattr(reader.storage, "storages", [reader.storage])
-    wanted = (connections[0].topic, TYPE)
-    own = [
-        (storage, [each.id for each in storage.connections if (each.topic, each.msgtype) == wanted])
-        for storage in storages
-    ]
-    if reader.compression_mode != "message" and all(
-        isinstance(storage, McapReader) and has_indexes(storage, channels) for storage, channels in own
-    ):
-        for storage, channels in own:
-            yield from chunk_messages(storage, channels)
-    else:
-        yield from _one_by_one(reader, connections)
-
-
-def _one_by_one(reader: "Reader", connections: "Sequence[Connection]") -> Messages:
-    times, messages = list[int](), list[bytes]()
-    for _, time, message in reader.messages(connections):
-        times.append(time)
-        messages.append(bytes(message))
-        if len(messages) == AT_ONCE:
-            yield from _of_one_length(times, messages)
-            times, messages = [], []
-    yield from _of_one_length(times, messages)
-
-
-def _of_one_length(times: list[int], messages: list[bytes]) -> Messages:
-    for size in {len(message) for message in messages}:
-        own = [k for k, message in enumerate(messages) if len(message) == size]
-        rows = np.frombuffer(b"".join(messages[k] for k in own), dtype=np.uint8).reshape(len(own), size)
-        yield np.array([times[k] for k in own], dtype=np.intp), rows
+    """Messages of some connections, those of one length together."""
+    for storage in getattr(reader.storage, "storages", [reader.storage]):
+        largest = max((chunk.uncompressed_size for chunk in getattr(storage, "chunks", ())), default=0)
+        if largest > LARGEST_CHUNK:
+            raise ValueError(f"a chunk of {largest / 1e6:.4g} MB")
+    walk = reader.messages(connections)
+    while batch := list(islice(walk, AT_ONCE)):
+        times = np.array([time for _, time, _ in batch], dtype=np.intp)
+        sizes = np.array([len(message) for _, _, message in batch])
+        for size in np.unique(sizes).tolist():
+            own = np.flatnonzero(sizes == size)
+            data = np.frombuffer(b"".join(bytes(batch[k][2]) for k in own), dtype=np.uint8)
+            yield times[own], data.reshape(len(own), size)
 
 
 def _groups(path: Path, messages: Messages) -> dict[_Key, list[_Logged]]:
@@ -186,8 +166,8 @@ def _groups(path: Path, messages: Messages) -> dict[_Key, list[_Logged]]:
                 layout = message_layout(rows[0].tobytes())
             except NotJointStates as error:
                 raise RecordingError(f"{one_line(path)}: a message is no {TYPE}: {error}") from error
-            same = alike(rows, layout)
-            kinds.add(alike_bytes(rows[0], layout))
+            same, kind = alike(rows, layout)
+            kinds.add(kind)
             values += int(same.sum()) * (2 * len(layout.names) + 1)
             if len(kinds) > MOST_LAYOUTS:
                 raise RecordingError(f"{one_line(path)}: over {MOST_LAYOUTS} kinds of messages on one topic")

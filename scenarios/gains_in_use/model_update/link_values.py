@@ -7,7 +7,7 @@ import numpy as np
 from ident.arm_parameters.links import ModelLinks
 from ident.model.arm import Arm
 from ident.support.arrays import Array
-from scenarios.gains_in_use.model_update.bare_file import BareFile
+from scenarios.gains_in_use.model_update.values import BareFile
 from scenarios.results.models.links import Links, same_frames
 from scenarios.support.errors import ScenarioError
 
@@ -81,7 +81,8 @@ def _moved(com: tuple[float, ...], offset: Array) -> tuple[float, ...]:
 
 def _check(found: Links, arm: Arm, nominal: ModelLinks) -> None:
     if tuple(each.name for each in found.links) != arm.joint_names:
-        raise ScenarioError(f"--links: links of joints {', '.join(each.name for each in found.links)}")
+        names = ", ".join(each.name for each in found.links)
+        raise ScenarioError(f"--links: --arm is of joints {names}, not of those of MODEL")
     for each in found.links:
         if not same_frames(each, arm, nominal.carried, tolerance=SAME):
             raise ScenarioError(

@@ -1,118 +1,171 @@
-"""Attributes of an MJCF file's joints and actuators, those of default classes looked up.
+"""An MJCF file's joints, actuators and links, attributes of default classes looked up.
 
 Damping, friction loss and armature are written into the joint itself, whatever its class says. An effort limit is
 `actuatorfrcrange` of the joint, `forcerange` of its actuators, and `ctrlrange` of a `motor`, whose control is a force.
+A link is `inertial` of a body, and `armature` of its joint.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 
-from scenarios.gains_in_use.model_update.places import Change, Patched, left, scaled_effort, shown
-from scenarios.gains_in_use.model_update.values import JointValues, Unknown
-from scenarios.gains_in_use.model_update.xml_text import Tag, attribute_edit
+from ident.model.files.xml_tree import Element
+from scenarios.gains_in_use.model_update.edits import (
+    Change,
+    Edit,
+    ModelText,
+    Patched,
+    known_attribute,
+    numbers,
+    scaled_effort,
+)
+from scenarios.gains_in_use.model_update.link_values import COMMENT, LinkValues
+from scenarios.gains_in_use.model_update.values import JointValues
+from scenarios.support.errors import ScenarioError
 
 NOT_THERE = "the file has no joint of this name; it may be in an included file"
 MAIN = "main"
 ACTUATORS = ("general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "dcmotor")
+SCALING = ("settotalmass", "boundmass", "boundinertia")
+"""Settings of the compiler that change what an `inertial` states, where they are positive."""
+Defaults = Mapping[tuple[str, str], Mapping[str, str]]
+"""Attributes by default class and element, those of classes around it included."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _File:
-    """An MJCF file.
-
-    Attributes:
-        content: Its bytes.
-        tags: Its start tags.
-        defaults: Attributes by default class and element, those of classes around it included.
-    """
-
-    content: bytes
-    tags: Sequence[Tag]
-    defaults: Mapping[tuple[str, str], Mapping[str, str]]
-
-    def above(self, tag: Tag) -> list[Tag]:
-        """The tags around one, innermost first."""
-        found = list[Tag]()
-        while tag.parent is not None:
-            tag = self.tags[tag.parent]
-            found.append(tag)
-        return found
-
-    def resolved(self, tag: Tag, attribute: str) -> str | None:
-        """An attribute of an element, or what its class says."""
-        inherited = (each.attributes.get("childclass") for each in self.above(tag))
-        own = tag.attributes.get("class") or next((name for name in inherited if name), MAIN)
-        return tag.attributes.get(attribute, self.defaults.get((own, _kind(tag)), {}).get(attribute))
-
-
-def mjcf_changes(content: bytes, tags: Sequence[Tag], joints: Sequence[JointValues]) -> list[Patched]:
+def mjcf_changes(file: ModelText, joints: Sequence[JointValues]) -> list[Patched]:
     """What becomes of an MJCF file; as `urdf_changes`, but a joint that the file does not name is left alone."""
-    file = _File(content, tags, _defaults(tags))
-    inside = {id(tag): {each.name for each in file.above(tag)} for tag in tags}
-    bodies = {
-        tag.attributes.get("name", ""): tag for tag in tags if tag.name == "joint" and "worldbody" in inside[id(tag)]
-    }
-    drives = [tag for tag in tags if tag.name in ACTUATORS and "actuator" in inside[id(tag)]]
+    defaults = _defaults(file.root)
+    bodies = {joint.attributes.get("name", ""): (joint, inherited) for _, joint, inherited in _joints(file)}
+    drives = [drive for section in file.root.all("actuator") for drive in section.walk() if drive.tag in ACTUATORS]
     found = list[Patched]()
     for joint in joints:
-        tag = bodies.get(joint.name)
-        if tag is None:
-            found.append(left(joint.name, "joint", None, NOT_THERE))
+        if joint.name not in bodies:
+            found.append(Patched(Change(joint=joint.name, attribute="joint", before=None, reason=NOT_THERE)))
             continue
-        found += _efforts(file, tag, drives, joint)
-        for name, known in (
-            ("damping", joint.damping), ("frictionloss", joint.friction), ("armature", joint.armature)
-        ):  # fmt: skip
-            if known is None:
-                continue
-            before = file.resolved(tag, name)
-            if isinstance(known, Unknown):
-                found.append(left(joint.name, name, before, known.reason))
-                continue
-            after = shown(known.value)
-            change = Change(joint=joint.name, attribute=name, before=before, after=after, rel_std=known.rel_std)
-            found.append(Patched(change, (attribute_edit(content, tag, name, after),)))
+        element, inherited = bodies[joint.name]
+        found += _efforts(file, element, inherited, drives, defaults, joint)
+        found += [
+            known_attribute(file, element, joint.name, name, _resolved(element, inherited, name, defaults), known)
+            for name, known in (
+                ("damping", joint.damping),
+                ("frictionloss", joint.friction),
+                ("armature", joint.armature),
+            )
+            if known is not None
+        ]
     return found
 
 
-def _efforts(file: _File, joint: Tag, drives: Sequence[Tag], values: JointValues) -> list[Patched]:
+def _joints(file: ModelText) -> Iterator[tuple[Element, Element, str]]:
+    """Joints of the worldbody with the body, and the class, that they are in."""
+
+    def walk(parent: Element, inherited: str) -> Iterator[tuple[Element, Element, str]]:
+        for child in parent.children:
+            if child.tag == "joint":
+                yield parent, child, inherited
+            else:
+                yield from walk(child, child.attributes.get("childclass") or inherited)
+
+    for world in file.root.all("worldbody"):
+        yield from walk(world, MAIN)
+
+
+def _resolved(element: Element, inherited: str, attribute: str, defaults: Defaults) -> str | None:
+    """An attribute of an element, or what its class says."""
+    own = element.attributes.get("class") or inherited
+    return element.attributes.get(attribute, defaults.get((own, _kind(element)), {}).get(attribute))
+
+
+def _efforts(
+    file: ModelText, joint: Element, inherited: str, drives: Sequence[Element], defaults: Defaults, values: JointValues
+) -> list[Patched]:
     """Every effort limit that the file states of a joint; one line that says so if it states none."""
     name = values.name
-    stated = [(joint, "actuatorfrcrange")]
-    for tag in drives:
-        if name in (tag.attributes.get("joint"), tag.attributes.get("jointinparent")):
-            stated += [(tag, "forcerange"), *([(tag, "ctrlrange")] if tag.name == "motor" else [])]
-    found = list[Patched]()
-    for tag, attribute in stated:
-        before = file.resolved(tag, attribute)
-        if before is not None:
-            change = scaled_effort(name, attribute, before, values.effort)
-            edits = () if change.after is None else (attribute_edit(file.content, tag, attribute, change.after),)
-            found.append(Patched(change, edits))
-    return found or [Patched(scaled_effort(name, "forcerange", None, values.effort))]
+    stated = [(joint, inherited, "actuatorfrcrange")]
+    for drive in drives:
+        if name in (drive.attributes.get("joint"), drive.attributes.get("jointinparent")):
+            stated += [(drive, MAIN, key) for key in ("forcerange", *(["ctrlrange"] if drive.tag == "motor" else []))]
+    found = [
+        scaled_effort(file, element, name, attribute, before, values.effort)
+        for element, inside, attribute in stated
+        if (before := _resolved(element, inside, attribute, defaults)) is not None
+    ]
+    return found or [scaled_effort(file, None, name, "forcerange", None, values.effort)]
 
 
-def _kind(tag: Tag) -> str:
+def _kind(element: Element) -> str:
     """Default classes have one entry for all actuators, whatever they are called there."""
-    return "actuator" if tag.name in ACTUATORS else tag.name
+    return "actuator" if element.tag in ACTUATORS else element.tag
 
 
-def _defaults(tags: Sequence[Tag]) -> dict[tuple[str, str], dict[str, str]]:
-    """Attributes of default classes; outer ones come first in the file."""
+def _defaults(root: Element) -> Defaults:
+    """Attributes of default classes, each starting from the class around it."""
     found: dict[tuple[str, str], dict[str, str]] = {}
-    for tag in tags:
-        section = None if tag.parent is None else tags[tag.parent]
-        if section is None or section.name != "default" or tag.name == "default":
-            continue
-        found.setdefault((_class(section), _kind(tag)), {}).update(tag.attributes)
-    for tag in tags:  # an inner class has what the one around it has, unless it says otherwise
-        if tag.name == "default" and tag.parent is not None and tags[tag.parent].name == "default":
-            outer, own = _class(tags[tag.parent]), _class(tag)
-            for (name, kind), attributes in list(found.items()):
-                if name == outer:
-                    found[own, kind] = {**attributes, **found.get((own, kind), {})}
+
+    def add(section: Element, around: str | None) -> None:
+        name = section.attributes.get("class", MAIN)
+        for (outer, kind), attributes in list(found.items()):
+            if outer == around:
+                found[name, kind] = {**attributes, **found.get((name, kind), {})}
+        for child in section.children:
+            if child.tag != "default":
+                found.setdefault((name, _kind(child)), {}).update(child.attributes)
+        for inner in section.all("default"):
+            add(inner, name)
+
+    for section in root.all("default"):
+        add(section, None)
     return found
 
 
-def _class(section: Tag) -> str:
-    return section.attributes.get("class", MAIN)
+def mjcf_link_changes(file: ModelText, links: Sequence[LinkValues]) -> list[Patched]:
+    """What becomes of the links of an MJCF file.
+
+    Raises:
+        ScenarioError: If a joint is not in the file itself, or its compiler would change what is stated.
+    """
+    for compiler in file.root.all("compiler"):
+        given = compiler.attributes
+        over = [name for name in SCALING if float(given.get(name, "0")) > 0.0]
+        over += ["inertiafromgeom"] if given.get("inertiafromgeom") == "true" else []
+        if over:
+            raise ScenarioError(
+                f"compiler {over[0]} = {given[over[0]]!r} would override the masses that bodies state; remove it first"
+            )
+    bodies = {joint.attributes.get("name", ""): (body, joint) for body, joint, _ in _joints(file)}
+    found = list[Patched]()
+    for each in links:
+        if each.joint not in bodies:
+            raise ScenarioError(
+                f"joint {each.joint}: the file has no joint of this name, so its link cannot be written"
+            )
+        found += _link(file, *bodies[each.joint], each)
+    comment = file.child(file.root, f"<!-- {COMMENT.format(elsewhere='')} -->")
+    found[0] = Patched(found[0].change, (*found[0].edits, comment))
+    return found
+
+
+def _link(file: ModelText, body: Element, joint: Element, link: LinkValues) -> list[Patched]:
+    old = next(iter(body.all("inertial")), None)
+    stated = {"mass": repr(link.mass), "pos": numbers(link.com), "fullinertia": numbers(link.inertia)}
+    text = "<inertial" + "".join(f' {name}="{value}"' for name, value in stated.items())
+    if old is None:
+        edit = file.child(body, f"{text}/>")
+    else:
+        edit = Edit(old.start, file.end(old), text + ("/>" if file.is_empty(old) else ">"))
+    before = {} if old is None else dict(old.attributes)
+    before["fullinertia"] = " ".join(
+        f"{name} {value}" if name != "fullinertia" else value
+        for name, value in before.items()
+        if name not in ("mass", "pos")
+    )
+    found = [
+        Patched(
+            Change(joint=link.joint, attribute=f"inertial {name}", before=before.get(name) or None, after=value),
+            (edit,) if name == "mass" else (),
+        )
+        for name, value in stated.items()
+    ]
+    if link.motor is not None:
+        after = repr(link.motor)
+        change = Change(joint=link.joint, attribute="armature", before=joint.attributes.get("armature"), after=after)
+        found.append(Patched(change, (file.attribute(joint, "armature", after),)))
+    return found

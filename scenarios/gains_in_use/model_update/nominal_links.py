@@ -1,18 +1,27 @@
-"""Links as a model file draws them, with everything that is fixed to each, in the frames of an identification's arm."""
+"""Links as a model file draws them, with what is fixed to each, and those nearest to them that bare motions allow."""
 
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from ident.arm_parameters.links import ModelLinks
+from ident.arm_parameters.bare import BareArm
+from ident.arm_parameters.links import ModelLinks, nearest_links
+from ident.model.structure import Structure
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
+from ident.support.errors import NoBody
 from ident.support.naming import one_line
+from scenarios.gains_in_use.model_update.values import Unknown
+from scenarios.results.models.links import Links, links_document
 from sim.compile import compiler_reason
 from sim.errors import ModelFileError
 from sim.model_spec import lean_spec
 from sim.silenced_mujoco import silenced
+
+PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+"""What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
+NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 
 
 @silenced()
@@ -52,3 +61,38 @@ def _parameters(model: mujoco.MjModel, data: mujoco.MjData, body: int, joint: in
     J = (axes * model.body_inertia[body]) @ axes.T
     inertia = (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
     return standard_parameters(float(model.body_mass[body]), com, inertia)
+
+
+def model_links(path: Path, flange: str | None) -> Array | None:
+    """Standard parameters of every link with all that is fixed to it, shape (n, 10); None where they cannot be read.
+
+    Args:
+        path: MJCF or URDF file of the arm.
+        flange: Its last body; joints that do not lead there are held.
+    """
+    try:
+        nominal = nominal_links(path, flange)
+    except ModelFileError:  # identification needs no masses
+        return None
+    return nominal.own + nominal.carried
+
+
+def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange: str | None) -> Links | Unknown:
+    """The physically consistent set nearest to the model's links.
+
+    Args:
+        in_si: Base parameters with known gains, None without any.
+        structure: Of the arm.
+        model: Its file, whose masses count here.
+        flange: Last body of the arm, where the file has more.
+    """
+    if in_si is None:
+        return Unknown(NO_GAINS)
+    try:
+        nominal = nominal_links(model, flange)
+        if np.allclose(nominal.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
+            return Unknown("the model file has the kinematics only, without link masses")
+        found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
+    except (ModelFileError, NoBody) as error:
+        return Unknown(str(error))
+    return links_document(found, nominal, structure.arm)

@@ -1,32 +1,17 @@
 """A copy of a model file with what was identified."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ident.model.files.xml_tree import LARGEST
-from ident.support.errors import RobotModelError
-from ident.support.file_access import read_bytes
-from ident.support.naming import one_line
+from scenarios.gains_in_use.model_update.edits import Change, model_text
 from scenarios.gains_in_use.model_update.link_values import LinkValues
-from scenarios.gains_in_use.model_update.mjcf import mjcf_changes
-from scenarios.gains_in_use.model_update.mjcf_links import mjcf_link_changes
-from scenarios.gains_in_use.model_update.places import Change, Patched
-from scenarios.gains_in_use.model_update.urdf import urdf_changes
-from scenarios.gains_in_use.model_update.urdf_links import urdf_link_changes
+from scenarios.gains_in_use.model_update.mjcf import mjcf_changes, mjcf_link_changes
+from scenarios.gains_in_use.model_update.urdf import urdf_changes, urdf_link_changes
 from scenarios.gains_in_use.model_update.values import JointValues
-from scenarios.gains_in_use.model_update.xml_text import Tag, edited, start_tags
 
-FORMATS: dict[str, Callable[[bytes, Sequence[Tag], Sequence[JointValues]], list[Patched]]] = {
-    "robot": urdf_changes,
-    "mujoco": mjcf_changes,
-}
-"""By the name of the outermost element."""
-LINK_FORMATS: dict[str, Callable[[bytes, Sequence[Tag], Sequence[LinkValues]], list[Patched]]] = {
-    "robot": urdf_link_changes,
-    "mujoco": mjcf_link_changes,
-}
-"""The same of links."""
+FORMATS = {"robot": (urdf_changes, urdf_link_changes), "mujoco": (mjcf_changes, mjcf_link_changes)}
+"""What changes joints and links, by the name of the outermost element."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +39,11 @@ def patched_model(path: Path, joints: Sequence[JointValues], links: Sequence[Lin
         ScenarioError: If its text cannot be changed in place, or a link cannot be stated there.
         RobotModelError: If it cannot be read.
     """
-    content = read_bytes(path, most_bytes=LARGEST, error=RobotModelError)
-    tags = start_tags(content, one_line(path))
+    file = model_text(path)
+    of_joints, of_links = FORMATS[file.root.tag]
     if links is None:
-        found = FORMATS[tags[0].name](content, tags, joints)
+        found = of_joints(file, joints)
     else:  # a motor's inertia goes with the links
-        found = FORMATS[tags[0].name](content, tags, [replace(each, armature=None) for each in joints])
-        found += LINK_FORMATS[tags[0].name](content, tags, links)
+        found = of_joints(file, [replace(each, armature=None) for each in joints]) + of_links(file, links)
     edits = [edit for each in found for edit in each.edits]
-    return PatchedModel(edited(content, edits), tuple(each.change for each in found))
+    return PatchedModel(file.edited(edits), tuple(each.change for each in found))

@@ -1,51 +1,93 @@
-"""Attributes of a URDF's joints: `limit effort`, `dynamics damping friction`. URDF has no armature."""
+"""A URDF's joints, `limit effort` and `dynamics damping friction`, and links, `inertial`. URDF has no armature."""
 
 from collections.abc import Sequence
 
-from scenarios.gains_in_use.model_update.places import Change, Patched, left, scaled_effort, shown
-from scenarios.gains_in_use.model_update.values import JointValues, Unknown, Value
-from scenarios.gains_in_use.model_update.xml_text import Tag, attribute_edit, child_edit
+from ident.model.files.xml_tree import Element
+from ident.payload.payload import INERTIA_KEYS
+from scenarios.gains_in_use.model_update.edits import (
+    Change,
+    ModelText,
+    Patched,
+    known_attribute,
+    numbers,
+    scaled_effort,
+)
+from scenarios.gains_in_use.model_update.link_values import COMMENT, LinkValues
+from scenarios.gains_in_use.model_update.values import JointValues, Value
+from scenarios.support.errors import ScenarioError
 
-NO_ARMATURE = "URDF has no such attribute"
 
-
-def urdf_changes(content: bytes, tags: Sequence[Tag], joints: Sequence[JointValues]) -> list[Patched]:
-    """What becomes of a URDF.
+def urdf_changes(file: ModelText, joints: Sequence[JointValues]) -> list[Patched]:
+    """What becomes of the joints of a URDF.
 
     Args:
-        content: The file.
-        tags: Its start tags.
+        file: The file.
         joints: What is known; their names are those of joints in the file.
     """
-    number = {
-        tag.attributes.get("name", ""): k
-        for k, tag in enumerate(tags)
-        if tag.name == "joint" and tag.parent is not None and tags[tag.parent].parent is None
-    }
-    return [patched for joint in joints for patched in _joint(content, tags, number[joint.name], joint)]
+    named = {joint.attributes.get("name", ""): joint for joint in file.root.all("joint")}
+    return [patched for joint in joints for patched in _joint(file, named[joint.name], joint)]
 
 
-def _joint(content: bytes, tags: Sequence[Tag], at: int, joint: JointValues) -> list[Patched]:
-    parts = {tag.name: tag for tag in tags if tag.parent == at}
+def _joint(file: ModelText, element: Element, joint: JointValues) -> list[Patched]:
+    parts = {child.tag: child for child in element.children}
     limit, dynamics = parts.get("limit"), parts.get("dynamics")
-    change = scaled_effort(joint.name, "effort", limit and limit.attributes.get("effort"), joint.effort)
-    edits = () if limit is None or change.after is None else (attribute_edit(content, limit, "effort", change.after),)
-    found = [Patched(change, edits)]
-    wanted = dict[str, str]()
-    for name, known in (("damping", joint.damping), ("friction", joint.friction)):
-        before = dynamics and dynamics.attributes.get(name)
-        if isinstance(known, Unknown):
-            found.append(left(joint.name, name, before, known.reason))
-            continue
-        wanted[name] = shown(known.value)
-        changed = Change(joint=joint.name, attribute=name, before=before, after=wanted[name], rel_std=known.rel_std)
-        found.append(
-            Patched(changed, () if dynamics is None else (attribute_edit(content, dynamics, name, wanted[name]),))
-        )
-    if dynamics is None and wanted:
-        text = "".join(f' {name}="{value}"' for name, value in wanted.items())
-        found[-1] = Patched(found[-1].change, (child_edit(content, tags[at], f"<dynamics{text}/>"),))
+    stated = dynamics.attributes if dynamics else {}
+    effort = limit.attributes.get("effort") if limit else None
+    found = [scaled_effort(file, limit, joint.name, "effort", effort, joint.effort)]
+    found += [
+        known_attribute(file, dynamics, joint.name, name, stated.get(name), known)
+        for name, known in (("damping", joint.damping), ("friction", joint.friction))
+    ]
+    new = "".join(f' {each.change.attribute}="{each.change.after}"' for each in found[1:] if each.change.after)
+    if dynamics is None and new:
+        found[-1] = Patched(found[-1].change, (file.child(element, f"<dynamics{new}/>"),))
     if isinstance(joint.armature, Value):
-        reason = f"{NO_ARMATURE}; found {joint.armature.value:.4g}"
-        found.append(left(joint.name, "armature", None, reason))
+        found.append(_no_armature(joint.name, joint.armature.value))
     return found
+
+
+def urdf_link_changes(file: ModelText, links: Sequence[LinkValues]) -> list[Patched]:
+    """What becomes of the links of a URDF.
+
+    Raises:
+        ScenarioError: If a link states no mass and inertia.
+    """
+    joints = {joint.attributes.get("name", ""): joint for joint in file.root.all("joint")}
+    named = {link.attributes.get("name", ""): link for link in file.root.all("link")}
+    found = list[Patched]()
+    for each in links:
+        child = joints[each.joint].all("child")[0]
+        found += _link(file, named[child.attributes["link"]], each)
+    comment = file.child(file.root, f"<!-- {COMMENT.format(elsewhere=', of which URDF has none')} -->")
+    found[0] = Patched(found[0].change, (*found[0].edits, comment))
+    return found
+
+
+def _link(file: ModelText, element: Element, link: LinkValues) -> list[Patched]:
+    inertial = next(iter(element.all("inertial")), None)
+    parts = {child.tag: child for child in inertial.children} if inertial else {}
+    if inertial is None or "mass" not in parts or "inertia" not in parts:
+        raise ScenarioError(f"link {element.attributes.get('name')}: states no mass and inertia")
+    xyz, origin, mass, inertia = numbers(link.com), parts.get("origin"), parts["mass"], parts["inertia"]
+    stated = origin.attributes if origin else {}
+    before, turned = stated.get("xyz", "0 0 0"), stated.get("rpy", "")
+    if origin is None:
+        place = [file.child(inertial, f'<origin xyz="{xyz}"/>')]
+    else:
+        place = [file.attribute(origin, "xyz", xyz)] + ([file.attribute(origin, "rpy", "0 0 0")] if turned else [])
+    moments = [file.attribute(inertia, *pair) for pair in zip(INERTIA_KEYS, map(repr, link.inertia), strict=True)]
+    old = " ".join(inertia.attributes.get(name, "0") for name in INERTIA_KEYS)
+    found = [
+        Patched(Change(joint=link.joint, attribute=name, before=was, after=now), tuple(edits))
+        for name, was, now, edits in (
+            ("mass", mass.attributes.get("value"), repr(link.mass), [file.attribute(mass, "value", repr(link.mass))]),
+            ("inertial origin", f"{before}; rpy {turned}" if turned else before, xyz, place),
+            ("inertia", old, numbers(link.inertia), moments),
+        )
+    ]
+    return found if link.motor is None else [*found, _no_armature(link.joint, link.motor)]
+
+
+def _no_armature(joint: str, found: float) -> Patched:
+    reason = f"URDF has no such attribute; found {found:.4g}"
+    return Patched(Change(joint=joint, attribute="armature", before=None, reason=reason))

@@ -9,9 +9,8 @@ import pytest
 from ident.estimation.identifiability import refusal
 from ident.payload.files import payload_from_table
 from ident.recordings.files import read_recording
-from ident.recordings.formats.column_words import described
 from ident.recordings.formats.description import LogDescription
-from ident.recordings.formats.description_files import read_description
+from ident.recordings.formats.description_files import described, read_description
 from ident.recordings.recording import Recording
 from ident.support.errors import PayloadError, RecordingError
 
@@ -95,7 +94,7 @@ def test_a_transposed_array_is_named(tmp_path: Path):
 
 def test_rows_that_are_there_twice_are_told_from_a_coarse_clock_and_from_a_second_recording():
     twice, again = np.repeat(np.arange(60), 1 + (np.arange(60) == 7)), np.tile(np.arange(60), 2)
-    with pytest.raises(RecordingError, match=r"row 9: .*1 rows are those before them once more: drop the duplicates"):
+    with pytest.raises(RecordingError, match=r"row 9: .*1 rows repeat earlier rows: drop the duplicates"):
         Recording(T[twice], Q[twice], V[twice])
     with pytest.raises(RecordingError, match=r"2 rows repeat the time .* write t with more digits"):
         Recording(np.where(np.arange(60) % 30 == 8, T - 0.004, T), Q, V)

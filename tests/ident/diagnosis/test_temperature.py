@@ -5,10 +5,9 @@ import pytest
 
 from ident.diagnosis.diagnosis import Severity
 from ident.diagnosis.samples.temperature import Warmth, temperature
-from ident.recordings.files import read_recording, write_recording
+from ident.recordings.files import read_recording, read_temperatures, write_recording
 from ident.recordings.formats.description import LogDescription
 from ident.recordings.recording import Recording
-from ident.recordings.temperatures import read_temperatures
 
 
 def warmth(log: str, start: list[float], rise: list[float], samples: int = 400) -> Warmth:

@@ -103,6 +103,36 @@ def test_ties_among_what_is_held_do_not_matter(tmp_path, tie):
     assert read(tmp_path, menagerie(hand=HAND, tail=tie), "wrist_link").joint_names == ARM
 
 
+SPOILT = {
+    "a frame": menagerie(world='<frame pos="1 0 0"><body name="shelf"><joint/></body></frame>'),
+    "a composite": menagerie(world='<body name="bag"><composite type="cable"/></body>'),
+    "a class": menagerie(head='<default><default class="jaw"><joint axis="0 0 0" axs="1"/></default></default>'),
+    "two joints": menagerie(hand='<body name="gimbal"><joint axis="1 0 0"/><joint axis="0 1 0"/></body>'),
+    "a number": menagerie(hand='<body name="camera" pos="0 O 0"/>'),
+    "a weld of sites": menagerie(
+        hand='<body name="a"><site name="s"/></body><body name="b"><site name="t"/></body>',
+        tail='<equality><weld site1="s" site2="t"/></equality>',
+    ),
+    "links": ros(more='<link name="lamp"/><link name="lamp"/><joint name="l" type="blinking"/><link/>'),
+    "a joint": ros(
+        more='<link name="w"/><joint name="j" type="planar"><parent link="tool0"/><child link="w"/>'
+        '<origin xyz="0 0 x"/><limit lower="1" upper="-1"/></joint>'
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", SPOILT)
+def test_nothing_off_the_arm_leads_to_a_refusal(tmp_path, fault):
+    flange = "wrist_link" if SPOILT[fault].startswith("<mujoco") else "tool0"
+    assert read(tmp_path, SPOILT[fault], flange).joint_names == ARM
+
+
+def test_a_flange_within_a_frame_is_told_to_be_written_flat(tmp_path):
+    framed = menagerie(hand='<frame><body name="palm"><joint name="turn"/></body></frame>')
+    with pytest.raises(RobotModelError, match="frame is not supported"):
+        read(tmp_path, framed, "palm")
+
+
 def test_a_base_that_floats_is_no_object_beside_the_arm(tmp_path):
     floating = menagerie().replace('<body name="base" childclass="arm">', '<body name="base"><freejoint/>')
     with pytest.raises(RobotModelError, match="a free joint is not supported"):

@@ -7,9 +7,10 @@ import pytest
 from model_files import LINKS, mjcf, urdf
 
 from ident.model.arm import load_arm
-from ident.model.files import includes, minimal_model, xml_tree
-from ident.model.files.numbers import FARTHEST, LARGEST, STRONGEST_GRAVITY, direction, vector
-from ident.model.files.xml_tree import Element
+from ident.model.files import minimal_model, xml_tree
+from ident.model.files import mjcf as mjcf_files
+from ident.model.files.mjcf import STRONGEST_GRAVITY
+from ident.model.files.xml_tree import FARTHEST, LARGEST, Element, direction, vector
 from ident.support.captured_stderr import captured_stderr
 from ident.support.errors import RobotModelError
 
@@ -113,9 +114,9 @@ def test_files_are_included_up_to_their_largest_size_together(tmp_path, monkeypa
     (tmp_path / "arm.xml").write_text(mjcf())
     (tmp_path / "scene.xml").write_text('<mujoco><include file="arm.xml"/></mujoco>')
     size = sum(path.stat().st_size for path in tmp_path.iterdir())
-    monkeypatch.setattr(includes, "LARGEST", size)
+    monkeypatch.setattr(mjcf_files, "LARGEST_FILE", size)
     assert load_arm(tmp_path / "scene.xml").n == 6
-    monkeypatch.setattr(includes, "LARGEST", size - 1)
+    monkeypatch.setattr(mjcf_files, "LARGEST_FILE", size - 1)
     with pytest.raises(RobotModelError, match="MB are included"):
         load_arm(tmp_path / "scene.xml")
 

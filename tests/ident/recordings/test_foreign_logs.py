@@ -9,7 +9,7 @@ from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
 
 from ident.recordings.files import read_log, read_recording, write_recording
 from ident.recordings.formats.meaning import MEANINGS
-from ident.recordings.formats.notes import signal_of
+from ident.recordings.formats.resolution import signal_of
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 

@@ -11,8 +11,8 @@ import pytest
 from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, table
 
 from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats.column_words import described
 from ident.recordings.formats.description import Channels, LogDescription
+from ident.recordings.formats.description_files import described
 from ident.support.errors import RecordingError
 
 ROWS = {"list": pa.list_(pa.float32()), "fixed": pa.list_(pa.float64(), 3)}
@@ -60,7 +60,7 @@ def test_rows_of_unequal_length_are_named(tmp_path):
     cells = [row[: 3 - (k == 17)] for k, row in enumerate(Q.tolist())]
     pq.write_table(pa.table({"timestamp": T, "observation.state": cells, "observation.effort": V.tolist()}), path)
     description = replace(LEROBOT, only=())
-    with pytest.raises(RecordingError, match=r"column observation.state: row 18 has not 3 numbers as the first has"):
+    with pytest.raises(RecordingError, match=r"column observation.state: row 18 does not have 3 numbers, as row 1 has"):
         read_recording(path, description)
     pq.write_table(pa.table({"timestamp": T, "observation.state": [None, *cells[1:]]}), path)
     with pytest.raises(RecordingError, match=r"no column 'observation\.state'"):
@@ -78,7 +78,7 @@ def test_dates_in_parquet_are_seconds_since_1970(tmp_path, zone):
     with pytest.raises(RecordingError, match=r'column time is timestamp.*, expected numbers; .*; say unit = "iso"'):
         read_recording(path, DESCRIPTION)
     pq.write_table(pa.table(columns), path)
-    with pytest.raises(RecordingError, match="column time is double, no dates; say s, ms, us or ns"):
+    with pytest.raises(RecordingError, match="column time is double, not dates; state its unit, s, ms, us or ns"):
         read_recording(path, channels("t", unit=("iso",)))
 
 

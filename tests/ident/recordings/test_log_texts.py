@@ -8,9 +8,8 @@ import pytest
 from foreign_logs import DESCRIPTION, Q, T, V, assert_same, channels, csv, table
 
 from ident.recordings.files import read_recording
-from ident.recordings.formats.column_words import described
-from ident.recordings.formats.description import Channels, LogDescription
-from ident.recordings.formats.text_layout import TextLayout
+from ident.recordings.formats.description import Channels, LogDescription, TextLayout
+from ident.recordings.formats.description_files import described
 from ident.support.errors import RecordingError
 
 DATES = {

@@ -8,9 +8,9 @@ import pytest
 from foreign_logs import DESCRIPTION, Q, T, channels, csv, table
 
 from ident.recordings.files import read_recording
-from ident.recordings.formats.column_words import spread
 from ident.recordings.formats.columns import listed
 from ident.recordings.formats.description import Channels, LogDescription
+from ident.recordings.formats.description_files import spread
 from ident.recordings.formats.resolution import resolved
 from ident.support.errors import LogDescriptionError, RecordingError
 

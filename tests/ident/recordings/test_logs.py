@@ -12,7 +12,10 @@ import pytest
 
 from ident.recordings.files import read_recording
 from ident.recordings.formats import LOGS, LogFormat, columns, text
-from ident.recordings.formats.columns import Chosen, Request, check_width, used_columns
+from ident.recordings.formats.columns import Chosen, Request
+from ident.recordings.formats.description import LogDescription
+from ident.recordings.formats.layouts import used_columns
+from ident.recordings.formats.resolution import resolved
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 
@@ -138,10 +141,10 @@ def test_the_ending_of_a_name_belongs_to_one_format():
 
 
 def test_columns_are_refused_just_above_their_number():
-    names = ["t", *(f"c{k}" for k in range(columns.MOST_COLUMNS - 1))]
-    check_width(Path("x"), names)
+    names = ["t", "q1", "v1", *(f"c{k}" for k in range(columns.MOST_COLUMNS - 3))]
+    resolved(Path("x"), names, LogDescription())
     with pytest.raises(RecordingError, match="10001 columns; files of up to 10000 are read"):
-        check_width(Path("x"), [*names, "c"])
+        resolved(Path("x"), [*names, "c"], LogDescription())
 
 
 def test_names_that_only_look_like_ours_are_left_alone():

@@ -9,7 +9,7 @@ import pytest
 from bags import STORE, Sample, write_bag
 
 from ident.recordings.files import read_log, read_recording
-from ident.recordings.formats import mcap_chunks, ros
+from ident.recordings.formats import ros
 from ident.recordings.formats.description import Channels, LogDescription
 from ident.support.errors import RecordingError
 
@@ -59,11 +59,9 @@ def test_the_file_within_a_bag_is_read_alone(tmp_path, storage, ending):
     assert_read((bag / f"bag.{ending}").rename(tmp_path / f"alone.{ending}"))
 
 
-def test_indexes_and_the_walk_through_the_file_give_the_same(tmp_path, monkeypatch):
-    bag = write_bag(tmp_path / "bag", samples(), storage="mcap", others=["/chatter"])
+def test_messages_in_several_batches_are_one_log(tmp_path, monkeypatch):
     monkeypatch.setattr(ros, "AT_ONCE", 32)
-    monkeypatch.setattr(ros, "has_indexes", lambda storage, channels: False)
-    assert_read(bag)
+    assert_read(write_bag(tmp_path / "bag", samples(), storage="mcap", others=["/chatter"]))
 
 
 def test_many_chunks_are_read_with_those_logged_late_in_order(tmp_path, monkeypatch):
@@ -265,6 +263,6 @@ def test_more_numbers_than_are_read_are_refused(tmp_path, monkeypatch):
 
 def test_a_chunk_that_is_said_to_be_huge_is_not_unpacked(tmp_path, monkeypatch):
     bag = write_bag(tmp_path / "bag", samples(), storage="mcap", compressed="storage")
-    monkeypatch.setattr(mcap_chunks, "LARGEST_CHUNK", 3000)
+    monkeypatch.setattr(ros, "LARGEST_CHUNK", 3000)
     with pytest.raises(RecordingError, match=r"not a readable ROS 2 bag or MCAP file \(a chunk of 0\.0"):
         read_recording(bag, DESCRIPTION)

@@ -17,7 +17,7 @@ from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from scenarios.cli import main
 from scenarios.experiments.robots import robot
-from scenarios.gains_in_use.model_masses import model_links
+from scenarios.gains_in_use.model_update.nominal_links import model_links
 from scenarios.results.run_folder import save_run
 
 

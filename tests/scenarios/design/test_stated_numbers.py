@@ -75,3 +75,11 @@ def test_what_the_parser_says_of_a_file_is_one_line_with_its_name(tmp_path):
     path.write_text(re.sub(r'mass value="[^"]*"', 'mass value="2;1"', path.read_text(), count=1))
     with pytest.raises(ModelFileError, match=r"^robot model .*arm\.urdf: MuJoCo cannot read it: .*line \d+ ?$"):
         model_facts(path, None)
+
+
+def test_what_hangs_beside_the_arm_may_state_what_no_body_has(tmp_path):
+    lamp = ros(more=GRIPPER.replace('ixx="0.03"', 'ixx="-0.03"').replace('effort="9"', 'effort="-9"'))
+    path = written(tmp_path, "arm.urdf", lamp)
+    check_stated_numbers(path, "tool0")
+    with pytest.raises(RobotModelError, match="link 'finger_l': no body has principal moments"):
+        check_stated_numbers(path)

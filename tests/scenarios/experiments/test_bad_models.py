@@ -34,9 +34,21 @@ MJCF_FAULTS = {
         mjcf(swap=('euler="0 90 0"', 'xyaxes="1 2 3 2 4 6"')),
         r"the axes of xyaxes are parallel or zero",
     ),
-    "two turns": (mjcf(swap=('euler="0 90 0"', 'euler="0 90 0" quat="1 0 0 0"')), r"quat and euler both turn it"),
+    "two turns": (
+        mjcf(swap=('euler="0 90 0"', 'euler="0 90 0" quat="1 0 0 0"')),
+        r"quat and euler both state its orientation",
+    ),
     "angle": (mjcf(swap=('euler="0 90 0"', 'euler="0 9O 0"')), r"'9O' is not a number"),
     "range": (mjcf(swap=("-170 175", "-170")), r"range = '-170': 1 numbers, expected 2"),
+    "reversed range": (
+        mjcf(swap=("-170 175", "175 -170")),
+        r"joint 'shoulder_pan_joint': its range is reversed: from 3.05433 to -2.96706",
+    ),
+    "reversed range of a class": (
+        mjcf(head='<default><joint range="1 -1"/></default>', swap=(JOINT, '<joint name="elbow_joint"/>')),
+        r"joint 'elbow_joint': its range is reversed",
+    ),
+    "xacro": (mjcf(world="<xacro:m/>"), r"line 3: xacro:m: this is a xacro template; run xacro first"),
     "ref": (mjcf(swap=(JOINT, JOINT.replace("/>", ' ref="x"/>'))), r"ref = 'x': 'x' is not a number"),
     "default axis": (
         mjcf(head='<default><joint axis="0 O 1"/></default>'),
@@ -48,7 +60,10 @@ MJCF_FAULTS = {
     "no gravity": (mjcf(head='<option><flag gravity="disable"/></option>'), r"gravity is disabled"),
     "unknown class": (mjcf(swap=(JOINT, JOINT.replace("/>", ' class="arm"/>'))), r"unknown default class 'arm'"),
     "unknown childclass": (mjcf(base='childclass="arm"'), r"line 3: body 'base': unknown default class 'arm'"),
-    "renamed class": (mjcf(head='<default class="ur"/>'), r"line 2: default: the outermost default class is main"),
+    "renamed class": (
+        mjcf(head='<default class="ur"/>'),
+        r"line 2: default: the outermost default class must be named main",
+    ),
     "eulerseq": (mjcf(head='<compiler eulerseq="xyw"/>'), r"compiler eulerseq = 'xyw'; expected three of x, y, z"),
     "mixed eulerseq": (
         mjcf(head='<compiler eulerseq="xYz"/>'),
@@ -81,7 +96,10 @@ MJCF_FAULTS = {
     "nested": (mjcf(links=[(f"l{k}", "0 0 0.1", "0 0 0", "0 1 0") for k in range(20_000)]), r"nested deeper than 200"),
     "include missing": (mjcf(head='<include file="no.xml"/>'), r"line 2: include: .*no\.xml: no such file"),
     "include nothing": (mjcf(head="<include/>"), r"line 2: include names no file"),
-    "include itself": (mjcf(head='<include file="arm.xml"/>'), r"line 2: include file = 'arm.xml' is there already"),
+    "include itself": (
+        mjcf(head='<include file="arm.xml"/>'),
+        r"line 2: include file = 'arm.xml' is included a second time",
+    ),
     "unknown to MuJoCo": (mjcf(swap=(JOINT, JOINT.replace("/>", ' colour="1"/>'))), r"MuJoCo cannot read it: .*colour"),
     "entities": (BOMB + mjcf(), r"line 1: document type declarations are not supported"),
     "no XML": ("MuJoCo", r"line 1, column 1: not XML: syntax error"),
@@ -107,9 +125,12 @@ URDF_FAULTS = {
     "no axis": (urdf(swap=('<axis xyz="0 1 0"/>', "<axis/>")), r"axis: xyz is missing"),
     "xzy": (urdf(swap=('<axis xyz="0 1 0"/>', '<axis xzy="0 1 0"/>')), r"unknown attribute 'xzy'; did you mean 'xyz'"),
     "orgin": (urdf(swap=("<origin", "<orgin")), r"orgin in joint 'shoulder_pan_joint' is unknown; .* 'origin'\?"),
-    "two origins": (urdf(swap=("<axis", "<origin/><axis")), r"origin: there twice in joint 'shoulder_pan_joint'"),
+    "two origins": (urdf(swap=("<axis", "<origin/><axis")), r"line 3: joint 'shoulder_pan_joint' has a second origin"),
     "limit": (urdf(swap=('lower="-2.97"', 'lower="-2,97"')), r"lower = '-2,97': '-2,97' is not a number"),
-    "limits": (urdf(swap=('upper="3.05"', 'upper="-3.05"')), r"limit: lower = -2.97 is above upper = -3.05"),
+    "limits": (
+        urdf(swap=('upper="3.05"', 'upper="-3.05"')),
+        r"joint 'shoulder_pan_joint': its range is reversed: from -2.97 to -3.05",
+    ),
     "no limit": (urdf(swap=("<limit", "<dynamics")), r"limit is missing; a joint without limits is of type continuous"),
     "floating": (urdf(swap=(HINGE, HINGE.replace("revolute", "floating"))), r"type 'floating' is not supported"),
     "planar": (urdf(swap=(HINGE, HINGE.replace("revolute", "planar"))), r"type 'planar' is not supported"),
@@ -144,8 +165,15 @@ URDF_FAULTS = {
     ),
     "no link": ("<robot name='x'/>", r"0 links, expected 1 to 1000"),
     "many links": ("<robot>" + "".join(f"<link name='{k}'/>" for k in range(1001)) + "</robot>", r"1001 links"),
-    "xacro": ("<robot xmlns:xacro='http://x'>\n<xacro:include/></robot>", r"line 2: xacro:include: run xacro first"),
-    "xacro number": (urdf(swap=(ELBOW, "0 ${offset} 0.613")), r"'\$\{offset\}' is not a number"),
+    "xacro": (
+        "<robot xmlns:xacro='http://x'>\n<xacro:include/></robot>",
+        r"line 2: xacro:include: this is a xacro template; run xacro first",
+    ),
+    "xacro number": (
+        urdf(swap=(ELBOW, "0 ${offset} 0.613")),
+        r"line 5: origin: '0 \$\{offset\} 0.613': this is a xacro template; run xacro",
+    ),
+    "xacro deep inside": (urdf(more="<link name='x'><xacro:m/></link>"), r"line 9: xacro:m: this is a xacro template"),
     "MJCF": (mjcf(), r"line 1: mujoco is no <robot>; MJCF files end in .xml or .mjcf"),
     "no XML": ("<robot><link></robot>", r"line 1, column \d+: not XML: mismatched tag"),
 }
@@ -162,6 +190,18 @@ def test_a_faulty_urdf_is_one_line(identify, tmp_path, name):
 def test_a_model_of_an_unknown_ending_is_one_line(identify, tmp_path):
     (tmp_path / "arm.txt").write_text(mjcf())
     assert "expected a .urdf, .xml or .mjcf file" in identify(model=tmp_path / "arm.txt")
+
+
+def test_a_xacro_file_is_told_to_be_expanded(identify, tmp_path):
+    (tmp_path / "arm.urdf.xacro").write_text(urdf())
+    names_file(identify(model=tmp_path / "arm.urdf.xacro"), tmp_path / "arm.urdf.xacro", "run xacro first")
+
+
+@pytest.mark.parametrize("head", ["", '<?xml version="1.0" encoding="ISO-8859-1"?>'])
+def test_a_name_in_latin_1_is_told_with_its_line(identify, tmp_path, head):
+    path = tmp_path / "arm.xml"
+    path.write_bytes((head + mjcf(swap=("elbow_link", "d\u00e9_link"))).encode("latin-1"))
+    names_file(identify(model=path), path, r"line 6: body: 'd\u00e9_link' is not in UTF-8; save the file as UTF-8")
 
 
 def test_twenty_thousand_bodies_do_not_end_the_process(good, tmp_path):

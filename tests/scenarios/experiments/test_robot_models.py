@@ -9,7 +9,9 @@ from places import ROOT
 import rx90_mjcf
 from ident.model.arm import Arm, load_arm
 from ident.support.errors import RobotModelError
+from scenarios.design.model_facts import model_facts
 from scenarios.experiments.robot_models import check_same_kinematics, joint_places, read_arm
+from scenarios.results.problem_folder import write_model
 
 SLANTED = [
     ("a", "0.1 0.2 0.3", "10 20 30", "0.3 -0.5 0.7"),
@@ -104,6 +106,14 @@ def test_a_model_in_another_encoding_is_the_same(tmp_path, encoding):
     np.testing.assert_array_equal(load_arm(path).translation[2], [0.0, -0.131, 0.613])
 
 
+@pytest.mark.parametrize("name", ["arm.urdf", "arm.xml"])
+@pytest.mark.parametrize("head", ["", '<?xml version="1.0" encoding="ISO-8859-1"?>'])
+def test_a_comment_in_latin_1_does_not_keep_a_model_from_being_read(tmp_path, name, head):
+    text = {"arm.urdf": urdf(more="<!-- Jos\u00e9 -->"), "arm.xml": mjcf(world="<!-- Jos\u00e9 -->")}[name]
+    (tmp_path / name).write_bytes((head + text).encode("latin-1"))
+    assert read_arm(tmp_path / name, ()).n == 6
+
+
 def test_urdf_and_mjcf_of_one_arm_have_the_same_joints(tmp_path):
     (tmp_path / "arm.xml").write_text(mjcf())
     (tmp_path / "arm.urdf").write_text(
@@ -155,6 +165,19 @@ def test_slides_and_hinges_have_the_ranges_and_zeros_of_mujoco(robot, unit, tmp_
     # Limits of radians, metres and sums of two of them: rounding.
     np.testing.assert_allclose(arm.lower, np.where(limited, lower, -np.inf), rtol=1e-14)
     np.testing.assert_allclose(arm.upper, np.where(limited, upper, np.inf), rtol=1e-14)
+    (tmp_path / "problem").mkdir()  # what other methods are given of the arm
+    written = mujoco.MjModel.from_xml_path(
+        str(tmp_path / "problem" / write_model(tmp_path / "arm.xml", None, tmp_path / "problem"))
+    )
+    np.testing.assert_array_equal(written.jnt_limited, model.jnt_limited)
+    for name in ("jnt_range", "qpos0"):
+        np.testing.assert_allclose(getattr(written, name)[limited], getattr(model, name)[limited], rtol=1e-14)
+
+
+def test_a_keyframe_of_a_slide_is_in_metres_whatever_angles_are_in(tmp_path):
+    text = f'<mujoco>{_scara("degree")}<keyframe><key name="home" qpos="0.1 -0.2 -0.07 0.3"/></keyframe></mujoco>'
+    (tmp_path / "arm.xml").write_text(text)
+    assert list(model_facts(tmp_path / "arm.xml", None).home.values()) == [0.1, -0.2, -0.07, 0.3]
 
 
 def test_limits_are_radians_and_none_where_the_joint_is_unlimited(tmp_path):

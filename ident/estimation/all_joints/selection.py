@@ -3,6 +3,8 @@
 load        friction in proportion to torque, always, with one belief about all joints' coefficients that the joints
 themselves give: drives of one arm are of one kind. Where a joint shows its own, the belief has no say.
 form        of the motor's torque or of the rigid one: what predicts better; the other one is a share of the interval
+gears       of the motor's torque or of what its gears carry: no data tell, so that gains lie in the middle of both, and
+            half their difference is a share of the interval
 cbrt        viscous friction that grows less than the speed, joint by joint
 compliance  of all joints, or of none
 """
@@ -11,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
+from scipy.special import ndtr
 
 from ident.estimation.all_joints.empirical_prior import Belief, likeliest
-from ident.estimation.all_joints.friction import Term
+from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.solution import Fitted, Setting, Terms, fit_with
 from ident.estimation.all_joints.stiffness import assumed_compliance
 from ident.estimation.all_joints.terms import (
@@ -22,6 +24,7 @@ from ident.estimation.all_joints.terms import (
     LOAD_MEAN,
     LOAD_STD,
     SPEED_TERMS,
+    STRONGEST,
     TermColumns,
     speed_terms,
     torque_terms,
@@ -44,6 +47,9 @@ FIRST_ORDER = 0.15
 regrouped into its link's moves with the link (`docs/derivations.md`)."""
 LEAST_LOAD = 5e-3
 """Load friction that is worth a word."""
+BY_MOTOR = "load-motor"
+TOLD_APART = (BY_MOTOR, "load")
+"""Forms of load friction that data tell apart."""
 SPREAD_SHARE = 0.3
 """Least deviation of load friction between joints that is believed, as a share of their mean."""
 
@@ -74,19 +80,22 @@ class Selected:
         softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
             (r_j,); a model of yielding ones has it among its columns.
         stiff: The same model without yielding joints, where data chose these; None where they did not.
+        gears: Change of each log|h| to the middle between friction of the motor's torque and of what its gears carry,
+            shape (n,).
     """
 
     final: Fitted
     remarks: tuple[str, ...]
+    gears: Array
     rivals: tuple[AlternativeModel, ...] = ()
     softened: tuple[Array, ...] = ()
     stiff: Fitted | None = None
 
     @property
     def model(self) -> Array:
-        """Relative change of each gain to the rivals, in deviations, shape (n, rivals)."""
-        nothing = np.zeros((len(self.final.own), 0))
-        return np.column_stack([nothing, *(each.share * _log_ratio(each.other, each.final) for each in self.rivals)])
+        """Relative change of each gain to the rivals, in deviations, shape (n, rivals + 1)."""
+        rivals = (each.share * _log_ratio(each.other, each.final) for each in self.rivals)
+        return np.column_stack([self.gears, *rivals])
 
 
 ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
@@ -109,11 +118,10 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     speeds = speed_terms(ready.problem)
     bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
     chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
-    loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
-    form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
-    best, second = loads[form].tried, loads[other].tried
-    doubt = max(LEAST_DOUBT, float(scipy.stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
-    rivals = [AlternativeModel(share=float(np.sqrt(doubt * (1.0 - doubt))), other=second.fitted, final=best.fitted)]
+    loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in TOLD_APART}
+    form, other = sorted(TOLD_APART, key=lambda name: loads[name].tried.squares.sum())
+    best = loads[form].tried
+    rivals = [_doubted(best, loads[other].tried)]
     if yields:
         rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
     remarks = [_load_note(form, loads[form].belief)]
@@ -127,6 +135,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
         final=best.fitted,
+        gears=np.array([_to_gears(*each) for each in zip(best.fitted.own, best.fitted.fit.phi, strict=True)]),
         rivals=tuple(rivals),
         remarks=tuple(remarks),
         softened=tuple(each @ compliance for each in first.softened),
@@ -140,6 +149,23 @@ def _load_note(form: str, belief: Belief) -> str:
         allowed = f"{np.hypot(mean, spread):.2g} % of {LOAD_FORMS[form]}"
         return f"no load-dependent friction detected (the intervals allow {allowed})"
     return f"load-dependent friction: {mean:.2g} % of {LOAD_FORMS[form]}, varying by {spread:.2g} % between joints"
+
+
+def _to_gears(own: OwnColumns, phi: Array) -> float:
+    """Half of what a joint's log|h| changes by if load friction goes with the torque that its gears carry.
+
+    With x the current for links and other friction, and s the sign of x dq, friction c |V| of the motor's torque asks
+    for V = x / (1 - c s) = x (1 + c s) / (1 - c^2), friction c |x| of the gears' for V = x (1 + c s): the same currents
+    of gains that differ by 1 - c^2.
+    """
+    c = float(phi[own.names.index(BY_MOTOR)]) if BY_MOTOR in own.names else 0.0
+    return -0.5 * float(np.log1p(-min(c * c, STRONGEST**2)))
+
+
+def _doubted(best: "_Tried", other: "_Tried") -> AlternativeModel:
+    """Another form of load friction, as probable as its predictions leave it, and never less than a little."""
+    doubt = max(LEAST_DOUBT, float(ndtr(-best.surer_than(other, range(len(best.fitted.own))))))
+    return AlternativeModel(share=float(np.sqrt(doubt * (1.0 - doubt))), other=other.fitted, final=best.fitted)
 
 
 def _bent(

@@ -16,8 +16,13 @@ from ident.support.arrays import Array
 
 STRONGEST = 0.5
 """Share of the motor torque that friction is let take while a fit is on its way."""
-LOAD_FORMS = {"load-motor": "the motor torque", "load": "the torque of links and payload"}
-"""What load friction may be in proportion to."""
+LOAD_FORMS = {
+    "load-motor": "the motor torque",
+    "load": "the torque of links and payload",
+    "load-through": "the torque of links, payload and other friction",
+}
+"""What load friction may be in proportion to: what goes into a transmission, what comes out, or what it carries beside
+its own loss."""
 LOAD_MEAN, LOAD_STD = 0.05, 0.1
 """What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
 
@@ -109,11 +114,11 @@ def torque_terms(
             kept = motion.observation.joints[j].position
             against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
             needed = fit.found.h[j] * found.rigid[:, j]
+            carried = needed + _braking(behind, own[j], fit.phi[j], j, number)
             for name in forms:
-                current = needed
-                if name == "load-motor":
-                    given = needed + _braking(behind, own[j], fit.phi[j], j, number)
-                    current = _with_load(needed, against, given, own[j], fit.phi[j])
+                current = {"load": needed, "load-through": carried}.get(name)
+                if current is None:
+                    current = _with_load(needed, against, carried, own[j], fit.phi[j])
                 columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
             if compliance:
                 softened[j].append(_softened(behind, slow, j)[kept])
@@ -123,19 +128,22 @@ def torque_terms(
     )
 
 
-def _with_load(needed: Array, against: Array, given: Array, own: OwnColumns, phi: Array) -> Array:
+def _with_load(needed: Array, against: Array, carried: Array, own: OwnColumns, phi: Array) -> Array:
     """Current that a motor gives, friction in proportion to torque included, shape (N,).
 
     Args:
         needed: Current that links and payload ask for, shape (N,).
         against: Sign of the current against friction, shape (N,).
-        given: Current without that friction, shape (N,).
+        carried: Current without that friction, shape (N,).
         own: Own columns of the fit.
         phi: Their values.
     """
+    given = carried
     for name, value in zip(own.names, phi, strict=True):
         if name == "load":
             given = given + value * np.abs(needed) * against
+        elif name == "load-through":
+            given = given + value * np.abs(carried) * against
         elif name == "load-motor":  # V = x + c |V| against
             given = given / (1.0 - np.clip(value, -STRONGEST, STRONGEST) * against * np.sign(given))
     return given

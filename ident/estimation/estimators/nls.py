@@ -33,17 +33,21 @@ FRICTIONS: dict[str, tuple[str, ...]] = {
     "cbrt": ("cbrt",),
     "load": ("load",),
     "load-motor": ("load-motor",),
+    "load-through": ("load-through",),
     "load+cbrt": ("load", "cbrt"),
     "load-motor+cbrt": ("load-motor", "cbrt"),
+    "load-through+cbrt": ("load-through", "cbrt"),
     "by-direction": ("by-direction",),
     "load+by-direction": ("load", "by-direction"),
     "load-motor+by-direction": ("load-motor", "by-direction"),
+    "load-through+by-direction": ("load-through", "by-direction"),
 }
 """Further friction terms of every joint by name.
 
 `auto`: what data choose, joint by joint; `cbrt`: the cube root of the velocity; `by-direction`: its absolute value, so
 that viscous friction differs between directions; `load`: |torque of links and payload| sign(dq); `load-motor`: |motor
-torque| sign(dq). Of what is named no coefficient has a belief; `auto` holds one about load friction.
+torque| sign(dq); `load-through`: |torque of links, payload and other friction| sign(dq). Of what is named no
+coefficient has a belief; `auto` holds one about load friction.
 """
 
 
@@ -110,9 +114,9 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     )
     chosen = chosen_model(ready, options)
     moved = BODIES[options.payload_body](ready, chosen.final)
-    found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
+    found = solution(ready, chosen.final, chosen.model, moved.log + chosen.gears, chosen.softened)
     if chosen.stiff is not None:
-        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
+        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], chosen.gears))
     estimate = judge_identifiability(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
@@ -128,7 +132,7 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     if options.friction == AUTO and recorded:
         return selected(ready, yielding=options.compliance)
     final = fit_as_named(ready, FRICTIONS[options.friction], compliance=options.compliance)
-    return Selected(final=final, remarks=())
+    return Selected(final=final, remarks=(), gears=np.zeros(ready.n))
 
 
 def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:

@@ -51,17 +51,9 @@ def torques(
         theta: Their values, shape (p,).
         compliance: Whether `softened` is wanted; else it is empty.
     """
-    behind, structure = motion.observation.full_rate, problem.structure
-    assert behind is not None, "an observation of a recording has its full rate"
-    chi = np.zeros(structure.base.regrouping.shape[1])
-    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
-    for mounted, values in zip(problem.payloads, shared.payload_values(theta), strict=True):
-        if motion.payload is mounted:
-            chi[structure.payload_columns] += values
-    stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
-    t = np.arange(len(behind.q)) * behind.period
-    at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
-    states = States(behind.q[at], behind.dq[at], behind.ddq[at])
+    structure = problem.structure
+    chi = fitted_parameters(problem, motion, shared, theta)
+    t, at, states = sampled_states(motion)
     torque = inverse_dynamics(structure.arm, chi, states.q, states.dq, states.ddq)
     rigid = scipy.interpolate.CubicSpline(t[at], torque)(t)
     if not compliance:
@@ -75,6 +67,37 @@ def torques(
     softened = displaced_torques(structure.arm, chi - rotors, states, behind_motor)
     inertia = np.mean(inertia_matrices(structure.arm, chi - rotors, states.q) ** 2, axis=0)
     return Torques(rigid, scipy.interpolate.CubicSpline(t[at], softened)(t), inertia)
+
+
+def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Array:
+    """Standard parameters of the fitted arm with what a motion carries, own friction and offsets left out.
+
+    Args:
+        problem: Motions and payloads.
+        motion: One of them.
+        shared: Which parameters joints share.
+        theta: Their values, shape (p,).
+
+    Returns:
+        Names as in `parameters.labels`, shape (14 n + 3 c,).
+    """
+    structure = problem.structure
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+    for mounted, values in zip(problem.payloads, shared.payload_values(theta), strict=True):
+        if motion.payload is mounted:
+            chi[structure.payload_columns] += values
+    return chi
+
+
+def sampled_states(motion: ObservedMotion) -> tuple[Array, Indices, States]:
+    """Times of a motion at full rate [s], shape (N,); those at which torques are evaluated, and the states there."""
+    behind = motion.observation.full_rate
+    assert behind is not None, "an observation of a recording has its full rate"
+    stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
+    t = behind.period * np.arange(len(behind.q), dtype=np.float64)
+    at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
+    return t, at, States(behind.q[at], behind.dq[at], behind.ddq[at])
 
 
 def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:

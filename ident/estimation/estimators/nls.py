@@ -9,7 +9,6 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
-import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.estimation.all_joints.body import BODIES
@@ -120,9 +119,9 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     )
     chosen = chosen_model(ready, options)
     moved = BODIES[options.payload_body](ready, chosen.final)
-    found = solution(ready, chosen.final, chosen.model, moved.log + chosen.gears, chosen.softened)
+    found = solution(ready, chosen.final, chosen.model, moved.log + chosen.log, chosen.softened)
     if chosen.stiff is not None:
-        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], chosen.gears))
+        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], chosen.log))
     estimate = judge_identifiability(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
@@ -140,7 +139,7 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     if options.friction == AUTO and recorded:
         return selected(ready, yielding=options.compliance)
     final = fit_as_named(ready, FRICTIONS[options.friction], compliance=options.compliance)
-    return Selected(final=final, remarks=(), gears=np.zeros(ready.n))
+    return Selected(final=final, remarks=())
 
 
 def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:

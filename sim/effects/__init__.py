@@ -22,13 +22,15 @@ from sim.effects import (
     temperature,
     viscous_curve,
     wrist_coupling,
+    zero_errors,
 )
 from sim.effects.effect import Effect
 
 
 @dataclass(frozen=True, kw_only=True)
 class ModelErrors(
-    presliding.Presliding,  # the order of keys is from last to first
+    zero_errors.ZeroErrors,  # the order of keys is from last to first
+    presliding.Presliding,
     backlash.Backlash,
     cogging.Cogging,
     viscous_curve.ViscousCurve,
@@ -50,6 +52,7 @@ EFFECTS: Mapping[str, Effect[ModelErrors]] = {
     "base_tilt": base_tilt.EFFECT,
     "gravity_spring": gravity_spring.EFFECT,
     "moved_frames": moved_frames.EFFECT,
+    "zero_errors": zero_errors.EFFECT,  # of the arm's own joints, before others are added
     "joint_elasticity": joint_elasticity.EFFECT,  # before what pulls at its motors
     "backlash": backlash.EFFECT,
     "wrist_coupling": wrist_coupling.EFFECT,

@@ -1,9 +1,10 @@
-"""Dry friction that grows with load, in both of its usual forms.
+"""Dry friction that grows with load, in its usual forms.
 
-    load_friction |g (v - v0)| + transmitted_friction |tau_link|
+    load_friction |g (v - v0)| + transmitted_friction |tau_link| + gear_friction |tau_link + f|
 
-g (v - v0) is what the motor gives, tau_link what the links take over, less by the rotor's inertia and all friction. The
-first law is explicit; the second, in which friction is on both sides, takes tau_link of the control period before.
+g (v - v0) is what the motor gives, tau_link what the links take over, less by the rotor's inertia and all friction, f
+the other friction of the drive, which gears carry as well. The first law is explicit; the others, in which friction is
+on both sides, take tau_link of the control period before.
 """
 
 from collections.abc import Sequence
@@ -23,26 +24,32 @@ class LoadFriction(Values):
     Attributes:
         load_friction: Dry friction per unit of drive torque |g (v - v0)|.
         transmitted_friction: Dry friction per unit of torque that the links take over.
+        gear_friction: Dry friction per unit of torque that the gears carry: that of the links and of other friction.
     """
 
     load_friction: Annotated[float, Interval(ge=0.0, le=10.0)] = 0.0
     transmitted_friction: Annotated[float, Interval(ge=0.0, le=0.9)] = 0.0
+    gear_friction: Annotated[float, Interval(ge=0.0, le=0.9)] = 0.0
 
 
 def _term(values: Sequence[LoadFriction], builds: Sequence[Build]) -> Term:
     per_current = np.stack([v.load_friction * np.abs(b.drives.gain) for v, b in zip(values, builds, strict=True)])
     offset = np.stack([np.asarray(b.drives.amplifier_offset, dtype=np.float64) for b in builds])  # (B, n)
     per_torque = np.array([[v.transmitted_friction] for v in values])  # (B, 1)
+    per_gear = np.array([[v.gear_friction] for v in values])
 
     def add(step: ControlStep) -> None:
+        own = slice(offset.shape[1])
+        speed = step.speed[:, own]
+        carried = step.transmitted + step.friction[:, own] * np.sign(speed) + step.damping[:, own] * speed
         load = per_current * np.abs(step.v - offset) + per_torque * np.abs(step.transmitted)
-        step.friction[:, : offset.shape[1]] += load
+        step.friction[:, own] += load + per_gear * np.abs(carried)
 
     return add
 
 
 def _varies(values: LoadFriction) -> bool:
-    return values.load_friction > 0.0 or values.transmitted_friction > 0.0
+    return max(values.load_friction, values.transmitted_friction, values.gear_friction) > 0.0
 
 
 EFFECT = Effect[LoadFriction](varies=_varies, term=_term, instant=True)

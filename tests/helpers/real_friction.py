@@ -26,6 +26,7 @@ class Truth:
         by_direction: Friction per absolute speed.
         load_motor: Dry friction per motor torque.
         load: Dry friction per torque of links and payload.
+        load_through: Dry friction per torque of links, payload and other friction.
         compliance: Of the transmission [rad/(N m)].
     """
 
@@ -36,6 +37,7 @@ class Truth:
     by_direction: tuple[float, ...] = (0.0, 0.0, 0.0)
     load_motor: tuple[float, ...] = (0.0, 0.0, 0.0)
     load: tuple[float, ...] = (0.0, 0.0, 0.0)
+    load_through: tuple[float, ...] = (0.0, 0.0, 0.0)
     compliance: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     def motor_torque(self, rigid: np.ndarray, dq: np.ndarray) -> np.ndarray:
@@ -43,7 +45,8 @@ class Truth:
         turns = np.sign(dq)
         needed = rigid + np.array(self.Fv) * dq + np.array(self.Fc) * turns + np.array(self.off)
         needed = needed + np.array(self.cbrt) * np.cbrt(dq) + np.array(self.by_direction) * np.abs(dq)
-        needed = needed + np.array(self.load) * np.abs(rigid) * turns
+        through = np.array(self.load_through) * np.abs(needed)
+        needed = needed + (np.array(self.load) * np.abs(rigid) + through) * turns
         T = needed
         for _ in range(60):
             T = needed + np.array(self.load_motor) * np.abs(T) * turns

@@ -65,6 +65,16 @@ def test_load_friction_is_a_share_of_either_torque_on_the_drive_s_own_joint():
         np.testing.assert_allclose((done.friction - step().friction)[0], [*expected, 0.0], rtol=0, atol=1e-13)
 
 
+def test_gears_carry_the_torque_of_the_links_and_the_other_friction():
+    done = after("load_friction", ModelErrors(gear_friction=0.09))
+    plain, own = step(), slice(len(DRIVES.gain))
+    speed = plain.speed[:, own]
+    carried = plain.transmitted + plain.friction[:, own] * np.sign(speed) + plain.damping[:, own] * speed
+    assert changed(done) == {"friction"}
+    np.testing.assert_allclose((done.friction - plain.friction)[:, own], 0.09 * np.abs(carried), rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(done.friction[:, own.stop :], plain.friction[:, own.stop :])
+
+
 def test_cogging_adds_and_ripple_multiplies_waves_over_the_motor_s_position():
     done = after("cogging", ModelErrors(cogging=0.003, torque_ripple=0.02, motor_waves=430.0))
     ripple = 0.02 * np.sin(430.0 * Q + 1.0) * DRIVES.gain * (V - DRIVES.amplifier_offset)

@@ -35,6 +35,24 @@ def test_frames_3_and_4_lie_farther_out_than_drawn():
     np.testing.assert_allclose(rnea(arm, Q, DQ, ddq), drive_torque(plant, DQ, ddq), rtol=0, atol=SOLVER)
 
 
+ZEROS = (0.03, -0.02, 0.011, -0.04, 0.05, 0.007)
+
+
+def test_an_arm_with_zeros_that_are_off_is_where_its_encoders_say_less_their_error():
+    plant = nominal_plant(errors=ModelErrors(zero_error=ZEROS))
+    ddq = acceleration(plant, Q, DQ)
+    expected = rnea(pinocchio_arm(payload=False), Q - np.array(ZEROS), DQ, ddq)
+    np.testing.assert_allclose(expected, drive_torque(plant, DQ, ddq), rtol=0, atol=SOLVER)
+
+
+def test_elastic_joints_with_zeros_that_are_off_are_at_rest_where_encoders_say_less_their_error():
+    rigid = plant_model(nominal_plant(errors=ModelErrors(zero_error=ZEROS)), loaded=True, step=STEP)
+    errors = ModelErrors(zero_error=ZEROS, joint_compliance=COMPLIANCE)
+    elastic = plant_model(nominal_plant(errors=errors), loaded=True, step=STEP)
+    np.testing.assert_allclose(rigid.qpos0[:6], ZEROS, rtol=1e-12)
+    np.testing.assert_array_equal(elastic.qpos0[:6], rigid.qpos0[:6])
+
+
 @pytest.mark.parametrize("q2", [-2.2, -0.9, 0.0, 0.3, 1.4])
 def test_the_gravity_spring_has_its_published_torque(q2):
     # INRIA HuMAnS, SpringForce.c: prestress 6257.75 N, 20295 N/m, 0.06 m * 0.45 m = 0.027 m^2.
@@ -102,6 +120,7 @@ def test_plants_of_one_layout_have_models_of_one_size():
         ({"coulomb_drift": -1.5}, r"errors: coulomb_drift = -1\.5: expected -1 to 100$"),
         ({"base_tilt_x": np.inf}, r"errors: base_tilt_x = inf: expected a finite number"),
         ({"r4_error": -0.5}, r"errors: r4_error = -0\.5: expected -0\.1 to 0\.1 m$"),
+        ({"zero_error": (0.1, 0.6)}, r"errors: zero_error = \[0\.1, 0\.6\] rad: expected numbers between"),
         ({"base_tilt_x": 3.0}, r"errors: base_tilt_x = 3: expected -0\.5 to 0\.5 rad$"),
         (
             {"joint_compliance": (1e-4, 0.0)},

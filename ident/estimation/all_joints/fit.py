@@ -29,8 +29,8 @@ class AllJointsFit:
         log_influence: Derivative of each log|h| by each row's current, shape (n, r).
         theta_influence: Derivative of each shared parameter, zero for those that the rows do not show, shape (p, r).
         phi_influence: Derivative of each joint's own values, n arrays of shape (f_j, r).
-        log_belief: Change of each log|h| per deviation of everything that is believed beforehand, of log|h| and of own
-            coefficients, shape (n, beliefs).
+        log_belief: Change of each log|h| per deviation of everything that is believed beforehand, of own coefficients,
+            of log|h| and of shared parameters, shape (n, beliefs).
         theta_belief: The same of each shared parameter, shape (p, beliefs).
         phi_belief: The same of each joint's own values, n arrays of shape (f_j, beliefs).
     """
@@ -63,7 +63,7 @@ def fitted(
     first = n + p + np.cumsum([0, *f])
     sizes = [len(each.V) for each in joints]
     starts = np.cumsum([0, *sizes])
-    J = np.zeros((starts[-1] + n, first[-1]))
+    J = np.zeros((starts[-1] + n + len(prior.rows), first[-1]))
     residual, phi = np.zeros(starts[-1]), list[Array]()
     for j, each in enumerate(joints):
         rows = slice(starts[j], starts[j + 1])
@@ -75,6 +75,7 @@ def fitted(
         J[rows, first[j] : first[j + 1]] = each.F
         residual[rows] = left - each.F @ phi[j]
     J[starts[-1] + np.arange(n), np.arange(n)] = 1.0 / prior.std
+    J[starts[-1] + n :, n : n + p] = prior.rows
     solved, pseudo = factors(J, rank_tol=RANK_TOL), np.zeros((J.shape[1], J.shape[0]))
     pseudo[solved.columns] = linalg.solve_triangular(solved.R, solved.Q.T, check_finite=False)
     spread, explained = pseudo[:, : starts[-1]], solved.Q[: starts[-1]]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -24,9 +25,9 @@ RANK_TOL = 1e-10
 """Relative size of a unit column's new part under which the rows do not show a shared parameter."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Prior:
-    """What is believed of log|h| beforehand, independent joint by joint.
+    """What is believed of log|h| and of shared parameters beforehand, each independent of the others.
 
     A joint that nothing loads would run to an infinite gain; a wide prior keeps it where the search can end, and
     costs the others nothing.
@@ -34,14 +35,24 @@ class Prior:
     Attributes:
         mean: Of log|h|, shape (n,).
         std: Shape (n,).
+        shared: Deviation from zero of shared parameters, infinite for those of which nothing is believed, shape (p,).
     """
 
     mean: Array
     std: Array
+    shared: Array
 
     def off(self, s: Array) -> Array:
         """How far logarithms are from their mean, in deviations, shape (n,)."""
         return (s - self.mean) / self.std
+
+    @cached_property
+    def rows(self) -> Array:
+        """Rows of the shared parameters of which something is believed, in deviations, shape (beliefs, p)."""
+        believed = np.flatnonzero(np.isfinite(self.shared))
+        rows = np.zeros((len(believed), len(self.shared)))
+        rows[np.arange(len(believed)), believed] = 1.0 / self.shared[believed]
+        return rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,7 +74,10 @@ class Found:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Point:
-    """The model at some gains: T is what each joint's currents owe to its gain, (R, n); r the residual, (R,)."""
+    """The model at some gains: T is what each joint's currents owe to its gain, (R, n); r the residual, (R,).
+
+    Below the rows of the joints stand those of the beliefs about shared parameters.
+    """
 
     h: Array
     theta: Array
@@ -87,7 +101,7 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     sign: Array = np.sign(start)
     s: Array = np.log(np.abs(start))
     damping = 1e-3
-    point = _point(joints, sign * np.exp(s), prior.off(s))
+    point = _point(joints, sign * np.exp(s), prior.rows, prior.off(s))
     for steps in range(MOST_STEPS):
         free = point.T - point.basis @ (point.basis.T @ point.T)
         normal = free.T @ free + np.diag(prior.std**-2)
@@ -98,7 +112,7 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
             step *= min(1.0, LONGEST_STEP / max(length, 1e-300))
             if length < SMALLEST_STEP:
                 return Found(h=point.h, theta=point.theta, cost=point.cost, steps=steps)
-            tried = _point(joints, sign * np.exp(s + step), prior.off(s + step))
+            tried = _point(joints, sign * np.exp(s + step), prior.rows, prior.off(s + step))
             if tried.cost <= point.cost:
                 break
             damping *= 8.0
@@ -108,12 +122,13 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
 
 
-def _point(joints: Sequence[ReducedJoint], h: Array, off: Array) -> _Point:
+def _point(joints: Sequence[ReducedJoint], h: Array, beliefs: Array, off: Array) -> _Point:
     sizes = [len(each.V[each.inner]) for each in joints]
     starts = np.cumsum([0, *sizes])
-    B = np.vstack([hj * each.A[each.inner] for hj, each in zip(h, joints, strict=True)])
-    k = np.concatenate([hj * each.k[each.inner] for hj, each in zip(h, joints, strict=True)])
-    V = np.concatenate([each.V[each.inner] for each in joints])
+    nothing = np.zeros(len(beliefs))
+    B = np.vstack([*(hj * each.A[each.inner] for hj, each in zip(h, joints, strict=True)), beliefs])
+    k = np.concatenate([*(hj * each.k[each.inner] for hj, each in zip(h, joints, strict=True)), nothing])
+    V = np.concatenate([*(each.V[each.inner] for each in joints), nothing])
     found, theta = factors(B, rank_tol=RANK_TOL), np.zeros(B.shape[1])
     theta[found.columns] = linalg.solve_triangular(found.R, found.Q.T @ (V - k), check_finite=False)
     model = B @ theta + k

@@ -2,7 +2,9 @@
 
 load        friction in proportion to torque, always, with one belief about all joints' coefficients that the joints
 themselves give: drives of one arm are of one kind. Where a joint shows its own, the belief has no say.
-form        of the motor's torque or of the rigid one: what predicts better; the other one is a share of the interval
+form        of the motor's torque, of what its gears carry or of what comes out of them: the gains are the mean over the
+            forms, each as probable as its predictions leave it, and their differences are shares of the interval;
+            gears without a rotor before them no data tell from the motor
 cbrt        viscous friction that grows less than the speed, joint by joint
 compliance  of all joints, or of none
 """
@@ -11,10 +13,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from ident.estimation.all_joints.empirical_prior import Belief, likeliest
-from ident.estimation.all_joints.friction import Term
+from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.solution import Fitted, Setting, Terms, fit_with
 from ident.estimation.all_joints.stiffness import assumed_compliance
 from ident.estimation.all_joints.terms import (
@@ -22,6 +23,7 @@ from ident.estimation.all_joints.terms import (
     LOAD_MEAN,
     LOAD_STD,
     SPEED_TERMS,
+    STRONGEST,
     TermColumns,
     speed_terms,
     torque_terms,
@@ -38,7 +40,7 @@ has a gain. 2.9, which Bonferroni's inequality asks for of twelve, changes no er
 grows with load, and loses two cube roots of a real arm, whose deviations then grow by a tenth.
 """
 LEAST_DOUBT = 0.05
-"""Probability of the other form of load friction that no prediction takes away: neither is the truth."""
+"""Probability of another form of load friction that no prediction takes away: none is the truth."""
 FIRST_ORDER = 0.15
 """Part of a correction for compliance that may be wrong: its column is of first order, and a rotor's inertia that is
 regrouped into its link's moves with the link (`docs/derivations.md`)."""
@@ -54,11 +56,13 @@ class AlternativeModel:
 
     Attributes:
         share: That part.
+        shift: Part of the difference by which what was found moves towards it.
         other: The fit of the rival.
         final: What it is compared with.
     """
 
     share: float
+    shift: float = 0.0
     other: Fitted
     final: Fitted
 
@@ -74,6 +78,8 @@ class Selected:
         softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
             (r_j,); a model of yielding ones has it among its columns.
         stiff: The same model without yielding joints, where data chose these; None where they did not.
+        gears: Half of what each log|h| changes by if load friction is of what gears carry instead of the motor's torque
+            where no data tell the two apart, shape (n,); None where nothing is believed of friction.
     """
 
     final: Fitted
@@ -81,12 +87,19 @@ class Selected:
     rivals: tuple[AlternativeModel, ...] = ()
     softened: tuple[Array, ...] = ()
     stiff: Fitted | None = None
+    gears: Array | None = None
 
     @property
     def model(self) -> Array:
-        """Relative change of each gain to the rivals, in deviations, shape (n, rivals)."""
-        nothing = np.zeros((len(self.final.own), 0))
-        return np.column_stack([nothing, *(each.share * _log_ratio(each.other, each.final) for each in self.rivals)])
+        """Relative change of each gain to the rivals, in deviations, one column each, shape (n, m)."""
+        gears = np.zeros((len(self.final.own), 0)) if self.gears is None else self.gears
+        return np.column_stack([gears, *(each.share * _log_ratio(each.other, each.final) for each in self.rivals)])
+
+    @property
+    def log(self) -> Array:
+        """Change of each log|h| to the mean over the rivals, shape (n,)."""
+        start = np.zeros(len(self.final.own)) if self.gears is None else self.gears
+        return sum((each.shift * _log_ratio(each.other, each.final) for each in self.rivals), start)
 
 
 ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
@@ -110,10 +123,9 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
     chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
     loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
-    form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
-    best, second = loads[form].tried, loads[other].tried
-    doubt = max(LEAST_DOUBT, float(scipy.stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
-    rivals = [AlternativeModel(share=float(np.sqrt(doubt * (1.0 - doubt))), other=second.fitted, final=best.fitted)]
+    form, *others = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
+    best = loads[form].tried
+    rivals = _averaged(best, [loads[other].tried for other in others])
     if yields:
         rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
     remarks = [_load_note(form, loads[form].belief)]
@@ -130,6 +142,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
         rivals=tuple(rivals),
         remarks=tuple(remarks),
         softened=tuple(each @ compliance for each in first.softened),
+        gears=np.array([_to_gears(*each) for each in zip(best.fitted.own, best.fitted.fit.phi, strict=True)]),
         stiff=fit_with(ready, loads[form].terms, (), best.fitted) if yields and not yielding else None,
     )
 
@@ -140,6 +153,32 @@ def _load_note(form: str, belief: Belief) -> str:
         allowed = f"{np.hypot(mean, spread):.2g} % of {LOAD_FORMS[form]}"
         return f"no load-dependent friction detected (the intervals allow {allowed})"
     return f"load-dependent friction: {mean:.2g} % of {LOAD_FORMS[form]}, varying by {spread:.2g} % between joints"
+
+
+def _to_gears(own: OwnColumns, phi: Array) -> float:
+    """Half of what a joint's log|h| changes by if its load friction goes with the torque that its gears carry.
+
+    With x the current for links and other friction, and s the sign of x dq, friction c |V| of the motor's torque asks
+    for V = x / (1 - c s) = x (1 + c s) / (1 - c^2), friction c |x| of gears without a rotor before them for
+    V = x (1 + c s): the same currents of gains that differ by 1 - c^2.
+    """
+    c = float(phi[own.names.index("load-motor")]) if "load-motor" in own.names else 0.0
+    return -0.5 * float(np.log1p(-min(c * c, STRONGEST**2)))
+
+
+def _averaged(best: "_Tried", others: Sequence["_Tried"]) -> list[AlternativeModel]:
+    """Other models beside the best, each as probable as held-out predictions leave it, and never less than a little.
+
+    The difference of log predictive densities counts with its own deviation, s: odds of d are those of the logistic
+    function's mean over N(d, s^2) (Yao et al. 2018, pseudo-BMA+; the mean by MacKay 1992).
+    """
+    joints = range(len(best.fitted.own))
+    odds = np.array([max(LEAST_DOUBT / (1.0 - LEAST_DOUBT), best.odds_of(other, joints)) for other in others])
+    chances = odds / (1.0 + odds.sum())
+    return [
+        AlternativeModel(share=float(np.sqrt(p * (1.0 - p))), shift=float(p), other=other.fitted, final=best.fitted)
+        for p, other in zip(chances, others, strict=True)
+    ]
 
 
 def _bent(
@@ -164,11 +203,21 @@ class _Tried:
 
     def surer_than(self, other: "_Tried", joints: Sequence[int]) -> float:
         """By how many standard errors this fit predicts stretches that were left out better than another one."""
+        gain = self._gain_over(other, joints)
+        return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
+
+    def odds_of(self, other: "_Tried", joints: Sequence[int]) -> float:
+        """Odds of another fit against this one by their predictions of stretches that were left out."""
+        gain = 0.5 * self._gain_over(other, joints)
+        variance = len(gain) * gain.var(ddof=1)
+        return float(np.exp(-gain.sum() / np.sqrt(1.0 + np.pi * variance / 8.0)))
+
+    def _gain_over(self, other: "_Tried", joints: Sequence[int]) -> Array:
+        """Squares that another fit leaves beyond this one's, in units of its weights, by stretch, (stretches,)."""
         rows, before = self.fitted.fit.rows, other.fitted.fit.rows
         first = np.unique(rows.joint, return_index=True)[1]
         same = (before.weight / rows.weight)[first] ** 2
-        gain = (other.squares - same * self.squares)[:, list(joints)].sum(axis=1)
-        return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
+        return (other.squares - same * self.squares)[:, list(joints)].sum(axis=1)
 
 
 def _tried(fitted: Fitted) -> _Tried:

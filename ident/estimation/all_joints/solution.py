@@ -49,6 +49,8 @@ class Setting:
         per_motion: Whether viscous and Coulomb friction differ between motions.
         prior_std: Deviation of log|h| that is allowed around the start.
         given: Gains that are known beforehand.
+        shared_std: Deviation from zero of each shared column's coefficient, infinite for those of which nothing is
+            believed, shape (p,).
     """
 
     problem: Problem
@@ -57,6 +59,7 @@ class Setting:
     per_motion: bool
     prior_std: float
     given: tuple[GivenGain, ...] = ()
+    shared_std: Array
 
     @property
     def n(self) -> int:
@@ -93,14 +96,21 @@ def setting(problem: Problem, *, per_motion: bool, prior_std: float, given: Sequ
             "no motion carries a payload of known mass, so only ratios of gains are identifiable; mount "
             "one, or give one gain (options gain_joint and gain_value)"
         )
+    columns = joint_columns(problem, shared)
     return Setting(
         problem=problem,
         shared=shared,
-        columns=joint_columns(problem, shared),
+        columns=columns,
+        shared_std=np.full(columns[0].shared.shape[1], np.inf),
         per_motion=per_motion,
         prior_std=prior_std,
         given=tuple(given),
     )
+
+
+def widened(columns: Sequence[JointColumns], more: Sequence[Array]) -> tuple[JointColumns, ...]:
+    """Rows of every joint with further shared columns, n arrays of shape (r_j, m)."""
+    return tuple(replace(each, shared=np.hstack((each.shared, new))) for each, new in zip(columns, more, strict=True))
 
 
 def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fitted | None) -> Fitted:
@@ -116,11 +126,7 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
         TooFewRows: If a joint has fewer rows than unknowns.
         NotConverged: If no end is found.
     """
-    columns = ready.columns
-    if softened:
-        columns = tuple(
-            replace(each, shared=np.hstack((each.shared, soft))) for each, soft in zip(columns, softened, strict=True)
-        )
+    columns = widened(ready.columns, softened) if softened else ready.columns
     own = tuple(
         own_columns(each, dict(more), per_motion=ready.per_motion) for each, more in zip(columns, terms, strict=True)
     )
@@ -130,8 +136,11 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     std = np.full(ready.n, ready.prior_std)
     std[list(given)] = GIVEN_STD
 
+    shared_std = np.full(columns[0].shared.shape[1], np.inf)
+    shared_std[: len(ready.shared_std)] = ready.shared_std
+
     def around(h: Array) -> Prior:
-        return Prior(mean=np.log(np.abs(h)), std=std)
+        return Prior(mean=np.log(np.abs(h)), std=std, shared=shared_std)
 
     first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
     prior = around(first.h)

@@ -10,11 +10,14 @@ from ident.estimation.all_joints.displacement import States, displaced_torques
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
+from ident.model.parameters import STANDARD
 from ident.model.structure import Structure
 from ident.support.arrays import Array, Indices
 
 TORQUE_RATE = 8.0
 """Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
+ROTOR_SHARE = 0.5
+"""Share of a rotor in a joint's inertia where the two cannot be told apart, assumed: gears match rotor and load."""
 STATES = 16
 """Positions along a motion that inertia is a mean over."""
 
@@ -51,17 +54,9 @@ def torques(
         theta: Their values, shape (p,).
         compliance: Whether `softened` is wanted; else it is empty.
     """
-    behind, structure = motion.observation.full_rate, problem.structure
-    assert behind is not None, "an observation of a recording has its full rate"
-    chi = np.zeros(structure.base.regrouping.shape[1])
-    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
-    for mounted, values in zip(problem.payloads, shared.payload_values(theta), strict=True):
-        if motion.payload is mounted:
-            chi[structure.payload_columns] += values
-    stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
-    t = np.arange(len(behind.q)) * behind.period
-    at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
-    states = States(behind.q[at], behind.dq[at], behind.ddq[at])
+    structure = problem.structure
+    chi = fitted_parameters(problem, motion, shared, theta)
+    t, at, states = sampled_states(motion)
     torque = inverse_dynamics(structure.arm, chi, states.q, states.dq, states.ddq)
     rigid = scipy.interpolate.CubicSpline(t[at], torque)(t)
     if not compliance:
@@ -75,6 +70,37 @@ def torques(
     softened = displaced_torques(structure.arm, chi - rotors, states, behind_motor)
     inertia = np.mean(inertia_matrices(structure.arm, chi - rotors, states.q) ** 2, axis=0)
     return Torques(rigid, scipy.interpolate.CubicSpline(t[at], softened)(t), inertia)
+
+
+def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Array:
+    """Standard parameters of the fitted arm with what a motion carries, own friction and offsets left out.
+
+    Args:
+        problem: Motions and payloads.
+        motion: One of them.
+        shared: Which parameters joints share.
+        theta: Their values, shape (p,).
+
+    Returns:
+        Names as in `parameters.labels`, shape (14 n + 3 c,).
+    """
+    structure = problem.structure
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+    for mounted, values in zip(problem.payloads, shared.payload_values(theta), strict=True):
+        if motion.payload is mounted:
+            chi[structure.payload_columns] += values
+    return chi
+
+
+def sampled_states(motion: ObservedMotion) -> tuple[Array, Indices, States]:
+    """Times of a motion at full rate [s], shape (N,); those at which torques are evaluated, and the states there."""
+    behind = motion.observation.full_rate
+    assert behind is not None, "an observation of a recording has its full rate"
+    stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
+    t = behind.period * np.arange(len(behind.q), dtype=np.float64)
+    at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
+    return t, at, States(behind.q[at], behind.dq[at], behind.ddq[at])
 
 
 def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
@@ -93,6 +119,25 @@ def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
     states = np.repeat(q, arm.n + 1, axis=0)
     torque = inverse_dynamics(arm, chi, states, np.zeros_like(states), ddq).reshape(STATES, arm.n + 1, arm.n)
     return (torque[:, 1:] - torque[:, :1]).swapaxes(1, 2)
+
+
+def rotor_inertia(problem: Problem, shared: SharedParameters, theta: Array, *, least: float = 0.0) -> Array:
+    """Inertia of each rotor on the joint's side [kg m^2] or [kg], as found or, not told from links, as assumed, (n,).
+
+    Args:
+        problem: Motions from recordings.
+        shared: Which parameters joints share.
+        theta: Their values, shape (p,).
+        least: Share of a rotor in its joint's inertia below which one that is found counts as an error of the fit.
+    """
+    structure, behind = problem.structure, problem.motions[0].observation.full_rate
+    assert behind is not None, "asked of recordings only"
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+    whole = np.mean(np.einsum("sjj->sj", inertia_matrices(structure.arm, chi, behind.q)), axis=0)
+    places = len(STANDARD) * np.arange(structure.arm.n) + STANDARD.index("Ia")
+    told = np.isin(places, _rotors(structure))
+    return np.where(told, np.maximum(chi[places], least * whole), ROTOR_SHARE * whole)
 
 
 def _rotors(structure: Structure) -> Indices:

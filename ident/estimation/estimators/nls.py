@@ -9,12 +9,12 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
-import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.estimation.all_joints.body import BODIES
 from ident.estimation.all_joints.friction import Term
 from ident.estimation.all_joints.loss import LOSSES, Tame, drawn_in, settled
+from ident.estimation.all_joints.misplaced import with_misplaced
 from ident.estimation.all_joints.selection import Selected, selected
 from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting, solution
 from ident.estimation.all_joints.terms import LOAD_FORMS, SPEED_TERMS, speed_terms, torque_terms
@@ -33,17 +33,21 @@ FRICTIONS: dict[str, tuple[str, ...]] = {
     "cbrt": ("cbrt",),
     "load": ("load",),
     "load-motor": ("load-motor",),
+    "load-through": ("load-through",),
     "load+cbrt": ("load", "cbrt"),
     "load-motor+cbrt": ("load-motor", "cbrt"),
+    "load-through+cbrt": ("load-through", "cbrt"),
     "by-direction": ("by-direction",),
     "load+by-direction": ("load", "by-direction"),
     "load-motor+by-direction": ("load-motor", "by-direction"),
+    "load-through+by-direction": ("load-through", "by-direction"),
 }
 """Further friction terms of every joint by name.
 
 `auto`: what data choose, joint by joint; `cbrt`: the cube root of the velocity; `by-direction`: its absolute value, so
 that viscous friction differs between directions; `load`: |torque of links and payload| sign(dq); `load-motor`: |motor
-torque| sign(dq). Of what is named no coefficient has a belief; `auto` holds one about load friction.
+torque| sign(dq); `load-through`: |torque of links, payload and other friction| sign(dq). Of what is named no
+coefficient has a belief; `auto` holds one about load friction.
 """
 
 
@@ -56,6 +60,9 @@ class AllJointsOptions:
         friction_per_motion: Whether viscous and Coulomb friction differ between motions.
         compliance: Whether joints yield, one compliance each; if not, with `friction = "auto"`, data decide.
         payload_body: Whether unknown parameters of a payload may be anything, or only those that a body can have.
+        zero_std: Deviation of the joints' zeros [deg, of slides mm], which data correct where they are better; 0 if the
+            zeros are right. Arms are zeroed to 0.02 to 0.5 degrees; the default is that of a calibrated one (assumed).
+        tilt_std: Deviation of the base's tilt about its x and y axes [deg], likewise. The default is 2 mm in a metre.
         loss: What residuals count: their squares, or by Student's distribution, which bears gross outliers.
         prior_std: Deviation of log|1/g| that is allowed around the start: keeps a joint finite that nothing loads.
         gain_joint: Joint, from 1, whose gain is known: with it no payload is needed.
@@ -66,6 +73,8 @@ class AllJointsOptions:
     friction_per_motion: bool = True
     compliance: bool = False
     payload_body: str = field(default="free", metadata={NAMES: BODIES})
+    zero_std: Annotated[float, Interval(ge=0.0, le=45.0), Unit("deg")] = 0.1
+    tilt_std: Annotated[float, Interval(ge=0.0, le=45.0), Unit("deg")] = 0.1
     loss: str = field(default="squares", metadata={NAMES: LOSSES})
     prior_std: Annotated[float, Interval(gt=0.0, le=100.0)] = 1.0
     gain_joint: int | None = None
@@ -110,9 +119,9 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     )
     chosen = chosen_model(ready, options)
     moved = BODIES[options.payload_body](ready, chosen.final)
-    found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
+    found = solution(ready, chosen.final, chosen.model, moved.log + chosen.log, chosen.softened)
     if chosen.stiff is not None:
-        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
+        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], chosen.log))
     estimate = judge_identifiability(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
@@ -120,6 +129,8 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
 def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
     """The model of a problem that the options name, or that they let data choose, fitted."""
     tame = LOSSES[options.loss]
+    if all(motion.observation.full_rate is not None for motion in ready.problem.motions):
+        ready = with_misplaced(ready, zero_deg=options.zero_std, tilt_deg=options.tilt_std)
     return _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
 
 

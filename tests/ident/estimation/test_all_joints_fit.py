@@ -13,7 +13,7 @@ from ident.estimation.all_joints.fit import AllJointsFit, fitted
 from ident.estimation.all_joints.friction import OwnColumns, Term, own_columns
 from ident.estimation.all_joints.reduction import own_sigma, reduced_joint
 from ident.estimation.all_joints.search import Prior, search
-from ident.estimation.all_joints.solution import fit_with, setting, solution
+from ident.estimation.all_joints.solution import fit_with, setting, solution, widened
 from ident.estimation.problem import Problem
 from ident.model.arm import arm_from_pinocchio
 from ident.model.structure import Structure, structure_of
@@ -51,6 +51,10 @@ class Case:
         return fitted(self.columns, self.own, joints, search(joints, 1.0 / TRUE, self.prior), self.prior, 0.05)
 
 
+BELIEVED_STD = 7e-4
+"""Deviation of the coefficient of a shared column, about that which data leave."""
+
+
 @pytest.fixture(scope="module")
 def small() -> Structure:
     return structure_of(arm_from_pinocchio(random_arm(np.random.default_rng(4), N, prismatic=0.0)))
@@ -63,7 +67,7 @@ def heavy(payload) -> Payload:
 
 
 def case(small: Structure, heavy: Payload, noise: float, *, pull: float = 1.0) -> Case:
-    """Beliefs that are off by some 15 and 30 deviations, times `pull`."""
+    """Beliefs that are off by some 15 and 30 deviations, times `pull`; one shared column is believed to be small."""
     rng = np.random.default_rng(11)
     chi = rng.uniform(0.5, 2.0, 14 * N)
     motions = [(chi, None, None), (chi, heavy, heavy), (chi, heavy, replace(heavy, known="mass"))]
@@ -72,7 +76,9 @@ def case(small: Structure, heavy: Payload, noise: float, *, pull: float = 1.0) -
     columns = joint_columns(problem, shared)
     bent = [Term(np.cbrt(each.own["Fv"]), mean=0.3 * pull, std=0.02) for each in columns]
     own = tuple(own_columns(each, {"cbrt": term}, per_motion=True) for each, term in zip(columns, bent, strict=True))
-    prior = Prior(mean=np.log((1.0 + 0.07 * pull) / np.abs(TRUE)), std=np.array([0.03, 0.4, 0.002]))
+    shared_std = np.append(np.full(columns[0].shared.shape[1], np.inf), BELIEVED_STD)
+    columns = widened(columns, [rng.normal(size=(len(each.V), 1)) for each in columns])
+    prior = Prior(mean=np.log((1.0 + 0.07 * pull) / np.abs(TRUE)), std=np.array([0.03, 0.4, 0.002]), shared=shared_std)
     return Case(problem, columns, own, prior)
 
 
@@ -112,9 +118,10 @@ def whole(given: Case, sigma: list[float], seed: int) -> Whole:
             else:
                 found += [(each.V - h[j] * torque - own.F @ phi) / sigma[j]]
                 found += [((own.mean - phi) / own.std)[own.believed]]
+        small = np.where(np.arange(len(x)) == N + p - 1, -1.0 / BELIEVED_STD, 0.0)
         if jacobian:
-            return np.vstack([*found, np.hstack((np.diag(-1.0 / given.prior.std), np.zeros((N, len(x) - N))))])
-        return np.concatenate([*found, (given.prior.mean - x[:N]) / given.prior.std])
+            return np.vstack([*found, np.hstack((np.diag(-1.0 / given.prior.std), np.zeros((N, len(x) - N)))), small])
+        return np.concatenate([*found, (given.prior.mean - x[:N]) / given.prior.std, [small @ x]])
 
     x0 = np.random.default_rng(seed).normal(size=at[-1]) * 0.3
     x0[:N] -= np.log(np.abs(TRUE))
@@ -204,7 +211,7 @@ def test_influence_and_what_unknowns_explain_are_those_of_the_whole_jacobian(sma
     close(fit.log_influence, pseudo[:N, current] * weight)
     for j, influence in enumerate(fit.phi_influence):
         close(influence, pseudo[at[j] : at[j + 1], current] * weight)
-    close(fit.log_belief, pseudo[:N, [*belief, *range(len(best.J) - N, len(best.J))]])
+    close(fit.log_belief, pseudo[:N, [*belief, *range(len(best.J) - N - 1, len(best.J))]])
     close(fit.rows.explained @ fit.rows.explained.T, H[np.ix_(current, current)])
     for j in range(N):
         own = fit.rows.of(j)
@@ -233,7 +240,7 @@ def test_the_influence_of_a_row_is_a_finite_difference(small, heavy, steady, joi
 def test_what_is_believed_moves_the_gains_by_its_deviations(small, heavy, steady):
     given = case(small, heavy, 1e-4, pull=1e-3)
     fit, step = given.fit(), 0.1  # the search ends at steps of 1e-11, the least change looked for here is 1e-8
-    assert fit.log_belief.shape == (N, 2 * N)  # a further column and a logarithm a joint
+    assert fit.log_belief.shape == (N, 2 * N + 1)  # a further column and a logarithm a joint, and a shared column
     for j in range(N):
         ends = [given.believing(j, by).fit().found.h for by in (-step, step)]
         slope = np.log(ends[1] / ends[0]) / (2.0 * step)
@@ -263,7 +270,7 @@ def test_random_starts_reach_the_same_minimum_on_six_joints(structure, payload):
     ready = setting(problem, per_motion=True, prior_std=1.0)
     own = [own_columns(each, {}, per_motion=True) for each in ready.columns]
     joints = [reduced_joint(each, F) for each, F in zip(ready.columns, own, strict=True)]
-    prior = Prior(mean=-np.log(np.abs(GAIN)), std=np.ones(6))
+    prior = Prior(mean=-np.log(np.abs(GAIN)), std=np.ones(6), shared=ready.shared_std)
     ends = [search(joints, np.exp(rng.normal(0.0, 1.5, 6)) / GAIN, prior) for _ in range(4)]
     for found in ends[1:]:
         np.testing.assert_allclose(found.h, ends[0].h, rtol=1e-9)

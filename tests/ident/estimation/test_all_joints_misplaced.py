@@ -1,0 +1,122 @@
+"""Zeros that are off and a tilted base, on recordings of a three-axis arm with known drives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import real_friction
+from known_logs import BRICK, arm_of
+from real_friction import GAIN, Truth, real_logs, three_axes
+
+from ident.estimation.all_joints.misplaced import misplaced, with_misplaced
+from ident.estimation.all_joints.solution import fit_with, setting
+from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.gain_options import GainOptions
+from ident.estimation.problem import ObservedMotion, Problem
+from ident.model.structure import Structure, structure_of
+from ident.observation.observation import ObserveOptions, observe
+from ident.recordings.recording import Recording
+
+N = 3
+PAYLOADS = (None, BRICK)
+ZEROS = np.array([0.02, -0.011, 0.017])  # of joint 1, whose axis is vertical, no log tells
+TILT = (0.013, -0.008)
+
+
+@pytest.fixture(scope="module")
+def axes() -> Structure:
+    return structure_of(arm_of(three_axes()))
+
+
+def problem_of(axes: Structure, logs: list[Recording]) -> Problem:
+    motions = (
+        ObservedMotion(observe(log, axes, ObserveOptions()), each) for log, each in zip(logs, PAYLOADS, strict=True)
+    )
+    return Problem(axes, tuple(motions), GainOptions(max_rel_std=10.0))
+
+
+def logs_of(zeros: np.ndarray, noise: float = 1e-3) -> list[Recording]:
+    logs = real_logs(Truth(), PAYLOADS, np.random.default_rng(5), noise=noise)
+    return [replace(log, q=log.q + zeros) for log in logs]
+
+
+def tilted_arm() -> pin.Model:
+    """The arm on a base that is turned about its x axis and then about its own y axis."""
+    model = three_axes()
+    base = pin.utils.rotate("x", TILT[0]) @ pin.utils.rotate("y", TILT[1])
+    model.gravity.linear = base.T @ model.gravity.linear
+    return model
+
+
+def found(problem: Problem, **known: float) -> tuple[np.ndarray, np.ndarray]:
+    """What is found of the zeros and the tilt, and the deviations of that."""
+    ready = with_misplaced(setting(problem, per_motion=True, prior_std=1.0), **known)
+    fit = fit_with(ready, [{}] * N, (), None).fit
+    unsure = np.isfinite(ready.shared_std)
+    return fit.found.theta[unsure], np.linalg.norm(fit.theta_belief[unsure], axis=1)
+
+
+def off(problem: Problem, **options) -> np.ndarray:
+    """Relative errors of the gains of joints 2 and 3; the load hardly tells that of joint 1."""
+    estimate = all_joints_gains(problem, AllJointsOptions(friction="viscous-coulomb", **options))
+    return (1.0 / estimate.solution.inverse / GAIN - 1.0)[1:]
+
+
+def test_columns_of_zeros_are_what_the_torques_change_by(axes):
+    logs, h = logs_of(np.zeros(N)), 1e-4
+    problem = problem_of(axes, logs)
+    ready = setting(problem, per_motion=True, prior_std=1.0)
+    theta = fit_with(ready, [{}] * N, (), None).fit.found.theta
+    columns = misplaced(problem, ready.shared, theta)
+    for k in range(N):
+        ends = []
+        for by in (-h, h):  # an encoder that reads h too much: the joint is at q - h
+            moved = [replace(log, q=log.q - by * (np.arange(N) == k)) for log in logs]
+            shifted = setting(problem_of(axes, moved), per_motion=True, prior_std=1.0)
+            ends.append([each.shared @ theta + each.known for each in shifted.columns])
+        for j in range(N):
+            slope = (ends[1][j] - ends[0][j]) / (2.0 * h)
+            # Splines between the instants that torques are taken at, and a mask of reversals that sees rounded speeds.
+            np.testing.assert_allclose(columns[j][:, k], slope, rtol=0, atol=2e-3 * max(np.abs(slope).max(), 1e-3))
+
+
+def test_zeros_that_are_off_are_found_with_their_sign(axes):
+    value, _ = found(problem_of(axes, logs_of(ZEROS)), zero_deg=2.0, tilt_deg=0.0)
+    np.testing.assert_allclose(value[1:], ZEROS[1:], atol=1.5e-3)
+    assert abs(value[0]) < 1e-3  # of which nothing is seen
+
+
+def test_the_tilt_of_the_base_is_found_about_either_axis(axes, monkeypatch):
+    monkeypatch.setattr(real_friction, "three_axes", tilted_arm)
+    value, _ = found(problem_of(axes, logs_of(np.zeros(N), noise=1e-4)), zero_deg=0.0, tilt_deg=2.0)
+    np.testing.assert_allclose(value, TILT, atol=1e-3)
+
+
+def test_a_belief_that_is_surer_than_the_data_is_kept(axes):
+    value, share = found(problem_of(axes, logs_of(ZEROS, noise=0.05)), zero_deg=1e-3, tilt_deg=2e-3)
+    believed = np.radians(np.array([1e-3] * N + [2e-3] * 2))
+    assert (np.abs(value) < 0.2 * believed).all()
+    np.testing.assert_allclose(share, believed, rtol=1e-2)
+
+
+def test_gains_are_right_where_zeros_are_unknown_and_off_where_they_are_taken_for_right(axes):
+    problem = problem_of(axes, logs_of(ZEROS))
+    taken, unknown = (np.abs(off(problem, zero_std=each, tilt_std=0.0)) for each in (0.0, 1.0))
+    assert taken.max() > 4e-3
+    assert (unknown < 1.5e-3).all()
+    assert unknown.max() < 0.3 * taken.max()
+
+
+def test_a_belief_about_the_zeros_is_a_share_of_the_interval(axes):
+    problem = problem_of(axes, logs_of(np.zeros(N), noise=0.05))
+    options = AllJointsOptions(friction="viscous-coulomb", zero_std=0.0, tilt_std=0.0)
+    sure = all_joints_gains(problem, options).solution
+    unsure = all_joints_gains(problem, replace(options, zero_std=0.3)).solution
+    shares = [np.linalg.norm(each.model, axis=1)[1:] for each in (sure, unsure)]
+    assert (shares[1] > 3.0 * shares[0]).all()
+
+
+def test_zeros_and_a_base_that_are_right_add_nothing(axes):
+    ready = setting(problem_of(axes, logs_of(np.zeros(N))), per_motion=True, prior_std=1.0)
+    assert with_misplaced(ready, zero_deg=0.0, tilt_deg=0.0) is ready

@@ -11,9 +11,8 @@ from ident.model.structure import Structure, structure_of
 from ident.payload.payload import Payload
 from scenarios.design.excitation import EXCESS, Design, Problem, arm_model
 from scenarios.design.limits import Limits, robot_limits
-from scenarios.design.prediction import joint_by_joint
-from scenarios.design.rows import carried
 from scenarios.design.search import STEP, Series, judge_here, random_point, search
+from scenarios.prediction.deviations import carried, joint_by_joint
 from sim.errors import TrajectoryError
 from sim.plant import Plant
 from sim.robot_files import read_robot
@@ -112,7 +111,7 @@ def test_joints_that_nobody_wants_do_not_count(plant, structure):
 
 def test_the_largest_scale_just_keeps_range_velocity_and_acceleration(design, plant):
     path, limits = motion(), robot_limits(plant)
-    scale = design.largest_scale(path)
+    scale = limits.largest_scale(path)
     larger = FourierTrajectory(path.center, scale[:, None] * path.sine, scale[:, None] * path.cosine, path.duration)
     q, dq, ddq = design.rows(larger, 50.0).motion
     room = 0.9 * np.minimum(limits.upper - path.center, path.center - limits.lower)

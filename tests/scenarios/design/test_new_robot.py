@@ -226,7 +226,7 @@ def test_advice_after_a_search_that_found_nothing_is_followed_literally(tmp_path
     words = ["new-robot", str(path), "--out", str(tmp_path / "mine"), "--jobs", "1", "--evaluations", "1"]
     assert main(words) == Status.BAD_INPUT
     error = capsys.readouterr().err
-    assert "none of 3 searches found a motion within the limits: none of the " in error
+    assert "3 searches for a motion failed: no motion found can be scaled to the robot's limits" in error
     assert "even scaled to 91 %, the motion " in error
     advised = re.search(r"try more motions, (--evaluations \d+)", error)
     assert advised is not None

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from ident.diagnosis.diagnose import horizon
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import RefusedGain
+from ident.numerics.normal import normal_cdf
 from ident.support.arrays import Array, Indices
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import setup_of
@@ -67,7 +67,7 @@ class PredictedBudget:
         both = self.together
         std = np.maximum(both.std, 1e-300)
         upper, lower = (self.tolerance - both.bias) / std, (-self.tolerance - both.bias) / std
-        return stats.norm.cdf(upper) - stats.norm.cdf(lower)
+        return np.array([normal_cdf(a) - normal_cdf(b) for a, b in zip(upper.tolist(), lower.tolist(), strict=True)])
 
 
 def predicted_budget(scenario: Scenario) -> PredictedBudget:

@@ -10,8 +10,8 @@ identification does it. What it adds to speeds and to gravity is less than a hun
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import signal
 
+from ident.numerics.filters import filtered
 from ident.numerics.signals import smooth_motion
 from ident.support.arrays import Array
 from scenarios.prediction.expected import Expected
@@ -50,8 +50,10 @@ def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
     if noise.shared:
         total = total.sum(axis=2, keepdims=True)
     if noise.sos is not None:  # backwards in time: what a number does to all later samples
-        tail = np.zeros((len(total), len(total[0]), total.shape[2]))
-        total = signal.sosfilt(noise.sos, np.concatenate((total[:, ::-1], tail), axis=1), axis=1)
+        k, samples, n = total.shape
+        backwards = total[:, ::-1].transpose(1, 0, 2).reshape(samples, k * n)
+        settled = filtered(noise.sos, np.concatenate((backwards, np.zeros_like(backwards))))
+        total = settled.reshape(2 * samples, k, n).transpose(1, 0, 2)
     return np.sum(total**2, axis=(1, 2))
 
 

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from ident.estimation.all_joints.empirical_prior import Belief, likeliest
 from ident.estimation.all_joints.friction import Term
@@ -28,6 +27,7 @@ from ident.estimation.all_joints.terms import (
 )
 from ident.estimation.uncertainty.jackknife import left_out
 from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
+from ident.numerics.normal import normal_cdf
 from ident.support.arrays import Array
 
 BETTER = 2.0
@@ -112,7 +112,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
     form, other = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
     best, second = loads[form].tried, loads[other].tried
-    doubt = max(LEAST_DOUBT, float(scipy.stats.norm.cdf(-best.surer_than(second, range(ready.n)))))
+    doubt = max(LEAST_DOUBT, normal_cdf(-best.surer_than(second, range(ready.n))))
     rivals = [AlternativeModel(share=float(np.sqrt(doubt * (1.0 - doubt))), other=second.fitted, final=best.fitted)]
     if yields:
         rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))

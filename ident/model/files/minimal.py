@@ -1,8 +1,9 @@
 """What Pinocchio is given of a robot model: links and joints, every number checked, nothing else."""
 
 from dataclasses import dataclass
-from xml.sax.saxutils import quoteattr
 
+ESCAPED = str.maketrans({each: f"&#{ord(each)};" for each in "&<>\"\n\r\t"})
+"""What stands for characters that an attribute cannot hold; `xml.sax.saxutils` has it, and imports a web client."""
 EARTH = (0.0, 0.0, -9.81)
 """Gravity of a model that states none [m/s^2]."""
 
@@ -24,5 +25,5 @@ class MinimalModel:
 
 def tag(name: str, attributes: dict[str, str], *inside: str) -> str:
     """An XML element as text."""
-    start = " ".join((name, *(f"{key}={quoteattr(value)}" for key, value in attributes.items())))
+    start = " ".join((name, *(f'{key}="{value.translate(ESCAPED)}"' for key, value in attributes.items())))
     return f"<{start}>{''.join(inside)}</{name}>" if inside else f"<{start}/>"

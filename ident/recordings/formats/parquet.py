@@ -113,6 +113,8 @@ def _numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
     if pa.types.is_timestamp(kind):
         return seconds(column)
     try:
+        if column.type == pa.float64():
+            return floats(column)  # a cast imports what computes in tables, a tenth of the time of a command
         exact = not pa.types.is_integer(column.type)  # nanoseconds since 1970 are whole numbers beyond float64's
         return floats(column.cast(pa.float64(), safe=exact))
     except pa.ArrowException as error:

@@ -9,9 +9,8 @@ from ident.arm_parameters.links import ModelLinks
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
 from ident.support.naming import one_line
-from sim.compile import compiler_reason
 from sim.errors import ModelFileError
-from sim.model_spec import lean_spec
+from sim.model_spec import compiler_reason, lean_spec
 from sim.silenced_mujoco import silenced
 
 

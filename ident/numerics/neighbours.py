@@ -15,8 +15,12 @@ def running_median(x: Array, reach: int) -> Array:
     Returns:
         Shape (N,).
     """
-    near = np.lib.stride_tricks.sliding_window_view(np.pad(x, reach, mode="edge"), 2 * reach + 1)
-    return np.partition(near, reach, axis=1)[:, reach]
+    padded = np.pad(x, reach, mode="edge")
+    near = [padded[k : k + len(x)] for k in range(2 * reach + 1)]
+    for last in range(2 * reach, reach - 1, -1):  # the largest of the first last + 1 moves to their end
+        for k in range(last):
+            near[k], near[k + 1] = np.minimum(near[k], near[k + 1]), np.maximum(near[k], near[k + 1])
+    return near[reach]
 
 
 def widened(marked: Mask, reach: int) -> Mask:

@@ -13,6 +13,7 @@ from ident.recordings.formats.columns import OURS, Chosen, Request
 from ident.recordings.formats.conversion import converted
 from ident.recordings.formats.description import LogDescription
 from ident.recordings.formats.notes import notes_of
+from ident.recordings.formats.parquet import arrow_array
 from ident.recordings.formats.resolution import Resolved, resolved
 from ident.recordings.formats.units import ISO
 from ident.recordings.recording import Recording
@@ -138,7 +139,7 @@ def write_recording(recording: Recording, path: str | Path, *, signal: str = "")
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        table = pa.table(dict(zip(names, columns.T, strict=True)), metadata={"v": signal} if signal else None)
+        table = pa.table([*map(arrow_array, columns.T)], names=names, metadata={"v": signal} if signal else None)
         pq.write_table(table, path)
     else:
         head = f"# v: {signal}\n" if signal else ""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-ESCAPED = str.maketrans({each: f"&#{ord(each)};" for each in "&<>\"\n\r\t"})
+ESCAPED = str.maketrans({each: f"&#{ord(each)};" for each in '&<>"\n\r\t'})
 """What stands for characters that an attribute cannot hold; `xml.sax.saxutils` has it, and imports a web client."""
 EARTH = (0.0, 0.0, -9.81)
 """Gravity of a model that states none [m/s^2]."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ident.recordings.formats.columns import MOST_COLUMNS, MOST_VALUES, OURS, Columns, LogFormat, Request, entry
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
 from ident.support.file_access import check_file
 from ident.support.naming import one_line
@@ -128,6 +128,13 @@ def floats(column: "pa.ChunkedArray") -> Array:
     if column.null_count:
         return np.asarray(column.to_numpy(), dtype=np.float64)
     return np.array(np.from_dlpack(column.combine_chunks()), dtype=np.float64)
+
+
+def arrow_array(x: Array | Indices) -> "pa.Array":
+    """Numbers as a column without missing ones, shape (N,); pyarrow's own conversion imports pandas here too."""
+    import pyarrow as pa
+
+    return pa.Array.from_buffers(pa.from_numpy_dtype(x.dtype), len(x), [None, pa.py_buffer(np.ascontiguousarray(x))])
 
 
 def seconds(column: "pa.ChunkedArray") -> Array:

@@ -2,11 +2,11 @@
 
 import numpy as np
 from pydantic import Field
-from scipy import stats
 
 from ident.diagnosis.diagnose import horizon
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import RefusedGain
+from ident.numerics.normal import normal_cdf
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.schema import Scenario
@@ -122,13 +122,13 @@ def predicted_budget(scenario: Scenario) -> tuple[PredictedBudget, Diagnosed]:
 def _joint(joint: int, k: int, costs: dict[str, Moments], both: Moments, tolerance: float) -> PredictedBudgetJoint:
     """The budget of a joint, k-th of those that costs are of: biases add by sign, variances add."""
     std = max(float(both.std[k]), 1e-300)
-    upper, lower = (tolerance - both.bias[k]) / std, (-tolerance - both.bias[k]) / std
+    bias = float(both.bias[k])
     return PredictedBudgetJoint(
         joint=joint + 1,
         costs=[_cost(name, cost, k) for name, cost in costs.items()],
         together=_cost("all together", both, k),
         tolerance=tolerance,
-        within=float(stats.norm.cdf(upper) - stats.norm.cdf(lower)),
+        within=normal_cdf((tolerance - bias) / std) - normal_cdf((-tolerance - bias) / std),
     )
 
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import signal
 
+from ident.numerics.filters import filtered
 from ident.preparation import SIMULATED, Prepared, prepare
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
@@ -85,7 +85,7 @@ def _noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Gene
     v = each.log.v.copy()
     for noise in each.noises:
         drawn = rng.standard_normal((1 if noise.lasting else len(v), 1 if noise.shared else v.shape[1]))
-        v += noise.v * (drawn if noise.sos is None else signal.sosfilt(noise.sos, drawn, axis=0))
+        v += noise.v * (drawn if noise.sos is None else filtered(noise.sos, drawn))
     return Recording(each.log.t, each.log.q, v, experiment.name)
 
 

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
 
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import estimator

@@ -21,9 +21,8 @@ from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.benchmark.comparison.exact import OBSERVING, TRUSTING, Exact, exact_motions
-from scenarios.benchmark.methods.call import call
+from scenarios.benchmark.methods.call import Limits, call
 from scenarios.benchmark.methods.method import Method
-from scenarios.benchmark.methods.process import Limits
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.robots import robot
 from scenarios.results.problem_folder import write_problem

@@ -17,6 +17,7 @@ import numpy as np
 
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators import estimator
+from ident.numerics.filters import filtered
 from ident.numerics.signals import delayed, smooth_motion
 from ident.observation.full_rate import FullRate
 from ident.preparation import Prepared
@@ -145,8 +146,10 @@ def _variance(noise: Noise, K: Array, by_position: Array | None) -> Array:
     if noise.shared:
         total = total.sum(axis=2, keepdims=True)
     if noise.sos is not None:  # backwards in time: what a number does to all later samples
-        tail = np.zeros_like(total)
-        total = signal.sosfilt(noise.sos, np.concatenate((total[:, ::-1], tail), axis=1), axis=1)
+        k, samples, n = total.shape
+        backwards = total[:, ::-1].transpose(1, 0, 2).reshape(samples, k * n)
+        settled = filtered(noise.sos, np.concatenate((backwards, np.zeros_like(backwards))))
+        total = settled.reshape(2 * samples, k, n).transpose(1, 0, 2)
     return np.sum(total**2, axis=(1, 2))
 
 

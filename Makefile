@@ -32,6 +32,7 @@ lint: .venv/ready
 
 bench: .venv/ready
 	$(BIN)/python bench/speed.py
+	$(BIN)/python bench/cold.py
 	$(BIN)/python bench/effects.py
 	$(BIN)/python bench/doors.py
 	$(BIN)/python bench/studies.py

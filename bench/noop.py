@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 from scipy.special import ndtri
 
-from scenarios.experiments.workers.tasks import Task
+from scenarios.experiments.trials import Task
 
 JOINTS = 6
 REFUSED = 6

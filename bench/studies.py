@@ -28,9 +28,8 @@ from scenarios.experiments.run import motion_streams
 from scenarios.experiments.studies.folder import study_folder
 from scenarios.experiments.studies.parts import WHOLE, Part
 from scenarios.experiments.studies.study import CHUNK
-from scenarios.experiments.trials import Trial, run_trials, trial_schema
+from scenarios.experiments.trials import Task, Trial, run_task, run_trials, trial_schema
 from scenarios.experiments.workers.processes import local_processes
-from scenarios.experiments.workers.tasks import Task, run_task
 from scenarios.support.versions import versions
 from sim.compile import lean_model, plant_model
 from sim.engine import Engine, Simulation
@@ -54,7 +53,7 @@ if __name__ == "__main__":
     from scenarios.experiments.workers.processes import local_processes
     from scenarios.experiments.studies.monte_carlo import monte_carlo
     from scenarios.experiments.studies.study import carry_out
-    from scenarios.experiments.workers.tasks import Task, run_task
+    from scenarios.experiments.trials import Task, run_task
     from scenarios.support.versions import versions
     study = monte_carlo(load_scenario("nominal"), 1, 0)
     with local_processes(2) as workers:

@@ -9,12 +9,9 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from scenarios.design.excitation import SMALL_SIZES, Design
+from scenarios.design.excitation import SMALL_SIZES, Design, design_problem
 from scenarios.design.fitting import best_fitted, with_better
-from scenarios.design.own_motion import worst_deviation
-from scenarios.design.problem import design_problem
-from scenarios.design.search import STEP, Found, Judge, Series, judge_here, random_point, search
-from scenarios.design.start import starts
+from scenarios.design.search import STEP, Found, Judge, Series, judge_here, random_point, search, starts
 from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from sim.errors import TrajectoryError
@@ -84,7 +81,7 @@ def random_motions(design: Design, series: Series, at: np.ndarray, seed: int) ->
     for k in range(RANDOM):
         motion = series.motion(series.drawn(at[k % len(at)], rng))
         try:
-            found.append(worst_deviation(design, design.fitted(motion, np.append(1.0, SMALL_SIZES))))
+            found.append(design.worst(design.fitted(motion, np.append(1.0, SMALL_SIZES))))
         except TrajectoryError:
             continue
     return found
@@ -103,14 +100,14 @@ def row(name: str) -> Row:
     began = time.process_time()
     for found in search(random_point(series, at, 0, judge), STEP, 0, EVALUATIONS, judge):
         kept, tried = with_better(kept, found), found.tried
-    motion = best_fitted(design, series, kept).motion
+    motion, _ = best_fitted(design, series, kept)
     return Row(
         robot=problem.plant.robot.name,
         scenario=name,
         random=min(random, default=None),
         fitted=len(random),
-        own=worst_deviation(design, setup_of(scenario).experiments[0].trajectory),
-        searched=worst_deviation(design, motion),
+        own=design.worst(setup_of(scenario).experiments[0].trajectory),
+        searched=design.worst(motion),
         tried=tried,
         seconds=time.process_time() - began,
     )

@@ -79,7 +79,7 @@ def entries(predictor: Predictor, name: str, source: SourceTable, rows: pd.DataF
     if source.stream is None:
         predicted = rms([predictor.error(source, settings_of(source, trial.iloc[0])) for trial in trials])
         return list(map(Entry, predicted.tolist(), simulated.tolist(), allowed.tolist()))
-    std = predictor.noise(name, source.stream).std
+    std = predictor.noise(source.stream).std
     allowed = np.maximum(allowed, ERRORS * std / np.sqrt(2.0 * len(trials)))
     return list(map(Entry, std.tolist(), simulated.tolist(), allowed.tolist()))
 

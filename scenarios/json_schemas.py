@@ -29,7 +29,7 @@ from scenarios.experiments.studies.budget import Budget
 from scenarios.experiments.studies.statistics import StudyResult
 from scenarios.gains_in_use.results import GainComparison, Patched, Torques
 from scenarios.gains_in_use.weighing import CrossValidation, FoundPayload, Verification
-from scenarios.prediction.result import PredictedBudget
+from scenarios.prediction.budget import PredictedBudget
 from scenarios.results.models.bare import BareResult
 from scenarios.results.models.check import Check
 from scenarios.results.models.run import Result

@@ -9,9 +9,9 @@ import numpy as np
 
 from ident.support.arrays import Array
 from sim.capsules import stand_in
-from sim.compile import compiler_reason, mount_payload
+from sim.compile import mount_payload
 from sim.errors import ModelFileError
-from sim.model_spec import full_spec
+from sim.model_spec import compiler_reason, full_spec
 from sim.plant import PayloadBody, Plant
 from sim.silenced_mujoco import silenced
 

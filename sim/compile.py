@@ -21,7 +21,7 @@ from sim.effects import EFFECTS
 from sim.effects.effect import Build
 from sim.effects.wrist_coupling import coupling_tendons
 from sim.errors import ModelFileError
-from sim.model_spec import full_spec, lean_spec
+from sim.model_spec import compiler_reason, full_spec, lean_spec
 from sim.plant import PayloadBody, Plant
 from sim.silenced_mujoco import silenced
 
@@ -151,17 +151,6 @@ def damping_constants(model: mujoco.MjModel) -> Array:
 def rotor_constants(model: mujoco.MjModel) -> Array:
     """Rotor inertia of the driven joints, then of the coupled motors [kg m^2], shape (n + c,)."""
     return np.concatenate((model.dof_armature[-model.nu :], model.tendon_armature[coupling_tendons(model)]))
-
-
-def compiler_reason(error: ValueError) -> str:
-    """What MuJoCo's compiler says, in one line that names the element."""
-    what, *details = str(error).removeprefix("Error: ").splitlines()
-    element = next(
-        (line.partition("'")[2].partition("'")[0] for line in details if line.startswith("Element name")), ""
-    )
-    if "mass and inertia of moving bodies" in what:
-        return f"link {element!r} has no mass or no moments of inertia; state an inertial with both"
-    return f"{what} (element {element!r})" if element else what
 
 
 def _give_drives(spec: mujoco.MjSpec) -> None:

@@ -6,9 +6,8 @@ import mujoco
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.compile import compiler_reason
 from sim.errors import ModelFileError
-from sim.model_spec import full_spec
+from sim.model_spec import compiler_reason, full_spec
 from sim.robot import Robot
 from sim.silenced_mujoco import silenced
 

@@ -87,6 +87,17 @@ def lean_spec(path: Path, flange: str | None = None) -> mujoco.MjSpec:
     return _lean(path, flange, stamp).copy()
 
 
+def compiler_reason(error: ValueError) -> str:
+    """What MuJoCo's compiler says, in one line that names the element."""
+    what, *details = str(error).removeprefix("Error: ").splitlines()
+    element = next(
+        (line.partition("'")[2].partition("'")[0] for line in details if line.startswith("Element name")), ""
+    )
+    if "mass and inertia of moving bodies" in what:
+        return f"link {element!r} has no mass or no moments of inertia; state an inertial with both"
+    return f"{what} (element {element!r})" if element else what
+
+
 @lru_cache(maxsize=8)
 def _lean(path: Path, flange: str | None, stamp: int) -> mujoco.MjSpec:
     (full, _), (lean, _) = _read(path, flange), _read(path, flange)

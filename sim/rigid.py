@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
-from scipy.interpolate import CubicSpline
 
+from ident.numerics.splines import periodic_spline
 from ident.support.arrays import Array
 from sim.controller import inverse_dynamics
 from sim.effects.wrist_coupling import coupling_tendons
@@ -70,7 +70,7 @@ def torque_along(rigid: Frictionless, motion: FourierTrajectory, t: Array) -> Ar
     free = model.nv - n
     torque = _yielding(model, driven, motion.duration) if free else inverse_dynamics(model, *driven)
     closed = np.vstack((torque, torque[:1]))[:, free:]
-    return CubicSpline(coarse, closed, bc_type="periodic")(t)
+    return periodic_spline(coarse, closed)(t % coarse[-1])
 
 
 @silenced()

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy
+from scipy import linalg
 
 from ident.estimation.all_joints.displacement import States, displaced_torques
 from ident.estimation.all_joints.friction import own_columns
@@ -22,6 +22,7 @@ from ident.estimation.all_joints.torques import TORQUE_RATE
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
 from ident.model.inverse_dynamics import inverse_dynamics
+from ident.numerics.splines import spline
 from ident.observation.full_rate import FullRate
 from ident.payload.payload import Payload
 from ident.support.arrays import Array, Indices
@@ -191,8 +192,8 @@ class ReferenceMotion:
 
     def rate(self) -> Array:
         """Rate of change of the torques and of viscous friction [N m / s], shape (S, n)."""
-        t = self._at * self.behind.period
-        rate = scipy.interpolate.make_interp_spline(t, self.torque, k=3)(t, 1)
+        t = np.asarray(self._at * self.behind.period, np.float64)
+        rate = spline(t, self.torque)(t, 1)
         return rate + self._viscous() / self.reference.h * self.states.ddq
 
     def _viscous(self) -> Array:
@@ -208,7 +209,7 @@ class ReferenceMotion:
 
 def across(arm: Arm) -> Array:
     """Two unit vectors across gravity, shape (2, 3)."""
-    return scipy.linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
+    return linalg.null_space(arm.gravity[None]).T if arm.gravity.any() else np.zeros((0, 3))
 
 
 def reference(problem: Problem) -> Reference | None:

@@ -13,6 +13,7 @@ import scipy
 from scipy import linalg
 
 from ident.estimation.known_gains import KnownGains, same_joint
+from ident.numerics.normal import normal_quantile
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import GainsError
 
@@ -143,12 +144,12 @@ def compared(A: KnownGains, B: KnownGains) -> GainComparison:
     w[sharing if len(sharing) else slice(None)] = common.weights
     apart = np.eye(len(x)) - np.outer(np.ones(len(x)), w)  # x - s
     left = np.sqrt(np.maximum(np.diag(apart @ C @ apart.T), 0.0))
-    limit = float(scipy.stats.norm.isf(0.5 * LEVEL / len(x)))
+    limit = -normal_quantile(0.5 * LEVEL / len(x))
     return GainComparison(
         joints=joints.astype(np.intp),
         each=_changes(x, std, limit, turned),
         together=_test(float(y @ y), len(x)),
-        scale=Moved(log=common.value, std=common.std, limit=float(scipy.stats.norm.isf(0.5 * LEVEL))),
+        scale=Moved(log=common.value, std=common.std, limit=-normal_quantile(0.5 * LEVEL)),
         sharing=joints[sharing].astype(np.intp),
         apart=_changes(apart @ x, left, limit, turned),
         pattern=everyone.rest if len(x) > 1 else None,
@@ -220,4 +221,4 @@ def _whitening(C: Array, std: Array) -> Array:
 
 
 def _test(chi2: float, freedom: int) -> Together:
-    return Together(chi2=max(chi2, 0.0), freedom=freedom, p=float(scipy.stats.chi2.sf(max(chi2, 0.0), freedom)))
+    return Together(chi2=max(chi2, 0.0), freedom=freedom, p=float(scipy.special.chdtrc(freedom, max(chi2, 0.0))))

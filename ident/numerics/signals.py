@@ -5,12 +5,12 @@ and to every column of the regressor, so whatever it does to a signal it does to
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-import scipy
 
-from ident.support.arrays import Array, readonly
+from ident.numerics.filters import butterworth, filtered_both_ways
+from ident.numerics.spectra import hann_window
+from ident.support.arrays import Array
 
 FILTER_ORDER = 4
 KERNEL_CUTOFFS = 3.3
@@ -56,15 +56,8 @@ def low_passed(x: Array, period: float, cutoff_hz: float) -> Array:
     Returns:
         Shape (N, k). The outer `edge_samples` feel what is missing beyond.
     """
-    sos = np.array(_butterworth(cutoff_hz, 1.0 / period))  # SciPy asks for one that it may write to
     padding = min(len(x) - 1, 2 * edge_samples(period, cutoff_hz))
-    return scipy.signal.sosfiltfilt(sos, np.ascontiguousarray(x.T), padlen=padding).T
-
-
-@lru_cache(maxsize=32)
-def _butterworth(cutoff_hz: float, sampling_hz: float) -> Array:
-    """Second-order sections of the low-pass."""
-    return readonly(scipy.signal.butter(FILTER_ORDER, cutoff_hz, fs=sampling_hz, output="sos"))
+    return filtered_both_ways(butterworth(FILTER_ORDER, cutoff_hz, 1.0 / period), x, padding)
 
 
 def edge_samples(period: float, cutoff_hz: float) -> int:
@@ -84,11 +77,11 @@ def noise_density(x: Array, period: float) -> Array:
     """
     bent = np.diff(x, 2, axis=0)  # slow motion is so much smaller then that it does not leak
     size = min(len(bent), NOISE_BLOCK)
-    window, f = scipy.signal.get_window("hann", size), np.fft.rfftfreq(size)
+    window, f = hann_window(size), np.fft.rfftfreq(size)
     upper = (f > NOISE_BAND[0]) & (f < NOISE_BAND[1])
     parts = np.lib.stride_tricks.sliding_window_view(bent, size, axis=0)[:: size - size // 2]  # (parts, n, size)
     spectrum = np.fft.rfft((parts - parts.mean(axis=2, keepdims=True)) * window)[..., upper]
-    power = 2.0 * np.mean(np.abs(spectrum) ** 2, axis=0) / np.sum(window**2)  # as scipy.signal.welch, without its loop
+    power = 2.0 * np.mean(np.abs(spectrum) ** 2, axis=0) / np.sum(window**2)
     return np.median(power / (2.0 * np.sin(np.pi * f[upper])) ** 4, axis=1) * period
 
 
@@ -167,6 +160,23 @@ class Decimator:
         parts = padded.reshape(-1, self.factor) @ weights.reshape(pieces, self.factor).T
         return np.sum([parts[k : k + rows, k] for k in range(pieces)], axis=0)
 
+    def spread(self, weights: Array) -> Array:
+        """Weights of the samples in a weighted sum of rows: `applied`, transposed.
+
+        Args:
+            weights: Of each row, shape (rows,).
+
+        Returns:
+            Shape ((rows - 1) factor + 2 h + 1,): no sample behind has a part in a row.
+        """
+        rows, pieces = len(weights), -(-len(self.kernel) // self.factor)
+        kernel = np.zeros((pieces, self.factor))
+        kernel.flat[: len(self.kernel)] = self.kernel
+        felt = np.zeros((rows + pieces - 1, self.factor))
+        for k, piece in enumerate(kernel):
+            felt[k : k + rows] += weights[:, None] * piece
+        return felt.ravel()[: (rows - 1) * self.factor + len(self.kernel)]
+
     def band(self, samples: int) -> Array:
         """Weights of consecutive samples in all rows that feel one of them, if a row begins with the first sample.
 
@@ -188,5 +198,5 @@ def decimator(period: float, cutoff_hz: float, factor: int) -> Decimator:
         factor: Samples per row.
     """
     half = int(np.ceil(0.5 * KERNEL_CUTOFFS / (cutoff_hz * period)))
-    kernel = scipy.signal.firwin(2 * half + 1, cutoff_hz, fs=1.0 / period)
+    kernel = np.hamming(2 * half + 1) * np.sinc(2.0 * cutoff_hz * period * np.arange(-half, half + 1))
     return Decimator(kernel / kernel.sum(), factor)

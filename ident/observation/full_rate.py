@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from ident.numerics.signals import Decimator, group_means
 from ident.support.arrays import Array, Mask
@@ -52,7 +51,7 @@ class FullRate:
         Returns:
             Shape (samples,).
         """
-        felt = scipy.signal.upfirdn(self.decimator.kernel, row_weights, up=self.decimator.factor)
+        felt = self.decimator.spread(row_weights)
         here = np.zeros(len(self.q))
         here[: len(felt)] = felt
         weights = np.zeros(samples)

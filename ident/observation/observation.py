@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
-import scipy
 from annotated_types import Interval, Unit
 
 from ident.model.parameters import STANDARD
 from ident.model.regressor import BLOCK, regressor_blocks
 from ident.model.structure import Structure
+from ident.numerics.neighbours import widened
 from ident.numerics.signals import (
     KERNEL_CUTOFFS,
     SETTLING,
@@ -186,7 +186,7 @@ def observe(
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
     moving = _moving(structure, dq, options.reversal_speed)
     if spoilt is not None and spoilt.any():
-        moving &= group_means(_widened(spoilt, edge)[inner].astype(np.float64), group) == 0.0
+        moving &= group_means(widened(spoilt, edge)[inner].astype(np.float64), group) == 0.0
     V, W = reduced(structure, (q, dq, ddq), v, moving, D)
     joints = (_kept(structure, j, V, W[j], middle, period * D.factor, options) for j in range(n))
     behind = FullRate(
@@ -202,11 +202,6 @@ def observe(
         noise=noise_density(recording.q, recording.period),
     )
     return Observation(structure, tuple(joints), tuple(notes), behind)
-
-
-def _widened(spoilt: Mask, edge: int) -> Mask:
-    """Samples that feel spoilt ones through the filter of the positions, shape (N, n)."""
-    return scipy.ndimage.binary_dilation(spoilt, np.ones((2 * edge + 1, 1), dtype=np.bool_))
 
 
 def _uneven(recording: Recording) -> str:

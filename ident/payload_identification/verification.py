@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from ident.estimation.known_gains import KnownGains
+from ident.numerics.normal import normal_quantile
 from ident.payload.payload import Payload
 from ident.payload_identification.mass_by_joint import NoMass, masses_alone
 from ident.payload_identification.payload_body import FoundBody, Quantity, body_of
@@ -86,7 +86,7 @@ def verified(found: FoundPayload, payload: Payload, gains: KnownGains) -> Verifi
     found.at("M")
     body = body_of(found)
     alone = masses_alone(found, payload, gains)
-    limit = float(scipy.stats.norm.isf(0.5 * LEVEL / (1 + sum(isinstance(each, Quantity) for each in alone))))
+    limit = -normal_quantile(0.5 * LEVEL / (1 + sum(isinstance(each, Quantity) for each in alone)))
     return Verification(
         payload=payload,
         together=_weighed(None, body.of("mass"), payload, limit),

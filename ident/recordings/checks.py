@@ -19,8 +19,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
+from ident.numerics.neighbours import running_median
 from ident.recordings.formats.meaning import ISO, TIME
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
@@ -184,7 +184,7 @@ def _current_faults(recording: Recording, j: int) -> Iterator[LogFault]:
 
 def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
     """Samples that are spikes, none where they are few, and what each should be by its neighbours."""
-    near: Array = scipy.ndimage.median_filter(x, size=2 * NEAR + 1, mode="nearest")
+    near: Array = running_median(x, NEAR)
     away = np.abs(x - near)
     odd = away > UNUSUAL * np.median(away)
     if int(odd.sum()) <= MANY * len(x):

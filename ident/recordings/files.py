@@ -17,6 +17,7 @@ from ident.recordings.formats.columns import OURS, Chosen, Columns, Request
 from ident.recordings.formats.description import Channels, LogDescription
 from ident.recordings.formats.layouts import UR_COLUMNS
 from ident.recordings.formats.meaning import ISO, MEANINGS, POSITION, TICKS, TIME
+from ident.recordings.formats.parquet import arrow_array
 from ident.recordings.formats.resolution import Resolved, notes_of, resolved
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
@@ -148,7 +149,7 @@ def write_recording(recording: Recording, path: str | Path, *, signal: str = "")
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        table = pa.table(dict(zip(names, columns.T, strict=True)), metadata={"v": signal} if signal else None)
+        table = pa.table([*map(arrow_array, columns.T)], names=names, metadata={"v": signal} if signal else None)
         pq.write_table(table, path)
     else:
         head = f"# v: {signal}\n" if signal else ""

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
+from ident.numerics.splines import spline
 from ident.support.arrays import Array, Indices, readonly
 from ident.support.errors import RecordingError
 
@@ -79,8 +79,8 @@ def resampled(recording: Recording) -> Recording:
             f"{np.median(intervals):.3g} s as a rule; use the part before or after the gap"
         )
     t = np.linspace(recording.t[0], recording.t[-1], len(recording.t))
-    q = scipy.interpolate.make_interp_spline(recording.t, recording.q, k=3)(t)
-    v = scipy.interpolate.make_interp_spline(recording.t, recording.v, k=1)(t)
+    q = spline(recording.t, recording.q)(t)
+    v = np.column_stack([np.interp(t, recording.t, each) for each in recording.v.T])
     return Recording(t, q, v, recording.name)
 
 

@@ -77,8 +77,7 @@ def searched(design: "Design", series: "Series", options: argparse.Namespace, be
     import numpy as np
 
     from scenarios.design.fitting import with_better
-    from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search
-    from scenarios.design.start import starts
+    from scenarios.design.search import SMALL_STEP, STEP, known_point, random_point, search, starts
     from scenarios.support.search_progress import search_progress
 
     first, found, kept = None, None, ()
@@ -94,15 +93,24 @@ def searched(design: "Design", series: "Series", options: argparse.Namespace, be
             with search_progress("motions", options.evaluations, console(options), done) as say:
                 for found in search(first, step, options.seed + first.tried, left, judge):
                     kept = with_better(kept, found)
-                    say(found.tried, lambda best=found: _worst(design, series, best))
+                    say(
+                        found.tried,
+                        lambda x=found.x: f"{100.0 * design.worst(series.motion(x)):.3g} % on the worst joint",
+                    )
     except KeyboardInterrupt as interrupt:
         return Outcome(first=first, found=found, kept=kept, interrupt=interrupt)
     return Outcome(first=first, found=found, kept=kept, interrupt=None)
 
 
-def _worst(design: "Design", series: "Series", found: "Found") -> str:
-    deviations = design.deviations(design.rows(series.motion(found.x))).total
-    return f"{100.0 * max(deviations[design.problem.joints]):.3g} % on the worst joint"
+def kept_of(outcome: Outcome) -> "tuple[Found, ...]":
+    """Better and better motions of a search that came to its end.
+
+    Raises:
+        KeyboardInterrupt: If it was stopped.
+    """
+    if outcome.interrupt is not None or not outcome.kept:
+        raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
+    return outcome.kept
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from scenarios.command_line.output import add_form_arguments
 from scenarios.command_line.parser import complain
 from scenarios.command_line.progress import console
 from scenarios.command_line.streams_and_signals import ending
-from scenarios.experiments.workers.choice import add_worker_options, open_workers, worker_words
+from scenarios.experiments.workers import add_worker_options, open_workers, worker_words
 from scenarios.reports.content import Paragraph, Report
 from scenarios.support.errors import StudyError
 

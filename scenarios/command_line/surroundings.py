@@ -8,7 +8,7 @@ from importlib.machinery import PathFinder
 OPENGL = "MUJOCO_GL"
 """Environment variable that names the OpenGL that MuJoCo looks for as it is imported."""
 ASKED = "RX90_MUJOCO_GL"
-"""Where its value waits for a command that draws, in this process or one that it starts."""
+"""Where its value, empty for none, waits for a command that draws, in this process or one that it starts."""
 COMPILED = ("pinocchio", "eigenpy", "coal", "hppfcl", "mujoco", "numpy", "scipy", "pandas", "pyarrow", "pydantic_core")
 """Packages with compiled parts, which work with the Python alone that they were built for."""
 
@@ -16,22 +16,26 @@ COMPILED = ("pinocchio", "eigenpy", "coal", "hppfcl", "mujoco", "numpy", "scipy"
 @contextlib.contextmanager
 def without_opengl() -> Generator[None]:
     """Let MuJoCo be imported without an OpenGL: what computes alone needs none, whatever the shell asks for."""
-    asked = os.environ.get(OPENGL)
-    if asked is None:
-        yield
-        return
+    asked = os.environ.get(OPENGL, "")
     os.environ[OPENGL], os.environ[ASKED] = "disable", asked
     try:
         yield
     finally:
-        os.environ[OPENGL] = asked
+        _ask_for(asked)
         os.environ.pop(ASKED, None)
 
 
 def with_opengl() -> None:
     """Give MuJoCo the OpenGL that the shell asks for, before it is imported."""
     if ASKED in os.environ:
-        os.environ[OPENGL] = os.environ.pop(ASKED)
+        _ask_for(os.environ.pop(ASKED))
+
+
+def _ask_for(opengl: str) -> None:
+    if opengl:
+        os.environ[OPENGL] = opengl
+    else:
+        os.environ.pop(OPENGL, None)
 
 
 def foreign_packages(error: Exception) -> str | None:

@@ -12,14 +12,14 @@ from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.progress import console, under_way
 from scenarios.command_line.status import Status
 from scenarios.command_line.study_arguments import interruptible, summary_of
-from scenarios.experiments.workers.choice import add_worker_options, open_workers, prepare_workers, worker_words
+from scenarios.experiments.workers import add_worker_options, open_workers, prepare_workers, worker_words
 from scenarios.results.write_access import make_folder
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.benchmark.comparison.statistics import ComparedScenario
+    from scenarios.benchmark.methods.call import Limits
     from scenarios.benchmark.methods.method import Method
-    from scenarios.benchmark.methods.process import Limits
     from scenarios.experiments.studies.folder import StudyFolder
     from scenarios.experiments.studies.study import Study
 
@@ -67,21 +67,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Give every trial to every method, tell who solved what; or check one, seal problems, open them."""
-    from scenarios.benchmark.methods.process import Limits
-
-    limits = Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
     if options.check is not None:
-        return _checked(options, limits)
+        return _checked(options)
     if options.seal is not None:
         return _sealed(options)
     if options.open is not None:
         return _opened(options)
     if not options.method:
         raise ScenarioError("no method; name one with --method")
-    prepare_workers(options)
+    if not any(Path(subject).is_dir() for subject in options.subjects):
+        prepare_workers(options)
     from scenarios.benchmark.methods import method_of
     from scenarios.results.problem_folder import is_problem
 
+    limits = _limits(options)
     methods = [method_of(text) for text in options.method]
     folders = [Path(subject) for subject in options.subjects if is_problem(Path(subject))]
     if not folders:
@@ -106,8 +105,7 @@ def _saved(subjects: Sequence[str]) -> str:
 
 def _answered(options: argparse.Namespace, folders: list[Path], methods: "list[Method]", limits: "Limits") -> Status:
     """Write down what each method answers to each problem; what is there already is not asked again."""
-    from scenarios.benchmark.comparison.answering import answered
-    from scenarios.benchmark.methods.answers import ANSWERS
+    from scenarios.benchmark.methods.answers import ANSWERS, answered
     from scenarios.reports.answers import answers_report
 
     if options.out is None:
@@ -169,14 +167,20 @@ def _opened(options: argparse.Namespace) -> Status:
     return Status.PASSED
 
 
-def _checked(options: argparse.Namespace, limits: "Limits") -> Status:
+def _limits(options: argparse.Namespace) -> "Limits":
+    from scenarios.benchmark.methods.call import Limits
+
+    return Limits(time_s=options.time_limit, memory_gb=options.memory_limit)
+
+
+def _checked(options: argparse.Namespace) -> Status:
     """Ask one method for what any method should keep; 1 if a promise is broken."""
     from scenarios.benchmark.comparison.contract import contract
     from scenarios.benchmark.methods import method_of
     from scenarios.reports.contract import contract_report
 
     with under_way(options, "asking"):
-        found = contract(method_of(options.check), limits)
+        found = contract(method_of(options.check), _limits(options))
     show(contract_report(found), options)
     return Status.PASSED if found.passed else Status.MISSED
 

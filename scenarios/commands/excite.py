@@ -3,7 +3,6 @@
 import argparse
 import shlex
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
@@ -17,11 +16,8 @@ from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design, Problem
-    from scenarios.design.own_motion import OwnMotion
-    from scenarios.design.searched_motion import SearchedMotion
     from scenarios.experiments.build import Setup
     from scenarios.experiments.files.schema import Scenario
-    from scenarios.reports.content import Report
     from sim.trajectory import FourierTrajectory
 
 OPTIONS = ("seed", "harmonics", "duration", "evaluations")
@@ -55,12 +51,20 @@ def main(options: argparse.Namespace) -> Status:
     PROCESSES.prepare()
     from scenarios.design.excitation import Design
     from scenarios.design.fitting import best_fitted
-    from scenarios.design.own_motion import first_motion, own_motion
-    from scenarios.design.prediction import RESIDUAL
+    from scenarios.design.results import Searched, finite
     from scenarios.design.search import Series
-    from scenarios.design.searched_motion import SearchedMotion, Unfinished, unfinished, write_searched
+    from scenarios.design.searched_motion import (
+        Unfinished,
+        first_motion,
+        own_motion,
+        percents,
+        search_comments,
+        unfinished,
+    )
     from scenarios.experiments.build import setup_without_motion
     from scenarios.experiments.files.loading import load_scenario
+    from scenarios.experiments.files.motions import write_motion
+    from scenarios.reports.content import Report
     from sim.errors import TrajectoryError
 
     command = found_by(options)
@@ -71,7 +75,7 @@ def main(options: argparse.Namespace) -> Status:
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
     if options.improve and before is None:
-        before = Unfinished(motion=first_motion(setup.scenario, series), tried=0)
+        before = Unfinished(first_motion(setup.scenario, series), tried=0)
     own = own_motion(setup.scenario, design)
     outcome = searched(design, series, options, before)
     first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
@@ -79,70 +83,62 @@ def main(options: argparse.Namespace) -> Status:
         raise interrupt or AssertionError("a search that is not stopped finds a motion")
     complain(f"cost of the start {first.cost:.4f}, of the motion found {found.cost:.4f}")
     try:
-        fitted = best_fitted(design, series, outcome.kept)
+        motion, reason = best_fitted(design, series, outcome.kept)
     except TrajectoryError as error:
         if interrupt is None:
             raise
         complain(f"stopped; nothing is written: {error}")
         return ending(interrupt)
-    motion = fitted.motion
-    if fitted.reason:
-        complain(f"the best motion cannot be scaled to the robot's limits ({fitted.reason}); the next best is used")
-    if own is not None and (options.improve or interrupt is None) and own.better_than(motion, design):
+    if reason:
+        complain(f"the best motion cannot be scaled to the robot's limits ({reason}); the next best is used")
+    if own is not None and (options.improve or interrupt is None) and design.cost(own) < design.cost(motion):
         motion = _beside(own, motion, design, options)
-    result = SearchedMotion(
-        motion=motion,
-        command=command,
-        tried=found.tried,
-        wanted=found.tried if interrupt is None else options.evaluations,
-        deviations=design.deviations(design.rows(motion)).total,
-    )
+    deviations = design.deviations(design.rows(motion)).total
+    wanted = found.tried if interrupt is None else options.evaluations
     with held.writing():
-        write_searched(result, options.out, RESIDUAL)
+        comments = search_comments(command, deviations, tried=found.tried, wanted=wanted)
+        write_motion(motion, options.out, comments)
     if interrupt is not None:
         complain(f"stopped; the best so far is in {options.out}, repeat the command to continue")
         return ending(interrupt)
-    show(_report(result, first.cost, found.cost, options.out), options)
+    result = Searched(
+        out=str(options.out),
+        tried=found.tried,
+        cost_of_start=first.cost,
+        cost=found.cost,
+        predicted_rel_std=list(map(finite, deviations)),
+    )
+    said = f"{options.out}: predicted standard deviation of the gains [%]: {percents(deviations)}"
+    show(Report(said, (), result.model_dump(mode="json")), options)
     return Status.PASSED
-
-
-def _report(result: "SearchedMotion", start: float, cost: float, out: Path) -> "Report":
-    from scenarios.design.results import searched_result
-    from scenarios.reports.content import Report
-
-    said = f"{out}: predicted standard deviation of the gains [%]: {result.predicted}"
-    return Report(said, (), searched_result(result, start, cost, out).model_dump(mode="json"))
 
 
 def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Problem":
     """The problem, against the errors that the options name."""
-    from scenarios.design.against import Sourced
-    from scenarios.design.excitation import SEARCHED_HZ
-    from scenarios.design.problem import design_problem
+    from scenarios.design.excitation import SEARCHED_HZ, design_problem
     from scenarios.experiments.build import setup_of
+    from scenarios.prediction.sources_along import SourcesAlong
 
     problem = design_problem(setup)
     if options.against != "all":
         return problem
     motion = setup_of(scenario).experiments[0].trajectory
-    sourced = Sourced(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
+    sourced = SourcesAlong(scenario, problem.joints).reduced(motion, SEARCHED_HZ)
     complain(f"searching against noise and {', '.join(sourced.names)}")
     return replace(problem, added=sourced)
 
 
 def _beside(
-    own: "OwnMotion", found: "FourierTrajectory", design: "Design", options: argparse.Namespace
+    own: "FourierTrajectory", found: "FourierTrajectory", design: "Design", options: argparse.Namespace
 ) -> "FourierTrajectory":
     """The motion to write where the scenario's own is the better one: that one if it was to be improved."""
-    from scenarios.design.own_motion import worst_deviation
-
     said = (
         "the scenario's own motion is better: its worst gain has a standard deviation of "
-        f"{100.0 * own.worst:.3g} %, that of the motion found {100.0 * worst_deviation(design, found):.3g} %"
+        f"{100.0 * design.worst(own):.3g} %, that of the motion found {100.0 * design.worst(found):.3g} %"
     )
     if options.improve:
         complain(f"{said}; no better motion was found, so it is written")
-        return own.motion
+        return own
     complain(f"{said}; try more --evaluations, or --improve, which starts from it")
     return found
 

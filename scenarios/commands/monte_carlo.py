@@ -12,7 +12,7 @@ from scenarios.command_line.study_arguments import (
     summary_of,
     with_files,
 )
-from scenarios.experiments.workers.choice import prepare_workers
+from scenarios.experiments.workers import prepare_workers
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

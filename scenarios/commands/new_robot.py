@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, show
-from scenarios.command_line.searching import searched
+from scenarios.command_line.searching import kept_of, searched
 from scenarios.command_line.status import Status
 from scenarios.experiments.workers.processes import PROCESSES
 
@@ -65,7 +65,4 @@ def _searched(options: argparse.Namespace, design: "Design", series: "Series", a
     chosen = argparse.Namespace(
         seed=options.seed + attempt, evaluations=options.evaluations, jobs=options.jobs, quiet=options.quiet
     )
-    outcome = searched(design, series, chosen, None)
-    if outcome.interrupt is not None or not outcome.kept:
-        raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
-    return outcome.kept
+    return kept_of(searched(design, series, chosen, None))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import scenarios.command_line.arguments as arguments
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.progress import console
-from scenarios.command_line.searching import add_search_arguments, check_harmonics, searched
+from scenarios.command_line.searching import add_search_arguments, check_harmonics, kept_of, searched
 from scenarios.command_line.status import Status
 from scenarios.command_line.writing import right_to_write
 from scenarios.experiments.workers.processes import PROCESSES
@@ -68,7 +68,7 @@ def main(options: argparse.Namespace) -> Status:
             write_figures(report, held.folder)
             write_markdown(report, held.folder / TEXT)
     show(report, options)
-    return Status.PASSED if found.shows(found.after.deviations)[found.problem.joints].all() else Status.MISSED
+    return Status.PASSED if found.shows(found.after.deviations)[found.joints].all() else Status.MISSED
 
 
 def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[PayloadDesign, FourierTrajectory]":
@@ -79,14 +79,10 @@ def _excited(found: "PayloadDesign", options: argparse.Namespace) -> "tuple[Payl
     """
     from scenarios.design.excitation import Design
     from scenarios.design.fitting import best_fitted
-    from scenarios.design.payload_search import along, problem_with
     from scenarios.design.search import Series
 
-    problem = problem_with(found.problem, found.best, found.flange)
-    design = Design(problem)
-    series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
-    outcome = searched(design, series, options, None)
-    if outcome.interrupt is not None or not outcome.kept:
-        raise outcome.interrupt or AssertionError("a search that is not stopped finds a motion")
-    motion = best_fitted(design, series, outcome.kept).motion
-    return replace(found, again=along(found.best, design, motion)), motion
+    carrying, best = found.carrying, found.best
+    design = Design(carrying.problem_with(best.weight, best.payload))
+    series = Series(limits=design.problem.limits, harmonics=options.harmonics, duration=options.duration)
+    motion, _ = best_fitted(design, series, kept_of(searched(design, series, options, None)))
+    return replace(found, again=replace(carrying, motion=motion).candidate(best.weight)), motion

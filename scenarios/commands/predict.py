@@ -31,6 +31,6 @@ def main(options: argparse.Namespace) -> Status:
     scenario = with_method(load_scenario(options.scenario), options.method, options.option)
     # small matrices gain nothing from a threaded BLAS, and stall now and then
     with under_way(options, "predicting"), threadpool_limits(1):
-        budget = predicted_budget(scenario)
-    show(prediction_report(budget), options)
+        budget, found = predicted_budget(scenario)
+    show(prediction_report(budget, found), options)
     return Status.PASSED

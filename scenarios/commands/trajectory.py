@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("source", metavar="MOTION", help="a scenario, or a motion file as excite writes it")
     add("--out", type=arguments.file, required=True, metavar="FILE", help="file to write: .csv, .yaml or .script")
-    forms = "; ".join(f"{name}: {what}" for name, what in FORMATS.items())
+    forms = "; ".join(f"{name}: {what}" for name, (what, _) in FORMATS.items())
     add("--as", dest="form", metavar="F", choices=FORMATS, help=f"{forms} (default by the ending of FILE)")
     within = arguments.number_from(1.0, 1e4, "Hz", "sampling rates of controllers")
     add("--rate", type=within, default=RATE, metavar="HZ", help="samples per second (default %(default)g)")
@@ -34,13 +34,13 @@ def main(options: argparse.Namespace) -> Status:
     """Sample, write, tell how each joint moves."""
     form = options.form or _form(options.out)
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 trajectory")
-    from scenarios.design.motion_formats import writer
     from scenarios.design.trajectory_source import from_source
     from scenarios.reports.trajectory import trajectory_report
 
     source = from_source(options.source, options.model, options.flange)
     motion = source.sampled(options.rate)
-    text = writer(form)(motion)
+    _, written = FORMATS[form]
+    text = written(motion)
     with held.writing():
         options.out.write_text(text, encoding="utf-8")
     show(trajectory_report(motion, source.limits, options.out, form), options)

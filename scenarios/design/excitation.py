@@ -1,5 +1,6 @@
 """A motion as a design problem: how well it shows the wanted gains, and what it must respect."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,10 +10,20 @@ from ident.model.parameters import INERTIAL, STANDARD, labels
 from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED, Structure
 from ident.support.arrays import Array, Indices
-from scenarios.design.against import Added, nothing_added
-from scenarios.design.limits import CLEARANCE, Limits, excess_of, largest_scale, worst_of
-from scenarios.design.prediction import Deviations, Prediction
-from scenarios.design.rows import ROWS_PER_SECOND, ArmModel, Carried, MotionRows
+from scenarios.design.limits import CLEARANCE, Limits, robot_limits, worst_of
+from scenarios.experiments.build import Setup
+from scenarios.experiments.files.mountings import mountings
+from scenarios.prediction.deviations import (
+    ROWS_PER_SECOND,
+    ArmModel,
+    Carried,
+    Deviations,
+    MotionRows,
+    Prediction,
+    carried,
+    prediction_of,
+)
+from scenarios.support.errors import ScenarioError
 from sim.clearance import Clearance, Solid
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
@@ -55,7 +66,8 @@ class Problem:
         carried: The payload, and what is known of it.
         prediction: How deviations are predicted.
         solids: Shapes of the payload, None for a cylinder of its inertia.
-        added: Errors besides those that are predicted, that a motion is designed against.
+        added: Errors besides those that are predicted, that a motion is designed against: root mean square relative
+            error of every gain along a motion at a rate, shape (n,).
     """
 
     plant: Plant
@@ -65,7 +77,32 @@ class Problem:
     carried: Carried
     prediction: Prediction
     solids: tuple[Solid, ...] | None = None
-    added: Added = nothing_added
+    added: Callable[[FourierTrajectory, float], Array] | None = None
+
+
+def design_problem(setup: Setup) -> Problem:
+    """The problem of a scenario: what it believes of the first payload that it mounts, and which joints it wants.
+
+    Raises:
+        ScenarioError: If it wants no joint's gain; if it mounts no payload.
+    """
+    scenario = setup.scenario
+    wanted, names = np.flatnonzero(scenario.table.tolerance.identifiable), mountings(setup.protocol)
+    if not wanted.size:
+        raise ScenarioError(f"{scenario.name}: tolerance.identifiable lists no joint, so no gain is to be designed for")
+    if not names:
+        raise ScenarioError(
+            f'{scenario.name}: experiment.protocol mounts no payload; a design needs one, as ["bare", "loaded"]'
+        )
+    plant = setup.plants.get(names[0], setup.plant)
+    return Problem(
+        plant=plant,
+        structure=setup.structure,
+        limits=robot_limits(plant),
+        joints=wanted,
+        carried=carried(plant.payload, setup.payloads[names[0]]),
+        prediction=prediction_of(scenario.table.identification.method),
+    )
 
 
 class Design:
@@ -89,36 +126,36 @@ class Design:
         """Predicted relative standard deviations of every gain."""
         return self.problem.prediction(rows, self.problem.structure)(self.problem.carried)
 
+    def worst(self, trajectory: FourierTrajectory) -> float:
+        """Largest predicted relative deviation of a wanted gain."""
+        return float(self.deviations(self.rows(trajectory)).total[self.problem.joints].max())
+
     def excess(self, rows: MotionRows) -> Array:
         """How far a motion breaks its limits and distances, relative to them; all entries zero if it keeps them."""
-        torques = rows.torques(self.problem.carried.chi)
-        return np.append(excess_of(self.problem.limits, rows.motion, torques).ravel(), self.too_near(rows.motion[0]))
-
-    def too_near(self, q: Array) -> Array:
-        """Share by which each position (N, n) falls short of the clearance, shape (N,)."""
-        return np.maximum((CLEARANCE - self._clearance(q)) / CLEARANCE, 0.0)
+        return np.append(self._over_limits(rows).ravel(), self._too_near(rows))
 
     def broken(self, rows: MotionRows) -> str:
         """What a motion breaks most, in words."""
-        torques, q = rows.torques(self.problem.carried.chi), rows.motion[0]
-        over, near = excess_of(self.problem.limits, rows.motion, torques), self.too_near(q)
-        if over.max() >= near.max():
+        over = self._over_limits(rows)
+        if over.max() >= self._too_near(rows).max():
             return worst_of(over, self.problem.structure.arm.joint_names)
-        least = 1e3 * float(self._clearance(q).min())
-        how = f"comes within {least:.0f} mm of" if least > 0.0 else f"reaches {-least:.0f} mm into"
-        return f"{how} floor or arm (required clearance {1e3 * CLEARANCE:g} mm)"
+        near = near_words(float(self._clearance(rows.motion[0]).min()))
+        return f"{near} floor or arm (required clearance {1e3 * CLEARANCE:g} mm)"
+
+    def _over_limits(self, rows: MotionRows) -> Array:
+        return self.problem.limits.excess(rows.motion, rows.torques(self.problem.carried.chi))
+
+    def _too_near(self, rows: MotionRows) -> Array:
+        """Share by which each position falls short of the clearance, shape (N,)."""
+        return np.maximum((CLEARANCE - self._clearance(rows.motion[0])) / CLEARANCE, 0.0)
 
     def cost(self, trajectory: FourierTrajectory) -> float:
         """The objective of the wanted gains, plus a penalty on excess."""
-        rows = self.rows(trajectory, SEARCHED_HZ)
-        over = self.excess(rows)
-        errors = np.hypot(self.deviations(rows).total, self.problem.added(trajectory, SEARCHED_HZ))
-        wanted = errors[self.problem.joints]
-        return objective(wanted) + 30.0 * float(over @ over) / SEARCHED_HZ
-
-    def largest_scale(self, trajectory: FourierTrajectory) -> Array:
-        """Factor on each joint's motion about its centre that just keeps range, velocity and acceleration, (n,)."""
-        return largest_scale(self.problem.limits, trajectory)
+        rows, added = self.rows(trajectory, SEARCHED_HZ), self.problem.added
+        over, errors = self.excess(rows), self.deviations(rows).total
+        if added is not None:
+            errors = np.hypot(errors, added(trajectory, SEARCHED_HZ))
+        return objective(errors[self.problem.joints]) + 30.0 * float(over @ over) / SEARCHED_HZ
 
     def fitted(self, trajectory: FourierTrajectory, sizes: Array = SIZES) -> FourierTrajectory:
         """The motion, shrunk about its centre until it keeps every limit on a fine grid.
@@ -142,6 +179,11 @@ class Design:
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
         """Whether it does on a fine grid; a coarse one finds most of those that do not at a twentieth of the cost."""
         return all(self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in (SEARCHED_HZ, FITTED_HZ))
+
+
+def near_words(distance: float) -> str:
+    """A distance [m] that is too small, in words, before what it is to."""
+    return f"comes within {1e3 * distance:.0f} mm of" if distance > 0.0 else f"reaches {-1e3 * distance:.0f} mm into"
 
 
 def arm_model(plant: Plant, structure: Structure) -> ArmModel:

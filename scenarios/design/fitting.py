@@ -1,7 +1,6 @@
 """Of the motions that a search found one after another, the best that keeps its limits between the samples too."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from scenarios.design.excitation import SMALL_SIZES, Design
 from scenarios.design.search import Found, Series
@@ -10,19 +9,6 @@ from sim.trajectory import FourierTrajectory
 
 APART = 0.01
 """Costs of motions that are kept differ by so much: a deviation by 1 %. Nearer ones fail together."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Fitted:
-    """A motion that a robot can make.
-
-    Attributes:
-        motion: Within the limits.
-        reason: Why it is not the best that the search found; empty if it is.
-    """
-
-    motion: FourierTrajectory
-    reason: str
 
 
 def with_better(kept: Sequence[Found], found: Found) -> tuple[Found, ...]:
@@ -35,10 +21,10 @@ def with_better(kept: Sequence[Found], found: Found) -> tuple[Found, ...]:
     return (*(kept[:-1] if crowded else kept), found)
 
 
-def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> Fitted:
+def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> tuple[FourierTrajectory, str]:
     """The best motion of a search, if a tenth less of it is enough; else the best of what else can be fitted.
 
-    That is the same motion, shrunk farther, or an earlier one.
+    That is the same motion, shrunk farther, or an earlier one. With it, why it is not the best; empty if it is.
 
     Args:
         design: The problem.
@@ -50,16 +36,14 @@ def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> Fitted
     """
     best = series.motion(kept[-1].x)
     try:
-        return Fitted(motion=design.fitted(best), reason="")
+        return design.fitted(best), ""
     except TrajectoryError as error:
         reason = str(error)
     others = _shrunk(design, best)
     others += _earlier(design, series, kept[:-1], min(map(design.cost, others), default=float("inf")))
     if not others:
-        raise TrajectoryError(
-            f"none of the {len(kept)} best motions found can be scaled to the robot's limits; the best one: {reason}"
-        )
-    return Fitted(motion=min(others, key=design.cost), reason=reason)
+        raise TrajectoryError(f"no motion found can be scaled to the robot's limits; the best one: {reason}")
+    return min(others, key=design.cost), reason
 
 
 def first_fitted(design: Design, series: Series, searches: Iterable[Sequence[Found]]) -> FourierTrajectory:
@@ -76,13 +60,13 @@ def first_fitted(design: Design, series: Series, searches: Iterable[Sequence[Fou
     reason, motions = "", list[FourierTrajectory]()
     for kept in searches:
         try:
-            fitted = best_fitted(design, series, kept)
+            motion, why = best_fitted(design, series, kept)
         except TrajectoryError as error:
             reason = str(error)
             continue
-        if not fitted.reason:
-            return fitted.motion
-        motions.append(fitted.motion)
+        if not why:
+            return motion
+        motions.append(motion)
     if not motions:
         raise TrajectoryError(reason)
     return min(motions, key=design.cost)

@@ -10,23 +10,17 @@ from sim.errors import RobotError
 from sim.plant import Plant
 from sim.trajectory import FourierTrajectory
 
-SHARE = 0.95
-"""Share of a velocity or acceleration limit that a motion may use."""
-RANGE_SHARE = 0.9
-"""Share of each joint's position range."""
-TORQUE_SHARE = 0.8
-"""Share of the torque at the current limit."""
+SHARES = {"range": 0.9, "speed": 0.95, "acceleration": 0.95, "torque": 0.8}
+"""Share of each joint's limits that a designed motion may use; of the torque, that at the current limit."""
 CLEARANCE = 0.03
 """Smallest distance to the floor and to the arm itself [m]."""
-KINDS = (("range", RANGE_SHARE), ("speed", SHARE), ("acceleration", SHARE), ("torque", TORQUE_SHARE))
-"""Limits in the order of `excess_of`, and the share of each that a motion may use."""
 HALF_TURN = np.pi
-"""Way from home to either side of a joint that turns without end [rad]; assumed, cables are wound up."""
+"""Way to either side of a joint that turns without end [rad]; assumed, cables are wound up."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Limits:
-    """Bounds on a motion; arrays are (n,), in rad for revolute and in m for prismatic joints.
+    """Bounds on a motion; arrays are (n,), in rad for revolute and in m for prismatic joints, infinite without a bound.
 
     Attributes:
         lower: Positions [rad].
@@ -41,6 +35,51 @@ class Limits:
     velocity: Array
     acceleration: Array
     torque: Array
+
+    def excess(self, motion: tuple[Array, Array, Array], torques: Array) -> Array:
+        """How far a motion exceeds the shares of the limits, relative to the limits; zero where it does not.
+
+        Args:
+            motion: q, dq, ddq, each (N, n).
+            torques: Without and with payload [N m], shape (2, N, n).
+
+        Returns:
+            In the order of `SHARES`, shape (4, N, n).
+        """
+        q, dq, ddq = motion
+        center, half = 0.5 * (self.upper + self.lower), 0.5 * (self.upper - self.lower)
+        used = (
+            np.abs(q - center) / half,
+            np.abs(dq) / self.velocity,
+            np.abs(ddq) / self.acceleration,
+            np.abs(torques).max(axis=0) / self.torque,
+        )
+        return np.maximum(np.stack(used) - np.array([*SHARES.values()])[:, None, None], 0.0)
+
+    def largest_scale(self, trajectory: FourierTrajectory) -> Array:
+        """Factor on each joint's motion about its centre that just keeps range, velocity and acceleration, (n,)."""
+        q, dq, ddq = trajectory(np.arange(0.0, trajectory.duration, 1.0 / 50.0))
+        center = trajectory.center
+        room = SHARES["range"] * np.minimum(self.upper - center, center - self.lower)
+        return np.minimum.reduce(
+            [
+                room / np.abs(q - center).max(axis=0),
+                SHARES["speed"] * self.velocity / np.abs(dq).max(axis=0),
+                SHARES["acceleration"] * self.acceleration / np.abs(ddq).max(axis=0),
+            ]
+        )
+
+    def broken_by(self, motion: tuple[Array, Array, Array]) -> tuple[str, ...]:
+        """Limits but that of torque that q, dq, ddq, each (N, n), break, in words, a joint and limit each."""
+        q, dq, ddq = motion
+        n = q.shape[1]
+        used = (
+            ("positions", np.where((q < self.lower) | (q > self.upper), np.inf, 0.0), np.ones(n)),
+            ("speed", dq, self.velocity),
+            ("acceleration", ddq, self.acceleration),
+        )
+        broken = [(what, np.abs(values).max(axis=0) > most) for what, values, most in used]
+        return tuple(f"joint {j + 1}: {what}" for j in range(n) for what, over in broken if over[j])
 
 
 def robot_limits(plant: Plant) -> Limits:
@@ -65,51 +104,14 @@ def robot_limits(plant: Plant) -> Limits:
     )
 
 
-def excess_of(limits: Limits, motion: tuple[Array, Array, Array], torques: Array) -> Array:
-    """How far a motion breaks its limits, relative to them; all entries zero if it keeps them.
-
-    Args:
-        limits: The bounds.
-        motion: q, dq, ddq, each (N, n).
-        torques: Without and with payload [N m], shape (2, N, n).
-
-    Returns:
-        Positions, speeds, accelerations and torques, shape (4 N, n).
-    """
-    q, dq, ddq = motion
-    center, half = 0.5 * (limits.upper + limits.lower), 0.5 * (limits.upper - limits.lower)
-    over = [
-        np.abs(q - center) / half - RANGE_SHARE,
-        np.abs(dq) / limits.velocity - SHARE,
-        np.abs(ddq) / limits.acceleration - SHARE,
-        np.abs(torques).max(axis=0) / limits.torque - TORQUE_SHARE,
-    ]
-    return np.maximum(np.concatenate(over), 0.0)
-
-
 def worst_of(excess: Array, names: tuple[str, ...]) -> str:
     """Which limit a motion breaks most, in words.
 
     Args:
-        excess: That of `excess_of`, shape (4 N, n).
+        excess: That of `Limits.excess`, shape (4, N, n).
         names: Of the joints.
     """
-    by_kind = excess.reshape(len(KINDS), -1, len(names))
-    kind, _, joint = np.unravel_index(int(by_kind.argmax()), by_kind.shape)
-    what, share = KINDS[int(kind)]
+    kind, _, joint = np.unravel_index(int(excess.argmax()), excess.shape)
+    what, share = list(SHARES.items())[int(kind)]
     used = 100.0 * (float(excess.max()) + share)
     return f"takes {used:.0f} % of the {what} of joint {names[int(joint)]}, where {100.0 * share:g} % may be used"
-
-
-def largest_scale(limits: Limits, trajectory: FourierTrajectory) -> Array:
-    """Factor on each joint's motion about its centre that just keeps range, velocity and acceleration, (n,)."""
-    q, dq, ddq = trajectory(np.arange(0.0, trajectory.duration, 1.0 / 50.0))
-    center = trajectory.center
-    room = RANGE_SHARE * np.minimum(limits.upper - center, center - limits.lower)
-    return np.minimum.reduce(
-        [
-            room / np.abs(q - center).max(axis=0),
-            SHARE * limits.velocity / np.abs(dq).max(axis=0),
-            SHARE * limits.acceleration / np.abs(ddq).max(axis=0),
-        ]
-    )

@@ -1,4 +1,7 @@
-"""What a model file says of an arm beyond its kinematics: limits of torque and speed, a pose, what it leaves out."""
+"""What a model file says of an arm beyond its kinematics: limits of torque and speed, a pose, what it leaves out.
+
+Identification does not use masses, inertias, efforts and speeds; a simulation believes them, so they are checked here.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +10,11 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from ident.model.files.xml_tree import Element, read_xml
+from ident.model.files.chain import urdf_to_flange
+from ident.model.files.xml_tree import Element, read_xml, vector
+from ident.payload.payload import INERTIA_KEYS
+from ident.support.errors import RobotModelError
+from ident.support.naming import shown
 from sim.errors import ModelFileError
 from sim.model_spec import full_spec, unusable_meshes
 from sim.silenced_mujoco import silenced
@@ -16,6 +23,10 @@ OF_JOINTS = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
 """What an actuator pulls at; both are the same for a joint of one axis."""
 LEFT = {"damping": "damping", "frictionloss": "friction loss", "armature": "armature"}
 """What a joint states of its drive, by MuJoCo's name, which reads a URDF's <dynamics> so too, and in words."""
+STRONGEST = {"effort": 1e6, "velocity": 1e3}
+"""Largest effort [N m, N] and speed [rad/s, m/s] of a joint: the strongest arms that are made have 1e5 N m."""
+SLACK = 1e-6
+"""Rounding that moments of inertia may have."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,16 +115,8 @@ def _of_actuators(spec: mujoco.MjSpec) -> dict[str, float]:
 
 def _stated(limits: list[tuple[str, Element]], key: str) -> dict[str, float]:
     """Numbers above 0 of an attribute; 0 stands in many files for a limit that nobody knows."""
-    found: dict[str, float] = {}
-    for name, limit in limits:
-        text = limit.attributes.get(key, "")
-        try:
-            value = float(text)
-        except ValueError:
-            continue
-        if np.isfinite(value) and value > 0.0:
-            found[name] = value
-    return found
+    values = {name: float(limit.attributes.get(key, "nan")) for name, limit in limits}
+    return {name: value for name, value in values.items() if np.isfinite(value) and value > 0.0}
 
 
 def _keyframe(spec: mujoco.MjSpec) -> tuple[dict[str, float], str]:
@@ -124,3 +127,45 @@ def _keyframe(spec: mujoco.MjSpec) -> tuple[dict[str, float], str]:
             names = [joint.name or f"joint{number}" for number, joint in enumerate(joints, 1)]
             return {name: float(x) for name, x in zip(names, key.qpos, strict=True)}, key.name
     return {}, ""
+
+
+def check_stated_numbers(path: Path, flange: str | None = None) -> None:
+    """Check what a URDF states of masses and drives of the arm; files of MuJoCo are its compiler's.
+
+    Args:
+        path: The file.
+        flange: Last body of the arm; None where all bodies are the arm's.
+
+    Raises:
+        RobotModelError: Naming line, element and value of the first that no arm has.
+    """
+    if path.suffix.lower() != ".urdf":
+        return
+    root = read_xml(path) if flange is None else urdf_to_flange(read_xml(path), flange)
+    for link in root.all("link"):
+        for inertial in link.all("inertial"):
+            _check_inertial(link, inertial)
+    for joint in root.all("joint"):
+        for limit in joint.all("limit"):
+            for key, most in STRONGEST.items():
+                if limit.attributes.get(key, "").lower() in ("inf", "+inf"):  # no limit is stated
+                    continue
+                value = vector(limit, key, 1, largest=most)
+                if value is not None and value[0] < 0.0:
+                    raise RobotModelError(f"{limit.title}: {key} = {shown(limit.attributes[key])} is negative")
+
+
+def _check_inertial(link: Element, inertial: Element) -> None:
+    for mass in inertial.all("mass"):
+        value = vector(mass, "value", 1)
+        if value is not None and value[0] < 0.0:
+            raise RobotModelError(f"{mass.title}: value = {shown(mass.attributes['value'])}: a mass is not negative")
+    for inertia in inertial.all("inertia"):
+        ixx, iyy, izz, ixy, ixz, iyz = ((vector(inertia, key, 1) or (0.0,))[0] for key in INERTIA_KEYS)
+        moments = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        if moments[0] + moments[1] < (1.0 - SLACK) * moments[2]:
+            principal = ", ".join(f"{each:.4g}" for each in moments)
+            raise RobotModelError(
+                f"{inertia.title} of link {shown(link.attributes.get('name', ''))}: no body has principal "
+                f"moments {principal} kg m^2: none is negative, and none exceeds the sum of the other two"
+            )

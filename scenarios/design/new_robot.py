@@ -16,18 +16,16 @@ from ident.support.arrays import Array
 from scenarios.design.excitation import Design, Problem
 from scenarios.design.fitting import first_fitted
 from scenarios.design.limits import CLEARANCE, robot_limits
-from scenarios.design.model_facts import ModelFacts, model_facts
-from scenarios.design.prediction import prediction_of
-from scenarios.design.rows import drawn
-from scenarios.design.rules_of_thumb import Load, Stated, drives_by_rule, given_home, home_by_rule, load_by_rule
+from scenarios.design.model_facts import ModelFacts, check_stated_numbers, model_facts
+from scenarios.design.rules_of_thumb import Stated, assumed, drives_by_rule, given_home, home_by_rule, load_by_rule
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series
-from scenarios.design.stated_numbers import check_stated_numbers
 from scenarios.experiments.robot_models import check_same_payload, read_arm
+from scenarios.prediction.deviations import drawn, prediction_of
 from sim.clearance import Clearance
 from sim.drives import DriveTruth
 from sim.errors import RobotError, TrajectoryError
-from sim.plant import Plant
+from sim.plant import PayloadBody, Plant
 from sim.robot import Robot
 from sim.trajectory import FourierTrajectory
 
@@ -69,7 +67,7 @@ class NewRobot:
     facts: ModelFacts
     drives: Mapping[str, Stated]
     home: Stated
-    load: Load
+    load: PayloadBody
     home_clearance: float
 
 
@@ -126,13 +124,13 @@ def described(
         arm=arm,
         facts=facts,
         drives=drives,
-        home=Stated(np.zeros(arm.n), ("assumed",) * arm.n, "zero"),
+        home=assumed(np.zeros(arm.n), "zero"),
         load=load,
         home_clearance=0.0,
     )
     robot = as_robot(new)
     check_same_payload(arm, robot)
-    plant = Plant(robot=robot, drives=robot.drives, payload=load.body)
+    plant = Plant(robot=robot, drives=robot.drives, payload=load)
     clearance = Clearance(plant, margin=3.0 * CLEARANCE)
     pose = home_by_rule(arm, facts, clearance, far=CLEAR) if home is None else given_home(arm, home)
     return replace(new, home=pose, home_clearance=float(clearance(pose.value[None])[0]))
@@ -167,7 +165,7 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
         TrajectoryError: If none is.
         RobotError: If the payload that the arm can bear shows no gain.
     """
-    plant, body = Plant(robot=robot, drives=robot.drives, payload=new.load.body), new.load.body
+    plant, body = Plant(robot=robot, drives=robot.drives, payload=new.load), new.load
     problem = Problem(
         plant=plant,
         structure=structure_of(new.arm),
@@ -182,7 +180,7 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
         motion = first_fitted(design, series, (searched(design, series, attempt) for attempt in range(ATTEMPTS)))
     except TrajectoryError as error:
         raise TrajectoryError(
-            f"robot {new.name}: none of {ATTEMPTS} searches found a motion within the limits: {error}; {advice}"
+            f"robot {new.name}: {ATTEMPTS} searches for a motion failed: {error}; {advice}"
         ) from error
     found = Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
     if any(found.identifiable):

@@ -1,42 +1,198 @@
-"""A payload designed for a scenario: what its own shows along the motion, and what the best of each shape would."""
+"""A payload designed for a scenario: what its own shows along the motion, and what the best weight of each shape would.
+
+What the motion puts on the arm is sampled once, so that a weight costs a few milliseconds; dimensions are whole
+millimetres. Each shape is searched by differential evolution.
+"""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
+from scipy import optimize
 
-from ident.payload.payload import Payload
+from ident.payload.payload import Known, Payload
 from ident.support.arrays import Array, Mask
-from scenarios.design.excitation import Design, Problem
-from scenarios.design.payload_search import Candidate, Carrying, best_weight, payload_torque
-from scenarios.design.prediction import RESIDUAL, Deviations
-from scenarios.design.problem import design_problem, for_all_joints
-from scenarios.design.weights import SHAPES
+from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Problem, design_problem, objective
+from scenarios.design.limits import CLEARANCE, SHARES
+from scenarios.design.weights import SHAPES, Weight, payload_body, payload_of, solids
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import mountings
 from scenarios.experiments.files.schema import Scenario
+from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows, drawn
 from scenarios.support.errors import ScenarioError
+from sim.clearance import Clearance
 from sim.flange import Flange, flange_of
+from sim.trajectory import FourierTrajectory
 
-STEPS = 100 * len(SHAPES)
-"""What a design is counted in."""
+NEAR_HZ, TORQUE_HZ = 10.0, 50.0
+"""Samples a second at which distances and torques are looked at during the search."""
+ROOM = 1.3 * CLEARANCE
+"""Distance that the search keeps, where a finer look will want `CLEARANCE` [m]."""
+IMPOSSIBLE = 100.0
+"""Cost of a weight that breaks a bound, before it is said by how much."""
+POPULATION, GENERATIONS = 8, 25
+"""Candidates a dimension, and how often they are renewed."""
+LOOKED_AT = 10
+"""Of the best candidates that are left, how many are looked at on a fine grid until one may be mounted."""
+STEPS = 100 * len(SHAPES)  # that a design is counted in
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Before:
-    """The scenario's own payload along its own motion.
+class Mounted:
+    """A payload along a motion.
 
     Attributes:
         payload: As identification is told.
         deviations: Predicted.
         torque: Of the payload on each joint, rms [N m], shape (n,).
-        all_torque: Of bare and loaded motion on each joint, rms [N m], shape (n,).
     """
 
     payload: Payload
     deviations: Deviations
     torque: Array
-    all_torque: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Candidate(Mounted):
+    """A weight that was found.
+
+    Attributes:
+        weight: Its drawing.
+        cost: Objective of the wanted joints.
+        refusal: Why it must not be mounted; empty if it may.
+    """
+
+    weight: Weight
+    cost: float
+    refusal: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Carrying:
+    """What a weight is designed for, and the cost of weights there.
+
+    Attributes:
+        design: Robot, limits and wanted joints.
+        motion: The motion, sampled when first asked for.
+        flange: Where weights are mounted.
+        known: What identification is to be told of the weight.
+        most: Largest mass [kg]; infinite if nobody says.
+        density: Of the material [kg/m^3].
+    """
+
+    design: Design
+    motion: FourierTrajectory
+    flange: Flange
+    known: Known
+    most: float
+    density: float
+
+    @cached_property
+    def rows(self) -> MotionRows:
+        """The motion, sampled for predictions."""
+        return self.design.rows(self.motion)
+
+    @cached_property
+    def _predict(self) -> Callable[[Carried], Deviations]:
+        return self.design.problem.prediction(self.rows, self.design.problem.structure)
+
+    @cached_property
+    def _fast(self) -> MotionRows:
+        return self.design.rows(self.motion, TORQUE_HZ)
+
+    def payload(self, weight: Weight) -> Payload:
+        """A weight as identification is to be told of it."""
+        return replace(payload_of(weight, self.flange), known=self.known)
+
+    def problem_with(self, weight: Weight, payload: Payload) -> Problem:
+        """The same problem with a weight, as `payload`, on the flange."""
+        problem = self.design.problem
+        plant = replace(problem.plant, payload=payload_body(payload))
+        return replace(problem, plant=plant, carried=drawn(payload), solids=solids(weight, self.flange))
+
+    def cost(self, weight: Weight) -> float:
+        """Objective of the wanted joints; of an impossible weight, `IMPOSSIBLE` and more the less possible it is."""
+        missing = SHAPES[weight.shape].missing(weight.dimensions)
+        over = max(missing, 0.0) / 10.0 + max(weight.properties.mass / self.most - 1.0, 0.0)
+        if over > 0.0:
+            return IMPOSSIBLE + 10.0 + over
+        payload = self.payload(weight)
+        over = self._torque_excess(payload)
+        if over > 0.0:
+            return IMPOSSIBLE + min(over, 10.0)
+        value = objective(self._predict(drawn(payload)).total[self.design.problem.joints])
+        return value + 10.0 * max(ROOM - self._distance(weight, payload, NEAR_HZ), 0.0) / ROOM
+
+    def candidate(self, weight: Weight) -> Candidate:
+        """Everything about one weight, distances on a fine grid."""
+        payload = self.payload(weight)
+        deviations = self._predict(drawn(payload))
+        return Candidate(
+            weight=weight,
+            payload=payload,
+            deviations=deviations,
+            torque=_payload_torque(self.rows.Y, drawn(payload).chi),
+            cost=objective(deviations.total[self.design.problem.joints]),
+            refusal=self._refusal(weight, payload),
+        )
+
+    def best(self, shape: str, seed: int, tell: Callable[[float], None]) -> Candidate:
+        """The best weight of a shape.
+
+        Args:
+            shape: Of `SHAPES`.
+            seed: Of the random numbers.
+            tell: Told the share of the search that is done, now and then.
+        """
+        bounds = np.array([*SHAPES[shape].dimensions.values(), (0, 3)], dtype=np.float64)
+        calls = 0
+
+        def weight(x: Array) -> Weight:
+            *dimensions, quarter = np.rint(x).tolist()
+            return Weight(shape=shape, dimensions=tuple(dimensions), quarter=int(quarter), density=self.density)
+
+        def cost(x: Array) -> float:
+            nonlocal calls
+            calls += 1
+            tell(min(calls / (POPULATION * len(bounds) * (GENERATIONS + 1)), 1.0))
+            return self.cost(weight(x))
+
+        found = optimize.differential_evolution(
+            cost,
+            optimize.Bounds(bounds[:, 0], bounds[:, 1]),
+            integrality=[True] * len(bounds),
+            rng=np.random.default_rng(seed),
+            popsize=POPULATION,
+            maxiter=GENERATIONS,
+            tol=1e-4,
+            polish=False,
+        )
+        order = np.argsort(found.population_energies)[:LOOKED_AT]
+        looked_at = [self.candidate(weight(found.population[k])) for k in order]
+        return next((candidate for candidate in looked_at if not candidate.refusal), looked_at[0])
+
+    def _refusal(self, weight: Weight, payload: Payload) -> str:
+        if payload.mass > self.most:
+            return f"weighs {payload.mass:.2f} kg, more than the robot's rated load of {self.most:g} kg"
+        over = self._torque_excess(payload)
+        if over > 0.0:
+            used, may = over + SHARES["torque"] + EXCESS, SHARES["torque"] + EXCESS
+            return f"needs {100.0 * used:.0f} % of a drive's torque, where {100.0 * may:.0f} % may be used"
+        near = self._distance(weight, payload, FITTED_HZ)
+        if near < CLEARANCE * (1.0 - EXCESS):
+            return f"comes within {1e3 * max(near, 0.0):.0f} mm of floor or arm (required {1e3 * CLEARANCE:g} mm)"
+        return ""
+
+    def _torque_excess(self, payload: Payload) -> float:
+        used = np.abs(self._fast.torques(drawn(payload).chi)).max(axis=(0, 1)) / self.design.problem.limits.torque
+        return float(used.max()) - SHARES["torque"] - EXCESS
+
+    def _distance(self, weight: Weight, payload: Payload, rate_hz: float) -> float:
+        """Smallest distance to floor and arm at so many samples a second [m]."""
+        problem = self.problem_with(weight, payload)
+        q, _, _ = self.motion(np.arange(0.0, self.motion.duration, 1.0 / rate_hz))
+        return float(Clearance(problem.plant, ROOM, problem.solids)(q).min())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,10 +202,9 @@ class PayloadDesign:
     Attributes:
         scenario: For which.
         mounting: Name of the payload that it is in place of.
-        problem: Robot, limits, the scenario's own payload, and the joints that are to be shown.
-        flange: Where it is mounted.
-        most: Largest mass that the robot may carry [kg], None if its file does not say.
-        before: The scenario's own payload.
+        carrying: Robot, limits, the scenario's motion, the joints that are to be shown.
+        before: The scenario's own payload along its own motion.
+        all_torque: Of bare and loaded motion with it on each joint, rms [N m], shape (n,).
         candidates: The best of each shape, best first, those that must not be mounted last.
         again: The best one along a motion that was searched for it; None if none was.
         shown_below: Largest predicted deviation that counts as shown.
@@ -57,13 +212,17 @@ class PayloadDesign:
 
     scenario: Scenario
     mounting: str
-    problem: Problem
-    flange: Flange
-    most: float | None
-    before: Before
+    carrying: Carrying
+    before: Mounted
+    all_torque: Array
     candidates: tuple[Candidate, ...]
     again: Candidate | None
     shown_below: float
+
+    @property
+    def joints(self) -> list[int]:
+        """Those that are to be shown, from 0."""
+        return self.carrying.design.problem.joints.tolist()
 
     @property
     def best(self) -> Candidate:
@@ -90,7 +249,7 @@ class PayloadDesign:
 
     def worst(self, deviations: Deviations) -> float:
         """Largest deviation of a wanted gain from noise, whatever is known of the payload."""
-        return float(deviations.noise[self.problem.joints].max())
+        return float(deviations.noise[self.joints].max())
 
 
 def design_payload(
@@ -107,38 +266,35 @@ def design_payload(
     Raises:
         ScenarioError: If the scenario mounts no payload.
     """
-    problem = for_all_joints(design_problem(setup))
-    mounting = mountings(setup.protocol)[0]
-    believed, robot, motion = setup.payloads[mounting], problem.plant.robot, setup.experiments[0].trajectory
-    design, flange = Design(problem), flange_of(robot)
-    rows = design.rows(motion)
+    stated = design_problem(setup)
+    design = Design(replace(stated, joints=np.arange(setup.structure.arm.n)))
+    mounting, robot, gains = mountings(setup.protocol)[0], stated.plant.robot, setup.scenario.table.identification.gains
+    believed, chi = setup.payloads[mounting], stated.carried.chi
     carrying = Carrying(
         design=design,
-        motion=motion,
-        flange=flange,
+        motion=setup.experiments[0].trajectory,
+        flange=flange_of(robot),
         known=believed.known,
         most=np.inf if robot.rated_load is None else robot.rated_load,
         density=density,
     )
 
     def best(number: int, shape: str) -> Candidate:
-        return best_weight(carrying, shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
+        return carrying.best(shape, seed, lambda share: tell(round(100 * (number + share)), lambda: shape))
 
-    candidates = [best(number, shape) for number, shape in enumerate(SHAPES)]
-    gains = setup.scenario.table.identification.gains
+    candidates, rows = [best(number, shape) for number, shape in enumerate(SHAPES)], carrying.rows
     return PayloadDesign(
         scenario=setup.scenario,
         mounting=mounting,
-        problem=problem,
-        flange=flange,
-        most=robot.rated_load,
-        before=Before(
-            payload=believed,
-            deviations=design.deviations(rows),
-            torque=payload_torque(rows.Y, problem.carried.chi),
-            all_torque=np.sqrt(np.mean(rows.torques(problem.carried.chi) ** 2, axis=(0, 1))),
-        ),
+        carrying=carrying,
+        before=Mounted(payload=believed, deviations=design.deviations(rows), torque=_payload_torque(rows.Y, chi)),
+        all_torque=np.sqrt(np.mean(rows.torques(chi) ** 2, axis=(0, 1))),
         candidates=tuple(sorted(candidates, key=lambda each: (bool(each.refusal), each.cost))),
         again=None,
         shown_below=gains.max_rel_std * RESIDUAL / max(gains.noise_floor, RESIDUAL),
     )
+
+
+def _payload_torque(Y: Array, chi: Array) -> Array:
+    """Rms torque that a payload puts on each joint [N m], shape (n,); Y (N, n, 10)."""
+    return np.sqrt(np.mean((Y @ chi) ** 2, axis=0))

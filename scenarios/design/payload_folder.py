@@ -9,8 +9,7 @@ from ident.payload.files import payload_from_table, payload_to_table, write_payl
 from ident.payload.payload import Payload
 from ident.support.naming import one_line
 from scenarios.design.payload_design import PayloadDesign
-from scenarios.design.tolerances import MASS_STD
-from scenarios.design.weights import SHAPES
+from scenarios.design.weights import MASS_STD
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.mountings import LOADED
 from scenarios.experiments.files.schema_line import schema_line
@@ -37,28 +36,20 @@ def write_payload_folder(design: PayloadDesign, scenario: str, motion: FourierTr
     Raises:
         OSError: If something cannot be written.
     """
-    write_payload_file(design, folder / PAYLOAD)
+    weight, last = design.best.weight, one_line(design.carrying.design.problem.structure.arm.joint_names[-1])
+    comment = (
+        f"{schema_line('payload')}\n"
+        f"# {weight.shape}: {weight.stated} mm, {90 * weight.quarter} degrees about the flange's z; "
+        f"{weight.density:g} kg/m^3.\n"
+        f"# com: m from {last}, the last joint, in the axes of the link that it moves; the drawing has the axes of\n"
+        "# the flange. inertia: kg m^2 about com, in the same axes as com.\n"
+        "# Nominal values. Weigh the weight when it is made and enter its mass here; mass_std assumes a scale\n"
+        f"# of {2e3 * MASS_STD:g} g at two sigma."
+    )
+    write_payload(as_written(design.best.payload), folder / PAYLOAD, comment=comment)
     write_scenario_file(design, scenario, folder / SCENARIO)
     if motion is not None:
         write_motion(motion, folder / MOTION, [f"Searched for {PAYLOAD}"])
-
-
-def write_payload_file(design: PayloadDesign, path: Path) -> None:
-    """Write the payload file, to be corrected when the weight has been made and weighed."""
-    weight, last = design.best.weight, one_line(design.problem.structure.arm.joint_names[-1])
-    size = ", ".join(
-        f"{each.name} {value:g}" for each, value in zip(SHAPES[weight.shape].dimensions, weight.dimensions, strict=True)
-    )
-    comment = (
-        f"{schema_line('payload')}\n# {weight.shape}: {size} mm, {90 * weight.quarter} degrees about the flange's z; "
-        f"{weight.density:g} kg/m^3.\n"
-        f"# com: m from {last}, the last joint, in the axes of the link "
-        "that it moves, and not those of\n# the flange, which the drawing has. inertia: kg m^2 about com, in the same "
-        "axes.\n"
-        f"# Nominal values. Weigh it and enter the mass here; mass_std assumes a scale of {2e3 * MASS_STD:g} g "
-        "at two sigma."
-    )
-    write_payload(as_written(design.best.payload), path, comment=comment)
 
 
 def as_written(payload: Payload) -> Payload:
@@ -88,33 +79,26 @@ def write_scenario_file(design: PayloadDesign, scenario: str, path: Path) -> Non
         scenario: Name or path of the scenario that was designed for.
         path: Where.
     """
-    table = design.scenario.table
-    shown = design.shows(design.after.deviations)
-    gain = [
-        max(given, math.ceil(100.0 * SIGMAS * std) / 100.0)
-        for given, std in zip(table.tolerance.gain, design.after.deviations.noise, strict=True)
-    ]
+    wanted, after, weight = design.scenario.table.tolerance.gain, design.after.deviations, design.best.weight
+    gain = [max(given, math.ceil(100.0 * SIGMAS * std) / 100.0) for given, std in zip(wanted, after.noise, strict=True)]
     base = scenario if scenario in builtin_names() else os.path.relpath(Path(scenario).resolve(), path.parent.resolve())
-    written = payload_to_table(as_written(design.best.payload))
+    payload = payload_to_table(as_written(design.best.payload))
+    place = "payload" if design.mounting == LOADED else f"payloads.{design.mounting}"
+    stated = {key: f"{key} = {toml_value(value)}" for key, value in payload.items()}
     lines = [
         schema_line("scenario"),
         f"extends = {toml_value(base)}",
-        f'description = "with the {design.best.weight.shape} that was designed for it"',
+        f'description = "with the {weight.shape} that was designed for it"',
         "",
         *([] if design.again is None else ["[experiment]", f"motion = {toml_value(MOTION)}", ""]),
-        *_payload_lines("plant", design, written),
+        f"[plant.{place}]",
+        *(stated[key] for key in ("mass", "com", "inertia")),
         "",
-        *_payload_lines("belief", design, written),
+        f"[belief.{place}]",
+        *stated.values(),
         "",
         "[tolerance]",
         f"gain = {gain!r}",
-        f"identifiable = [{', '.join(str(bool(each)).lower() for each in shown)}]",
+        f"identifiable = [{', '.join(str(bool(each)).lower() for each in design.shows(after))}]",
     ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _payload_lines(side: str, design: PayloadDesign, table: dict[str, object]) -> list[str]:
-    """The payload as a table of the plant or of the belief."""
-    place = "payload" if design.mounting == LOADED else f"payloads.{design.mounting}"
-    keys = ("mass", "com", "inertia") if side == "plant" else tuple(table)
-    return [f"[{side}.{place}]", *(f"{key} = {toml_value(table[key])}" for key in keys)]

@@ -1,22 +1,9 @@
 """What commands that design print: a robot begun from its model, a weight made for a scenario, a motion."""
 
 import math
-from collections.abc import Sequence
-from pathlib import Path
 
-import numpy as np
 from pydantic import Field
 
-import scenarios.design.new_robot as new_robot
-import scenarios.design.payload_design as payload_design
-from ident.payload.files import payload_to_table
-from ident.support.arrays import Array
-from scenarios.design.motion_formats.limits import MotionLimits
-from scenarios.design.motion_formats.sampled import SampledMotion
-from scenarios.design.payload_search import Candidate
-from scenarios.design.prediction import RESIDUAL, Deviations
-from scenarios.design.searched_motion import SearchedMotion
-from scenarios.design.weights import SHAPES
 from scenarios.support.result_model import ResultModel
 
 
@@ -37,17 +24,6 @@ class NewRobot(ResultModel):
     predicted_rel_std: list[float]
     identifiable: list[bool]
     files: list[str]
-
-
-def new_robot_result(new: new_robot.NewRobot, found: new_robot.Found, files: Sequence[Path]) -> NewRobot:
-    """A robot that was described, and the files that say so."""
-    return NewRobot(
-        robot=new.name,
-        joints=list(new.arm.joint_names),
-        predicted_rel_std=found.predicted.tolist(),
-        identifiable=list(found.identifiable),
-        files=list(map(str, files)),
-    )
 
 
 class DesignedJoint(ResultModel):
@@ -114,54 +90,6 @@ class PayloadDesign(ResultModel):
     candidates: list[DesignedWeight]
 
 
-def payload_design_result(design: payload_design.PayloadDesign) -> PayloadDesign:
-    """What a design came to."""
-    return PayloadDesign(
-        scenario=design.scenario.name,
-        residual=RESIDUAL,
-        rated_load=design.most,
-        own_is_better=design.worst(design.before.deviations) <= design.worst(design.after.deviations),
-        flange=design.flange.name or None,
-        before=_payload(design, design.before),
-        after=_payload(design, design.after),
-        candidates=[_weight(design, each) for each in design.candidates],
-    )
-
-
-def _payload(design: payload_design.PayloadDesign, found: payload_design.Before | Candidate) -> DesignedPayload:
-    return DesignedPayload(
-        payload=payload_to_table(found.payload), joints=_joints(design, found.deviations, found.torque)
-    )
-
-
-def _weight(design: payload_design.PayloadDesign, found: Candidate) -> DesignedWeight:
-    weight = found.weight
-    names = (each.name for each in SHAPES[weight.shape].dimensions)
-    return DesignedWeight(
-        shape=weight.shape,
-        dimensions_mm=dict(zip(names, weight.dimensions, strict=True)),
-        turned_deg=90 * weight.quarter,
-        density=weight.density,
-        refusal=found.refusal or None,
-        payload=payload_to_table(found.payload),
-        joints=_joints(design, found.deviations, found.torque),
-    )
-
-
-def _joints(design: payload_design.PayloadDesign, found: Deviations, torque: Array) -> list[DesignedJoint]:
-    return [
-        DesignedJoint(
-            joint=j + 1,
-            wanted=j in design.problem.joints,
-            payload_torque_rms=float(torque[j]),
-            std=_finite(found.noise[j]),
-            payload_std=_finite(found.payload[j]),
-            shown=bool(design.shows(found)[j]),
-        )
-        for j in range(len(torque))
-    ]
-
-
 class Sampled(ResultModel):
     """What `rx90 trajectory --json` prints; a number a joint.
 
@@ -183,27 +111,6 @@ class Sampled(ResultModel):
     beyond_limits: list[str]
 
 
-def sampled_result(motion: SampledMotion, limits: MotionLimits, out: Path, form: str) -> Sampled:
-    """A motion that was written.
-
-    Args:
-        motion: The motion.
-        limits: Of the arm.
-        out: The file.
-        form: Its form.
-    """
-    return Sampled(
-        out=str(out),
-        format=form,
-        samples=len(motion.t),
-        duration_s=float(motion.t[-1]),
-        start=motion.q[0].tolist(),
-        max_velocity=np.abs(motion.dq).max(axis=0).tolist(),
-        max_acceleration=np.abs(motion.ddq).max(axis=0).tolist(),
-        beyond_limits=list(limits.broken_by(motion)),
-    )
-
-
 class Searched(ResultModel):
     """What `rx90 excite --json` prints.
 
@@ -223,23 +130,6 @@ class Searched(ResultModel):
     )
 
 
-def searched_result(found: SearchedMotion, start: float, cost: float, out: Path) -> Searched:
-    """A motion that was found.
-
-    Args:
-        found: The motion.
-        start: Cost of the motion that the search began with.
-        cost: Of the one that was found.
-        out: The file.
-    """
-    return Searched(
-        out=str(out),
-        tried=found.tried,
-        cost_of_start=start,
-        cost=cost,
-        predicted_rel_std=list(map(_finite, found.deviations)),
-    )
-
-
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """The value, None where there is none."""
     return float(value) if math.isfinite(value) else None

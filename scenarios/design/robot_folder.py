@@ -10,7 +10,8 @@ import numpy as np
 from ident.support.naming import shown
 from ident.support.toml_files import read_toml
 from scenarios.design.new_robot import Found, NewRobot
-from scenarios.design.rules_of_thumb import Stated
+from scenarios.design.rules_of_thumb import LOAD_SOURCE, Stated
+from scenarios.design.searched_motion import percents
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.schema_line import schema_line
 from scenarios.experiments.files.toml_values import toml_value
@@ -62,14 +63,13 @@ def robot_text(new: NewRobot) -> str:
 
 def scenario_text(new: NewRobot, found: Found) -> str:
     """The scenario file."""
-    body = new.load.body
+    body = new.load
     ixx, iyy, izz, *_ = body.inertia
     moments = f"{{ ixx = {ixx!r}, iyy = {iyy!r}, izz = {izz!r} }}"
     payload = f"{{ mass = {body.mass!r}, com = {list(body.com)!r}, inertia = {moments} }}"
     soft = [1.0 / (float(ia) * (2.0 * np.pi * SWING[1]) ** 2) for ia in new.drives["rotor_inertia"].value]
     soft = [float(f"{c:.3g}") for c in soft]
     more = [float(f"{c * ((SWING[1] / SWING[0]) ** 2 - 1.0):.3g}") for c in soft]
-    shown = ", ".join(f"{100.0 * std:.2g}" for std in found.predicted)
     truth = ", ".join("true" if each else "false" for each in found.identifiable)
     return f"""{schema_line("scenario")}
 extends = "any-arm"          # controller, sensors and error sources that all arms share
@@ -78,7 +78,7 @@ robot = "{ROBOT}"         # beside this file
 
 [plant]                      # what is true; drives that are not stated are those of {ROBOT}
 payload = {payload}
-# {new.load.source}
+# {LOAD_SOURCE}
 # kg, m in the frame of the last link, kg m^2 about the centre of mass
 
 [experiment]
@@ -90,7 +90,7 @@ payload = {payload}  # as it is
 
 [tolerance]
 gain = {list(found.tolerance)!r}  # relative; four predicted deviations, 2 % at least
-identifiable = [{truth}]  # predicted deviations [%]: {shown}; wanted up to 8
+identifiable = [{truth}]  # predicted deviations [%]: {percents(found.predicted)}; wanted up to 8
 
 [sources."joint elasticity"]  # assumed: rotors on their transmissions swing at {SWING[0]:g} to {SWING[1]:g} Hz
 target = "plant.errors.joint_compliance"

@@ -11,6 +11,7 @@ import numpy as np
 
 from ident.model.arm import Arm
 from ident.support.arrays import Array
+from scenarios.design.limits import HALF_TURN
 from scenarios.design.model_facts import ModelFacts
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
@@ -43,10 +44,13 @@ USUAL = 0.9
 """Share of these states that a payload leaves room for; a search for a motion keeps clear of the others."""
 HEAVIEST = 10.0
 """Largest payload [kg]."""
-TURN = np.pi
-"""Half the range of a joint that has none [rad]."""
 DENSITY = 7850.0
 """Of steel [kg/m^3]."""
+LOAD_SOURCE = (
+    f"assumed: a steel bar of 1 x 1 x 3 beside the last joint's axis; it takes at most {100.0 * LOADED:g} % of any "
+    f"joint's largest torque and weighs at most {HEAVIEST:g} kg"
+)
+"""What a payload by rule is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,19 +65,6 @@ class Stated:
 
     value: Array
     origin: tuple[str, ...]
-    source: str
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Load:
-    """A payload and what it is.
-
-    Attributes:
-        body: A steel bar beside the axis of the last joint, so that every joint feels it.
-        source: In words.
-    """
-
-    body: PayloadBody
     source: str
 
 
@@ -94,45 +85,47 @@ def drives_by_rule(arm: Arm, model: Path, flange: str | None, facts: ModelFacts)
     usual = np.where(arm.revolute, SPEED, SLIDE)
     speed = _or_rule(arm, facts.velocity, usual, f"{SPEED:g} rad/s or {SLIDE:g} m/s", model)
     acceleration = ACCELERATION * speed.value
-    usual_load = _bar(RATED * moving_mass(arm, model, flange), _beside_the_axis(arm))
-    need = _random_torques(arm, model, flange, speed.value / 3.0, acceleration / 3.0, usual_load)
+    compiled = bare_arm(model, np.zeros(arm.n), flange)
+    moving_mass = float(compiled.body_subtreemass[compiled.jnt_bodyid[0]])
+    load = _bar(RATED * moving_mass, _beside_the_axis(arm))
+    need = np.abs(_random_torques(arm, model, flange, speed.value, load)).max(axis=0)
     words = f"{NEEDED:g} times what random motions need with a load of {100.0 * RATED:g} % of the moving mass"
     torque = _or_rule(arm, facts.torque, NEEDED * need, words, model)
     rotor = ROTOR * torque.value
     viscous = VISCOUS * rotor
     coulomb = COULOMB * viscous
+    rules = {
+        "gain": (np.ones(arm.n), "a log of torques computed with the maker's own constants: 1 unit is 1 N m or 1 N"),
+        "rotor_inertia": (rotor, f"{ROTOR:g} times the largest torque; the RX-90's has 0.005 to 0.0075"),
+        "viscous_friction": (viscous, f"{VISCOUS:g} 1/s times the rotor inertia; an identified TX-40 has 15 to 60"),
+        "coulomb_friction": (
+            coulomb,
+            f"{COULOMB:g} rad/s or m/s times the viscous friction; an identified TX-40 has 0.9 to 3.2",
+        ),
+        "coulomb_asymmetry": (ASYMMETRY * coulomb, "3 % of the Coulomb friction, as on an identified TX-40"),
+        "amplifier_offset": (OFFSET * coulomb, "2 % of the Coulomb friction, as on an identified TX-40"),
+    }
+    limit = Stated(torque.value, torque.origin, f"largest torque over gain; torque: {torque.source}")
+    most = f"{ACCELERATION:g} 1/s times the largest speed; the RX-90's robot file has 3 to 6"
     return {
-        "gain": assumed(
-            np.ones(arm.n), "a log of torques computed with the maker's own constants: 1 unit is 1 N m or 1 N"
-        ),
-        "rotor_inertia": assumed(rotor, f"{ROTOR:g} times the largest torque; the RX-90's has 0.005 to 0.0075"),
-        "viscous_friction": assumed(
-            viscous, f"{VISCOUS:g} 1/s times the rotor inertia; an identified TX-40 has 15 to 60"
-        ),
-        "coulomb_friction": assumed(
-            coulomb, f"{COULOMB:g} rad/s or m/s times the viscous friction; an identified TX-40 has 0.9 to 3.2"
-        ),
-        "coulomb_asymmetry": assumed(ASYMMETRY * coulomb, "3 % of the Coulomb friction, as on an identified TX-40"),
-        "amplifier_offset": assumed(OFFSET * coulomb, "2 % of the Coulomb friction, as on an identified TX-40"),
-        "current_limit": Stated(torque.value, torque.origin, f"largest torque over gain; torque: {torque.source}"),
+        **{name: assumed(value, source) for name, (value, source) in rules.items()},
+        "current_limit": limit,
         "max_velocity": speed,
-        "max_acceleration": assumed(
-            acceleration, f"{ACCELERATION:g} 1/s times the largest speed; the RX-90's robot file has 3 to 6"
-        ),
+        "max_acceleration": assumed(acceleration, most),
     }
 
 
-def load_by_rule(arm: Arm, model: Path, flange: str | None, drives: Mapping[str, Stated]) -> Load:
-    """A payload that every joint feels and none is overloaded by.
+def load_by_rule(arm: Arm, model: Path, flange: str | None, drives: Mapping[str, Stated]) -> PayloadBody:
+    """A payload that every joint feels and none is overloaded by, `LOAD_SOURCE`.
 
     Raises:
         RobotError: If the bare arm alone needs more than a joint's largest torque.
     """
-    torque, speed = drives["current_limit"].value, drives["max_velocity"].value
-    com = _beside_the_axis(arm)
-    state = speed / 3.0, ACCELERATION * speed / 3.0
-    need = _random_torques(arm, model, flange, *state, None, share=USUAL)
-    each = _random_torques(arm, model, flange, *state, _bar(1.0, com), bare=False)
+    torque, com = drives["current_limit"].value, _beside_the_axis(arm)
+    bare, loaded = (
+        _random_torques(arm, model, flange, drives["max_velocity"].value, x) for x in (None, _bar(1.0, com))
+    )
+    need, each = np.quantile(np.abs(bare), USUAL, axis=0), np.abs(loaded - bare).max(axis=0)
     room = np.minimum(LOADED * torque, TORQUE_SHARE * torque - need)
     for j in np.flatnonzero(room <= 0.0):
         raise RobotError(
@@ -141,9 +134,7 @@ def load_by_rule(arm: Arm, model: Path, flange: str | None, drives: Mapping[str,
         )
     most = min(HEAVIEST, float(np.min(room / np.maximum(each, 1e-9))))
     digits = 10.0 ** (np.floor(np.log10(most)) - 1.0)
-    mass = float(f"{np.floor(most / digits) * digits:.2g}")
-    share = f"asks {100.0 * LOADED:g} % of no joint's largest torque, {HEAVIEST:g} kg at most"
-    return Load(_bar(mass, com), f"assumed: a steel bar of 1 x 1 x 3 on a bracket, which {share}")
+    return _bar(float(f"{np.floor(most / digits) * digits:.2g}"), com)
 
 
 def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array], far: float) -> Stated:
@@ -164,16 +155,14 @@ def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array
         poses.insert(0, (keyframe, f"keyframe {facts.home_name!r} of the model file"))
     inside = [(q, what) for q, what in poses if (np.abs(q - middle) <= 0.7 * half).all()]
     distance = clearance(np.array([q for q, _ in inside]))
-    clear = np.flatnonzero(distance >= far)
-    if clear.size:
-        pose, what = inside[int(clear[0])]
+    chosen = int(np.argmax(distance >= far)) if (distance >= far).any() else int(np.argmax(distance))
+    pose, what = inside[chosen]
+    if distance[chosen] >= far:
         return assumed(pose, f"{what}, the first pose tried that is clear of floor and arm")
-    farthest = int(np.argmax(distance))
-    pose, what = inside[farthest]
     return assumed(
         pose,
         f"{what}; none of the poses tried is clear of floor and arm by {1e3 * far:g} mm; this one has the "
-        f"largest clearance, {1e3 * distance[farthest]:.0f} mm",
+        f"largest clearance, {1e3 * distance[chosen]:.0f} mm",
     )
 
 
@@ -192,42 +181,19 @@ def given_home(arm: Arm, pose: Sequence[float]) -> Stated:
     return assumed(np.array(pose), "the pose that rx90 new-robot was given")
 
 
-def moving_mass(arm: Arm, model: Path, flange: str | None) -> float:
-    """Mass of all links that move [kg]."""
-    compiled = bare_arm(model, np.zeros(arm.n), flange)
-    return float(compiled.body_subtreemass[compiled.jnt_bodyid[0]])
-
-
-def _random_torques(
-    arm: Arm,
-    model: Path,
-    flange: str | None,
-    speed: Array,
-    acceleration: Array,
-    body: PayloadBody | None,
-    *,
-    bare: bool = True,
-    share: float = 1.0,
-) -> Array:
-    """Torques that a share of random states stays below [N m or N], shape (n,), with or without payload.
-
-    Not `bare`: what the payload adds.
-    """
+def _random_torques(arm: Arm, model: Path, flange: str | None, most: Array, load: PayloadBody | None) -> Array:
+    """Torques in random states up to a third of speed `most` and acceleration [N m or N], shape (STATES, n)."""
     lower, upper = _ends(arm)
     rng = np.random.default_rng(0)
     q = rng.uniform(lower, upper, (STATES, arm.n))
-    dq, ddq = (rng.uniform(-most, most, (STATES, arm.n)) for most in (speed, acceleration))
-
-    def torque(carried: PayloadBody | None) -> Array:
-        return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, carried), q, dq, ddq)
-
-    return np.quantile(np.abs(torque(body) - (0.0 if bare else torque(None))), share, axis=0)
+    dq, ddq = (rng.uniform(-end, end, (STATES, arm.n)) for end in (most / 3.0, ACCELERATION * most / 3.0))
+    return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, load), q, dq, ddq)
 
 
 def _ends(arm: Arm) -> tuple[Array, Array]:
     """Lower and upper ends of the joints' ranges, each (n,); a joint without any has a turn."""
     endless = ~np.isfinite(arm.upper - arm.lower)
-    return np.where(endless, -TURN, arm.lower), np.where(endless, TURN, arm.upper)
+    return np.where(endless, -HALF_TURN, arm.lower), np.where(endless, HALF_TURN, arm.upper)
 
 
 def _or_rule(arm: Arm, stated: Mapping[str, float], rule: Array, words: str, model: Path) -> Stated:

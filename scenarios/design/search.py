@@ -15,9 +15,10 @@ import cma
 import numpy as np
 from scipy import special
 
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Mask
 from scenarios.design.excitation import Design, Problem
-from scenarios.design.limits import Limits, largest_scale
+from scenarios.design.limits import SHARES, Limits
+from sim.errors import TrajectoryError
 from sim.trajectory import FourierTrajectory, at_rest
 
 FIRST = 300
@@ -26,6 +27,9 @@ STEP, SMALL_STEP = 0.2, 0.05
 """Deviation of the first steps, from a random motion and from one that a search has found."""
 LEAST_SHARE = 0.25
 """Least share of its largest motion that a joint moves: one that rests shows none of its own parameters."""
+
+POSITIONS, ADMISSIBLE = 2000, 30
+"""Positions that are drawn where home will not do, and how many admissible ones of them are kept."""
 
 Judge = Callable[[Sequence[Array]], list[float]]
 """Costs of motions."""
@@ -56,7 +60,7 @@ class Series:
         sine, cosine = x[2 * n :].reshape(2, n, self.harmonics)
         raw = at_rest(x[:n], sine, cosine, self.duration)
         share = LEAST_SHARE + (1.0 - LEAST_SHARE) * special.expit(x[n : 2 * n])
-        scale = (share * largest_scale(self.limits, raw))[:, None]
+        scale = (share * self.limits.largest_scale(raw))[:, None]
         return FourierTrajectory(raw.center, scale * raw.sine, scale * raw.cosine, self.duration)
 
     def drawn(self, start: Array, rng: np.random.Generator) -> Array:
@@ -67,7 +71,7 @@ class Series:
 
     def point(self, motion: FourierTrajectory) -> Array:
         """The point of a motion of at most these harmonics; a joint that moves less than its least share moves that."""
-        room = largest_scale(self.limits, motion)
+        room = self.limits.largest_scale(motion)
         share = (np.clip(1.0 / room, LEAST_SHARE + 1e-3, 1.0 - 1e-3) - LEAST_SHARE) / (1.0 - LEAST_SHARE)
         coefficients = np.zeros((2, self.n, self.harmonics))
         coefficients[..., : motion.sine.shape[1]] = motion.sine, motion.cosine
@@ -91,21 +95,55 @@ class Found:
     tried: int
 
 
+def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
+    """Positions that motions may move about at first.
+
+    Args:
+        design: The problem.
+        home: Positions that the robot's file names [rad or m], shape (n,).
+        rng: Draws others.
+
+    Returns:
+        Home alone if it is admissible at rest, else admissible positions drawn within the ranges, shape (k, n).
+
+    Raises:
+        TrajectoryError: If none of them is.
+    """
+    if admissible(design, home[None])[0]:
+        return home[None]
+    limits = design.problem.limits
+    center, half = 0.5 * (limits.upper + limits.lower), 0.5 * SHARES["range"] * (limits.upper - limits.lower)
+    drawn = center + half * rng.uniform(-1.0, 1.0, (POSITIONS, len(home)))
+    found = drawn[admissible(design, drawn)][:ADMISSIBLE]
+    if not len(found):
+        raise TrajectoryError(
+            f"robot {design.problem.plant.robot.name}: at home and at {POSITIONS} random positions the arm is too near "
+            f"to floor or itself, or holding the payload takes more than {100.0 * SHARES['torque']:g} % of a joint's "
+            "torque; check shapes, current limits and payload"
+        )
+    return found
+
+
+def admissible(design: Design, q: Array) -> Mask:
+    """Which positions (k, n) keep every limit at rest, shape (k,)."""
+    none = np.zeros((q.shape[1], 1))
+    resting = (FourierTrajectory(each, none, none, 1.0) for each in q)
+    return np.array([not design.excess(design.rows(each, 1.0)).any() for each in resting], dtype=bool)
+
+
 def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Found:
     """The best of `FIRST` random motions, about each start in turn."""
     rng = np.random.default_rng(seed)
-    return _best([series.drawn(starts[k % len(starts)], rng) for k in range(FIRST)], judge)
+    points = [series.drawn(starts[k % len(starts)], rng) for k in range(FIRST)]
+    costs = judge(points)
+    best = int(np.argmin(costs))
+    return Found(x=points[best], cost=costs[best], tried=0)
 
 
 def known_point(series: Series, motion: FourierTrajectory, tried: int, judge: Judge) -> Found:
     """A motion that a search found before it was stopped, to go on from."""
-    return _best([series.point(motion)], judge, tried=tried)
-
-
-def _best(points: Sequence[Array], judge: Judge, *, tried: int = 0) -> Found:
-    costs = judge(points)
-    best = int(np.argmin(costs))
-    return Found(x=points[best], cost=costs[best], tried=tried)
+    x = series.point(motion)
+    return Found(x=x, cost=judge([x])[0], tried=tried)
 
 
 def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge) -> Iterator[Found]:

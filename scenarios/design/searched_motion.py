@@ -1,70 +1,76 @@
-"""Motion files of searches: how the motion was found, what it predicts, and whether the search was stopped."""
+"""Motions that a search is begun with or leaves: a scenario's own, and files that say how their motion was found."""
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from ident.support.arrays import Array
-from scenarios.experiments.files.motions import read_motion, write_motion
+from scenarios.design.excitation import Design
+from scenarios.design.search import Series
+from scenarios.experiments.files.motions import read_motion
+from scenarios.experiments.files.schema import Scenario
+from scenarios.prediction.deviations import RESIDUAL, ROWS_PER_SECOND
+from scenarios.support.errors import ScenarioError
 from sim.trajectory import FourierTrajectory
 
 FOUND_BY = "Found by: "
 STOPPED = re.compile(r"# Stopped after (\d+) of \d+ motions")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SearchedMotion:
-    """A motion and how it was found.
-
-    Attributes:
-        motion: The motion.
-        command: The command that finds it, without the name of the file.
-        tried: Motions that were tried.
-        wanted: Motions that should be.
-        deviations: Predicted relative standard deviations of all gains, shape (n,).
-    """
+class Unfinished(NamedTuple):
+    """The best motion of a search that was stopped, and how many motions it tried."""
 
     motion: FourierTrajectory
-    command: str
     tried: int
-    wanted: int
-    deviations: Array
-
-    @property
-    def predicted(self) -> str:
-        """The deviations in percent, in words."""
-        return ", ".join(f"{100.0 * std:.2g}" for std in self.deviations)
 
 
-def write_searched(found: SearchedMotion, path: Path, residual: float) -> None:
-    """Write a motion with how it was found above it.
+def own_motion(scenario: Scenario, design: Design) -> FourierTrajectory | None:
+    """The motion of a scenario; None where there is none yet, or none that this robot can make."""
+    try:
+        motion = read_motion(scenario.table.experiment.motion, scenario.folder)
+    except ScenarioError:
+        return None
+    return motion if motion.n == design.problem.plant.robot.n and design.keeps_limits(motion) else None
+
+
+def first_motion(scenario: Scenario, series: Series) -> FourierTrajectory:
+    """The motion of a scenario, for a search to begin with.
+
+    Raises:
+        ScenarioError: If no point of the series is that motion; if there is none.
+    """
+    motion = read_motion(scenario.table.experiment.motion, scenario.folder)
+    n, harmonics = motion.sine.shape
+    if n != series.n or harmonics > series.harmonics or motion.duration != series.duration:
+        raise ScenarioError(
+            f"{scenario.name}: motion {scenario.table.experiment.motion!r} has {harmonics} harmonics of {n} joints in "
+            f"{motion.duration:g} s; to improve it, search with --duration {motion.duration:g} and --harmonics "
+            f"{harmonics} or more, on an arm of {n} joints"
+        )
+    return motion
+
+
+def percents(deviations: Array) -> str:
+    """Predicted deviations of all gains, shape (n,), in percent and in words."""
+    return ", ".join(f"{100.0 * std:.2g}" for std in deviations)
+
+
+def search_comments(command: str, deviations: Array, *, tried: int, wanted: int) -> list[str]:
+    """What stands above a motion in its file: how it was found, and what it predicts.
 
     Args:
-        found: The motion.
-        path: Where.
-        residual: Share of each joint's rms torque that the prediction takes as residual.
+        command: That finds it, without the name of the file.
+        deviations: Predicted relative standard deviations of all gains, shape (n,).
+        tried: Motions that were tried.
+        wanted: Motions that should be.
     """
-    comments = [f"{FOUND_BY}{found.command} --out FILE"]
-    if found.tried < found.wanted:
-        comments.append(f"Stopped after {found.tried} of {found.wanted} motions; repeat the command to continue.")
-    comments += [
-        f"Predicted standard deviation of the gains [%], joints 1 to {len(found.deviations)}: {found.predicted}",
-        f"(for a residual of {100.0 * residual:g} % of each joint's rms torque at 20 rows per second)",
+    stopped = f"Stopped after {tried} of {wanted} motions; repeat the command to continue."
+    return [
+        f"{FOUND_BY}{command} --out FILE",
+        *[stopped] * (tried < wanted),
+        f"Predicted standard deviation of the gains [%], joints 1 to {len(deviations)}: {percents(deviations)}",
+        f"(for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque at {ROWS_PER_SECOND:g} rows per second)",
     ]
-    write_motion(found.motion, path, comments)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Unfinished:
-    """A search that was stopped.
-
-    Attributes:
-        motion: Its best motion.
-        tried: Motions that it tried.
-    """
-
-    motion: FourierTrajectory
-    tried: int
 
 
 def unfinished(path: Path, command: str) -> Unfinished | None:
@@ -79,4 +85,4 @@ def unfinished(path: Path, command: str) -> Unfinished | None:
     stopped = next((match for match in map(STOPPED.match, lines) if match), None)
     if stopped is None or f"# {FOUND_BY}{command} --out FILE" not in lines:
         return None
-    return Unfinished(motion=read_motion(path.name, path.parent), tried=int(stopped[1]))
+    return Unfinished(read_motion(path.name, path.parent), tried=int(stopped[1]))

@@ -1,4 +1,7 @@
-"""Trials: a scenario repeated with other seeds and settings, many to a batch, one row a trial and joint."""
+"""Trials: a scenario repeated with other seeds and settings, many to a batch, one row a trial and joint.
+
+Workers import this module: no pandas, no terminal.
+"""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -13,8 +16,9 @@ from scenarios.experiments.build import changed, setup_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.files.settings import Value, value_at
 from scenarios.experiments.run import ReadyTrial, Run, Trial, run_batch, trial_settings
-from scenarios.support.errors import ScenarioError
+from scenarios.support.errors import ScenarioError, StudyError
 from scenarios.support.memory import give_back_memory
+from scenarios.support.versions import versions
 from sim.errors import SimulationError
 
 CONTRACT = pa.schema(
@@ -193,6 +197,34 @@ def failed_rows(scenario: Scenario, failure: Failure) -> Rows:
 
 IDENTIFY = Work(finished=_identified, failed=failed_rows)
 """The scenario's own identification, judged."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A chunk of trials as it travels to a worker: the arguments of `run_trials`, and the versions of who asks."""
+
+    scenario: Scenario
+    trials: tuple[Trial, ...]
+    schema: pa.Schema
+    versions: Mapping[str, str]
+    work: Work = IDENTIFY
+
+
+def run_task(task: Task) -> pa.Table:
+    """Run one chunk, on a worker, on one thread.
+
+    Raises:
+        StudyError: If the worker has other versions than the one who asks: rows would not be the same.
+    """
+    here = versions()
+    for name, wanted in task.versions.items():
+        if here.get(name) != wanted:
+            raise StudyError(
+                f"a worker has {name} {here.get(name)}, the study began with {wanted}; install that version there"
+            )
+    rows = run_trials(task.scenario, task.trials, task.schema, threads=1, work=task.work)
+    give_back_memory()
+    return rows
 
 
 def _judged_rows(ready: ReadyTrial, run: Run) -> Rows:

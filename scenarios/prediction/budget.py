@@ -1,107 +1,136 @@
 """The error budget of a scenario, predicted: what each source costs each gain, and what they cost together."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
-from scipy import stats
+from pydantic import Field
 
 from ident.diagnosis.diagnose import horizon
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import RefusedGain
-from ident.support.arrays import Array, Indices
+from ident.numerics.normal import normal_cdf
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.schema import Scenario
-from scenarios.prediction.predictor import NO_SPECTRUM, OTHER, Cost, Predictor, predictor_of
+from scenarios.prediction.moments import Moments
+from scenarios.prediction.predictor import NO_SPECTRUM, predictor_of
+from scenarios.results.models.diagnoses import ResultExclusion, diagnosed_values
 from scenarios.support.errors import ScenarioError
+from scenarios.support.result_model import ResultModel
 from sim.errors import SimulationError
 from sim.torque_limits import check_torque_limits
 
+OTHER = "noise that is no source"
 
-@dataclass(frozen=True, slots=True)
-class Unpredicted:
-    """A source without a prediction, and why."""
+
+class Cost(ResultModel):
+    """What an error source costs a gain, as shares of it.
+
+    Attributes:
+        source: Its name.
+        bias: Mean of the error, as a share of the gain.
+        std: Standard deviation of the error, as a share of the gain.
+        rms: Root mean square of the error, as a share of the gain.
+    """
 
     source: str
-    reason: str
+    bias: float
+    std: float
+    rms: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PredictedBudget:
-    """The predicted error budget of a scenario.
+class PredictedBudgetJoint(ResultModel):
+    """A joint's budget.
+
+    Attributes:
+        joint: Its number, from 1.
+        costs: One a source, in the order of the largest cost on any joint.
+        together: All sources at once: biases added by sign, variances added.
+        tolerance: Relative error that passes.
+    """
+
+    joint: int = Field(ge=1)
+    costs: list[Cost]
+    together: Cost
+    tolerance: float
+    within: float = Field(description="probability that the error is within the tolerance")
+
+
+class PredictedBudget(ResultModel):
+    """What `rx90 predict --json` prints.
 
     Attributes:
         scenario: Its name.
-        method: Of identification.
-        joints: The k joints with a gain, from 0, shape (k,).
-        refused: Why other joints of the tolerance's have none, by joint, from 0.
-        remarks: What the method assumed.
-        tolerance: Of each gain, shape (k,).
-        costs: One a source, the largest first.
-        unpredicted: Sources without prediction.
-        horizon: What logs of these motions will exclude, and what they will not tell.
+        method: Name of the estimator.
+        remarks: What the model takes for granted.
+        joints: Those that the scenario wants and that have a gain.
+        refused: Joints that the scenario wants and that have none, with the reason.
+        unpredicted: Sources without a prediction, with the reason.
+        excluded: Faults that logs of these motions will exclude.
+        untold: What they will not tell.
     """
 
     scenario: str
     method: str
-    joints: Indices
-    refused: Mapping[int, str]
-    remarks: tuple[str, ...]
-    tolerance: Array
-    costs: tuple[Cost, ...]
-    unpredicted: tuple[Unpredicted, ...]
-    horizon: Diagnosed
-
-    @property
-    def together(self) -> Cost:
-        """All sources at once, independent of each other: biases add by sign, variances add."""
-        bias, variance = np.zeros(len(self.joints)), np.zeros(len(self.joints))
-        for cost in self.costs:
-            bias, variance = bias + cost.bias, variance + cost.std**2
-        return Cost(source="all together", bias=bias, std=np.sqrt(variance))
-
-    @property
-    def within(self) -> Array:
-        """Share of errors inside the tolerance if they are normal, shape (k,)."""
-        both = self.together
-        std = np.maximum(both.std, 1e-300)
-        upper, lower = (self.tolerance - both.bias) / std, (-self.tolerance - both.bias) / std
-        return stats.norm.cdf(upper) - stats.norm.cdf(lower)
+    remarks: list[str]
+    joints: list[PredictedBudgetJoint]
+    refused: list[dict[str, int | str]]
+    unpredicted: list[dict[str, str]]
+    excluded: list[ResultExclusion]
+    untold: list[str]
 
 
-def predicted_budget(scenario: Scenario) -> PredictedBudget:
-    """Predict the error budget of a scenario.
+def predicted_budget(scenario: Scenario) -> tuple[PredictedBudget, Diagnosed]:
+    """Predict the error budget of a scenario, and what logs of its motions will exclude.
 
     Raises:
         Saturated: If its motion asks more of a drive than it has; else as `predictor_of`.
     """
     check_torque_limits(setup_of(scenario).experiments)
     predictor = predictor_of(scenario)
-    estimate, costs, unpredicted = predictor.linear.estimate, list[Cost](), list[Unpredicted]()
+    estimate, costs, unpredicted = predictor.linear.estimate, dict[str, Moments](), list[dict[str, str]]()
     for name, source in scenario.table.sources.items():
         try:
-            costs.append(predictor.noise(name, source.stream) if source.stream else predictor.drawn(name, source))
+            costs[name] = predictor.noise(source.stream) if source.stream else predictor.drawn(source)
         except (ScenarioError, SimulationError, IdentificationError) as error:
-            unpredicted.append(Unpredicted(name, str(error)))
-    costs += predictor.other_noise()
-    unpredicted += [Unpredicted(OTHER, f"{NO_SPECTRUM} {stream}") for stream in predictor.unknown]
-    tolerance, joints = scenario.table.tolerance, predictor.joints
-    refused = [j for j in np.flatnonzero(tolerance.identifiable).tolist() if j not in joints.tolist()]
-    return PredictedBudget(
+            unpredicted.append({"source": name, "reason": str(error)})
+    if (other := predictor.other_noise) is not None:
+        costs[OTHER] = other
+    unpredicted += [{"source": OTHER, "reason": f"{NO_SPECTRUM} {stream}"} for stream in predictor.unknown]
+    costs = dict(sorted(costs.items(), key=lambda item: -float(np.max(item[1].rms, initial=0.0))))
+    tolerance, joints = scenario.table.tolerance, predictor.joints.tolist()
+    none = np.zeros(len(joints))
+    both = Moments(
+        np.sum([none, *(cost.bias for cost in costs.values())], axis=0),
+        np.sqrt(np.sum([none, *(cost.std**2 for cost in costs.values())], axis=0)),
+    )
+    found = horizon(predictor.linear.expected.logs())
+    said = diagnosed_values(found)
+    missing = [j for j in np.flatnonzero(tolerance.identifiable).tolist() if j not in joints]
+    refused = [(j, gain.reason) for j in missing if isinstance(gain := estimate.joints[j], RefusedGain)]
+    budget = PredictedBudget(
         scenario=scenario.name,
         method=estimate.method,
-        joints=joints,
-        refused={j: _reason(predictor, j) for j in refused},
-        remarks=estimate.remarks,
-        tolerance=np.array(tolerance.gain)[joints],
-        costs=tuple(sorted(costs, key=lambda cost: -float(np.max(cost.rms, initial=0.0)))),
-        unpredicted=tuple(unpredicted),
-        horizon=horizon(predictor.linear.expected.logs()),
+        remarks=list(estimate.remarks),
+        joints=[_joint(joint, k, costs, both, tolerance.gain[joint]) for k, joint in enumerate(joints)],
+        refused=[{"joint": j + 1, "reason": reason} for j, reason in refused],
+        unpredicted=unpredicted,
+        excluded=said["excluded"],
+        untold=said["untold"],
+    )
+    return budget, found
+
+
+def _joint(joint: int, k: int, costs: dict[str, Moments], both: Moments, tolerance: float) -> PredictedBudgetJoint:
+    """The budget of a joint, k-th of those that costs are of: biases add by sign, variances add."""
+    std = max(float(both.std[k]), 1e-300)
+    bias = float(both.bias[k])
+    return PredictedBudgetJoint(
+        joint=joint + 1,
+        costs=[_cost(name, cost, k) for name, cost in costs.items()],
+        together=_cost("all together", both, k),
+        tolerance=tolerance,
+        within=normal_cdf((tolerance - bias) / std) - normal_cdf((-tolerance - bias) / std),
     )
 
 
-def _reason(predictor: Predictor, joint: int) -> str:
-    found = predictor.linear.estimate.joints[joint]
-    assert isinstance(found, RefusedGain), "asked of joints without a gain"
-    return found.reason
+def _cost(name: str, cost: Moments, k: int) -> Cost:
+    return Cost(source=name, bias=float(cost.bias[k]), std=float(cost.std[k]), rms=float(cost.rms[k]))

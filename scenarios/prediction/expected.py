@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import signal
 
+from ident.numerics.filters import filtered
 from ident.preparation import SIMULATED, Prepared, prepare
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
@@ -53,7 +53,7 @@ def expected_logs(setup: Setup, every: int) -> tuple[Expected, ...]:
 
 
 def expected_preparation(setup: Setup, every: int) -> Prepared:
-    """The expected logs as they are estimated from, each with one realisation of its noise.
+    """The expected logs as identification prepares them, each with one realisation of its noise.
 
     Methods that weigh rows, or choose a model, by the residual need the noise.
 
@@ -67,7 +67,7 @@ def expected_preparation(setup: Setup, every: int) -> Prepared:
     """
     rng = np.random.default_rng(NOISE_SEED)
     logs = zip(expected_logs(setup, every), setup.experiments, strict=True)
-    recordings = [noisy_recording(log, experiment, rng) for log, experiment in logs]
+    recordings = [_noisy_recording(log, experiment, rng) for log, experiment in logs]
     motions = [Motion(recordings[place], setup.mounted[place]) for place in grouped(setup.protocol)]
     chosen = setup.scenario.table.identification
     return prepare(motions, setup.structure, observing=chosen.observe, gains=chosen.gains, policy=SIMULATED)
@@ -80,18 +80,13 @@ def enough(setup: Setup) -> int:
     return max(1, int(setup.scenario.table.experiment.controller.rate_hz / rate_hz))
 
 
-def noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Generator) -> Recording:
+def _noisy_recording(each: Expected, experiment: Experiment, rng: np.random.Generator) -> Recording:
     """The expected log with one realisation of what noise adds to the currents."""
     v = each.log.v.copy()
     for noise in each.noises:
         drawn = rng.standard_normal((1 if noise.lasting else len(v), 1 if noise.shared else v.shape[1]))
-        v += noise.v * (drawn if noise.sos is None else signal.sosfilt(noise.sos, drawn, axis=0))
+        v += noise.v * (drawn if noise.sos is None else filtered(noise.sos, drawn))
     return Recording(each.log.t, each.log.q, v, experiment.name)
-
-
-def added_currents(one: tuple[Expected, ...], other: tuple[Expected, ...]) -> list[Array]:
-    """Currents of the first logs less those of the second, motion by motion."""
-    return [a.log.v - b.log.v for a, b in zip(one, other, strict=True)]
 
 
 def louder(quiet: Expected, sensors: SensorOptions, every: int) -> list[str]:
@@ -112,13 +107,8 @@ def _expected(experiment: Experiment, v: Array, every: int, rate_hz: float) -> E
 
 
 def _drawn(log: Log, sensors: SensorOptions, every: int) -> Expected:
-    found = tuple(_thinned(noise, every) for noise in noises(log, sensors))
-    return Expected(log, found, without_spectrum(log, sensors))
-
-
-def _thinned(noise: Noise, every: int) -> Noise:
-    """White noise of fewer samples with the same spectral density; the variance of all other is in the band."""
-    if noise.sos is not None or noise.lasting:
-        return noise
-    share = 1.0 / np.sqrt(every)
-    return replace(noise, q=share * noise.q, v=share * noise.v)
+    """White noise of fewer samples keeps its spectral density; the variance of all other is in the band."""
+    share, found = 1.0 / np.sqrt(every), noises(log, sensors)
+    white = [noise.sos is None and not noise.lasting for noise in found]
+    thinned = (replace(x, q=share * x.q, v=share * x.v) if thin else x for x, thin in zip(found, white, strict=True))
+    return Expected(log, tuple(thinned), without_spectrum(log, sensors))

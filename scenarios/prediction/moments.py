@@ -1,7 +1,8 @@
-"""Mean and deviations of what a draw changes, as settings of a scenario: where a linear answer is asked."""
+"""Mean and deviation of what a draw does to numbers that follow it linearly, from few settings of a scenario."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -12,24 +13,53 @@ from scenarios.experiments.files.settings import Value, value_at
 from scenarios.support.errors import StudyError
 
 Settings = Mapping[str, Value]
+T = TypeVar("T")
+U = TypeVar("U")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Points:
-    """Settings that stand for a draw.
+class Moments:
+    """Relative errors of k gains, each (k,).
 
     Attributes:
-        mean: At the mean of every number.
-        deviated: One deviation from there, one independent number after the other.
-        equal: Settings of equal probability instead, for what is no number or one of few.
+        bias: Mean error.
+        std: Standard deviation of the error.
     """
 
-    mean: Settings
-    deviated: tuple[Settings, ...] = ()
-    equal: tuple[Settings, ...] = ()
+    bias: Array
+    std: Array
+
+    @property
+    def rms(self) -> Array:
+        """Root mean square of the error."""
+        return np.hypot(self.bias, self.std)
 
 
-def points_of(draw: DrawTable, table: ScenarioTable) -> Points:
+@dataclass(frozen=True, slots=True, eq=False)
+class Points(Generic[T]):
+    """Settings that stand for a draw, or what was made of each.
+
+    Attributes:
+        at: The mean of every number, then one deviation from there, one independent number after the other.
+        alike: Whether they are settings of equal probability instead, of what is no number or one of few.
+    """
+
+    at: tuple[T, ...]
+    alike: bool
+
+    def map(self, make: Callable[[T], U]) -> "Points[U]":
+        """What is made of each."""
+        return Points(tuple(map(make, self.at)), self.alike)
+
+    def moments(self, error: Callable[[T], Array]) -> Moments:
+        """Mean and deviation of errors (k,) that follow the settings."""
+        errors = np.array([error(each) for each in self.at])
+        if self.alike:
+            return Moments(errors.mean(axis=0), errors.std(axis=0))
+        return Moments(errors[0], np.linalg.norm(errors[1:] - errors[0], axis=0))
+
+
+def points_of(draw: DrawTable, table: ScenarioTable) -> Points[Settings]:
     """The settings that a draw's first two moments follow from.
 
     Args:
@@ -42,7 +72,7 @@ def points_of(draw: DrawTable, table: ScenarioTable) -> Points:
     """
     if draw.choice is not None:
         middle = (np.arange(len(draw.choice)) + 0.5) / len(draw.choice)
-        return Points({}, equal=tuple(settings_from(draw, np.array([u]), table) for u in middle))
+        return Points(tuple(settings_from(draw, np.array([u]), table) for u in middle), alike=True)
     mean, steps = dict[str, Array](), list[dict[str, Array]]()
     bases = {place: np.atleast_1d(np.asarray(value_at(table, place), dtype=np.float64)) for place in draw.targets}
     total, used = sum(map(len, bases.values())), 0
@@ -50,7 +80,9 @@ def points_of(draw: DrawTable, table: ScenarioTable) -> Points:
         spread = spread_of(draw, slice(used, used + len(base)), total)
         used += len(base)
         if not (np.isfinite(spread.mean).all() and np.isfinite(spread.std).all()):
-            raise StudyError(f"{place}: {draw.distribution} with these parameters has no mean or no deviation")
+            raise StudyError(
+                f"{place}: distribution {draw.distribution} with these parameters has no finite mean or deviation"
+            )
         mean[place], std = {
             "replace": (spread.mean, spread.std),
             "add": (base + spread.mean, spread.std),
@@ -61,10 +93,10 @@ def points_of(draw: DrawTable, table: ScenarioTable) -> Points:
             steps[0][place] = std
         else:
             steps += [{place: each} for each in np.diag(std)]
-    lists = {place: isinstance(value_at(table, place), list) for place in draw.targets}
-    deviated = [{place: numbers + step.get(place, 0.0) for place, numbers in mean.items()} for step in steps]
-    return Points(_settings(mean, lists), tuple(_settings(each, lists) for each in deviated))
 
+    def settings(step: Mapping[str, Array]) -> Settings:
+        numbers = {place: each + step.get(place, 0.0) for place, each in mean.items()}
+        lists = {place: isinstance(value_at(table, place), list) for place in numbers}
+        return {place: each.tolist() if lists[place] else float(each[0]) for place, each in numbers.items()}
 
-def _settings(numbers: Mapping[str, Array], lists: Mapping[str, bool]) -> dict[str, Value]:
-    return {place: each.tolist() if lists[place] else float(each[0]) for place, each in numbers.items()}
+    return Points(tuple(map(settings, [{}, *steps])), alike=False)

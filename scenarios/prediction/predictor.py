@@ -1,7 +1,6 @@
 """What each source of a scenario costs its gains, one after the other, from one linearised estimate."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,48 +10,16 @@ from scenarios.experiments.files.draws import numbers_needed, settings_from
 from scenarios.experiments.files.schema import DrawTable, Scenario
 from scenarios.experiments.files.settings import Value, value_at, with_settings
 from scenarios.experiments.studies.sources import Sources, settings_with, sources_of
-from scenarios.prediction.expected import Expected, added_currents, enough, expected_logs, louder
+from scenarios.prediction.expected import Expected, enough, expected_logs, louder
 from scenarios.prediction.linear import Linearised, linearised
-from scenarios.prediction.moments import points_of
-from scenarios.prediction.noise import noise_variances
+from scenarios.prediction.moments import Moments, points_of
 from scenarios.support.errors import StudyError
-from sim.experiment import Experiment
 
-OTHER = "noise that is no source"
 NO_SPECTRUM = "no first-order model for"
 TAKEN = ("plant.", "experiment.sensors.")
 """Beginnings of places that change what is logged along the same motion."""
 AGAIN = ("belief.", "identification.", "experiment.motion", "experiment.protocol")
 """Beginnings of places that the estimate is made again for."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Cost:
-    """What one source costs the gains, relative to them; arrays are (k,).
-
-    Attributes:
-        source: Its name.
-        bias: Mean error.
-        std: Standard deviation of the error.
-    """
-
-    source: str
-    bias: Array
-    std: Array
-
-    @property
-    def rms(self) -> Array:
-        """Root mean square of the error."""
-        return np.hypot(self.bias, self.std)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Outcome:
-    """What one setting of a source makes of the motions and their logs, and the gains that are true there."""
-
-    experiments: tuple[Experiment, ...]
-    logs: tuple[Expected, ...]
-    gain: Array
 
 
 class Predictor:
@@ -64,12 +31,7 @@ class Predictor:
     """
 
     def __init__(self, linear: Linearised, sources: Sources, joints: Indices) -> None:
-        """Prepare what all sources are held against.
-
-        Args:
-            linear: The estimate.
-            sources: Of its scenario.
-            joints: As above.
+        """Prepare what all sources are held against: the logs, and their noise, with every source off.
 
         Raises:
             PlantError: If a plant cannot be built.
@@ -77,37 +39,41 @@ class Predictor:
         self.linear, self.joints = linear, joints
         self._rows = np.searchsorted(linear.estimate.solution.joints, joints)
         self._off = with_settings(sources.scenario, settings_with(sources, {}).settings)
-        self._quiet = self._outcome({})
+        self._quiet, self._quiet_logs = self._logged({})
         tables = sources.scenario.table.sources
         streams = {name: np.full(1, 0.5) for name, source in tables.items() if source.stream is not None}
-        loud = self._outcome(settings_with(sources, streams).settings)
-        self._variances = noise_variances(linear, loud.logs)
-        self._left = noise_variances(linear, self._quiet.logs)
+        _, loud = self._logged(settings_with(sources, streams).settings)
+        self._variances = linear.noise_variances(loud)
+        self._left = linear.noise_variances(self._quiet_logs)
 
-    def noise(self, name: str, stream: str) -> Cost:
-        """A noise at its size, all else off."""
+    def noise(self, stream: str) -> Moments:
+        """A noise at its size, all else off.
+
+        Raises:
+            StudyError: If nothing is known of its spectrum.
+        """
         if stream not in self._variances:
             raise StudyError(f"{NO_SPECTRUM} {stream}")
-        return self._of_noise(name, self._variances[stream] - self._left.get(stream, 0.0))
+        return self._of_noise(self._variances[stream] - self._left.get(stream, 0.0))
 
     @property
     def unknown(self) -> tuple[str, ...]:
         """Streams of noise that is on with every source off, of whose spectrum nothing is known."""
-        return tuple(dict.fromkeys(name for each in self._quiet.logs for name in each.unknown))
+        return tuple(dict.fromkeys(name for each in self._quiet_logs for name in each.unknown))
 
-    def other_noise(self) -> list[Cost]:
-        """What noise is on with every source off."""
-        return [self._of_noise(OTHER, sum(self._left.values(), np.zeros(1)))] if self._left else []
+    @property
+    def other_noise(self) -> Moments | None:
+        """What noise is on with every source off, None if none is."""
+        return self._of_noise(sum(self._left.values(), np.zeros(1))) if self._left else None
 
-    def drawn(self, name: str, source: DrawTable) -> Cost:
-        """A source that is drawn, all else off."""
-        points = points_of(source, self._off.table)
-        if points.equal:
-            errors = np.array([self.error(source, each) for each in points.equal])
-            return Cost(source=name, bias=errors.mean(axis=0), std=errors.std(axis=0))
-        bias = self.error(source, points.mean)
-        steps = np.array([self.error(source, each) - bias for each in points.deviated])
-        return Cost(source=name, bias=bias, std=np.linalg.norm(steps, axis=0))
+    def drawn(self, source: DrawTable) -> Moments:
+        """A source that is drawn, all else off.
+
+        Raises:
+            StudyError: As `error`; if a number has no mean or deviation.
+            ScenarioError: If the draw cannot be made.
+        """
+        return points_of(source, self._off.table).moments(lambda settings: self.error(source, settings))
 
     def error(self, source: DrawTable, settings: Mapping[str, Value]) -> Array:
         """Relative error of the gains at settings of a source, all else off, shape (k,).
@@ -120,47 +86,49 @@ class Predictor:
         """
         odd = [place for place in source.targets if not place.startswith((*TAKEN, *AGAIN))]
         if odd:
-            raise StudyError(f"{odd[0]}: control is assumed perfect, so this source has no effect")
+            raise StudyError(f"{odd[0]}: control is assumed perfect, so the effect of this source is not predicted")
         logged = all(place.startswith(TAKEN) for place in source.targets)
         return self._by_currents(settings) if logged else self._again(settings)
 
     def _by_currents(self, settings: Mapping[str, Value]) -> Array:
-        outcome = self._outcome(settings)
-        for quiet, experiment in zip(self._quiet.logs, outcome.experiments, strict=True):
+        setup, logs = self._logged(settings)
+        for quiet, experiment in zip(self._quiet_logs, setup.experiments, strict=True):
             if stronger := louder(quiet, experiment.sensors, self.linear.every):
                 raise StudyError(
                     f"it varies the level of a noise, {stronger[0]}; declare the noise as a source by its stream"
                 )
-        inverse = 1.0 / self._quiet.gain[self.joints]
-        inverse = inverse + self.linear.change(added_currents(outcome.logs, self._quiet.logs))[self._rows]
-        return 1.0 / (inverse * outcome.gain[self.joints]) - 1.0
+        inverse = 1.0 / self._quiet.true_gain[self.joints]
+        inverse = inverse + self.linear.change(logs, self._quiet_logs)[self._rows]
+        return 1.0 / (inverse * setup.true_gain[self.joints]) - 1.0
 
     def _again(self, settings: Mapping[str, Value]) -> Array:
-        if all(value_at(self.linear.setup.scenario.table, place) == value for place, value in settings.items()):
+        own = self.linear.setup
+        if all(value_at(own.scenario.table, place) == value for place, value in settings.items()):
             return np.zeros(len(self.joints))
-        with_it = linearised(changed(self.linear.setup, settings), self.linear.every)
+        with_it = linearised(changed(own, settings), self.linear.every)
         before, now = self.linear.estimate.solution, with_it.estimate.solution
-        if not np.isin(self.joints, now.joints).all():
-            raise StudyError("with it, other joints are identifiable")
+        lost = np.setdiff1d(self.joints, now.joints)
+        if lost.size:
+            raise StudyError(f"with this source joint {', '.join(map(str, lost + 1))} is not identifiable")
         at = np.searchsorted(now.joints, self.joints)
-        truth = with_it.setup.true_gain[self.joints] / self.linear.setup.true_gain[self.joints]
+        truth = with_it.setup.true_gain[self.joints] / own.true_gain[self.joints]
         return before.inverse[self._rows] / (now.inverse[at] * truth) - 1.0
 
-    def _of_noise(self, name: str, variance: Array) -> Cost:
-        std = np.sqrt(variance[self._rows]) * np.abs(self._quiet.gain[self.joints])
-        return Cost(source=name, bias=np.zeros(len(std)), std=std)
+    def _of_noise(self, variance: Array) -> Moments:
+        std = np.sqrt(variance[self._rows]) * np.abs(self._quiet.true_gain[self.joints])
+        return Moments(np.zeros(len(std)), std)
 
-    def _outcome(self, settings: Mapping[str, Value]) -> _Outcome:
-        setup: Setup = setup_of(with_settings(self._off, settings))
-        logs = expected_logs(setup, self.linear.every)
-        return _Outcome(tuple(setup.experiments), logs, setup.true_gain)
+    def _logged(self, settings: Mapping[str, Value]) -> tuple[Setup, tuple[Expected, ...]]:
+        """The scenario with every source off but for these settings, and its logs."""
+        setup = setup_of(with_settings(self._off, settings))
+        return setup, expected_logs(setup, self.linear.every)
 
 
 def predictor_of(scenario: Scenario) -> Predictor:
     """Linearise the estimate of a scenario's gains.
 
-    Every source stands at its median, and there is one realisation of the scenario's own noise: a method that lets data
-    choose a model chooses it there.
+    What it draws stands at its median, sources too, and there is one realisation of the scenario's own noise: a method
+    that lets data choose a model chooses it there.
 
     Raises:
         StudyError: If the scenario declares no error sources, or wants no gain; if its method has no first order.
@@ -168,20 +136,14 @@ def predictor_of(scenario: Scenario) -> Predictor:
         IdentificationError: If there is nothing to identify.
         SimulationError: If a plant cannot be built.
     """
-    sources = sources_of(scenario)
-    wanted = np.flatnonzero(scenario.table.tolerance.identifiable)
+    sources, table = sources_of(scenario), scenario.table
+    wanted = np.flatnonzero(table.tolerance.identifiable)
     if not wanted.size:
         raise StudyError(f"{scenario.name}: tolerance.identifiable lists no joint, so there is no error to attribute")
-    middle = {name: np.full(width, 0.5) for name, width in sources.width.items()}
-    setup = setup_of(with_settings(scenario, {**_medians(scenario), **settings_with(sources, middle).settings}))
+    middle = dict[str, Value]()
+    for draw in table.random.values():
+        middle |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
+    middle |= settings_with(sources, {name: np.full(width, 0.5) for name, width in sources.width.items()}).settings
+    setup = setup_of(with_settings(scenario, middle))
     linear = linearised(setup, enough(setup))
     return Predictor(linear, sources, wanted[linear.estimate.identifiable[wanted]])
-
-
-def _medians(scenario: Scenario) -> dict[str, Value]:
-    """What a scenario draws, at the medians."""
-    settings = dict[str, Value]()
-    table = scenario.table
-    for draw in scenario.table.random.values():
-        settings |= settings_from(draw, np.full(numbers_needed(draw, table), 0.5), table)
-    return settings

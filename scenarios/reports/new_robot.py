@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+import scenarios.design.results as results
+from scenarios.design.excitation import near_words
 from scenarios.design.new_robot import CLEAR, Found, NewRobot
-from scenarios.design.results import new_robot_result
 from scenarios.design.robot_folder import FILES, SCENARIO
 from scenarios.reports.content import NONE, Column, Line, Paragraph, Part, Report, Table, cells, percent
 
@@ -41,7 +42,7 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         )
         for j in range(arm.n)
     )
-    body = new.load.body
+    body = new.load
     parts: list[Part] = [
         Table(columns=COLUMNS, rows=rows),
         Paragraph(
@@ -53,9 +54,9 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         Paragraph(f"Payload: {body.mass:g} kg, centre {list(body.com)} m in the frame of the last link."),
     ]
     if new.home_clearance < CLEAR:
-        near = 1e3 * new.home_clearance
-        how = f"comes within {near:.0f} mm of" if near > 0.0 else f"reaches {-near:.0f} mm into"
-        parts.append(Paragraph(f"Home {how} floor or arm; give a pose clear of both with --home."))
+        parts.append(
+            Paragraph(f"Home {near_words(new.home_clearance)} floor or arm; give a pose clear of both with --home.")
+        )
     if new.facts.left:
         parts.append(
             Paragraph(
@@ -83,7 +84,13 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         Paragraph(f"{', '.join(FILES)} in {folder}. Next:"),
         Line(f"rx90 run {shlex.quote(str(folder / SCENARIO))}"),
     ]
-    result = new_robot_result(new, found, [folder / name for name in FILES])
+    result = results.NewRobot(
+        robot=new.name,
+        joints=list(arm.joint_names),
+        predicted_rel_std=found.predicted.tolist(),
+        identifiable=list(found.identifiable),
+        files=[str(folder / name) for name in FILES],
+    )
     return Report(f"Robot {new.name}: {arm.n} joints", tuple(parts), result.model_dump(mode="json"))
 
 

@@ -1,15 +1,16 @@
 """What `rx90 payload` says: what the scenario's payload shows, what others would, and the drawing of the best."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
+import scenarios.design.results as results
+from ident.payload.files import payload_to_table
 from ident.support.arrays import Array
-from scenarios.design.payload_design import PayloadDesign
-from scenarios.design.payload_search import Candidate
-from scenarios.design.prediction import RESIDUAL
-from scenarios.design.results import payload_design_result
-from scenarios.design.weights import MM, SHAPES
+from scenarios.design.payload_design import Candidate, Mounted, PayloadDesign
+from scenarios.design.weights import MM
+from scenarios.prediction.deviations import RESIDUAL
 from scenarios.reports.content import Cell, Column, Figure, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.payload_drawing import draw_weight
 
@@ -34,8 +35,9 @@ def payload_report(design: PayloadDesign) -> Report:
         for each in design.candidates
         if each.refusal
     ]
-    where = design.flange.name or "last joint's axis, as the robot has no flange"
-    limit = "no rated load stated" if design.most is None else f"rated load {design.most:g} kg"
+    flange, most = design.carrying.flange, design.carrying.most
+    where = flange.name or "last joint's axis, as the robot has no flange"
+    limit = f"rated load {most:g} kg" if np.isfinite(most) else "no rated load stated"
     parts.append(
         Paragraph(
             f"Deviations for a residual of {100.0 * RESIDUAL:g} % of each joint's rms torque; 'of weight as made' "
@@ -45,13 +47,55 @@ def payload_report(design: PayloadDesign) -> Report:
     )
     parts += [*_own_is_better(design), _conclusion(design)]
     caption = f"{best.weight.shape.capitalize()} of {best.payload.mass:.3f} kg"
-    draw = partial(draw_weight, best.weight, flange=design.flange.name)
+    draw = partial(draw_weight, best.weight, flange=flange.name)
     parts.append(Figure(name=DRAWING, caption=caption, draw=draw, endings=("png", "svg")))
     return Report(
         f"Payload for scenario {design.scenario.name}",
         tuple(parts),
         payload_design_result(design).model_dump(mode="json"),
     )
+
+
+def payload_design_result(design: PayloadDesign) -> results.PayloadDesign:
+    """What a design came to, as JSON has it."""
+    carrying = design.carrying
+    return results.PayloadDesign(
+        scenario=design.scenario.name,
+        residual=RESIDUAL,
+        rated_load=carrying.most if np.isfinite(carrying.most) else None,
+        own_is_better=design.worst(design.before.deviations) <= design.worst(design.after.deviations),
+        flange=carrying.flange.name or None,
+        before=results.DesignedPayload.model_validate(_told(design, design.before)),
+        after=results.DesignedPayload.model_validate(_told(design, design.after)),
+        candidates=[
+            results.DesignedWeight(
+                shape=each.weight.shape,
+                dimensions_mm=each.weight.named,
+                turned_deg=90 * each.weight.quarter,
+                density=each.weight.density,
+                refusal=each.refusal or None,
+                **_told(design, each),
+            )
+            for each in design.candidates
+        ],
+    )
+
+
+def _told(design: PayloadDesign, found: Mounted) -> dict[str, Any]:
+    """The values of a `DesignedPayload`."""
+    shown, noise = design.shows(found.deviations), found.deviations.noise
+    joints = [
+        results.DesignedJoint(
+            joint=j + 1,
+            wanted=j in design.joints,
+            payload_torque_rms=float(torque),
+            std=results.finite(noise[j]),
+            payload_std=results.finite(found.deviations.payload[j]),
+            shown=bool(shown[j]),
+        )
+        for j, torque in enumerate(found.torque)
+    ]
+    return {"payload": payload_to_table(found.payload), "joints": joints}
 
 
 def _joints(design: PayloadDesign) -> Table:
@@ -85,7 +129,7 @@ def _why(design: PayloadDesign) -> list[Paragraph]:
     for j in np.flatnonzero(~design.shows(before.deviations)):
         text = (
             f"Joint {j + 1}: the payload before contributes {before.torque[j]:.2g} of "
-            f"{before.all_torque[j]:.3g} N m rms"
+            f"{design.all_torque[j]:.3g} N m rms"
         )
         if j == len(before.torque) - 1 and before.payload.com is not None:
             off, now = (_beside(design, np.array(each.com)) for each in (before.payload, after.payload))
@@ -96,7 +140,8 @@ def _why(design: PayloadDesign) -> list[Paragraph]:
 
 def _beside(design: PayloadDesign, com: Array) -> float:
     """Distance of a centre of mass from the flange's axis [m]."""
-    return float(np.linalg.norm((design.flange.rotation.T @ (com - design.flange.origin))[:2]))
+    flange = design.carrying.flange
+    return float(np.linalg.norm((flange.rotation.T @ (com - flange.origin))[:2]))
 
 
 def _shapes(design: PayloadDesign) -> Table:
@@ -112,15 +157,12 @@ def _shapes(design: PayloadDesign) -> Table:
 
 def _shape(design: PayloadDesign, candidate: Candidate) -> tuple[Cell, ...]:
     weight = candidate.weight
-    dimensions = ", ".join(
-        f"{each.name} {value:g}" for each, value in zip(SHAPES[weight.shape].dimensions, weight.dimensions, strict=True)
-    )
     return cells(
         Cell(weight.shape, Mood.BAD if candidate.refusal else Mood.PLAIN),
-        f"{dimensions}, turned {90 * weight.quarter}\u00b0",
+        f"{weight.stated}, turned {90 * weight.quarter}\u00b0",
         f"{candidate.payload.mass:.3f}",
         f"{_beside(design, np.array(candidate.payload.com)) / MM:.1f}",
-        percent(float(candidate.deviations.total[design.problem.joints].max()), ".2f"),
+        percent(float(candidate.deviations.total[design.joints].max()), ".2f"),
     )
 
 
@@ -143,13 +185,13 @@ def _own_is_better(design: PayloadDesign) -> list[Paragraph]:
 
 def _conclusion(design: PayloadDesign) -> Paragraph:
     shown = design.shows(design.after.deviations)
-    missing = [str(j + 1) for j in design.problem.joints if not shown[j]]
+    missing = [str(j + 1) for j in design.joints if not shown[j]]
     if missing:
         return Paragraph(f"No weight within the limits identifies joint {', '.join(missing)}.", Mood.BAD, strong=True)
     return Paragraph(
         (
             f"The {design.best.weight.shape} identifies every joint; the worst gain's standard deviation is "
-            f"{percent(float(design.after.deviations.total[design.problem.joints].max()), '.2f')} %."
+            f"{percent(float(design.after.deviations.total[design.joints].max()), '.2f')} %."
         ),
         Mood.GOOD,
         strong=True,

@@ -1,8 +1,7 @@
 """What a predicted error budget says: each source's cost on each joint, all together, and the tolerances."""
 
-from ident.support.arrays import Array
+from ident.diagnosis.diagnosis import Diagnosed
 from scenarios.prediction.budget import PredictedBudget
-from scenarios.prediction.result import predicted_budget_result
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import horizon_paragraphs
 
@@ -13,33 +12,35 @@ MEANING = (
 CONTROL = "Assumes perfect control, independent sources and additive effects; nothing was simulated."
 
 
-def prediction_report(budget: PredictedBudget) -> Report:
-    """The predicted budget of a scenario."""
-    numbers = [f"joint {joint + 1}" for joint in budget.joints.tolist()]
-    title = f"Predicted error budget of scenario {budget.scenario}, method {budget.method}: {len(budget.costs)} sources"
-    parts: list[Part] = [_table(budget, numbers), Paragraph(MEANING), Paragraph(CONTROL)]
+def prediction_report(budget: PredictedBudget, found: Diagnosed) -> Report:
+    """The predicted budget of a scenario, and what is found of the logs that its motions will give."""
+    sources = len(budget.joints[0].costs) if budget.joints else 0
+    title = f"Predicted error budget of scenario {budget.scenario}, method {budget.method}: {sources} sources"
+    parts: list[Part] = [_table(budget), Paragraph(MEANING), Paragraph(CONTROL)]
     parts += [Paragraph(f"Assumed without an error source: {'; '.join(budget.remarks)}.")] * bool(budget.remarks)
-    parts += [Paragraph(f"Joint {j + 1}: no gain: {why}.", Mood.DOUBTFUL) for j, why in budget.refused.items()]
-    parts += [Paragraph(f"Not predicted: {each.source}: {each.reason}.", Mood.DOUBTFUL) for each in budget.unpredicted]
-    parts += horizon_paragraphs(budget.horizon, every=True, expected=True)
-    return Report(title, tuple(parts), predicted_budget_result(budget).model_dump(mode="json"))
+    parts += [Paragraph(f"Joint {each['joint']}: no gain: {each['reason']}.", Mood.DOUBTFUL) for each in budget.refused]
+    parts += [
+        Paragraph(f"Not predicted: {each['source']}: {each['reason']}.", Mood.DOUBTFUL) for each in budget.unpredicted
+    ]
+    parts += horizon_paragraphs(found, every=True, expected=True)
+    return Report(title, tuple(parts), budget.model_dump(mode="json"))
 
 
-def _table(budget: PredictedBudget, numbers: list[str]) -> Table:
-    columns = (Column(title="Source", words=True), *(Column(title=number, unit="%") for number in numbers))
-    both = budget.together
-    rows = [cells(cost.source, *_percents(cost.rms)) for cost in budget.costs]
+def _table(budget: PredictedBudget) -> Table:
+    joints = budget.joints
+    columns = (
+        Column(title="Source", words=True),
+        *(Column(title=f"joint {each.joint}", unit="%") for each in joints),
+    )
+    costs = zip(*(each.costs for each in joints), strict=True)
+    rows = [cells(of_joints[0].source, *(percent(each.rms, ".3f") for each in of_joints)) for of_joints in costs]
     rows += [
-        cells("all together", *_percents(both.rms)),
-        cells("  of which bias", *_percents(both.bias, "+.3f")),
-        cells("tolerance", *_percents(budget.tolerance, ".3g")),
-        cells("within", *(_within(share) for share in budget.within.tolist())),
+        cells("all together", *(percent(each.together.rms, ".3f") for each in joints)),
+        cells("  of which bias", *(percent(each.together.bias, "+.3f") for each in joints)),
+        cells("tolerance", *(percent(each.tolerance, ".3g") for each in joints)),
+        cells("within", *(_within(each.within) for each in joints)),
     ]
     return Table(columns=columns, rows=tuple(rows))
-
-
-def _percents(shares: Array, form: str = ".3f") -> list[str]:
-    return [percent(share, form) for share in shares.tolist()]
 
 
 def _within(share: float) -> Cell:

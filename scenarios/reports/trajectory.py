@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from scenarios.design.motion_formats.limits import MotionLimits
-from scenarios.design.motion_formats.sampled import SampledMotion
-from scenarios.design.results import sampled_result
+from scenarios.design.limits import Limits
+from scenarios.design.motion_formats import SampledMotion
+from scenarios.design.results import Sampled
 from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells
 
 COLUMNS = (
@@ -22,7 +22,7 @@ COLUMNS = (
 )
 
 
-def motion_table(motion: SampledMotion, limits: MotionLimits) -> Table:
+def motion_table(motion: SampledMotion, limits: Limits) -> Table:
     """How each joint moves."""
     speed, acceleration = np.abs(motion.dq).max(axis=0), np.abs(motion.ddq).max(axis=0)
     rows = tuple(
@@ -40,7 +40,7 @@ def motion_table(motion: SampledMotion, limits: MotionLimits) -> Table:
     return Table(columns=COLUMNS, rows=rows)
 
 
-def trajectory_report(motion: SampledMotion, limits: MotionLimits, out: Path, form: str) -> Report:
+def trajectory_report(motion: SampledMotion, limits: Limits, out: Path, form: str) -> Report:
     """What was written.
 
     Args:
@@ -49,14 +49,23 @@ def trajectory_report(motion: SampledMotion, limits: MotionLimits, out: Path, fo
         out: The file.
         form: Its form.
     """
-    broken = limits.broken_by(motion)
+    broken = limits.broken_by((motion.q, motion.dq, motion.ddq))
     parts: list[Part] = [motion_table(motion, limits), Paragraph("In rad, rad/s, rad/s^2; m where a joint slides.")]
     if broken:
         parts.append(Paragraph(f"Beyond the robot's limits: {', '.join(broken)}.", Mood.BAD, strong=True))
     parts.append(Paragraph("Move the robot slowly to the start above, and run the motion at low speed first."))
     words = f"{out}: {len(motion.t)} samples, {motion.t[-1]:g} s, {form}."
     parts.append(Paragraph(words, strong=True))
-    result = sampled_result(motion, limits, out, form)
+    result = Sampled(
+        out=str(out),
+        format=form,
+        samples=len(motion.t),
+        duration_s=float(motion.t[-1]),
+        start=motion.q[0].tolist(),
+        max_velocity=np.abs(motion.dq).max(axis=0).tolist(),
+        max_acceleration=np.abs(motion.ddq).max(axis=0).tolist(),
+        beyond_limits=list(broken),
+    )
     return Report("Motion to command", tuple(parts), result.model_dump(mode="json"))
 
 

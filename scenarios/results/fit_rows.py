@@ -18,6 +18,7 @@ from ident.estimation.estimate import GainEstimate, IdentifiedGain
 from ident.estimation.problem import Problem
 from ident.observation.observation import Observation
 from ident.preparation import Prepared
+from ident.recordings.formats.parquet import arrow_array
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Indices
 from ident.support.naming import one_line
@@ -153,7 +154,8 @@ def write_fit(fit: Fit, folder: Path) -> None:
     }
     columns |= {name: np.concatenate([getattr(each, own) for each in fit.rows]) for own, name in COLUMNS.items()}
     about = _About.model_validate(fit).model_dump_json()
-    pq.write_table(pa.table(columns).replace_schema_metadata({ABOUT: about}), folder / ROWS)
+    table = pa.table({name: arrow_array(each) for name, each in columns.items()})
+    pq.write_table(table.replace_schema_metadata({ABOUT: about}), folder / ROWS)
 
 
 def read_fit(folder: Path) -> Fit:

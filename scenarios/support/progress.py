@@ -4,10 +4,11 @@ import time
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress, TaskID
 
 FIRST_LINE, LINE_EVERY = 2.0, 10.0
 """Time until the first line without a terminal, and between two of them [s]."""
@@ -24,7 +25,7 @@ class Reporter(Protocol):
 
 
 @contextmanager
-def reporter(label: str, total: int, done: int, console: Console) -> Generator[Reporter]:
+def reporter(label: str, total: int, done: int, console: "Console") -> Generator[Reporter]:
     """Show the progress of a study.
 
     Args:
@@ -36,6 +37,8 @@ def reporter(label: str, total: int, done: int, console: Console) -> Generator[R
     if not console.is_terminal:
         yield _Lines(label, total, done, console)
         return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -74,7 +77,7 @@ class _Count:
 
 
 class _Bar:
-    def __init__(self, progress: Progress, task: TaskID, count: _Count) -> None:
+    def __init__(self, progress: "Progress", task: "TaskID", count: _Count) -> None:
         self._progress, self._task, self._count = progress, task, count
 
     def advance(self, trials: int, failed: int) -> None:
@@ -87,7 +90,7 @@ class _Bar:
 
 
 class _Lines:
-    def __init__(self, label: str, total: int, done: int, console: Console) -> None:
+    def __init__(self, label: str, total: int, done: int, console: "Console") -> None:
         self._label, self._console, self._count = label, console, _Count(total, done, time.monotonic())
         self._next = time.monotonic() + FIRST_LINE
 

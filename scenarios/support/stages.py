@@ -9,12 +9,13 @@ import time
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
-
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from scenarios.support.progress import FIRST_LINE, LINE_EVERY, duration
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
 
 T = TypeVar("T")
 BAR = 15
@@ -56,7 +57,7 @@ def counted(items: Iterable[T], stages: Stages) -> Iterator[T]:
 
 
 @contextmanager
-def stages_of(name: str, console: Console) -> Generator[Stages]:
+def stages_of(name: str, console: "Console") -> Generator[Stages]:
     """Show what is under way until it is done.
 
     Args:
@@ -67,13 +68,15 @@ def stages_of(name: str, console: Console) -> Generator[Stages]:
         with _lines(name, console) as stages:
             yield stages
         return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
     columns = (TextColumn("{task.description}"), BarColumn(BAR), TimeElapsedColumn(), TimeRemainingColumn(compact=True))
     with Progress(*columns, console=console, transient=True, redirect_stdout=False) as progress:
         yield _Bar(progress, name)
 
 
 class _Bar:
-    def __init__(self, progress: Progress, name: str) -> None:
+    def __init__(self, progress: "Progress", name: str) -> None:
         self._progress, self._task = progress, progress.add_task(name, total=None)
 
     def begin(self, name: str, total: float | None = None) -> None:
@@ -125,7 +128,7 @@ class _Told:
 
 
 @contextmanager
-def _lines(name: str, console: Console) -> Generator[Stages]:
+def _lines(name: str, console: "Console") -> Generator[Stages]:
     told, over = _Told(name), threading.Event()
 
     def live() -> None:

@@ -14,8 +14,8 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Interval, Unit
-from scipy import signal
 
+from ident.numerics.filters import filtered
 from ident.support.arrays import Array
 from sim.drives import DriveTruth
 from sim.effects.effect import Build, ControlStep, Effect, Term, Values
@@ -79,8 +79,8 @@ def warming(values: Temperature, warmth: Array, load: Array, period: float) -> A
     """
     kept = np.exp(-period / values.warming_time)
     settled = values.motor_warming * load
-    later, _ = signal.lfilter([1.0 - kept], [1.0, -kept], settled, axis=0, zi=kept * warmth[None])
-    return np.concatenate((warmth[None], later))
+    lag = np.array([[1.0 - kept, 0.0, 0.0, 1.0, -kept, 0.0]])
+    return np.concatenate((warmth[None], warmth + filtered(lag, settled - warmth)))
 
 
 def _term(values: Sequence[Temperature], builds: Sequence[Build]) -> Term:

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import numpy as np
 from annotated_types import Interval, Unit
-from scipy import signal
 
+from ident.numerics.filters import butterworth, filtered
 from ident.support.arrays import Array
 from sim.errors import SensorError
 from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, Values
@@ -61,7 +61,7 @@ def coloured_noise(shape: tuple[int, int], rate_hz: float, cutoff_hz: float, rng
     """Stationary noise of unit variance below a cut-off (second-order Butterworth), shape (N, n)."""
     sos, warm_up, scale = _shaping(rate_hz, cutoff_hz)
     white = rng.standard_normal((warm_up + shape[0], shape[1]))
-    coloured = signal.sosfilt(sos, white, axis=0)[warm_up:]
+    coloured = filtered(sos, white)[warm_up:]
     coloured /= scale
     return coloured
 
@@ -69,9 +69,9 @@ def coloured_noise(shape: tuple[int, int], rate_hz: float, cutoff_hz: float, rng
 @lru_cache(maxsize=16)
 def _shaping(rate_hz: float, cutoff_hz: float) -> tuple[Array, int, float]:
     """Filter of coloured noise, samples until it has settled, and its gain for white noise."""
-    sos = signal.butter(2, cutoff_hz, fs=rate_hz, output="sos")
+    sos = butterworth(2, cutoff_hz, rate_hz)
     warm_up = int(np.ceil(5.0 * rate_hz / cutoff_hz))
-    impulse = signal.sosfilt(sos, np.eye(1, 4 * warm_up)[0])
+    impulse = filtered(sos, np.eye(4 * warm_up, 1))
     return sos, warm_up, float(np.linalg.norm(impulse))
 
 

@@ -12,8 +12,7 @@ from ident.model.structure import structure_of
 from ident.payload.payload import Payload
 from scenarios.design.excitation import Problem
 from scenarios.design.limits import robot_limits
-from scenarios.design.prediction import all_joints
-from scenarios.design.rows import carried
+from scenarios.prediction.deviations import all_joints, carried
 from sim.plant import Plant
 from sim.robot_files import read_robot
 

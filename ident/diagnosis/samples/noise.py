@@ -5,9 +5,9 @@ steps and spikes hardly change their median size.
 """
 
 import numpy as np
-import scipy
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
+from ident.numerics.normal import normal_quantile
 from ident.numerics.signals import edge_samples, smooth_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
@@ -15,7 +15,7 @@ from ident.support.arrays import Array
 
 FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""
-NORMAL_MEDIAN = float(scipy.special.ndtri(0.75))
+NORMAL_MEDIAN = normal_quantile(0.75)
 """Median size of a standard normal variable."""
 DIGITS = 1e-9
 """Share of the largest step below which two values are one, written in two ways."""

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from ident.support.arrays import Array
 
@@ -35,10 +34,11 @@ def likeliest(seen: Array, noise: Array) -> Belief:
     if slopes[0] >= 0.0 or slopes[1] <= 0.0:
         std = ends[0] if slopes[0] >= 0.0 else ends[1]
     else:
-        found = scipy.optimize.brentq(
-            lambda x: likelihood_slope(seen, noise, float(np.exp(x))), *np.log(ends), xtol=SETTLED
-        )
-        std = float(np.exp(found))
+        low, high = np.log(ends).tolist()
+        while high - low > SETTLED:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if likelihood_slope(seen, noise, float(np.exp(middle))) < 0.0 else (low, middle)
+        std = float(np.exp(0.5 * (low + high)))
     return Belief(_mean(seen, noise, std), std)
 
 

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ident.estimation.all_joints.columns import SharedParameters
 from ident.estimation.all_joints.displacement import States, displaced_torques
@@ -18,6 +17,7 @@ from ident.estimation.all_joints.torques import fitted_parameters, sampled_state
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.inverse_dynamics import inverse_dynamics
+from ident.numerics.splines import spline
 from ident.support.arrays import Array
 
 MILLIMETRE = 1e-3
@@ -77,7 +77,7 @@ def _at_full_rate(problem: Problem, motion: ObservedMotion, shared: SharedParame
     still = np.zeros_like(states.q)
     turned = displaced_torques(arm, chi, states, States(np.ones_like(states.q), still, still))
     tilted = [inverse_dynamics(each, chi, states.q, still, still)[..., None] for each in _tilted(arm)]
-    return CubicSpline(t[at], np.concatenate((-turned, *tilted), axis=2))(t)
+    return spline(t[at], np.concatenate((-turned, *tilted), axis=2))(t)
 
 
 def _tilted(arm: Arm) -> Sequence[Arm]:

@@ -6,9 +6,9 @@ come out too small, and those of stiff joints negative and sure (`docs/derivatio
 """
 
 import numpy as np
-import scipy
 
 from ident.numerics.signals import FILTER_ORDER, low_passed
+from ident.numerics.spectra import power_density
 from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array
 
@@ -55,7 +55,7 @@ def shown_hz(behind: FullRate, own: Array, inertia: Array) -> Array:
         Frequencies [Hz], shape (n,); the cut-off of the positions where noise is little up to it.
     """
     length = min(len(own), round(AVERAGED_BLOCK / (behind.cutoff_hz * behind.period)))
-    f, power = scipy.signal.welch(own, fs=1.0 / behind.period, nperseg=length, axis=0)
+    f, power = power_density(own, behind.period, length)
     inside = (f > 0.0) & (f <= behind.cutoff_hz)
     f, power = f[inside], power[inside]
     kept = (1.0 + (f / behind.cutoff_hz) ** (2 * FILTER_ORDER)) ** -2

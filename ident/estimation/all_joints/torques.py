@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from ident.estimation.all_joints.columns import SharedParameters
 from ident.estimation.all_joints.displacement import States, displaced_torques
@@ -12,6 +11,7 @@ from ident.model.arm import Arm
 from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
 from ident.model.parameters import STANDARD
 from ident.model.structure import Structure
+from ident.numerics.splines import spline
 from ident.support.arrays import Array, Indices
 
 TORQUE_RATE = 8.0
@@ -58,18 +58,16 @@ def torques(
     chi = fitted_parameters(problem, motion, shared, theta)
     t, at, states = sampled_states(motion)
     torque = inverse_dynamics(structure.arm, chi, states.q, states.dq, states.ddq)
-    rigid = scipy.interpolate.CubicSpline(t[at], torque)(t)
+    rigid = spline(t[at], torque)(t)
     if not compliance:
         return Torques(rigid, np.zeros((0, structure.arm.n, structure.arm.n)), np.zeros((0, 0)))
     rotors = np.zeros_like(chi)
     rotors[_rotors(structure)] = chi[_rotors(structure)]
-    transmitted = scipy.interpolate.CubicSpline(
-        t[at], torque - drive_torques(structure.arm, rotors, states.dq, states.ddq)
-    )
+    transmitted = spline(t[at], torque - drive_torques(structure.arm, rotors, states.dq, states.ddq))
     behind_motor = States(*(-transmitted(t[at], order) for order in range(3)))
     softened = displaced_torques(structure.arm, chi - rotors, states, behind_motor)
     inertia = np.mean(inertia_matrices(structure.arm, chi - rotors, states.q) ** 2, axis=0)
-    return Torques(rigid, scipy.interpolate.CubicSpline(t[at], softened)(t), inertia)
+    return Torques(rigid, spline(t[at], softened)(t), inertia)
 
 
 def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Array:

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
 
 from ident.support.errors import RobotModelError
 from ident.support.file_access import read_bytes
@@ -28,6 +27,8 @@ SHORTEST = 1e-6
 """Length below which a vector has no direction."""
 EARTH = (0.0, 0.0, -9.81)
 """Gravity of a model that states none [m/s^2]."""
+ESCAPED = str.maketrans({each: f"&#{ord(each)};" for each in '&<>"\n\r\t'})
+"""What stands for characters that an attribute cannot hold; `xml.sax.saxutils` has it, and imports a web client."""
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DECLARED = re.compile(rb"\s*<\?xml[^>]*\sencoding")
 
@@ -91,7 +92,7 @@ class MinimalModel:
 
 def tag(name: str, attributes: dict[str, str], *inside: str) -> str:
     """An XML element as text."""
-    start = " ".join((name, *(f"{key}={quoteattr(value)}" for key, value in attributes.items())))
+    start = " ".join((name, *(f'{key}="{value.translate(ESCAPED)}"' for key, value in attributes.items())))
     return f"<{start}>{''.join(inside)}</{name}>" if inside else f"<{start}/>"
 
 

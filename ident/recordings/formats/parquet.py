@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ident.recordings.formats.columns import MOST_COLUMNS, MOST_VALUES, OURS, Columns, LogFormat, Request, entry
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices
 from ident.support.errors import RecordingError
 from ident.support.file_access import check_file
 from ident.support.naming import one_line
@@ -113,6 +113,8 @@ def _numbers(path: Path, name: str, column: "pa.ChunkedArray") -> Array:
     if pa.types.is_timestamp(kind):
         return seconds(column)
     try:
+        if column.type == pa.float64():
+            return floats(column)  # a cast imports what computes in tables, a tenth of the time of a command
         exact = not pa.types.is_integer(column.type)  # nanoseconds since 1970 are whole numbers beyond float64's
         return floats(column.cast(pa.float64(), safe=exact))
     except pa.ArrowException as error:
@@ -126,6 +128,13 @@ def floats(column: "pa.ChunkedArray") -> Array:
     if column.null_count:
         return np.asarray(column.to_numpy(), dtype=np.float64)
     return np.array(np.from_dlpack(column.combine_chunks()), dtype=np.float64)
+
+
+def arrow_array(x: Array | Indices) -> "pa.Array":
+    """Numbers as a column without missing ones, shape (N,); pyarrow's own conversion imports pandas here too."""
+    import pyarrow as pa
+
+    return pa.Array.from_buffers(pa.from_numpy_dtype(x.dtype), len(x), [None, pa.py_buffer(np.ascontiguousarray(x))])
 
 
 def seconds(column: "pa.ChunkedArray") -> Array:

@@ -8,6 +8,7 @@ refused. Errors agree with the deviations that are stated.
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +16,14 @@ from pydantic import Field
 
 from ident.estimation.gain_options import GainOptions
 from ident.model.arm import load_arm
-from ident.model.structure import Structure, structure_of
+from ident.model.structure import structure_of
 from ident.payload.payload import Payload
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.benchmark.comparison.exact import OBSERVING, TRUSTING, Exact, exact_motions
-from scenarios.benchmark.methods.call import call
+from scenarios.benchmark.methods.call import Limits, call
 from scenarios.benchmark.methods.method import Method
-from scenarios.benchmark.methods.process import Limits
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.robots import robot
 from scenarios.results.problem_folder import write_problem
@@ -82,51 +82,41 @@ def contract(method: Method, limits: Limits) -> Contract:
 
 
 def checks(method: Method, limits: Limits) -> Iterator[KeptPromise]:
-    """Ask a method for everything that any method should keep, one promise after the other."""
+    """As `contract`, one promise after the other."""
     structure = structure_of(load_arm(robot().model))
     exact, noisy = exact_motions(structure, 1, noise=0.0), exact_motions(structure, 2, noise=NOISE)
     absent = exact_motions(structure, 3, noise=LOUD, mounted=False)
 
-    def asked(promise: str, motions: Sequence[Motion], judge: Judge, gains: GainOptions = TRUSTING) -> KeptPromise:
-        answer = _asked(method, motions, structure, gains, limits)
-        return _promise(promise, _said(answer) if isinstance(answer, MethodError) else judge(answer))
+    def asked(motions: Sequence[Motion], gains: GainOptions = TRUSTING) -> Claims | MethodError:
+        with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
+            write_problem(Path(place), robot(), (), motions, observing=OBSERVING, gains=gains)
+            return call(method, Path(place), structure.arm.n, limits).outcome
 
-    yield asked(f"exact data give exact gains, to {EXACT:g}", exact.motions, lambda found: _inexact(found, exact.gain))
-    before = _asked(method, noisy.motions, structure, TRUSTING, limits)
+    def judged(promise: str, answer: Claims | MethodError, judge: Judge) -> KeptPromise:
+        broken = f"{type(answer).__name__}: {answer}" if isinstance(answer, MethodError) else judge(answer)
+        return KeptPromise(promise=promise, broken=broken, kept=broken is None)
+
+    promise = f"exact data give exact gains, to {EXACT:g}"
+    yield judged(promise, asked(exact.motions), lambda found: _inexact(found, exact.gain))
+    before = asked(noisy.motions)
     if isinstance(before, MethodError):
-        yield _promise("noisy data give gains", _said(before))
+        yield judged("noisy data give gains", before, lambda found: None)
         return
-    yield _promise(
-        "errors with noisy data agree with the stated standard deviations", _overconfident(before, noisy.gain)
-    )
+    promise = "errors with noisy data agree with the stated standard deviations"
+    yield judged(promise, before, lambda found: _overconfident(found, noisy.gain))
     ones = np.ones(structure.arm.n)
     unit = np.where(np.arange(structure.arm.n) == MOVED, UNIT, 1.0)
-    yield asked("the same data give identical gains", noisy.motions, lambda found: _differs(found, before, ones, 0.0))
-    for promise, motions, factor in (
-        (f"mass and inertia times {FACTOR} scale the gains by {FACTOR}", _heavier(noisy, FACTOR), FACTOR * ones),
-        (f"currents times {FACTOR} divide the gains by {FACTOR}", _scaled(noisy, FACTOR * ones), ones / FACTOR),
-        ("negated currents negate the gains", _scaled(noisy, -ones), -ones),
-        (f"a change of unit of joint {MOVED + 1} affects no other joint", _scaled(noisy, unit), 1.0 / unit),
+    for promise, motions, factor, tolerance in (
+        ("the same data give identical gains", noisy.motions, ones, 0.0),
+        (f"mass and inertia times {FACTOR} scale the gains by {FACTOR}", _heavier(noisy, FACTOR), FACTOR * ones, SAME),
+        (f"currents times {FACTOR} divide the gains by {FACTOR}", _scaled(noisy, FACTOR * ones), ones / FACTOR, SAME),
+        ("negated currents negate the gains", _scaled(noisy, -ones), -ones, SAME),
+        (f"a change of unit of joint {MOVED + 1} affects no other joint", _scaled(noisy, unit), 1.0 / unit, SAME),
     ):
-        yield asked(promise, motions, lambda found, factor=factor: _differs(found, before, factor, SAME))
+        differs = partial(_differs, before=before, factor=factor, tolerance=tolerance)
+        yield judged(promise, asked(motions), differs)
     promise = "a payload that is stated but not mounted gives no gain"
-    yield asked(promise, absent.motions, _claims_something, GainOptions())
-
-
-def _promise(promise: str, broken: str | None) -> KeptPromise:
-    return KeptPromise(promise=promise, broken=broken, kept=broken is None)
-
-
-def _said(error: MethodError) -> str:
-    return f"{type(error).__name__}: {error}"
-
-
-def _asked(
-    method: Method, motions: Sequence[Motion], structure: Structure, gains: GainOptions, limits: Limits
-) -> Claims | MethodError:
-    with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
-        write_problem(Path(place), robot(), (), motions, observing=OBSERVING, gains=gains)
-        return call(method, Path(place), structure.arm.n, limits).outcome
+    yield judged(promise, asked(absent.motions, GainOptions()), _claims_something)
 
 
 def _heavier(exact: Exact, factor: float) -> list[Motion]:
@@ -193,6 +183,4 @@ def _claims_something(found: Claims) -> str | None:
 def _joints(which: Sequence[bool]) -> str:
     """Their numbers with a verb, empty for none."""
     numbers = [str(j) for j, yes in enumerate(which, 1) if yes]
-    if not numbers:
-        return ""
-    return f"joint {numbers[0]} is" if len(numbers) == 1 else f"joints {', '.join(numbers)} are"
+    return f"joint{'s'[: len(numbers) > 1]} {', '.join(numbers)} {'are' if numbers[1:] else 'is'}" if numbers else ""

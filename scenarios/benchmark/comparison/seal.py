@@ -4,8 +4,6 @@ A folder of sealed problems has `problems/` and `seal.json` with the digests, bo
 kept until the answers are in. A truth has a salt: without it, guesses could be tried against the digest.
 """
 
-import hashlib
-import json
 import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,14 +12,13 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from ident.support.arrays import Array
-from ident.support.naming import one_line
 from scenarios.benchmark.comparison.bound import gain_bound
-from scenarios.benchmark.comparison.rows import write_trial
 from scenarios.benchmark.comparison.statistics import NEEDED
-from scenarios.benchmark.methods.answers import AnswerRow, problem_digest
+from scenarios.benchmark.comparison.study import METHOD, write_trial
+from scenarios.benchmark.methods.answers import AnswerRow, problem_digest, read_model, write_model
 from scenarios.experiments.build import Setup, setup_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim
@@ -144,12 +141,9 @@ def seal(
             identifiable=simulated.setup.scenario.table.tolerance.identifiable,
             bound=bound,
         )
-        content = (json.dumps(truth.model_dump(mode="json"), indent=2) + "\n").encode()
-        (folder / TRUTH / f"{name}.json").write_bytes(content)
-        digest = problem_digest(folder / PROBLEMS / name)
-        sealed[name] = Sealed(problem=digest, truth=hashlib.sha256(content).hexdigest())
-    text = json.dumps(SealFile(problems=sealed).model_dump(mode="json"), indent=2)
-    (folder / SEAL).write_text(text + "\n", encoding="utf-8")
+        digest = write_model(truth, folder / TRUTH / f"{name}.json")
+        sealed[name] = Sealed(problem=problem_digest(folder / PROBLEMS / name), truth=digest)
+    write_model(SealFile(problems=sealed), folder / SEAL)
     return SealedProblems(problems=len(sealed), folder=str(folder))
 
 
@@ -163,27 +157,11 @@ def revealed(seal_file: Path, truths: Path) -> Revealed:
     Raises:
         ScenarioError: If a truth is missing, or is not the one that was sealed.
     """
-    try:
-        stated = SealFile.model_validate_json(seal_file.read_text(encoding="utf-8"), strict=True)
-    except OSError as error:
-        raise ScenarioError(f"{one_line(seal_file)}: {error.strerror}") from error
-    except (UnicodeDecodeError, ValidationError) as error:
-        raise ScenarioError(f"{one_line(seal_file)}: not a seal of problems") from error
-    found: dict[str, TruthFile] = {}
-    for name, each in stated.problems.items():
-        path = truths / f"{name}.json"
-        try:
-            content = path.read_bytes()
-        except OSError as error:
-            raise ScenarioError(
-                f"{one_line(path)}: {error.strerror}; give the truth of every sealed problem"
-            ) from error
-        if hashlib.sha256(content).hexdigest() != each.truth:
-            raise ScenarioError(f"{one_line(path)}: is not the truth that was sealed: its SHA-256 differs")
-        try:
-            found[name] = TruthFile.model_validate_json(content, strict=True)
-        except ValidationError as error:
-            raise ScenarioError(f"{one_line(path)}: not the truth of a problem") from error
+    stated = read_model(SealFile, seal_file, "a seal of problems")
+    found = {
+        name: read_model(TruthFile, truths / f"{name}.json", "the truth of a problem", digest=each.truth)
+        for name, each in stated.problems.items()
+    }
     return Revealed(found, {name: each.problem for name, each in stated.problems.items()})
 
 
@@ -202,37 +180,29 @@ def scored(answers: Sequence[AnswerRow], known: Revealed) -> dict[str, pd.DataFr
         for trial, (name, truth) in enumerate(known.truths.items()):
             answer = by_call.get((method, name))
             rows.setdefault(truth.scenario, []).extend(_rows(method, trial, truth, answer))
-    return {scenario: _table(each) for scenario, each in rows.items()}
+    numbers = dict.fromkeys(("true", "estimate", "std", "rel_error", "seconds"), np.float64)
+    return {name: pd.DataFrame(each, columns=list(NEEDED)).astype(numbers) for name, each in rows.items()}
 
 
 def _rows(method: str, trial: int, truth: TruthFile, answer: AnswerRow | None) -> list[dict[str, object]]:
-    claims = answer.claims if answer is not None else ()
-    claims = claims or (Claim(None, None, None),) * len(truth.gain)
+    claims = (answer.claims if answer is not None else ()) or (Claim(None, None, None),) * len(truth.gain)
     if len(claims) != len(truth.gain):
         raise ScenarioError(f"{method}: {len(claims)} gains; the sealed problem has {len(truth.gain)} joints")
-    common = {
-        "method": method,
-        "trial": trial,
-        "seconds": 0.0 if answer is None else answer.seconds,
-        "failure": None if answer is None else answer.failure,
-    }
     return [
         {
-            **common,
+            METHOD: method,
+            "trial": trial,
             "joint": joint,
             "true": true,
             "estimate": claim.value,
             "std": claim.std,
             "rel_error": None if claim.value is None else (claim.value - true) / true,
             "expected": expected,
+            "seconds": 0.0 if answer is None else answer.seconds,
+            "failure": None if answer is None else answer.failure,
         }
         for joint, (claim, true, expected) in enumerate(zip(claims, truth.gain, truth.identifiable, strict=True), 1)
     ]
-
-
-def _table(rows: list[dict[str, object]]) -> pd.DataFrame:
-    numbers = dict.fromkeys(("true", "estimate", "std", "rel_error", "seconds"), np.float64)
-    return pd.DataFrame(rows, columns=list(NEEDED)).astype(numbers)
 
 
 def _bound(setup: Setup) -> tuple[float | None, ...] | None:

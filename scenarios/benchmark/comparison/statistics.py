@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from ident.support.arrays import Array, Indices, Mask
-from scenarios.benchmark.comparison.rows import METHOD
+from ident.support.arrays import Array
+from scenarios.benchmark.comparison.study import METHOD
 from scenarios.experiments.studies.coverage import Coverage, coverage
 from scenarios.support.result_model import ResultModel
 
@@ -128,64 +128,6 @@ class Comparison(ResultModel):
     scenarios: list[ComparedScenario]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class DirectionMessage:
-    """Rows of one method as columns of one length; NaN where there is no number.
-
-    Attributes:
-        trial, joint: Numbers.
-        true, estimate, std: Gains and stated deviation [N m / drive unit].
-        error: Relative error of the gain.
-        expected: Whether the data should give it.
-        answered: Whether there was an answer that could be read.
-        seconds: Wall time of the call [s].
-        failure: Kind of what went wrong, empty if nothing did.
-    """
-
-    trial: Indices
-    joint: Indices
-    true: Array
-    estimate: Array
-    std: Array
-    error: Array
-    expected: Mask
-    answered: Mask
-    seconds: Array
-    failure: tuple[str, ...]
-
-    @property
-    def claimed(self) -> Mask:
-        """Rows with a gain."""
-        return np.isfinite(self.estimate)
-
-    @property
-    def wrong(self) -> Mask:
-        """Rows that claim a gain that had better not been claimed; without a deviation nothing excuses an error.
-
-        Of a gain that the scenario does not expect, a claim may still be good: sure of itself, and right.
-        """
-        off = np.abs(self.estimate - self.true)
-        near, honest = np.abs(self.error) <= FAR, off <= SURE * self.std
-        good = near & honest & (self.std <= FAR * np.abs(self.estimate))
-        return self.claimed & np.where(self.expected, ~near & ~honest, ~good)
-
-
-def told(rows: pd.DataFrame) -> DirectionMessage:
-    """The rows of trials that the method was asked in; others failed before that."""
-    posed = rows.dropna(subset=["seconds"])
-    numbers = {name: posed[name].to_numpy(dtype=np.float64) for name in ("true", "estimate", "std", "seconds")}
-    failure = posed["failure"].fillna("").astype(str).tolist()
-    return DirectionMessage(
-        trial=posed["trial"].to_numpy(dtype=np.intp),
-        joint=posed["joint"].to_numpy(dtype=np.intp),
-        error=posed["rel_error"].to_numpy(dtype=np.float64),
-        expected=posed["expected"].to_numpy(dtype=bool),
-        answered=np.array([not kind for kind in failure], dtype=bool),
-        failure=tuple(failure),
-        **numbers,
-    )
-
-
 def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -> tuple[MethodSummary, ...]:
     """Sum up a comparison on one scenario.
 
@@ -197,46 +139,71 @@ def summaries(rows: pd.DataFrame, methods: Sequence[str], bound: Array | None) -
     Returns:
         One a method, the best first; equal ones in the order given.
     """
-    found = [_summary(method, told(rows.query("method == @method")), bound) for method in methods]
+    judged = _judged(rows)
+    found = [_summary(method, judged.query(f"{METHOD} == @method"), bound) for method in methods]
     return tuple(sorted(found, key=lambda summary: -summary.score))
 
 
-def _summary(method: str, of: DirectionMessage, bound: Array | None) -> MethodSummary:
-    wanted, wrong = int(of.expected.sum()), int(of.wrong.sum())
-    solved = {share: int((of.expected & (np.abs(of.error) <= share)).sum()) for share in SOLVED}
-    _, first = np.unique(of.trial, return_index=True)
-    failures = dict(Counter(of.failure[k] for k in first if of.failure[k]))
+def _judged(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows of trials that came to the methods, with what is counted of them.
+
+    Without a deviation nothing excuses an error. Of a gain that the scenario does not expect, a claim may still be
+    good: sure of itself, and right.
+    """
+    posed = rows.dropna(subset=["seconds"]).sort_values("trial", kind="stable")
+    estimate, true, std, error = posed[["estimate", "true", "std", "rel_error"]].to_numpy(np.float64).T
+    off, expected, claimed = np.abs(estimate - true), posed["expected"].to_numpy(bool), np.isfinite(estimate)
+    near, honest = np.abs(error) <= FAR, off <= SURE * std
+    good = np.where(expected, near | honest, near & honest & (std <= FAR * np.abs(estimate)))
+    refused = posed["failure"].isna().to_numpy(bool) & ~claimed
+    return posed.assign(
+        off=off,
+        claimed=claimed,
+        wrong=claimed & ~good,
+        wrong_sign=estimate * true < 0.0,
+        refused_rightly=refused & ~expected,
+        refused_wrongly=refused & expected,
+        **{f"within {share}": expected & (np.abs(error) <= share) for share in SOLVED},
+    )
+
+
+def _summary(method: str, rows: pd.DataFrame, bound: Array | None) -> MethodSummary:
+    wanted, wrong = _count(rows, "expected"), _count(rows, "wrong")
+    calls = rows.drop_duplicates("trial")
+    failures = dict(Counter(calls["failure"].dropna().tolist()))
     crashes, time_outs = (sum(failures.get(kind, 0) for kind in kinds) for kinds in (CRASHES, TIME_OUTS))
     return MethodSummary(
         method=method,
-        trials=len(first),
+        trials=len(calls),
         wanted=wanted,
-        score=(solved[RANKED_BY] - wrong) / max(wanted, 1),
-        solved=tuple(count / max(wanted, 1) for count in solved.values()),
-        refused_rightly=int((of.answered & ~of.expected & ~of.claimed).sum()),
-        refused_wrongly=int((of.answered & of.expected & ~of.claimed).sum()),
+        score=(_count(rows, f"within {RANKED_BY}") - wrong) / max(wanted, 1),
+        solved=tuple(_count(rows, f"within {share}") / max(wanted, 1) for share in SOLVED),
+        refused_rightly=_count(rows, "refused_rightly"),
+        refused_wrongly=_count(rows, "refused_wrongly"),
         wrong_claims=wrong,
-        wrong_signs=int((of.estimate * of.true < 0.0).sum()),
+        wrong_signs=_count(rows, "wrong_sign"),
         crashes=crashes,
         time_outs=time_outs,
         misfits=sum(failures.values()) - crashes - time_outs,
         failures=failures,
-        seconds=float(np.median(of.seconds[first])) if len(first) else None,
-        joints=tuple(_joint(joint, of, bound) for joint in np.unique(of.joint).tolist()),
+        seconds=float(np.median(calls["seconds"].to_numpy())) if len(calls) else None,
+        joints=tuple(_joint(each, rows.query("joint == @each"), bound) for each in np.unique(rows["joint"]).tolist()),
     )
 
 
-def _joint(joint: int, of: DirectionMessage, bound: Array | None) -> MethodJoint:
-    own = of.joint == joint
-    error = of.error[own & of.claimed]
-    stated = own & of.claimed & np.isfinite(of.std)
-    off, std = np.abs(of.estimate - of.true)[stated], of.std[stated]
-    claimed = _rms(std / of.true[stated])
+def _count(rows: pd.DataFrame, column: str) -> int:
+    return int(rows[column].to_numpy(bool).sum())
+
+
+def _joint(joint: int, rows: pd.DataFrame, bound: Array | None) -> MethodJoint:
+    error = rows.loc[rows["claimed"], "rel_error"].to_numpy(np.float64)
+    off, std, true = rows.loc[rows["claimed"] & rows["std"].notna(), ["off", "std", "true"]].to_numpy(np.float64).T
+    claimed = _rms(std / true)
     spread = float(np.std(error, ddof=1)) if len(error) > 1 else None
     least = None if bound is None or not np.isfinite(bound[joint - 1]) else float(bound[joint - 1])
     return MethodJoint(
         joint=joint,
-        expected=int(of.expected[own].sum()),
+        expected=_count(rows, "expected"),
         gains=len(error),
         bias=float(np.mean(error)) if len(error) else None,
         spread=spread,

@@ -1,19 +1,37 @@
-"""A comparison: the trials of a Monte Carlo study, each given to several methods."""
+"""A comparison: trials of a Monte Carlo study, simulated once and given to every method as a folder; a row a joint."""
 
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
 
 import pyarrow as pa
 
-from scenarios.benchmark.comparison.rows import COLUMNS, METHOD, comparing
+from scenarios.benchmark.methods.call import Call, Limits, call
 from scenarios.benchmark.methods.method import Method
-from scenarios.benchmark.methods.process import Limits
+from scenarios.experiments.build import Setup
 from scenarios.experiments.files.draws import places_of
 from scenarios.experiments.files.schema import Scenario
+from scenarios.experiments.judge import Claim, judge_claims
+from scenarios.experiments.run import ReadyTrial, Simulated, simulate_batch
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import Study
-from scenarios.experiments.trials import trial_schema
+from scenarios.experiments.trials import (
+    Failure,
+    Rows,
+    Work,
+    failed_rows,
+    failure_of,
+    setting_columns,
+    trial_schema,
+)
+from scenarios.results.problem_folder import write_problem
 from scenarios.support.errors import ScenarioError
+
+METHOD = "method"
+COLUMNS = (("expected", pa.bool_()), ("seconds", pa.float64()))
+"""Besides those of every study and `METHOD`: whether the data should give the gain, how long the method took [s]."""
 
 
 def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, count: int, seed: int) -> Study:
@@ -45,6 +63,65 @@ def comparison(scenario: Scenario, methods: Sequence[Method], limits: Limits, co
             "methods": [{"text": method.text, "files": dict(method.digests)} for method in methods],
             "limits": asdict(limits),
         },
-        work=comparing(tuple(methods), limits),
+        work=Work(finished=partial(_finished, tuple(methods), limits), failed=partial(_failed, tuple(methods))),
         rows_per_joint=len(methods),
     )
+
+
+def write_trial(simulated: Simulated, folder: Path) -> None:
+    """Write the problem that a trial poses, of which truth, scenario and seed are no part."""
+    setup = simulated.setup
+    chosen = setup.scenario.table
+    write_problem(
+        folder,
+        setup.experiments[0].plant.robot,
+        chosen.belief.couplings,
+        simulated.logs,
+        observing=chosen.identification.observe,
+        gains=chosen.identification.gains,
+    )
+
+
+def _finished(
+    methods: tuple[Method, ...], limits: Limits, trials: Sequence[ReadyTrial], threads: int
+) -> Iterator[tuple[int, Rows | Failure]]:
+    for i, outcome in simulate_batch(trials, threads=threads):
+        if isinstance(outcome, Simulated):
+            yield i, _answered(trials[i], outcome, methods, limits)
+        else:
+            yield i, failure_of(trials[i], outcome)
+
+
+def _answered(ready: ReadyTrial, simulated: Simulated, methods: tuple[Method, ...], limits: Limits) -> Rows:
+    """Rows of all methods; each is given a folder that no other has had."""
+    joints, rows = ready.setup.structure.arm.n, list[dict[str, object]]()
+    common = {"trial": ready.trial.number, "seed": ready.trial.seed, **setting_columns(ready.settings)}
+    for method in methods:
+        with tempfile.TemporaryDirectory(prefix="rx90-problem-") as place:
+            write_trial(simulated, Path(place))
+            called = call(method, Path(place), joints, limits)
+        rows += [{**common, **row} for row in _judged_rows(ready.setup, method, called)]
+    return rows
+
+
+def _judged_rows(setup: Setup, method: Method, called: Call) -> Rows:
+    """What came of a call, a row a joint; a call without an answer is rows with its failure, refused nowhere."""
+    tolerance, scenario = setup.scenario.table.tolerance, setup.scenario
+    failure = None if isinstance(called.outcome, tuple) else called.outcome
+    claims = called.outcome if isinstance(called.outcome, tuple) else (Claim(None, None, None),) * len(tolerance.gain)
+    verdict = judge_claims(claims, setup.true_gain, tolerance, expectation=scenario.expectation)
+    lost = {} if failure is None else {"failure": type(failure).__name__, "reason": str(failure), "passed": False}
+    return [
+        {METHOD: method.text, "expected": expected, "seconds": called.seconds, **asdict(gain), **lost}
+        for gain, expected in zip(verdict.gains, tolerance.identifiable, strict=True)
+    ]
+
+
+def _failed(methods: tuple[Method, ...], scenario: Scenario, failure: Failure) -> Rows:
+    """Rows of a trial that came to no method: nobody is to blame."""
+    expected = scenario.table.tolerance.identifiable
+    return [
+        {**row, METHOD: method.text, "expected": wanted}
+        for method in methods
+        for row, wanted in zip(failed_rows(scenario, failure), expected, strict=True)
+    ]

@@ -1,22 +1,25 @@
-"""Answers to problem folders as one file: what each method claimed of each problem, by the problem's digest."""
+"""Answers to problem folders, whose truth nobody here knows, as one file: who claimed what of which content."""
 
 import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from ident.support.naming import one_line
 from scenarios.benchmark.methods.answer import AnswerGain
-from scenarios.benchmark.methods.call import Call
+from scenarios.benchmark.methods.call import Call, Limits, call
 from scenarios.benchmark.methods.method import Method
 from scenarios.experiments.judge import Claim
+from scenarios.results.problem_folder import read_problem
 from scenarios.support.errors import ScenarioError
 from scenarios.support.result_model import ResultModel
+from scenarios.support.stages import SILENT, Stages, counted
 
 ANSWERS = "answers.json"
+Model = TypeVar("Model", bound=BaseModel)
 
 
 class AnswerRow(BaseModel):
@@ -67,6 +70,45 @@ class Answers(ResultModel):
     answers: list[AnswerRow]
 
 
+def answered(
+    folders: Sequence[Path], methods: Sequence[Method], limits: Limits, path: Path, *, stages: Stages = SILENT
+) -> tuple[AnswerRow, ...]:
+    """Ask every method for every problem, and write each answer down when it is there.
+
+    Args:
+        folders: Problems, each under a name of its own.
+        methods: Those that are asked.
+        limits: What a call may take.
+        path: File of answers; of those that it holds, none is asked for again.
+        stages: Told how many calls are done.
+
+    Returns:
+        All answers of the file.
+
+    Raises:
+        ScenarioError: If two folders have one name.
+        ForeignProblem: If a folder holds no problem that can be read.
+        ScenarioError: If the file holds something else.
+    """
+    names = [folder.name for folder in folders]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ScenarioError(f"two problem folders are called {twice}; rename one, answers are stored under that name")
+    joints = {folder: read_problem(folder).arm.n for folder in folders}
+    rows = list(read_answers(path)) if path.exists() else []
+    stages.begin("asking", len(folders) * len(methods))
+    for folder in folders:
+        digest = problem_digest(folder)
+        for method in counted(methods, stages):
+            wanted = folder.name, digest, method.text, dict(method.digests)
+            if any((row.problem, row.digest, row.method, row.files) == wanted for row in rows):
+                continue
+            rows = [row for row in rows if (row.problem, row.method) != (folder.name, method.text)]
+            rows.append(_answer_row(folder, digest, method, call(method, folder, joints[folder], limits)))
+            write_model(AnswersFile(answers=rows), path)
+    return tuple(rows)
+
+
 def problem_digest(folder: Path) -> str:
     """SHA-256 of the names and contents of a problem's files."""
     whole = hashlib.sha256()
@@ -75,29 +117,28 @@ def problem_digest(folder: Path) -> str:
     return whole.hexdigest()
 
 
-def answer_row(folder: Path, method: Method, called: Call) -> AnswerRow:
+def _answer_row(folder: Path, digest: str, method: Method, called: Call) -> AnswerRow:
     """A call of a method on a problem as a row."""
-    common = AnswerRow(
+    claims, failure = (called.outcome, None) if isinstance(called.outcome, tuple) else ((), called.outcome)
+    return AnswerRow(
         problem=folder.name,
-        digest=problem_digest(folder),
+        digest=digest,
         method=method.text,
         files=dict(method.digests),
         seconds=called.seconds,
+        failure=None if failure is None else type(failure).__name__,
+        reason=None if failure is None else str(failure),
+        gains=[
+            AnswerGain(
+                joint=joint,
+                estimate=claim.value,
+                std=claim.std,
+                identifiable=claim.value is not None,
+                reason=claim.reason,
+            )
+            for joint, claim in enumerate(claims, 1)
+        ],
     )
-    if not isinstance(called.outcome, tuple):
-        error = called.outcome
-        return common.model_copy(update={"failure": type(error).__name__, "reason": str(error)})
-    gains = [
-        AnswerGain(
-            joint=joint,
-            estimate=claim.value,
-            std=claim.std,
-            identifiable=claim.value is not None,
-            reason=claim.reason,
-        )
-        for joint, claim in enumerate(called.outcome, 1)
-    ]
-    return common.model_copy(update={"gains": gains})
 
 
 def read_answers(path: Path) -> tuple[AnswerRow, ...]:
@@ -106,22 +147,42 @@ def read_answers(path: Path) -> tuple[AnswerRow, ...]:
     Raises:
         ScenarioError: If it is none.
     """
+    return tuple(read_model(AnswersFile, path, "a file of answers").answers)
+
+
+def read_model(kind: type[Model], path: Path, what: str, *, digest: str | None = None) -> Model:
+    """Read a JSON file that must have a certain form.
+
+    Args:
+        kind: The form.
+        path: Of the file.
+        what: The file is meant to be, for the message.
+        digest: SHA-256 that it must have, None for any.
+
+    Raises:
+        ScenarioError: If it cannot be read, has another digest or another form.
+    """
     try:
-        return tuple(AnswersFile.model_validate_json(path.read_text(encoding="utf-8"), strict=True).answers)
+        content = path.read_bytes()
+        if digest is not None and hashlib.sha256(content).hexdigest() != digest:
+            raise ScenarioError(f"{one_line(path)}: its SHA-256 is not the sealed one; give the file as it was sealed")
+        return kind.model_validate_json(content, strict=True)
     except OSError as error:
-        raise ScenarioError(f"{one_line(path)}: {error.strerror}") from error
-    except (UnicodeDecodeError, ValidationError) as error:
-        first = str(error).splitlines()[:3]
-        raise ScenarioError(f"{one_line(path)}: not a file of answers: {one_line(' '.join(first))}") from error
+        raise ScenarioError(f"{one_line(path)}: {error.strerror}; expected {what}") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = "".join(f"{part}: " for part in first["loc"])
+        raise ScenarioError(f"{one_line(path)}: not {what}: {one_line(where + first['msg'])}") from error
 
 
-def write_answers(rows: Sequence[AnswerRow], path: Path) -> None:
-    """Write a file of answers, whole or not at all.
+def write_model(model: BaseModel, path: Path) -> str:
+    """Write a JSON file, whole or not at all; its SHA-256.
 
     Raises:
         OSError: If it cannot be written.
     """
-    file = AnswersFile(answers=list(rows))
+    content = (json.dumps(model.model_dump(mode="json"), indent=2) + "\n").encode()
     unfinished = path.with_name(f".{path.name}.unfinished")
-    unfinished.write_text(json.dumps(file.model_dump(mode="json"), indent=2) + "\n", encoding="utf-8")
+    unfinished.write_bytes(content)
     unfinished.replace(path)
+    return hashlib.sha256(content).hexdigest()

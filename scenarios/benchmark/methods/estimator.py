@@ -11,7 +11,7 @@ from ident.preparation import SIMULATED
 from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown
 from ident.support.options import options_from_table, options_from_words, table_from_words
-from scenarios.benchmark.methods.method import INSIDE, Method
+from scenarios.benchmark.methods.method import Method
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.support.errors import ScenarioError
 
@@ -35,7 +35,7 @@ def method(text: str) -> Method:
         ScenarioError: If there is no such estimator, or it does not take an option.
     """
     _checked(text)
-    return Method(text, (*INSIDE, text))
+    return Method(text)
 
 
 def identified(text: str, problem: GivenProblem) -> Identification:

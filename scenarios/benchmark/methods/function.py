@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import cast
 
 from ident.support.naming import shown
-from scenarios.benchmark.methods.method import INSIDE, Method, digests
+from scenarios.benchmark.methods.method import Method, digests
 from scenarios.results.problem_folder import GivenProblem
 from scenarios.support.errors import ScenarioError
 from scenarios.support.versions import PACKAGES
@@ -37,7 +37,7 @@ def method(text: str) -> Method | None:
     module = _loaded(text).__module__
     spec = find_spec(module)
     origin = spec.origin if spec is not None else None
-    return Method(text, (*INSIDE, text), (*digests([Path(origin)] if origin else []), *packages(sys.modules[module])))
+    return Method(text, digests=(*digests([Path(origin)] if origin else []), *packages(sys.modules[module])))
 
 
 def answered(text: str, problem: GivenProblem) -> dict[str, object]:

@@ -1,13 +1,9 @@
 """A method: how it is called, and which files decide what it answers."""
 
 import hashlib
-import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-
-INSIDE = (sys.executable, "-P", "-m", "scenarios.benchmark.methods.inside")
-"""The program that calls a method written in Python; the method's text and a folder follow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,13 +12,13 @@ class Method:
 
     Attributes:
         text: As it was named.
-        words: The command that answers; the problem's folder is added as its last word.
+        words: The command that answers, without its last word, the problem's folder; none of a method in Python.
         digests: Digest of each file of the method's own that is known, and version of each package that it imports
             beside those of every study, by name: another digest or version, another method.
     """
 
     text: str
-    words: tuple[str, ...]
+    words: tuple[str, ...] = ()
     digests: tuple[tuple[str, str], ...] = ()
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
@@ -164,7 +164,7 @@ def _quantiles(draw: DrawTable, uniform: Array, parameters: Mapping[str, float |
     name = draw.distribution or ""
     distribution = _distribution(name)
     shapes = [s.strip() for s in (distribution.shapes or "").split(",") if s.strip()]
-    takes = [*shapes, "loc", *(["scale"] if isinstance(distribution, stats.rv_continuous) else [])]
+    takes = [*shapes, "loc", *(["scale"] if isinstance(distribution, scipy.stats.rv_continuous) else [])]
     for parameter in draw.parameters:
         if parameter not in takes:
             raise WrongDraw(
@@ -187,17 +187,17 @@ def _quantiles(draw: DrawTable, uniform: Array, parameters: Mapping[str, float |
 
 
 @lru_cache(maxsize=64)
-def _distribution(name: str) -> "stats.rv_continuous | stats.rv_discrete":
+def _distribution(name: str) -> "scipy.stats.rv_continuous | scipy.stats.rv_discrete":
     """A distribution of scipy.stats that has a quantile function of its own; others search, for minutes or for ever.
 
     Raises:
         WrongDraw: If there is none, or it has none.
     """
-    families = stats.rv_continuous, stats.rv_discrete
-    known = [k for k, v in vars(stats).items() if isinstance(v, families)]
+    families = scipy.stats.rv_continuous, scipy.stats.rv_discrete
+    known = [k for k, v in vars(scipy.stats).items() if isinstance(v, families)]
     if name not in known:
         raise WrongDraw(f"no distribution {name!r} in scipy.stats{nearest(name, known)}")
-    distribution = getattr(stats, name)
+    distribution = getattr(scipy.stats, name)
     if any(type(distribution)._ppf is family._ppf for family in families):
         raise WrongDraw(f"{name} has no quantile function of its own; choose one that has, such as norm or gamma")
     return distribution

@@ -8,7 +8,7 @@ import pandas as pd
 from pydantic import Field
 from scipy import stats
 
-from ident.support.arrays import Array
+from ident.support.arrays import Array, Indices
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.folder import StudyFolder
 from scenarios.experiments.studies.sensitivity import ALL, ALONE, NONE, SOBOL
@@ -133,9 +133,8 @@ def budgets(rows: pd.DataFrame, sources: Sequence[str], joints: Sequence[int], s
 def ranking(found: Sequence[BudgetJoint]) -> list[str]:
     """Sources by their share, summed over the joints, the largest first."""
     total: dict[str, float] = {}
-    for budget in found:
-        for cost in budget.costs:
-            total[cost.source] = total.get(cost.source, 0.0) + cost.share
+    for cost in (cost for budget in found for cost in budget.costs):
+        total[cost.source] = total.get(cost.source, 0.0) + cost.share
     return sorted(total, key=lambda source: -total[source])
 
 
@@ -148,9 +147,12 @@ def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interv
         AB: On A with the columns of source k from B, shape (d, n).
         seed: Of the bootstrap.
     """
-    picks = np.random.default_rng(seed).integers(len(A), size=(RESAMPLES, len(A)))
-    found = _sobol(A, B, AB)  # (2, d)
-    low, high = np.percentile([_sobol(A[k], B[k], AB[:, k]) for k in picks], TAILS, axis=0)
+
+    def indices(k: Indices) -> Array:  # (2, d)
+        of = stats.sobol_indices(func={"f_A": A[k][None], "f_B": B[k][None], "f_AB": AB[:, k][:, None]}, n=len(A))
+        return np.array([of.first_order.ravel(), of.total_order.ravel()])
+
+    found, low, high = indices(np.arange(len(A))), *_percentiles([indices(k) for k in _resampled(len(A), seed)])
     first, total = (
         [Interval(value=float(v), low=float(x), high=float(y)) for v, x, y in zip(*order, strict=True)]
         for order in zip(found, low, high, strict=True)
@@ -158,16 +160,11 @@ def sobol_indices(A: Array, B: Array, AB: Array, seed: int) -> tuple[list[Interv
     return first, total
 
 
-def _sobol(A: Array, B: Array, AB: Array) -> Array:
-    """First and total order indices, shape (2, d)."""
-    found = stats.sobol_indices(func={"f_A": A[None], "f_B": B[None], "f_AB": AB[:, None]}, n=len(A))
-    return np.array([found.first_order.ravel(), found.total_order.ravel()])
-
-
 def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: int) -> BudgetJoint:
-    alone = {name: group["rel_error"].dropna().to_numpy() for name, group in _of(rows, ALONE).groupby("source")}
+    by_source = rows.query(f"design == {ALONE!r}").groupby("source")
+    alone = {name: group["rel_error"].dropna().to_numpy() for name, group in by_source}
     squares = {name: float(np.mean(alone[name] ** 2)) for name in sources if len(alone.get(name, ())) > 0}
-    indices, samples = _indices(_of(rows, SOBOL), sources, seed)
+    first, total, samples = _indices(rows.query(f"design == {SOBOL!r}"), sources, seed)
     costs = [
         SourceCost(
             joint=joint,
@@ -176,8 +173,8 @@ def _joint_budget(rows: pd.DataFrame, joint: int, sources: Sequence[str], seed: 
             bias=float(np.mean(alone[name])),
             rms=_rms(alone[name], seed),
             share=square / max(sum(squares.values()), 1e-300),
-            first=None if indices is None else indices[0][sources.index(name)],
-            total=None if indices is None else indices[1][sources.index(name)],
+            first=first.get(name),
+            total=total.get(name),
         )
         for name, square in squares.items()
     ]
@@ -203,36 +200,38 @@ def _summed(costs: Sequence[SourceCost], floor: float) -> float:
     return float(np.sqrt(variance + bias**2))
 
 
-def _of(rows: pd.DataFrame, design: str) -> pd.DataFrame:
-    return rows.query("design == @design")
-
-
 def _indices(
     rows: pd.DataFrame, sources: Sequence[str], seed: int
-) -> tuple[tuple[list[Interval], list[Interval]] | None, int]:
-    """Sobol indices from the rows of the design that are complete, and how many that are.
+) -> tuple[dict[str, Interval], dict[str, Interval], int]:
+    """Sobol indices by source from the rows of the design that are complete, and how many that are.
 
     The estimator wants a power of 2: after a loss, the largest one that is left.
     """
     table = rows.assign(sample=rows["sample"].astype(int)).pivot_table(
         index="sample", columns="source", values="rel_error", dropna=False
     )
-    wanted = ["A", "B", *sources]
-    if not set(wanted) <= set(table.columns):
-        return None, 0
-    whole = table[wanted].dropna().to_numpy()
+    whole = table.reindex(columns=["A", "B", *sources]).dropna().to_numpy()
     n = 2 ** int(np.log2(len(whole))) if len(whole) else 0
     if n < 4:
-        return None, n
-    A, B, AB = whole[:n, 0], whole[:n, 1], whole[:n, 2:].T
-    return sobol_indices(A, B, AB, seed), n
+        return {}, {}, n
+    first, total = sobol_indices(whole[:n, 0], whole[:n, 1], whole[:n, 2:].T, seed)
+    return dict(zip(sources, first, strict=True)), dict(zip(sources, total, strict=True)), n
 
 
 def _rms(error: Array, seed: int) -> Interval:
     value = float(np.sqrt(np.mean(error**2)))
     if len(error) < 2 or np.ptp(error) == 0.0:
         return Interval(value=value, low=value, high=value)
-    picks = np.random.default_rng(seed).integers(len(error), size=(RESAMPLES, len(error)))
-    resampled = np.sqrt(np.mean(error[picks] ** 2, axis=1))
-    low, high = np.percentile(resampled, TAILS)
+    low, high = _percentiles(np.sqrt(np.mean(error[_resampled(len(error), seed)] ** 2, axis=1)))
     return Interval(value=value, low=float(low), high=float(high))
+
+
+def _resampled(n: int, seed: int) -> Indices:
+    """Numbers of the values that each resample of the bootstrap takes, shape (RESAMPLES, n)."""
+    return np.random.default_rng(seed).integers(n, size=(RESAMPLES, n))
+
+
+def _percentiles(values: Array | list[Array]) -> tuple[Array, Array]:
+    """Ends of a 95 % interval over the first axis."""
+    low, high = np.percentile(values, TAILS, axis=0)
+    return low, high

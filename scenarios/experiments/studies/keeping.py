@@ -9,8 +9,7 @@ import pyarrow.compute as pc
 
 from scenarios.experiments.studies.folder import StudyFolder
 from scenarios.experiments.studies.parts import LOST, WHOLE, Part, block_of
-from scenarios.experiments.trials import OUTSIDE
-from scenarios.experiments.workers.tasks import Task
+from scenarios.experiments.trials import OUTSIDE, Task
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ A source that is drawn takes its value from its numbers, a noise its seed: its r
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ident.support.arrays import Array
 from scenarios.experiments.files.draws import numbers_needed, settings_from
@@ -36,12 +37,8 @@ class Sources:
 
     def columns(self, name: str) -> slice:
         """Columns of a source in a matrix that has all sources'."""
-        start = 0
-        for other, width in self.width.items():
-            if other == name:
-                return slice(start, start + width)
-            start += width
-        raise KeyError(name)
+        start = sum(list(self.width.values())[: self.names.index(name)])
+        return slice(start, start + self.width[name])
 
 
 def sources_of(scenario: Scenario) -> Sources:
@@ -57,20 +54,14 @@ def sources_of(scenario: Scenario) -> Sources:
     for name, source in table.sources.items():
         try:
             width[name] = 1 if source.stream is not None else numbers_needed(source, table)
-            off |= _off(source, table)
+            off |= _settings(source, source.off, table)
         except ScenarioError as error:
             raise WrongDraw(f"{scenario.name}: sources.{name}: {error}") from error
     return Sources(scenario=scenario, width=width, off=off)
 
 
-@dataclass(frozen=True, slots=True)
-class Switched:
-    """Sources switched on and off.
-
-    Attributes:
-        settings: Values of the scenario by place.
-        streams: Seeds of the noise streams that are on, by name.
-    """
+class Switched(NamedTuple):
+    """Sources switched on and off: values of the scenario by place, and seeds of the noise streams that are on."""
 
     settings: Mapping[str, Value]
     streams: Mapping[str, int]
@@ -90,21 +81,13 @@ def settings_with(sources: Sources, on: Mapping[str, Array]) -> Switched:
             settings |= settings_from(source, uniform, table)
         else:
             seeds[source.stream] = int(uniform[0] * STREAM_SEEDS)
-            settings |= {place: _size(source, place, table) for place in source.targets}
+            settings |= _settings(source, source.size, table)
     return Switched(settings, seeds)
 
 
-def _off(source: SourceTable, table: ScenarioTable) -> dict[str, Value]:
-    """The settings that switch a source off."""
-    if source.off is None:
-        return {place: value_at(table, place) for place in source.targets}
-    return {place: _like(value_at(table, place), source.off) for place in source.targets}
-
-
-def _size(source: SourceTable, place: str, table: ScenarioTable) -> Value:
-    own = value_at(table, place)
-    return own if source.size is None else _like(own, source.size)
-
-
-def _like(value: Value, number: float) -> Value:
-    return [number] * len(value) if isinstance(value, list) else number
+def _settings(source: SourceTable, number: float | None, table: ScenarioTable) -> dict[str, Value]:
+    """A number at every place of a source, in lists too; None leaves what is there."""
+    own = {place: value_at(table, place) for place in source.targets}
+    if number is None:
+        return own
+    return {place: [number] * len(value) if isinstance(value, list) else number for place, value in own.items()}

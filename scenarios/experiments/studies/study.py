@@ -17,10 +17,9 @@ from scenarios.experiments.robots import robot_digests
 from scenarios.experiments.studies.folder import StudyFolder, study_folder
 from scenarios.experiments.studies.keeping import Unfinished, keep
 from scenarios.experiments.studies.parts import block_of
-from scenarios.experiments.trials import IDENTIFY, Failure, Trial, Work
+from scenarios.experiments.trials import IDENTIFY, Failure, Task, Trial, Work, run_task
 from scenarios.experiments.workers.execute import GivenUp, completed
 from scenarios.experiments.workers.kinds import Workers
-from scenarios.experiments.workers.tasks import Task, run_task
 from scenarios.support.errors import StudyError
 from scenarios.support.progress import reporter
 from scenarios.support.versions import versions

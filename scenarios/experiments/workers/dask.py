@@ -4,10 +4,10 @@ import argparse
 import asyncio
 import json
 import logging
-import math
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,7 +58,7 @@ def dask_workers(address: str) -> Generator[Workers]:
     with client:
         yield Workers(
             open=lambda: client.get_executor(pure=False),  # a task tried again is no repetition with a known result
-            count=_Cores(client).count,
+            count=lambda: _cores(client, int(time.monotonic() / ASKED_EVERY)),
             died=KilledWorker,
             reachable=lambda: client.status in ("running", "connecting"),
             close=lambda executor: executor.shutdown(wait=False),  # it cancels, and knows no word for it
@@ -99,25 +99,17 @@ async def _greet(address: str) -> None:
     await comm.close()
 
 
-class _Cores:
-    """Cores of a cluster, asked for again once the last answer is old: each question is a journey to the scheduler."""
+@lru_cache(maxsize=1)
+def _cores(client: "Client", moment: int) -> int:
+    """Cores of a cluster, `FEWEST` at least; asked for once a moment, as each question is a journey to the scheduler.
 
-    def __init__(self, client: "Client") -> None:
-        self._client, self._known, self._asked = client, 0, -math.inf
-
-    def count(self) -> int:
-        """Cores there are now, `FEWEST` at least.
-
-        Raises:
-            StudyError: If nobody answers.
-        """
-        if time.monotonic() - self._asked > ASKED_EVERY:
-            try:
-                self._known = max(FEWEST, sum(self._client.ncores().values()))
-            except OSError as error:
-                raise StudyError(SCHEDULER_GONE) from error
-            self._asked = time.monotonic()
-        return self._known
+    Raises:
+        StudyError: If nobody answers.
+    """
+    try:
+        return max(FEWEST, sum(client.ncores().values()))
+    except OSError as error:
+        raise StudyError(SCHEDULER_GONE) from error
 
 
 def _silence() -> None:

@@ -10,19 +10,22 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from types import FrameType
 from typing import ParamSpec, TypeVar
 
 from scenarios.experiments.workers.kinds import WorkerKind, Workers
 
-WORKER = "scenarios.experiments.workers.tasks"
+WORKER = "scenarios.experiments.trials"
 """What a worker imports."""
 NO_COMPLAINT = "ignore:resource_tracker:UserWarning"
 """The process that gives back semaphores says so on standard error."""
 MOST_PER_CORE = 4
 """Workers that a core may have; each takes 400 MB, and more than one a core gain nothing."""
+FROM_TERMINAL = ("SIGINT", "SIGHUP")
+"""Signals that a terminal sends to every process; by name since not every platform has all."""
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -38,15 +41,20 @@ def local_processes(jobs: int) -> Generator[Workers]:
     """
     before = set(multiprocessing.active_children())
     context = multiprocessing.get_context(prepare_processes())
+    own = dict(os.environ)
     try:
-        yield Workers(lambda: _Pool(jobs, context, initializer=_begin_work), lambda: jobs)
+        yield Workers(lambda: _Pool(jobs, context, initializer=_begin_work, initargs=(own,)), lambda: jobs)
     finally:
         for child in set(multiprocessing.active_children()) - before:
             child.kill()  # who ignores a request to end has passed that on to its workers
 
 
-def prepare_processes() -> str:
-    """Start the process that workers are forked from; it imports what they need, while the caller goes on.
+def prepare_processes(modules: Sequence[str] = (WORKER,), **environment: str) -> str:
+    """Start the process that others are forked from; it imports what they need, while the caller goes on.
+
+    Args:
+        modules: What they need. Of one that has started it is settled.
+        environment: Variables that it has besides those of this process.
 
     Returns:
         The start method to use: `forkserver`, or `spawn` where there is none.
@@ -56,82 +64,24 @@ def prepare_processes() -> str:
         return "spawn"
     from multiprocessing import forkserver  # not there on every platform
 
-    multiprocessing.set_forkserver_preload([WORKER])
-    with _ignored_signals(), _own_environment():
-        forkserver.ensure_running()
+    multiprocessing.set_forkserver_preload(list(modules))
+    before = dict(os.environ)
+    os.environ |= environment | {
+        "PYTHONSAFEPATH": "1",
+        "PYTHONPATH": import_path(),
+        "PYTHONWARNINGS": ",".join(filter(None, [os.environ.get("PYTHONWARNINGS"), NO_COMPLAINT])),
+    }
+    try:
+        with _handled(FROM_TERMINAL, signal.SIG_IGN):  # they are for the one that asked for the work
+            forkserver.ensure_running()
+    finally:
+        _set_environment(before)
     return "forkserver"
 
 
-class _Pool(ProcessPoolExecutor):
-    """A pool whose workers start undisturbed: one whose start is cut off half-way complains with a traceback."""
-
-    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """As a pool does; a signal that arrives meanwhile is handled afterwards."""
-        with _deferred_signals():
-            return super().submit(fn, *args, **kwargs)
-
-
-@contextmanager
-def _deferred_signals() -> Generator[None]:
-    """Signals that end a study are handled on the way out."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    heard: list[int] = []
-    ending = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    handlers = {number: signal.getsignal(number) for number in ending}
-    handled = [number for number in ending if callable(handlers[number])]
-    for number in handled:
-        signal.signal(number, lambda number, frame: heard.append(number))
-    try:
-        yield
-    finally:
-        for number in handled:
-            signal.signal(number, handlers[number])
-        for number in heard:
-            signal.raise_signal(number)
-
-
-@contextmanager
-def _own_environment() -> Generator[None]:
-    """Processes started meanwhile import as this one does, and do not complain of what one that ends at once held.
-
-    They look where this one looks: the working folder is on the path only if named.
-    """
-    changed = {
-        "PYTHONSAFEPATH": "1",
-        "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path),
-        "PYTHONWARNINGS": ",".join(filter(None, [os.environ.get("PYTHONWARNINGS"), NO_COMPLAINT])),
-    }
-    before = {name: os.environ.get(name) for name in changed}
-    os.environ.update(changed)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-@contextmanager
-def _ignored_signals() -> Generator[None]:
-    """Processes started meanwhile leave Ctrl-C and a closed terminal to the one that asked for the work."""
-    if threading.current_thread() is not threading.main_thread():  # the only one that may handle signals
-        yield
-        return
-    handlers = {number: signal.signal(number, signal.SIG_IGN) for number in _of_the_caller()}
-    try:
-        yield
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-
-
-def _of_the_caller() -> list[signal.Signals]:
-    """Signals that a terminal sends to every process."""
-    return [getattr(signal, name) for name in ("SIGINT", "SIGHUP") if hasattr(signal, name)]
+def import_path() -> str:
+    """Where this process looks for modules, as `PYTHONPATH` has it: the working folder only if named."""
+    return os.pathsep.join(path or os.getcwd() for path in sys.path)
 
 
 def usable_cores() -> int:
@@ -139,10 +89,49 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _begin_work() -> None:
-    """Leave those signals to the one that asked for the work; end with it."""
-    for number in _of_the_caller():
-        signal.signal(number, signal.SIG_IGN)
+class _Pool(ProcessPoolExecutor):
+    """A pool whose workers start undisturbed: one whose start is cut off half-way complains with a traceback."""
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """As a pool does; a signal that arrives meanwhile is handled afterwards."""
+        heard: list[int] = []
+        try:
+            with _handled((*FROM_TERMINAL, "SIGTERM"), lambda number, frame: heard.append(number)):
+                return super().submit(fn, *args, **kwargs)
+        finally:
+            for number in heard:
+                signal.raise_signal(number)
+
+
+@contextmanager
+def _handled(
+    names: Sequence[str], handler: signal.Handlers | Callable[[int, FrameType | None], object]
+) -> Generator[None]:
+    """Signals that arrive meanwhile are handled so; in the main thread, the only one that may say."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
+
+
+def _set_environment(wanted: Mapping[str, str]) -> None:
+    for name in os.environ.keys() - wanted.keys():
+        del os.environ[name]
+    os.environ.update(wanted)
+
+
+def _begin_work(environment: Mapping[str, str]) -> None:
+    """Have the environment of the one that asked for the work, leave the terminal's signals to it, end with it."""
+    _set_environment(environment)
+    for name in FROM_TERMINAL:
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 
@@ -161,7 +150,7 @@ def _jobs(text: str) -> str:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
     if not 1 <= jobs <= most:
         cores = "1 core" if usable_cores() == 1 else f"{usable_cores()} cores"
-        raise argparse.ArgumentTypeError(f"expected a number from 1 to {most}, this machine has {cores} to use")
+        raise argparse.ArgumentTypeError(f"expected a number from 1 to {most}; this machine has {cores} to use")
     return text
 
 

@@ -14,9 +14,8 @@ from ident.support.errors import NoBody
 from ident.support.naming import one_line
 from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.results.models.links import Links, links_document
-from sim.compile import compiler_reason
 from sim.errors import ModelFileError
-from sim.model_spec import lean_spec
+from sim.model_spec import compiler_reason, lean_spec
 from sim.silenced_mujoco import silenced
 
 PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))

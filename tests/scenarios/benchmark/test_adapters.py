@@ -17,10 +17,9 @@ from ident.payload.payload import Payload
 from scenarios import load
 from scenarios.benchmark.comparison.contract import checks
 from scenarios.benchmark.comparison.exact import OBSERVING, TRUSTING, exact_motions
-from scenarios.benchmark.comparison.rows import write_trial
+from scenarios.benchmark.comparison.study import write_trial
 from scenarios.benchmark.methods import function, method_of
-from scenarios.benchmark.methods.call import call
-from scenarios.benchmark.methods.process import Limits
+from scenarios.benchmark.methods.call import Limits, call
 from scenarios.cli import main
 from scenarios.experiments.robots import robot
 from scenarios.results.problem_folder import GivenProblem, read_problem, write_problem

@@ -16,11 +16,10 @@ from rich.console import Console
 
 from scenarios import load
 from scenarios.benchmark.comparison.bound import gain_bound
-from scenarios.benchmark.comparison.rows import METHOD
 from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison, summaries
-from scenarios.benchmark.comparison.study import comparison
+from scenarios.benchmark.comparison.study import METHOD, comparison
 from scenarios.benchmark.methods import method_of
-from scenarios.benchmark.methods.process import Limits
+from scenarios.benchmark.methods.call import Limits
 from scenarios.cli import main
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario

@@ -6,8 +6,8 @@ import pytest
 from method_rows import told
 from scipy import stats
 
-from scenarios.benchmark.comparison.rows import METHOD
 from scenarios.benchmark.comparison.statistics import summaries
+from scenarios.benchmark.comparison.study import METHOD
 from scenarios.experiments.studies.coverage import coverage
 
 

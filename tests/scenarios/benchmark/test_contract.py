@@ -17,9 +17,8 @@ from ident.model.structure import Structure, structure_of
 from ident.recordings.motion import Motion
 from scenarios.benchmark.comparison.contract import checks
 from scenarios.benchmark.comparison.exact import PAYLOAD, TRUSTING, Exact, exact_motions
-from scenarios.benchmark.methods.call import Call
+from scenarios.benchmark.methods.call import Call, Limits
 from scenarios.benchmark.methods.method import Method
-from scenarios.benchmark.methods.process import Limits
 from scenarios.cli import main
 from scenarios.experiments.judge import Claim
 from scenarios.experiments.robots import robot

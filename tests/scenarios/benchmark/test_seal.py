@@ -9,10 +9,9 @@ import pytest
 from printed import printed
 from quick import quick_scenario
 
-import scenarios.benchmark.comparison.answering as answering
 import scenarios.benchmark.comparison.seal as sealing
+import scenarios.benchmark.methods.answers as answering
 from scenarios import load
-from scenarios.benchmark.comparison.answering import answered
 from scenarios.benchmark.comparison.bound import gain_bound
 from scenarios.benchmark.comparison.seal import (
     PROBLEMS,
@@ -27,10 +26,9 @@ from scenarios.benchmark.comparison.seal import (
     unknown_seed,
 )
 from scenarios.benchmark.comparison.statistics import summaries
-from scenarios.benchmark.methods.answers import ANSWERS, problem_digest, read_answers
-from scenarios.benchmark.methods.call import Call
+from scenarios.benchmark.methods.answers import ANSWERS, answered, problem_digest, read_answers
+from scenarios.benchmark.methods.call import Call, Limits
 from scenarios.benchmark.methods.method import Method
-from scenarios.benchmark.methods.process import Limits
 from scenarios.cli import main
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
@@ -242,7 +240,7 @@ def test_a_truth_that_was_changed_or_kept_back_is_found_out(sealed, tmp_path):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     changed = tmp_path / "problem-0002.json"
     changed.write_text(changed.read_text().replace('"seed": 4', '"seed": 5'))
-    with pytest.raises(ScenarioError, match=r"problem-0002\.json: is not the truth that was sealed"):
+    with pytest.raises(ScenarioError, match=r"problem-0002\.json: its SHA-256 is not the sealed one"):
         revealed(sealed / SEAL, tmp_path)
     changed.unlink()
     with pytest.raises(ScenarioError, match=r"problem-0002\.json: No such file"):

@@ -11,9 +11,8 @@ from ident.model.structure import Structure, structure_of
 from ident.payload.payload import Payload
 from scenarios.design.excitation import EXCESS, Design, Problem, arm_model
 from scenarios.design.limits import Limits, robot_limits
-from scenarios.design.prediction import joint_by_joint
-from scenarios.design.rows import carried
 from scenarios.design.search import STEP, Series, judge_here, random_point, search
+from scenarios.prediction.deviations import carried, joint_by_joint
 from sim.errors import TrajectoryError
 from sim.plant import Plant
 from sim.robot_files import read_robot
@@ -91,6 +90,24 @@ def test_a_motion_inside_its_limits_has_no_excess_and_each_limit_that_is_broken_
     np.testing.assert_allclose(over.max(), 0.1, rtol=0, atol=1e-12)
 
 
+def test_a_limit_that_a_motion_breaks_is_named_with_its_joint():
+    q, dq, ddq = (
+        np.array([[0.2, -0.4], [0.3, 0.5]]),
+        np.array([[1.1, -2.2], [0.7, 0.1]]),
+        np.array([[3.1, 4.2], [0, -5.3]]),
+    )
+    most = {"lower": np.array([0.1, -0.5]), "upper": np.array([0.4, 0.6]), "velocity": np.array([1.2, 2.3])}
+    allowed = Limits(**most, acceleration=np.array([3.2, 5.4]), torque=np.full(2, np.inf))
+    assert allowed.broken_by((q, dq, ddq)) == ()
+    for name, value, said in (
+        ("lower", [0.1, -0.3], "joint 2: positions"),
+        ("upper", [0.25, 0.6], "joint 1: positions"),
+        ("velocity", [1.2, 2.1], "joint 2: speed"),
+        ("acceleration", [3.0, 5.4], "joint 1: acceleration"),
+    ):
+        assert replace(allowed, **{name: np.array(value)}).broken_by((q, dq, ddq)) == (said,)
+
+
 def test_the_cost_is_the_log_of_the_wanted_deviations_mostly_of_the_worst_and_thirty_times_the_excess(plant, structure):
     limits, path = robot_limits(plant), motion()
     free = Design(problem(plant, structure, limits))
@@ -112,7 +129,7 @@ def test_joints_that_nobody_wants_do_not_count(plant, structure):
 
 def test_the_largest_scale_just_keeps_range_velocity_and_acceleration(design, plant):
     path, limits = motion(), robot_limits(plant)
-    scale = design.largest_scale(path)
+    scale = limits.largest_scale(path)
     larger = FourierTrajectory(path.center, scale[:, None] * path.sine, scale[:, None] * path.cosine, path.duration)
     q, dq, ddq = design.rows(larger, 50.0).motion
     room = 0.9 * np.minimum(limits.upper - path.center, path.center - limits.lower)

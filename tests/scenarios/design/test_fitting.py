@@ -9,12 +9,12 @@ from invented_arm import invented_problem
 
 from scenarios.design.excitation import EXCESS, FITTED_HZ, SMALL_SIZES, Design, Problem
 from scenarios.design.fitting import APART, best_fitted, first_fitted, with_better
-from scenarios.design.limits import SHARE, worst_of
+from scenarios.design.limits import SHARES, worst_of
 from scenarios.design.search import Found, Series
 from sim.errors import TrajectoryError
 from sim.trajectory import FourierTrajectory
 
-USED = SHARE + EXCESS
+USED = SHARES["speed"] + EXCESS
 """Share of its speed limit that a found motion may use between the samples of the search."""
 
 
@@ -54,28 +54,28 @@ def size_of(motion: FourierTrajectory, of: FourierTrajectory) -> float:
 def test_the_best_motion_is_taken_a_tenth_smaller_at_most_whatever_else_was_kept(problem, series, allowed, size):
     earlier, best = point(series, 3, -9.5), point(series, 8, -9.7)
     design = allowing(problem, series.motion(best.x), allowed)
-    fitted = best_fitted(design, series, (earlier, best))
-    np.testing.assert_allclose(size_of(fitted.motion, series.motion(best.x)), size, rtol=1e-12)
-    assert fitted.reason == ""
+    motion, reason = best_fitted(design, series, (earlier, best))
+    np.testing.assert_allclose(size_of(motion, series.motion(best.x)), size, rtol=1e-12)
+    assert reason == ""
 
 
 @pytest.mark.parametrize("size", [0.9, 0.76])
 def test_a_best_motion_that_a_tenth_less_does_not_fit_is_shrunk_farther_and_the_reason_told(problem, series, size):
     best = point(series, 8, -9.7)
     design = allowing(problem, series.motion(best.x), size)
-    fitted = best_fitted(design, series, (best,))
-    np.testing.assert_allclose(size_of(fitted.motion, series.motion(best.x)), size, rtol=1e-12)
-    assert design.keeps_limits(fitted.motion)
-    assert re.match(r"even scaled to 91 %, the motion takes \d+ % of the speed of joint ", fitted.reason)
+    motion, reason = best_fitted(design, series, (best,))
+    np.testing.assert_allclose(size_of(motion, series.motion(best.x)), size, rtol=1e-12)
+    assert design.keeps_limits(motion)
+    assert re.match(r"even scaled to 91 %, the motion takes \d+ % of the speed of joint ", reason)
 
 
 def test_where_the_best_motion_cannot_be_shrunk_the_best_earlier_one_that_can_be_fitted_is_taken(problem, series):
     earliest, earlier = point(series, 3, -4.5), point(series, 4, -4.7)
-    fitted = best_fitted(
+    motion, reason = best_fitted(
         Design(problem), series, (earliest, earlier, impossible(series, 5, -4.8), impossible(series, 6, -4.9))
     )
-    assert size_of(fitted.motion, series.motion(earlier.x)) == 1.0
-    assert fitted.reason != ""
+    assert size_of(motion, series.motion(earlier.x)) == 1.0
+    assert reason != ""
 
 
 @pytest.mark.parametrize(("seed", "taken"), [(3, "earlier"), (4, "small")])
@@ -92,7 +92,7 @@ def test_of_the_best_made_small_and_an_earlier_motion_that_fits_the_one_that_cos
     }
     costs = {name: design.cost(motion) for name, motion in motions.items()}
     assert min(costs, key=costs.__getitem__) == taken
-    found = best_fitted(design, series, (earlier, best)).motion
+    found, _ = best_fitted(design, series, (earlier, best))
     np.testing.assert_allclose(found.sine, motions[taken].sine, rtol=1e-12)  # rounding of the size
 
 
@@ -117,7 +117,7 @@ def test_where_nothing_can_be_fitted_the_search_is_refused_with_what_is_wrong_wi
     kept = (impossible(series, 5, -4.8), impossible(series, 6, -4.9))
     with pytest.raises(
         TrajectoryError,
-        match=r"^none of the 2 best motions found can be scaled to the robot's limits; "
+        match=r"^no motion found can be scaled to the robot's limits; "
         "the best one: .* range of joint axis2, where",
     ):
         best_fitted(Design(problem), series, kept)
@@ -162,7 +162,7 @@ def test_searches_are_made_until_the_best_of_one_is_fitted(problem, series):
     for order in ((cheaper, dearer), (dearer, cheaper)):
         found = first_fitted(design, series, of(*order))
         np.testing.assert_array_equal(found.sine, series.motion(searches[cheaper][0].x).sine)
-    with pytest.raises(TrajectoryError, match="none of the 1 best motions"):
+    with pytest.raises(TrajectoryError, match="no motion found can be scaled"):
         first_fitted(design, series, of("refused", "refused"))
 
 
@@ -181,7 +181,7 @@ def test_what_is_broken_most_is_named_with_its_joint():
     names, instants = ("base", "slide", "wrist"), 5
     for kind, (name, may) in enumerate([("range", 90), ("speed", 95), ("acceleration", 95), ("torque", 80)]):
         for joint, called in enumerate(names):
-            excess = np.full((4 * instants, len(names)), 0.02)
-            excess[kind * instants + 3, joint] = 0.07
+            excess = np.full((4, instants, len(names)), 0.02)
+            excess[kind, 3, joint] = 0.07
             used = f"takes {may + 7} % of the {name} of joint {called}, where {may} % may be used"
             assert worst_of(excess, names) == used

@@ -18,12 +18,15 @@ import scenarios.commands.new_robot as command_module
 import scenarios.design.new_robot as new_robot_module
 import scenarios.design.robot_folder as store_module
 import scenarios.design.search as search_module
+from ident.model.arm import load_arm
 from scenarios.cli import main
 from scenarios.command_line.status import Status
 from scenarios.design.excitation import SIZES, Design
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.design.new_robot import Found
-from scenarios.design.rules_of_thumb import home_by_rule
+from scenarios.design.rules_of_thumb import assumed, home_by_rule, load_by_rule
+from sim.compile import bare_arm
+from sim.controller import inverse_dynamics
 from sim.errors import TrajectoryError
 from sim.robot_files import read_robot
 from sim.trajectory import at_rest
@@ -103,6 +106,22 @@ def test_actuators_of_one_joint_add_as_in_mujoco_and_one_without_a_limit_leaves_
         seen = data.qfrc_actuator[model.joint(name).dofadr[0]]
         np.testing.assert_allclose(torque, seen, rtol=1e-12)  # rounding
     assert facts.torque["axis4"] == 11.0
+
+
+@pytest.mark.parametrize("weakest", [62.0, 20.0])  # [N m]: the load's own share of it counts, or what the arm leaves
+def test_a_payload_by_rule_adds_as_much_torque_as_the_weakest_joint_has_left_and_no_more(tmp_path, weakest):
+    path = written(tmp_path, "arm.xml", menagerie(tail=HOME))
+    arm, limit, speed = load_arm(path), np.array([80.0, weakest, 71.0]), np.array([2.0, 1.6, 2.3])
+    drives = {name: assumed(value, "") for name, value in (("current_limit", limit), ("max_velocity", speed))}
+    load = load_by_rule(arm, path, None, drives)
+    rng, n = np.random.default_rng(5), (4000, arm.n)  # other states than those of the rule, and more of them
+    q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), n)
+    dq, ddq = (rng.uniform(-most / 3.0, most / 3.0, n) for most in (speed, 4.0 * speed))
+    bare, loaded = (inverse_dynamics(bare_arm(path, np.zeros(arm.n), None, each), q, dq, ddq) for each in (None, load))
+    room = np.minimum(0.3 * limit, 0.75 * limit - np.quantile(np.abs(bare), 0.9, axis=0))
+    used = np.abs(loaded - bare).max(axis=0) / room
+    assert 0.9 < used.max() < 1.15  # 200 states see some per cent less than the largest, and digits are cut
+    assert load.mass < 10.0
 
 
 def test_a_home_that_is_not_clear_says_so_and_is_the_farthest(arm):
@@ -226,7 +245,7 @@ def test_advice_after_a_search_that_found_nothing_is_followed_literally(tmp_path
     words = ["new-robot", str(path), "--out", str(tmp_path / "mine"), "--jobs", "1", "--evaluations", "1"]
     assert main(words) == Status.BAD_INPUT
     error = capsys.readouterr().err
-    assert "none of 3 searches found a motion within the limits: none of the " in error
+    assert "3 searches for a motion failed: no motion found can be scaled to the robot's limits" in error
     assert "even scaled to 91 %, the motion " in error
     advised = re.search(r"try more motions, (--evaluations \d+)", error)
     assert advised is not None

@@ -8,22 +8,19 @@ import numpy as np
 import pytest
 from printed import printed
 
-import scenarios.design.payload_search as module
+import scenarios.design.payload_design as module
 from ident.payload.files import payload_to_table, read_payload
 from ident.payload.payload import Payload
 from scenarios.cli import main
-from scenarios.design.excitation import Design, objective
-from scenarios.design.payload_design import PayloadDesign, design_payload
+from scenarios.design.excitation import Design, design_problem, objective
+from scenarios.design.payload_design import IMPOSSIBLE, Carrying, PayloadDesign, design_payload
 from scenarios.design.payload_folder import as_written, write_payload_folder, write_scenario_file
-from scenarios.design.payload_search import IMPOSSIBLE, Carrying, Judged, along, payload_body, problem_with
-from scenarios.design.prediction import Deviations
-from scenarios.design.problem import design_problem, for_all_joints
-from scenarios.design.results import payload_design_result
-from scenarios.design.weights import Weight
+from scenarios.design.weights import Weight, payload_body
 from scenarios.experiments.build import Setup, setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion
-from scenarios.reports.payload import payload_report
+from scenarios.prediction.deviations import Deviations
+from scenarios.reports.payload import payload_design_result, payload_report
 from scenarios.reports.payload_drawing import draw_weight
 from scenarios.support.errors import ScenarioError
 from sim.compile import bare_arm
@@ -43,7 +40,7 @@ def nominal() -> Setup:
 
 @pytest.fixture(scope="module")
 def carrying(nominal) -> Carrying:
-    problem = for_all_joints(design_problem(setup_without_motion(nominal.scenario)))
+    problem = replace(design_problem(setup_without_motion(nominal.scenario)), joints=np.arange(6))
     motion = nominal.experiments[0].trajectory
     return Carrying(
         design=Design(problem),
@@ -65,8 +62,8 @@ def designed(nominal) -> PayloadDesign:
 
 
 def test_the_predicted_deviations_are_those_of_the_problem_with_that_weight_on_the_flange(carrying):
-    found = Judged(carrying).candidate(BAR)
-    design = Design(problem_with(carrying.design.problem, found, carrying.flange))
+    found = carrying.candidate(BAR)
+    design = Design(carrying.problem_with(BAR, found.payload))
     expected = design.deviations(design.rows(carrying.motion))
     np.testing.assert_allclose(found.deviations.noise, expected.noise, rtol=1e-12)
     np.testing.assert_allclose(found.deviations.payload, expected.payload, rtol=1e-12)
@@ -79,10 +76,10 @@ def test_the_predicted_deviations_are_those_of_the_problem_with_that_weight_on_t
 @pytest.mark.parametrize(
     ("weight", "most", "limit", "why"),
     [
-        (BAR, 5.9, 1.0, r"weighs 5\.97 kg, the robot may carry 5\.9 kg"),
-        (BAR, 6.0, 0.5, r"needs 1\d\d % of a drive's torque"),
+        (BAR, 5.9, 1.0, r"weighs 5\.97 kg, more than the robot's rated load of 5\.9 kg"),
+        (BAR, 6.0, 0.5, r"needs 1\d\d % of a drive's torque, where 83 % may be used"),
         (replace(BAR, dimensions=(30.0, 40.0, 250.0)), 6.0, 1.0, ""),
-        (WIDE, 6.0, 1.0, "clearance of"),
+        (WIDE, 6.0, 1.0, "floor or arm"),
     ],
     ids=["heavy", "weak drives", "light", "wide"],
 )
@@ -90,20 +87,19 @@ def test_a_weight_that_must_not_be_mounted_costs_more_than_any_other_and_says_wh
     problem = carrying.design.problem
     weak = replace(problem, limits=replace(problem.limits, torque=limit * problem.limits.torque))
     design = Design(weak)
-    judged = Judged(replace(carrying, most=most, design=design))
+    judged = replace(carrying, most=most, design=design)
     found = judged.candidate(weight)
     if not why:
         assert found.refusal == ""
         assert judged.cost(weight) < 0.0
         return
     assert re.search(why, found.refusal)
-    assert judged.cost(weight) > (judged.candidate(BAR).cost if why == "clearance of" else IMPOSSIBLE - 1e-9)
+    assert judged.cost(weight) > (judged.candidate(BAR).cost if why == "floor or arm" else IMPOSSIBLE - 1e-9)
 
 
 def test_a_weight_that_misses_the_flange_costs_more_the_farther(carrying):
-    judged = Judged(carrying)
     near, far = (
-        judged.cost(Weight(shape="cylinder", dimensions=(100.0, 40.0, offset), quarter=0, density=7850.0))
+        carrying.cost(Weight(shape="cylinder", dimensions=(100.0, 40.0, offset), quarter=0, density=7850.0))
         for offset in (25.0, 60.0)
     )
     assert IMPOSSIBLE < near < far
@@ -113,7 +109,7 @@ def test_a_designed_weight_shows_the_joint_that_the_paper_s_cannot_and_is_within
     before, after = designed.shows(designed.before.deviations), designed.shows(designed.after.deviations)
     assert before.tolist() == [True] * 5 + [False]
     assert after.all()
-    assert designed.most == 6.0
+    assert designed.carrying.most == 6.0
     assert designed.best.payload.mass <= 6.0
     assert designed.best.refusal == ""
     assert [each.weight.shape for each in designed.candidates] == [
@@ -170,9 +166,9 @@ def test_a_scenario_s_own_payload_that_shows_the_worst_joint_better_is_said_to_b
 def test_the_best_weight_along_another_motion_puts_the_torque_there_that_mujoco_says(designed):
     rng = np.random.default_rng(5)
     motion = at_rest(np.array([0.2, 0.1, 1.0, 0.1, 0.4, -0.2]), *(0.1 * rng.normal(size=(2, 6, 3))), 7.0)
-    best, robot = designed.best, designed.problem.plant.robot
-    design = Design(problem_with(designed.problem, best, designed.flange))
-    again = along(best, design, motion)
+    best, robot = designed.best, designed.carrying.design.problem.plant.robot
+    design = Design(designed.carrying.problem_with(best.weight, best.payload))
+    again = replace(designed.carrying, motion=motion).candidate(best.weight)
     rows = design.rows(motion)
     carrying, bare = (
         inverse_dynamics(bare_arm(robot.model, np.zeros(6), robot.flange, body), *rows.motion)
@@ -204,8 +200,8 @@ def test_with_a_motion_searched_for_it_all_numbers_of_the_new_weight_are_of_that
     words = ["payload", "nominal", "--excite", "--harmonics", harmonics, "--duration", "31"]
     main([*words, "--out", str(tmp_path / "new"), "--json"])
     told = json.loads(capsys.readouterr().out)
-    design = Design(problem_with(designed.problem, designed.best, designed.flange))
-    again = along(designed.best, design, read_motion("motion.toml", tmp_path / "new"))
+    again = replace(designed.carrying, motion=read_motion("motion.toml", tmp_path / "new"))
+    again = again.candidate(designed.best.weight)
     for after, candidate in ((told["after"], again), (told["candidates"][0], designed.best)):
         torque = [joint["payload_torque_rms"] for joint in after["joints"]]
         np.testing.assert_allclose(torque, candidate.torque, rtol=1e-6)  # digits of the motion's file

@@ -9,13 +9,21 @@ from robot_folders import robot_folder
 
 import scenarios.design.search as module
 from scenarios.cli import main
-from scenarios.design.excitation import Design, Problem
+from scenarios.design.excitation import Design, Problem, design_problem
 from scenarios.design.limits import HALF_TURN, Limits, robot_limits
-from scenarios.design.own_motion import own_motion, worst_deviation
-from scenarios.design.problem import design_problem
-from scenarios.design.search import LEAST_SHARE, SMALL_STEP, STEP, Series, judge_here, judge_in, random_point, search
-from scenarios.design.searched_motion import unfinished
-from scenarios.design.start import admissible, starts
+from scenarios.design.search import (
+    LEAST_SHARE,
+    SMALL_STEP,
+    STEP,
+    Series,
+    admissible,
+    judge_here,
+    judge_in,
+    random_point,
+    search,
+    starts,
+)
+from scenarios.design.searched_motion import own_motion, unfinished
 from scenarios.experiments.build import setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import read_motion
@@ -126,7 +134,7 @@ def test_a_search_starts_at_home_where_home_keeps_its_distance_and_elsewhere_if_
 
 def test_a_robot_that_cannot_hold_its_payload_anywhere_is_refused(problem):
     weak = Design(replace(problem, limits=replace(problem.limits, torque=1e-4 * problem.limits.torque)))
-    with pytest.raises(TrajectoryError, match=r"robot invented: neither home nor any of 2000 positions .* check"):
+    with pytest.raises(TrajectoryError, match=r"robot invented: at home and at 2000 random positions .* check"):
         starts(weak, np.zeros(3), np.random.default_rng(0))
 
 
@@ -209,7 +217,7 @@ def test_a_stopped_search_whose_best_does_not_keep_its_limits_yet_says_so_and_le
     stopping(1)
     monkeypatch.setattr(Design, "fitted", too_far)
     assert main(["excite", "nominal", "--out", str(tmp_path / "m.toml"), *SHORT]) == 130
-    assert "rx90: stopped; nothing is written: none of the 2 best motions" in capsys.readouterr().err
+    assert "rx90: stopped; nothing is written: no motion found can be scaled" in capsys.readouterr().err
     assert not (tmp_path / "m.toml").exists()
 
 
@@ -284,7 +292,7 @@ def test_the_worst_deviation_is_the_largest_of_a_wanted_gain():
         rows=lambda motion: motion,
         deviations=lambda _: SimpleNamespace(total=np.array([0.03, 0.31, 0.92, 0.07])),
     )
-    assert worst_deviation(design, None) == 0.31
+    assert Design.worst(design, None) == 0.31
 
 
 def test_a_motion_that_the_robot_cannot_make_is_no_motion_of_its_own():

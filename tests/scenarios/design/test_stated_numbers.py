@@ -9,8 +9,7 @@ from ident.model.arm import load_arm
 from ident.support.errors import RobotModelError
 from scenarios.cli import main
 from scenarios.command_line.status import Status
-from scenarios.design.model_facts import model_facts
-from scenarios.design.stated_numbers import check_stated_numbers
+from scenarios.design.model_facts import check_stated_numbers, model_facts
 from sim.errors import ModelFileError
 
 ARM = """<robot name="two"><link name="base"/>

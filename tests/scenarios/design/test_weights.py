@@ -4,9 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from scenarios.design.payload_search import solids
-from scenarios.design.tolerances import MASS_STD, SEAT_MM, TURN, dimension_std, payload_of
-from scenarios.design.weights import SHAPES, Weight, mass_properties
+from scenarios.design.weights import MASS_STD, SEAT_MM, SHAPES, TURN, Weight, dimension_std, payload_of, solids
 from sim.clearance import add_solid
 from sim.flange import Flange
 
@@ -50,10 +48,10 @@ def test_a_weight_s_mass_centre_and_inertia_on_a_tilted_flange_are_those_of_its_
 
 
 def test_each_shape_s_dimensions_are_what_their_names_say():
-    cylinder = mass_properties(CYLINDER.parts, 7850.0)
+    cylinder = CYLINDER.properties
     np.testing.assert_allclose(cylinder.mass, 7850.0 * np.pi / 4 * 0.171**2 * 0.029, rtol=1e-12)
     np.testing.assert_allclose(cylinder.com, [0.053, 0.0, 0.0145], rtol=0, atol=1e-15)
-    plate = mass_properties(PLATE.parts, 8900.0)
+    plate = PLATE.properties
     np.testing.assert_allclose(plate.mass, 8900.0 * 0.310 * 0.087 * 0.023, rtol=1e-12)
     np.testing.assert_allclose(plate.com, [0.077, 0.0, 0.0115], rtol=0, atol=1e-15)
     bracket, bar = BAR.parts

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.design.excitation import EXCESS, Design
-from scenarios.design.problem import design_problem
+from scenarios.design.excitation import EXCESS, Design, design_problem
 from scenarios.experiments.build import Setup, setup_of, setup_without_motion
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import Run, run

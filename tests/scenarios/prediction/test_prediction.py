@@ -20,12 +20,11 @@ from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.schema import DrawTable, Scenario, SourceTable
 from scenarios.experiments.files.settings import with_settings
 from scenarios.experiments.run import Trial, motion_streams, ready_trial, simulate, simulate_batch
-from scenarios.prediction.budget import PredictedBudget, predicted_budget
-from scenarios.prediction.expected import added_currents, enough, expected_logs, expected_preparation
+from scenarios.prediction.budget import OTHER, PredictedBudget
+from scenarios.prediction.budget import predicted_budget as budget_and_horizon
+from scenarios.prediction.expected import enough, expected_logs, expected_preparation
 from scenarios.prediction.linear import linearised
-from scenarios.prediction.moments import points_of
-from scenarios.prediction.noise import noise_variances
-from scenarios.prediction.predictor import OTHER, Cost
+from scenarios.prediction.moments import Moments, points_of
 from scenarios.reports.content import Mood
 from scenarios.reports.predict import _within
 from scenarios.support.errors import StudyError
@@ -67,8 +66,21 @@ def drawn(target, **more) -> SourceTable:
     return SourceTable(target=target, distribution=more.pop("distribution", "norm"), **more)
 
 
-def cost_of(budget: PredictedBudget, source: str) -> Cost:
-    return next(cost for cost in budget.costs if cost.source == source)
+def predicted_budget(scenario: Scenario) -> PredictedBudget:
+    budget, _ = budget_and_horizon(scenario)
+    return budget
+
+
+def cost_of(budget: PredictedBudget, source: str) -> Moments:
+    costs = [next(cost for cost in joint.costs if cost.source == source) for joint in budget.joints]
+    found = Moments(np.array([cost.bias for cost in costs]), np.array([cost.std for cost in costs]))
+    np.testing.assert_allclose([cost.rms for cost in costs], found.rms, rtol=1e-15)
+    return found
+
+
+def sources_of_budget(budget: PredictedBudget) -> list[str]:
+    (names,) = {tuple(cost.source for cost in joint.costs) for joint in budget.joints}
+    return list(names)
 
 
 def test_the_change_of_an_estimate_is_what_estimating_again_gives(quiet, quick):
@@ -80,7 +92,7 @@ def test_the_change_of_an_estimate_is_what_estimating_again_gives(quiet, quick):
     }
     other = setup_of(with_settings(quick, {**QUIET, **settings}))
     one, two = linearised(quiet, 4), linearised(other, 4)
-    found = one.change(added_currents(expected_logs(other, 4), expected_logs(quiet, 4)))
+    found = one.change(expected_logs(other, 4), expected_logs(quiet, 4))
     expected = two.estimate.solution.inverse - one.estimate.solution.inverse
     assert np.abs(expected).min() > 1e-3
     np.testing.assert_allclose(found, expected, rtol=1e-8)
@@ -91,7 +103,7 @@ def test_a_delay_that_identification_undoes_is_undone_of_what_changes_too(quick)
     gains = {"plant.gain": [-0.7, 1.1, 0.9, 1.3, 1.7, 2.0]}
     one, other = (setup_of(with_settings(quick, each)) for each in (delay, {**delay, **gains}))
     linear = linearised(one, 4)
-    found = linear.change(added_currents(expected_logs(other, 4), expected_logs(one, 4)))
+    found = linear.change(expected_logs(other, 4), expected_logs(one, 4))
     expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
     np.testing.assert_allclose(found, expected, rtol=1e-8)
 
@@ -102,7 +114,8 @@ def test_weights_are_the_change_of_an_estimate_by_each_sample(quiet, rng):
     added = [rng.normal(size=log.log.v.shape) for log in logs]
     weights = linear.weights(len(added[0]))
     found = sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, added, strict=True))
-    np.testing.assert_allclose(found, linear.change(added), rtol=1e-9)  # rounding
+    changed = [replace(each, log=replace(each.log, v=each.log.v + dv)) for each, dv in zip(logs, added, strict=True)]
+    np.testing.assert_allclose(found, linear.change(changed, logs), rtol=1e-9)  # rounding
 
 
 def test_motions_that_are_estimated_in_another_order_than_that_of_time_are_changed_each_by_its_own(tmp_path, rng):
@@ -114,11 +127,12 @@ def test_motions_that_are_estimated_in_another_order_than_that_of_time_are_chang
     linear, logs = linearised(one, 4), expected_logs(one, 4)
     assert linear.places == (0, 3, 1, 2)
     expected = linearised(other, 4).estimate.solution.inverse - linear.estimate.solution.inverse
-    np.testing.assert_allclose(linear.change(added_currents(expected_logs(other, 4), logs)), expected, rtol=1e-8)
+    np.testing.assert_allclose(linear.change(expected_logs(other, 4), logs), expected, rtol=1e-8)
     added = [rng.normal(size=log.log.v.shape) for log in logs]
     weights = linear.weights(len(added[0]))
     found = sum(np.einsum("ktj,tj->k", K, dv) for K, dv in zip(weights, added, strict=True))
-    np.testing.assert_allclose(found, linear.change(added), rtol=1e-9)  # rounding
+    changed = [replace(each, log=replace(each.log, v=each.log.v + dv)) for each, dv in zip(logs, added, strict=True)]
+    np.testing.assert_allclose(found, linear.change(changed, logs), rtol=1e-9)  # rounding
 
 
 EFFECTS = {
@@ -154,7 +168,7 @@ def test_each_effect_biases_a_simulated_pair_by_what_is_predicted(rich):
     inverse = [inverse_gains(rich, outcomes[k].recordings)[:5] for k in range(len(outcomes))]
     for (name, each), simulated in zip(setups.items(), inverse[1:], strict=True):
         relative = simulated / inverse[0] - 1.0
-        found = linear.change(added_currents(expected_logs(each, 4), base))[:5] * rich.true_gain[:5]
+        found = linear.change(expected_logs(each, 4), base)[:5] * rich.true_gain[:5]
         share = EFFECTS[name][1] if name in EFFECTS else 0.05
         assert np.abs(relative).max() > 2e-3, name
         atol = 5e-4 + share * np.abs(relative).max()
@@ -170,10 +184,10 @@ def test_the_predicted_deviation_is_that_of_drawn_noise(quick, stream):
     settings = {**QUIET, **sizes, f"{SENSORS}coloured_cutoff_hz": 13.0}
     loud = setup_of(with_settings(quick, settings))
     linear, logs = linearised(loud, 1), expected_logs(loud, 1)
-    predicted = np.sqrt(noise_variances(linear, logs)[stream])
+    predicted = np.sqrt(linear.noise_variances(logs)[stream])
     coarse = linearised(loud, 4)
     rtol = 0.1 if stream == "current_sensor" else 0.03  # what lasts is the sum of all weights, of either sign
-    np.testing.assert_allclose(np.sqrt(noise_variances(coarse, expected_logs(loud, 4))[stream]), predicted, rtol=rtol)
+    np.testing.assert_allclose(np.sqrt(coarse.noise_variances(expected_logs(loud, 4))[stream]), predicted, rtol=rtol)
     weights = linear.weights(len(logs[0].log.t))
     changes = []
     for seed in range(300):
@@ -231,19 +245,22 @@ def test_sources_add_by_sign_and_by_variance_and_noise_that_is_none_is_told(quic
     drift = drawn("plant.errors.coulomb_drift", parameters={"loc": 0.01, "scale": 0.02})
     white = SourceTable(target=f"{SENSORS}current_white", stream="white", off=0.0)
     budget = predicted_budget(sourced(quick, load=load, drift=drift, white=white))
-    assert {cost.source for cost in budget.costs} == {"load", "drift", "white", OTHER}
+    assert set(sources_of_budget(budget)) == {"load", "drift", "white", OTHER}
     a, b, c, d = (cost_of(budget, name) for name in ("load", "drift", "white", OTHER))
-    np.testing.assert_allclose(budget.together.bias, a.bias + b.bias, rtol=1e-12)
+    bias, std = (np.array([getattr(joint.together, name) for joint in budget.joints]) for name in ("bias", "std"))
+    np.testing.assert_allclose(bias, a.bias + b.bias, rtol=1e-12)
     total = a.std**2 + b.std**2 + c.std**2 + d.std**2
-    np.testing.assert_allclose(budget.together.std**2, total, rtol=1e-12)
+    np.testing.assert_allclose(std**2, total, rtol=1e-12)
     assert (c.bias == 0.0).all()
     assert (c.std > 0.0).all()
     # Mean and deviation of an even draw up to 4 % are 2 and 4 / sqrt(12) %. The effect is in proportion but for the
     # share of friction that friction itself asks for, some per cent.
     np.testing.assert_allclose(a.std / np.abs(a.bias), 1.0 / np.sqrt(3.0), rtol=0.1)
-    upper, lower = ((sign * budget.tolerance - budget.together.bias) / budget.together.std for sign in (1.0, -1.0))
-    np.testing.assert_allclose(budget.within, stats.norm.cdf(upper) - stats.norm.cdf(lower), rtol=1e-9)
-    worst = [cost.rms.max() for cost in budget.costs]
+    tolerance = np.array([joint.tolerance for joint in budget.joints])
+    upper, lower = ((sign * tolerance - bias) / std for sign in (1.0, -1.0))
+    within = [joint.within for joint in budget.joints]
+    np.testing.assert_allclose(within, stats.norm.cdf(upper) - stats.norm.cdf(lower), rtol=1e-9)
+    worst = [cost_of(budget, name).rms.max() for name in sources_of_budget(budget)]
     assert worst == sorted(worst, reverse=True)
 
 
@@ -262,17 +279,17 @@ def test_what_cannot_be_predicted_is_named_with_the_reason(quick):
     loop = drawn("experiment.controller.bandwidth_hz", parameters={"loc": 8.0, "scale": 1.0})
     wild = drawn("plant.errors.coulomb_drift", distribution="cauchy", parameters={"scale": 0.01})
     budget = predicted_budget(sourced(quick, loop=loop, wild=wild))
-    told = {each.source: each.reason for each in budget.unpredicted}
+    told = {each["source"]: each["reason"] for each in budget.unpredicted}
     assert told["loop"].startswith("experiment.controller.bandwidth_hz: control is assumed perfect")
-    assert "cauchy with these parameters has no mean or no deviation" in told["wild"]
-    assert [cost.source for cost in budget.costs] == [OTHER]
+    assert "distribution cauchy with these parameters has no finite mean or deviation" in told["wild"]
+    assert sources_of_budget(budget) == [OTHER]
 
 
 def test_noise_that_is_on_and_has_neither_source_nor_spectrum_is_named(quick):
     load = drawn("plant.errors.load_friction", distribution="uniform", parameters={"scale": 0.04})
     settings = {f"{SENSORS}clock_offset": 0.002, f"{SENSORS}samples_lost": 0.05}
     budget = predicted_budget(with_settings(sourced(quick, load=load), settings))
-    assert [(each.source, each.reason) for each in budget.unpredicted] == [
+    assert [tuple(each.values()) for each in budget.unpredicted] == [
         (OTHER, "no first-order model for drive_clocks"),
         (OTHER, "no first-order model for samples"),
     ]
@@ -284,9 +301,9 @@ def test_a_source_that_draws_how_strong_a_noise_is_costs_something_unknown_and_n
     lost = drawn(f"{SENSORS}samples_lost", distribution="uniform", parameters={"scale": 0.03})
     encoder = drawn(f"{SENSORS}encoder_noise", distribution="uniform", parameters={"scale": 3e-5})
     budget = predicted_budget(sourced(quick, load=load, white=white, lost=lost, encoder=encoder))
-    assert [each.source for each in budget.costs] == [OTHER, "load"]
+    assert sources_of_budget(budget) == [OTHER, "load"]
     reason = "it varies the level of a noise, {}; declare the noise as a source by its stream"
-    assert [(each.source, each.reason) for each in budget.unpredicted] == [
+    assert [tuple(each.values()) for each in budget.unpredicted] == [
         ("white", reason.format("white")),
         ("lost", reason.format("samples")),
         ("encoder", reason.format("encoder")),
@@ -316,12 +333,12 @@ def test_the_points_of_a_draw_are_at_its_mean_and_one_deviation_from_there(quick
         return points_of(DrawTable(**draw), table)
 
     even = points(target="plant.errors.stribeck", distribution="uniform", parameters={"loc": 0.1, "scale": 0.3})
-    assert even.mean == {"plant.errors.stribeck": 0.25}
-    np.testing.assert_allclose(even.deviated[0]["plant.errors.stribeck"], 0.25 + 0.3 / np.sqrt(12.0), rtol=1e-12)
+    assert even.at[0] == {"plant.errors.stribeck": 0.25}
+    np.testing.assert_allclose(even.at[1]["plant.errors.stribeck"], 0.25 + 0.3 / np.sqrt(12.0), rtol=1e-12)
     com = points(target="plant.payload.com", distribution="norm", parameters={"loc": 0.01, "scale": 0.002}, apply="add")
     z = 0.142776
-    np.testing.assert_allclose(com.mean["plant.payload.com"], [0.01, 0.01, z + 0.01], rtol=1e-12)
-    steps = np.array([each["plant.payload.com"] for each in com.deviated]) - com.mean["plant.payload.com"]
+    np.testing.assert_allclose(com.at[0]["plant.payload.com"], [0.01, 0.01, z + 0.01], rtol=1e-12)
+    steps = np.array([each["plant.payload.com"] for each in com.at[1:]]) - com.at[0]["plant.payload.com"]
     np.testing.assert_allclose(steps, 0.002 * np.eye(3), atol=1e-15)
     both = points(
         target=["plant.payload.mass", "plant.gain"],
@@ -330,15 +347,15 @@ def test_the_points_of_a_draw_are_at_its_mean_and_one_deviation_from_there(quick
         apply="multiply",
         shared=True,
     )
-    (step,) = both.deviated
+    (_, step) = both.at
     gain = np.array(table.plant.gain)
-    np.testing.assert_allclose(both.mean["plant.payload.mass"], 1.1 * 7.025, rtol=1e-12)
+    np.testing.assert_allclose(both.at[0]["plant.payload.mass"], 1.1 * 7.025, rtol=1e-12)
     np.testing.assert_allclose(step["plant.payload.mass"], 1.3 * 7.025, rtol=1e-12)
     np.testing.assert_allclose(step["plant.gain"], 1.3 * gain, rtol=1e-12)
     each = points(target="plant.gain", distribution="norm", parameters={"loc": [1, 2, 3, 4, 5, 6], "scale": 0.5})
-    np.testing.assert_allclose(each.mean["plant.gain"], [1, 2, 3, 4, 5, 6], rtol=1e-12)
-    assert len(each.deviated) == 6
-    with pytest.raises(StudyError, match="no mean or no deviation"):
+    np.testing.assert_allclose(each.at[0]["plant.gain"], [1, 2, 3, 4, 5, 6], rtol=1e-12)
+    assert len(each.at) == 7
+    with pytest.raises(StudyError, match="no finite mean or deviation"):
         points(target=ANY, distribution="cauchy")
 
 

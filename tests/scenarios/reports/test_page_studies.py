@@ -8,7 +8,7 @@ import pytest
 from page_parts import Elements
 
 from scenarios.benchmark.methods.answer import AnswerGain
-from scenarios.benchmark.methods.answers import AnswerRow, write_answers
+from scenarios.benchmark.methods.answers import AnswerRow, AnswersFile, write_model
 from scenarios.cli import main
 from scenarios.experiments.studies import folder as studied
 from scenarios.experiments.studies.parts import checked_part
@@ -94,7 +94,7 @@ def test_answers_without_a_truth_have_a_page_of_their_own(tmp_path):
         AnswerRow(method="ls-2011", files={"own.py": "cd34"}, gains=gains, **given),
         AnswerRow(method="slow", files={}, failure="MethodTimedOut", reason="took longer than 60 s", **given),
     ]
-    write_answers(rows, tmp_path / "answers.json")
+    write_model(AnswersFile(answers=rows), tmp_path / "answers.json")
     report = page_of(tmp_path)
     assert report.parts[0].text == (
         "2 answers of 2 methods to 1 problem: 2 gains, 1 refused, 1 call without any answer."
@@ -138,7 +138,7 @@ def test_every_problem_has_answers_of_its_own_and_methods_beyond_the_tones_stand
         answered("tuesday", "m0", 3.0),
         answered("tuesday", "m1", 4.0, 5.0),
     ]
-    write_answers(rows, tmp_path / "answers.json")
+    write_model(AnswersFile(answers=rows), tmp_path / "answers.json")
     report = page_of(tmp_path)
     assert (report.parts[0].text, report.parts[0].mood) == (
         "9 answers of 7 methods to 2 problems: 15 gains, 2 refused, 0 calls without any answer.",

@@ -18,7 +18,7 @@ from study_tasks import double, double_or_die, slow_double
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import carry_out
-from scenarios.experiments.workers.dask import _Cores, dask_workers
+from scenarios.experiments.workers.dask import FEWEST, dask_workers
 from scenarios.experiments.workers.execute import GivenUp, completed
 from scenarios.support.errors import StudyError
 
@@ -156,32 +156,28 @@ def test_a_scheduler_that_is_not_there_is_waited_for_as_long_as_stated(monkeypat
     assert time.monotonic() - began < 20.0  # unless told, Dask waits for 30 s
 
 
-def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(monkeypatch):
-    now, asked = [100.0], []
-    monkeypatch.setattr("scenarios.experiments.workers.dask.time.monotonic", lambda: now[0])
+def test_cores_of_a_cluster_are_asked_for_again_once_the_answer_is_old(scheduler, monkeypatch):
+    now, asked = [100.2], []
 
-    class Client:
-        def ncores(self):
-            asked.append(now[0])
-            if now[0] > 105.0:
-                raise OSError("gone")
-            return {"a": 7, "b": 11 * len(asked)}
+    def ncores(client: object) -> dict[str, int]:
+        asked.append(now[0])
+        if now[0] > 105.0:
+            raise OSError("gone")
+        return {"a": 7, "b": 11 * len(asked)}
 
-    cores = _Cores(Client())
-    assert [cores.count(), cores.count()] == [18, 18]
-    now[0] = 100.9
-    assert cores.count() == 18
-    now[0] = 101.1
-    assert [cores.count(), cores.count()] == [29, 29]
-    assert asked == [100.0, 101.1]
-    now[0] = 106.0
-    with pytest.raises(StudyError, match="the scheduler has exited"):
-        cores.count()
+    monkeypatch.setattr("distributed.Client.ncores", ncores)
+    with dask_workers(str(scheduler)) as workers, monkeypatch.context() as patched:  # the client needs its clock again
+        patched.setattr("scenarios.experiments.workers.dask.time.monotonic", lambda: now[0])
+        assert [workers.count(), workers.count()] == [18, 18]
+        now[0] = 101.3
+        assert [workers.count(), workers.count()] == [29, 29]
+        assert asked == [100.2, 101.3]
+        now[0] = 106.0
+        with pytest.raises(StudyError, match="the scheduler has exited"):
+            workers.count()
 
 
-def test_an_empty_cluster_counts_as_the_fewest_workers_that_tasks_are_handed_out_for():
-    class Client:
-        def ncores(self):
-            return {"a": 3}
-
-    assert _Cores(Client()).count() == 16
+def test_an_empty_cluster_counts_as_the_fewest_workers_that_tasks_are_handed_out_for(scheduler, monkeypatch):
+    monkeypatch.setattr("distributed.Client.ncores", lambda client: {"a": 3})
+    with dask_workers(str(scheduler)) as workers:
+        assert workers.count() == FEWEST == 16

@@ -11,8 +11,7 @@ from dataclasses import replace
 import pytest
 from study_tasks import die_once, double, double_or_die, fail, fail_above_4, refuse
 
-from scenarios.experiments.workers import WORKERS
-from scenarios.experiments.workers.choice import add_worker_options, open_workers, worker_words
+from scenarios.experiments.workers import WORKERS, add_worker_options, open_workers, worker_words
 from scenarios.experiments.workers.execute import GivenUp, completed
 from scenarios.experiments.workers.kinds import Workers
 from scenarios.experiments.workers.processes import local_processes
@@ -65,7 +64,7 @@ def test_a_worker_that_cannot_do_the_work_at_all_ends_it():
 
 
 def test_workers_that_never_bring_anything_back_end_it():
-    with pytest.raises(StudyError, match="of the first 3 chunks of trials none returned: its worker failed: Value"):
+    with pytest.raises(StudyError, match="none of the first 3 chunks of trials returned: its worker failed: Value"):
         results(threads(1), fail, range(100))
 
 
@@ -90,6 +89,13 @@ def test_worker_processes_are_gone_afterwards():
     while set(multiprocessing.active_children()) - before and time.monotonic() < deadline:
         time.sleep(0.05)
     assert set(multiprocessing.active_children()) == before
+
+
+@pytest.mark.parametrize("name", ["PYTHONSAFEPATH", "PYTHONPATH", "PYTHONWARNINGS"])
+def test_workers_have_the_environment_of_the_process_that_started_them(name):
+    # What they start imports as it would here: `python script.py` from beside the script.
+    with local_processes(1) as workers:
+        assert workers.open().submit(os.getenv, name).result() == os.getenv(name)
 
 
 def test_workers_end_when_the_process_that_started_them_is_killed():

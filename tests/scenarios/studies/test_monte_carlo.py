@@ -23,7 +23,6 @@ from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.run import motion_streams, run
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import carry_out
-from scenarios.experiments.workers import tasks
 from scenarios.experiments.workers.kinds import Workers
 from scenarios.support.errors import StudyError
 
@@ -188,7 +187,7 @@ def test_as_many_trials_as_a_study_can_have_are_not():
 
 def test_a_worker_with_another_version_ends_the_study(scenario, tmp_path, monkeypatch):
     study = monte_carlo(load_scenario(str(scenario)), 2, seed=5)
-    monkeypatch.setattr(tasks, "versions", lambda: {"mujoco": "4.0"})
+    monkeypatch.setattr(trials, "versions", lambda: {"mujoco": "4.0"})
     monkeypatch.setattr(module, "versions", lambda: {"mujoco": "3.0"})
     with pytest.raises(StudyError, match=r"a worker has mujoco 4\.0, the study began with 3\.0"):
         carry_out(study, tmp_path, threads(1), command="", console=QUIET)

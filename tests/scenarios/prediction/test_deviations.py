@@ -7,14 +7,24 @@ from ident.model.parameters import STANDARD
 from ident.model.structure import Structure, structure_of
 from ident.payload.payload import KnownPayload, Payload
 from scenarios.design.excitation import arm_model
-from scenarios.design.prediction import PRIOR, RESIDUAL, all_joints, joint_by_joint, prediction_of
-from scenarios.design.rows import ROWS_PER_SECOND, Carried, MotionRows, drawn
+from scenarios.prediction.deviations import (
+    RESIDUAL,
+    ROWS_PER_SECOND,
+    Carried,
+    MotionRows,
+    all_joints,
+    drawn,
+    joint_by_joint,
+    prediction_of,
+)
 from sim.plant import PayloadBody, Plant
 from sim.robot_files import read_robot
 from sim.trajectory import at_rest
 
 INERTIA = (0.021, 0.034, 0.028, 0.002, -0.003, 0.004)
 RATE = 13.0
+PRIOR = 1.0
+"""Deviation of ln g beforehand."""
 # Normal matrices square the condition of the columns, some 1e4 here, and pseudo-inverses drop none.
 SQUARED = 1e-6
 

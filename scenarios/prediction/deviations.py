@@ -8,27 +8,109 @@ theta, which all joints share, of the payload's unknown parameters pi and of eac
 with Y_j d(pi) and the second part of T_j in the loaded motion alone, and phi_j for each motion anew. Joint by joint
 (paper, eq. 27) nothing is shared, friction included with the arm's columns, and the last column is the known part of
 the payload's torque. In both, the information on the gains is what is left of their columns where the others cannot
-imitate them (`docs/derivations.md`).
+imitate them, and ln g_j is known to 1 beforehand, as in `nls`: a joint that nothing loads has that deviation
+(`docs/derivations.md`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ident.model.parameters import STANDARD
+from ident.model.regressor import regressor
 from ident.model.structure import Structure
+from ident.payload.payload import KnownPayload, Payload, standard_parameters
 from ident.support.arrays import Array, Mask
-from scenarios.design.rows import ROWS_PER_SECOND, Carried, MotionRows
+from sim.plant import PayloadBody
+from sim.trajectory import FourierTrajectory
 
+ROWS_PER_SECOND = 20.0
+"""Rows that identification keeps, and that deviations are predicted for."""
 RESIDUAL = 0.02
 """Residual of a decimated row, as a share of the joint's rms torque; a common factor of all predictions."""
-PRIOR = 1.0
-"""Deviation of ln g_j beforehand, as of `nls`: a joint that nothing loads has this one, and no more."""
 RANK_TOL = 1e-12
 """Least eigenvalue of a normal matrix with unit diagonal that counts: a share of 1e-6 of a unit column."""
 FRICTION = ("Fv", "Fc")
 """Columns of a joint's own that differ between motions."""
+JOINTWISE = ("ls-2011", "iv")
+"""Estimators that solve each joint by itself; the others share links between joints."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Carried:
+    """A payload on the flange.
+
+    Attributes:
+        chi: Its standard parameters, in the order of `INERTIAL`, shape (10,).
+        known: What identification is told of it.
+    """
+
+    chi: Array
+    known: KnownPayload
+
+
+def carried(body: PayloadBody, believed: Payload) -> Carried:
+    """What is carried as it is, and as identification is told of it."""
+    return Carried(chi=standard_parameters(body.mass, body.com, body.inertia), known=believed.known_part())
+
+
+def drawn(payload: Payload) -> Carried:
+    """A payload that is as drawn."""
+    return Carried(chi=payload.known_part().chi, known=payload.known_part())
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MotionRows:
+    """A motion, sampled: N instants, n joints, p standard columns.
+
+    Attributes:
+        motion: q, dq, ddq, each (N, n).
+        W: Standard columns of all joints, shape (N, n, p).
+        Y: Those of a payload, shape (N, n, 10).
+        rigid: Torque of the bare arm and its rotors [N m], shape (N, n).
+        bare: The same with friction and offsets.
+        rate_hz: Instants a second.
+    """
+
+    motion: tuple[Array, Array, Array]
+    W: Array
+    Y: Array
+    rigid: Array
+    bare: Array
+    rate_hz: float
+
+    def torques(self, chi: Array) -> Array:
+        """Joint torques without and with a payload of these standard parameters [N m], shape (2, N, n)."""
+        return np.stack((self.bare, self.bare + self.Y @ chi))
+
+    def variance(self, chi: Array) -> Array:
+        """Of a sampled torque of each joint [N^2 m^2], as if decimated rows were as many, shape (n,)."""
+        return RESIDUAL**2 * np.mean(self.torques(chi) ** 2, axis=(0, 1)) * self.rate_hz / ROWS_PER_SECOND
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ArmModel:
+    """The arm that a motion is designed for.
+
+    Attributes:
+        structure: Its identifiable structure.
+        chi: Standard parameters of arm and drives, shape (p,).
+        inertial: Those of links and rotors alone, the others zero, shape (p,).
+        bias: Offset of every joint's torque [N m], shape (n,).
+    """
+
+    structure: Structure
+    chi: Array
+    inertial: Array
+    bias: Array
+
+    def rows(self, trajectory: FourierTrajectory, rate_hz: float) -> MotionRows:
+        """Sample a motion at a rate."""
+        motion = trajectory(np.arange(0.0, trajectory.duration, 1.0 / rate_hz))
+        W = regressor(self.structure.arm, *motion)
+        Y, bare = W[:, :, self.structure.payload_columns], W @ self.chi + self.bias
+        return MotionRows(motion=motion, W=W, Y=Y, rigid=W @ self.inertial, bare=bare, rate_hz=rate_hz)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -49,37 +131,40 @@ class Deviations:
         return np.hypot(self.noise, self.payload)
 
 
-Predictor = Callable[[Carried], Deviations]
-"""Deviations for a payload, along a motion that is given."""
-Prediction = Callable[[MotionRows, Structure], Predictor]
-"""Prepares what no payload changes."""
+Prediction = Callable[[MotionRows, Structure], Callable[[Carried], Deviations]]
+"""Prepares what no payload changes; what it gives predicts the deviations for a payload, along that motion."""
 
 
-def joint_by_joint(rows: MotionRows, structure: Structure) -> Predictor:
+def prediction_of(method: str) -> Prediction:
+    """The prediction that fits an estimator."""
+    return joint_by_joint if method in JOINTWISE else all_joints
+
+
+def joint_by_joint(rows: MotionRows, structure: Structure) -> Callable[[Carried], Deviations]:
     """Each gain from its own joint's rows, friction the same in both motions (`ls-2011`)."""
     n = rows.bare.shape[1]
     arm = [rows.W[:, j, structure.base.columns[structure.joint_independent[j]]] for j in range(n)]
-    normals = [_normal(np.concatenate((A, rows.Y[:, j]), axis=1)) for j, A in enumerate(arm)]
+    columns = [np.concatenate((A, rows.Y[:, j]), axis=1) for j, A in enumerate(arm)]
+    normals = [each.T @ each for each in columns]
 
     def predict(what: Carried) -> Deviations:
-        known, variance = what.known.mask, _row_variance(rows, what)
+        known, variance = what.known.mask, rows.variance(what.chi)
         noise, payload = np.empty(n), np.empty(n)
         for j, G in enumerate(normals):
             b = len(G) - len(known)
             bare, loaded = _selection(len(G), b, known)
             loaded[b:, -1] = np.where(known, what.chi, 0.0)
             info = (bare.T @ G @ bare + loaded.T @ G @ loaded) / variance[j]
-            left = _eliminated(info, 1)
-            kept = left.information[0, 0]
-            noise[j] = PRIOR / np.sqrt(1.0 + max(kept, 0.0) * PRIOR**2)
+            information, imitated = _eliminated(info, 1)
+            noise[j] = 1.0 / np.sqrt(1.0 + max(information[0, 0], 0.0))
             push = (loaded.T @ G[:, b:] @ what.known.spread) / variance[j]  # rows' weights on an error of what is known
-            payload[j] = noise[j] ** 2 * np.linalg.norm(push[-1] - left.imitated[0] @ push[:-1])
+            payload[j] = noise[j] ** 2 * np.linalg.norm(push[-1] - imitated[0] @ push[:-1])
         return Deviations(noise=noise, payload=payload)
 
     return predict
 
 
-def all_joints(rows: MotionRows, structure: Structure) -> Predictor:
+def all_joints(rows: MotionRows, structure: Structure) -> Callable[[Carried], Deviations]:
     """All gains through the links that they share; friction differs between motions, offsets do not (`nls`)."""
     n = rows.bare.shape[1]
     joints = np.arange(n)
@@ -94,7 +179,7 @@ def all_joints(rows: MotionRows, structure: Structure) -> Predictor:
     b = 1 + len(shared)
 
     def predict(what: Carried) -> Deviations:
-        known, variance = what.known.mask, _row_variance(rows, what)
+        known, variance = what.known.mask, rows.variance(what.chi)
         common = len(shared) + np.count_nonzero(~known)
         info, push = np.zeros((common + n, common + n)), np.zeros((common + n, what.known.spread.shape[1]))
         for j, G in enumerate(normals / variance[:, None, None]):
@@ -106,41 +191,25 @@ def all_joints(rows: MotionRows, structure: Structure) -> Predictor:
             at = np.append(np.arange(common), common + j)
             info[np.ix_(at, at)] += local[1:, 1:] - np.outer(offset, local[0, 1:])
             push[at] += pushed[1:] - np.outer(offset, pushed[0])
-        left = _eliminated(info, n)
-        covariance = np.linalg.inv(left.information + np.eye(n) / PRIOR**2)
-        off = covariance @ (push[-n:] - left.imitated @ push[:-n])
+        information, imitated = _eliminated(info, n)
+        covariance = np.linalg.inv(information + np.eye(n))
+        off = covariance @ (push[-n:] - imitated @ push[:-n])
         return Deviations(noise=np.sqrt(np.diag(covariance)), payload=np.linalg.norm(off, axis=1))
 
     return predict
 
 
-PREDICTIONS: Mapping[str, Prediction] = {"joint by joint": joint_by_joint, "all joints": all_joints}
-"""Kinds of predictions by name."""
-JOINTWISE = ("ls-2011", "iv")
-"""Estimators that solve each joint by itself; the others share links between joints."""
+def _eliminated(info: Array, last: int) -> tuple[Array, Array]:
+    """Information on the last unknowns with all others free (Schur complement), and what of them the others imitate.
 
-
-def prediction_of(method: str) -> Prediction:
-    """The prediction that fits an estimator."""
-    return PREDICTIONS["joint by joint" if method in JOINTWISE else "all joints"]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Eliminated:
-    """Information on the last unknowns with all others free, and what of them the others imitate."""
-
-    information: Array
-    imitated: Array
-
-
-def _eliminated(info: Array, last: int) -> _Eliminated:
-    """Schur complement of a normal matrix on its last unknowns; of the others, what has no information drops out."""
+    Of the others, what has no information drops out.
+    """
     scale = np.sqrt(np.maximum(np.diag(info)[:-last], np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(info[:-last, :-last] / np.outer(scale, scale))
     kept = values > RANK_TOL * max(values[-1], 0.0)
     half = vectors[:, kept] / np.sqrt(values[kept]) / scale[:, None]  # (., k): inverse = half half^T
     cross = half.T @ info[:-last, -last:]
-    return _Eliminated(info[-last:, -last:] - cross.T @ cross, (half @ cross).T)
+    return info[-last:, -last:] - cross.T @ cross, (half @ cross).T
 
 
 def _selection(m: int, b: int, known: Mask) -> tuple[Array, Array]:
@@ -151,16 +220,6 @@ def _selection(m: int, b: int, known: Mask) -> tuple[Array, Array]:
     loaded = bare.copy()
     loaded[free, b + np.arange(len(free))] = 1.0
     return bare, loaded
-
-
-def _row_variance(rows: MotionRows, what: Carried) -> Array:
-    """Variance of a sampled torque of each joint [N^2 m^2], as if decimated rows were as many, shape (n,)."""
-    torques = rows.torques(what.chi)
-    return RESIDUAL**2 * np.mean(torques**2, axis=(0, 1)) * rows.rate_hz / ROWS_PER_SECOND
-
-
-def _normal(columns: Array) -> Array:
-    return columns.T @ columns
 
 
 def _unit(columns: Array) -> Array:

@@ -161,6 +161,14 @@ def test_columns_that_the_model_knows_add_nothing(made):
     assert added(made.fits, [None, made.columns[1], None]) is None  # of the joint that has no fit
 
 
+@pytest.mark.parametrize("unit", [1e-5, 1e5])
+def test_what_the_model_knows_of_columns_does_not_depend_on_the_unit_of_the_currents(made, unit):
+    fits = fits_of([held_out(free_fit(made.W[0], unit * made.V[0], made.block[0], 2 * BLOCKS))])
+    known = made.W[0] @ np.array([[1.0], [0.3], [0.0], [2.0]])
+    assert added(fits, [known + made.columns[0][:, :1]]) is not None
+    assert added(fits, [known]) is None
+
+
 @pytest.mark.parametrize("together", [1, 1 << 19])
 def test_many_sets_of_columns_add_what_each_adds_alone(made, together, monkeypatch):
     monkeypatch.setattr("ident.diagnosis.added.TOGETHER", together)

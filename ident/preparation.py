@@ -91,7 +91,8 @@ class Examined:
     @property
     def longest(self) -> Recording:
         """The longest part, under the name of the log."""
-        return replace(max(self.repaired, key=lambda part: len(part.t)), name=self.recording.name)
+        part = max(self.repaired, key=lambda part: len(part.t))
+        return part if part.name == self.recording.name else replace(part, name=self.recording.name)
 
     @property
     def findings(self) -> tuple[Diagnosis, ...]:

@@ -26,6 +26,10 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
         raise ScenarioError("--gains: for bare recordings only; loaded recordings identify the gains, so remove it")
     if not bare and options.if_loaded is not None:
         raise ScenarioError("--if-loaded: for bare recordings only; loaded recordings identify the gains, so remove it")
+    if bare and options.compare_with is not None:
+        raise ScenarioError(
+            "--compare-with: bare recordings weigh nothing; add --loaded B --payload P.toml, or use --gains G"
+        )
     if bare and options.gains_out is not None:
         raise ScenarioError("--gains-out: bare recordings give only ratios of gains; add --loaded B --payload P.toml")
     if options.if_loaded is not None and options.gains is None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ident.support.arrays import Array
-from scenarios.gains_in_use.model_update.nominal_links import nominal_links
+from scenarios.experiments.nominal_links import nominal_links
 from sim.errors import ModelFileError
 
 

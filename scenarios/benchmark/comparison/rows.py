@@ -14,7 +14,8 @@ from scenarios.benchmark.methods.process import Limits
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim, judge_claims
-from scenarios.experiments.run import ReadyTrial, Simulated, simulate_batch
+from scenarios.experiments.run import ReadyTrial, simulate_batch
+from scenarios.experiments.simulated import Simulated
 from scenarios.experiments.trials import Failure, Rows, Work, failed_rows, failure_of, setting_columns
 from scenarios.results.problem_folder import write_problem
 

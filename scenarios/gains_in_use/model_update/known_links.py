@@ -9,7 +9,7 @@ from ident.arm_parameters.links import nearest_links
 from ident.model.structure import Structure
 from ident.payload.payload import standard_parameters
 from ident.support.errors import NoBody
-from scenarios.gains_in_use.model_update.nominal_links import nominal_links
+from scenarios.experiments.nominal_links import nominal_links
 from scenarios.gains_in_use.model_update.values import Unknown
 from scenarios.results.models.links import Links, links_document
 from sim.errors import ModelFileError

@@ -29,9 +29,12 @@ def gains_path(text: str) -> Path:
 
 def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
     """A file of gains, or the gains of all joints themselves, separated by commas."""
-    if Path(text).suffix.lower() in ENDINGS or not set(text) <= set("0123456789.,+-eE "):
+    if "," in text and Path(text).suffix.lower() not in ENDINGS:
+        return tuple(map(arguments.number, text.split(",")))
+    try:
         return gains_path(text)
-    return tuple(map(arguments.number, text.split(",")))
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, or numbers as 12,12,10") from None
 
 
 def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":

@@ -22,10 +22,11 @@ def main(words: Sequence[str]) -> None:
     believed = outcome_of_other_gains(found.prepared.problem, stated_gains(arm, list(map(float, sheet))), None)
     weight, mass = believed.weighed.payload.mass, believed.weighed.together.mass
     print(f"weight {weight:.3f} kg, with the gains of the data sheet {mass.value:.3f} +- {2 * mass.std:.3f} kg")
-    gains = zip(arm.joint_names, believed.gains.value, found.gain, believed.weighed.joints, strict=True)
-    for name, stated, gain, alone in gains:
-        said = alone.reason if alone.mass is None else f"this joint alone weighs {alone.mass.value:.3f} kg"
-        print(f"{name}: stated {stated:.4f}, found {gain:.4f}, ratio {stated / gain:.3f}; {said}")
+    gains = zip(found.joints, believed.gains.value, found.gain.tolist(), believed.weighed.joints, strict=True)
+    for joint, stated, gain, alone in gains:
+        said = "refused" if gain is None else f"found {gain:.4f}, ratio {stated / gain:.3f}"
+        weighs = alone.reason if alone.mass is None else f"this joint alone weighs {alone.mass.value:.3f} kg"
+        print(f"{joint.joint}: stated {stated:.4f}, {said}; {weighs}")
 
 
 if __name__ == "__main__":

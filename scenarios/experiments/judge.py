@@ -155,7 +155,7 @@ class RelError:
         a_priori: Norm of their error over that of the truth, with the a-priori gains.
         a_priori_std: Root mean square of it that their deviations let one expect.
         found: As `a_priori`, with the gains found; None where there are none.
-        found_std: As `a_priori_std`.
+        found_std: As `a_priori_std`, relative as well.
     """
 
     quantity: str

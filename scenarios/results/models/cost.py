@@ -76,7 +76,7 @@ class CostArm(ResultModel):
         a_priori: Relative error with the a-priori gains: norm of the error over that of the truth.
         a_priori_std: Its root mean square to expect from the deviations of the parameters, relative as well.
         found: Relative error with the gains found.
-        found_std: As `a_priori_std`.
+        found_std: As `a_priori_std`, relative as well.
     """
 
     quantity: str

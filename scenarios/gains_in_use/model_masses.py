@@ -15,7 +15,6 @@ def model_links(path: Path, flange: str | None) -> Array | None:
         flange: Its last body; joints that do not lead there are held.
     """
     try:
-        nominal = nominal_links(path, flange)
+        return nominal_links(path, flange).whole
     except ModelFileError:  # identification needs no masses
         return None
-    return nominal.own + nominal.carried

@@ -10,12 +10,13 @@ from printed import fits
 from quick import quick_scenario
 
 import scenarios
+from ident.arm_parameters.links import ModelLinks
 from ident.identification import identify
 from ident.preparation import SIMULATED
 from scenarios.cli import main
 from scenarios.experiments.build import setup_of
 from scenarios.experiments.files.loading import load_scenario
-from scenarios.experiments.judge import INERTIAS, MOMENTS
+from scenarios.experiments.judge import INERTIAS, MOMENTS, CostTruth, judge_cost
 from scenarios.experiments.run import Run, Trial, ready_trial, run, run_batch
 from scenarios.experiments.simulated import as_identified
 from scenarios.reports.content import Heading
@@ -77,6 +78,27 @@ def test_without_friction_and_noise_the_arm_comes_out_as_it_is(tmp_path):
     # Nothing but the gains is wrong: g v of a joint is predicted as much too small or large as its gain makes the arm,
     # less what the weight, stated in kg, adds of the true size.
     assert min(judged.cost.torque_a_priori.values()) > 0.05
+
+
+def test_errors_of_the_arm_are_of_first_moments_and_of_all_else(judged):
+    found, structure = judged.cost.found, judged.setup.structure
+    true, other = found.base(structure), judged.prepared.problem.motions[1]
+    moments = np.array([name[0] == "M" for name in structure.base.names])
+    inertial = np.isin(structure.base.names, [each.name for each in found.arm.inertial])
+    for doubled, expected in ((moments, (0.5, 0.0)), (~moments & inertial, (0.0, 0.5))):
+        truth = CostTruth(
+            weight=judged.setup.check.plant.payload,
+            base=np.where(doubled, 2.0, 1.0) * true,
+            gain=judged.setup.true_gain,
+        )
+        arm = judge_cost(judged.cost.a_priori, found, truth, other, tolerance=0.02).arm
+        assert tuple(each.found for each in arm) == expected
+
+
+def test_a_link_is_told_with_what_is_fixed_to_it():
+    one = np.ones((2, 10))
+    links = ModelLinks(own=one, carried=2.0 * one, motor=np.zeros(2), offset=np.zeros((2, 3)))
+    np.testing.assert_array_equal(links.whole, 3.0 * one)
 
 
 def quick(folder: Path, more: str):

@@ -17,7 +17,7 @@ from ident.support.arrays import Array
 from scenarios.experiments.files.loading import load_scenario
 from scenarios.experiments.files.motions import MOTIONS
 from scenarios.experiments.named_files import robot_of
-from scenarios.experiments.run import Simulated
+from scenarios.experiments.simulated import Simulated
 
 VERSION = 2
 """Of this file, one more where logs change."""

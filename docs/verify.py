@@ -22,7 +22,7 @@ from ident.preparation import SIMULATED
 from ident.recordings.motion import Motion
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import Setup
-from scenarios.experiments.run import Simulated
+from scenarios.experiments.simulated import Simulated
 
 HERE = Path(__file__).parent
 SCENARIOS = {"nominal": str(HERE / "verify" / "nominal.toml"), "field": "field-two-weights"}

@@ -34,7 +34,8 @@ from ident.recordings.files import read_recording, write_recording
 from ident.recordings.recording import Recording
 from scenarios import load
 from scenarios.cli import main
-from scenarios.experiments.run import Run, as_identified
+from scenarios.experiments.run import Run
+from scenarios.experiments.simulated import as_identified
 from scenarios.results.run_folder import save_run
 
 GAIN = np.array([0.9401, 0.9619, 1.1148, 0.9146, 1.0, 1.0])

@@ -52,6 +52,11 @@ class ModelLinks:
     motor: Array
     offset: Array
 
+    @property
+    def whole(self) -> Array:
+        """Standard parameters of every link with what is fixed to it, shape (n, 10)."""
+        return self.own + self.carried
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FoundLinks:

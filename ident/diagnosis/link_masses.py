@@ -91,9 +91,7 @@ def judged(found: Sequence[LinkWeight]) -> Diagnosis | None:
 
 def link_weights(problem: Problem, estimate: GainEstimate, links: Array) -> tuple[LinkWeight, ...]:
     """The factor of every joint with a gain that its links load; arguments as `link_mass_consistency`."""
-    names = problem.structure.base.labels
-    drawn = np.zeros(len(names))
-    drawn[[names.index(f"{name}{j + 1}") for j in range(len(links)) for name in INERTIAL]] = links.ravel()
+    drawn = problem.structure.base.standard(links)
     found = (
         _link_weight(problem, joint, gain.value, drawn)
         for joint, gain in enumerate(estimate.joints)

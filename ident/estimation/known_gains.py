@@ -1,5 +1,6 @@
 """Drive gains as others use them: values with their covariance, and the joints that have none."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,6 +89,28 @@ class KnownGains:
 def same_joint(number: int, one: str, other: str) -> bool:
     """Whether two names may be of one joint; one whose name is its number, from 1, has none."""
     return one == other or str(number) in (one, other)
+
+
+def stated_gains(arm: Arm, values: Sequence[float] | Array) -> KnownGains:
+    """Gains of a data sheet, taken as exact.
+
+    Args:
+        arm: The arm.
+        values: Of all its joints [N m / drive unit], shape (n,).
+
+    Raises:
+        GainsError: If there is not one a joint, or one is zero or not finite.
+    """
+    k = len(values)
+    gains = KnownGains(
+        names=arm.joint_names,
+        joints=np.arange(k, dtype=np.intp),
+        value=np.array(values, np.float64),
+        covariance=np.zeros((k, k)),
+    )
+    if k != arm.n:
+        raise GainsError(f"{k} gains, but robot {arm.name} has {arm.n} joints")
+    return gains
 
 
 def estimated_gains(estimate: GainEstimate) -> KnownGains:

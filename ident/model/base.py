@@ -13,7 +13,7 @@ import numpy as np
 from scipy import linalg
 
 from ident.model.arm import Arm
-from ident.model.parameters import COUPLING, labels
+from ident.model.parameters import COUPLING, INERTIAL, labels
 from ident.model.regressor import regressor
 from ident.support.arrays import Array, Indices, readonly
 
@@ -41,6 +41,16 @@ class BaseParameters:
     def names(self) -> tuple[str, ...]:
         """Names of the chosen columns, b strings."""
         return tuple(self.labels[c] for c in self.columns)
+
+    def standard(self, links: Array) -> Array:
+        """The standard parameters of given links, zero for motors, friction and offsets, shape (p,).
+
+        Args:
+            links: `INERTIAL` parameters of every link, shape (n, 10).
+        """
+        chi = np.zeros(len(self.labels))
+        chi[[self.labels.index(f"{name}{j + 1}") for j in range(len(links)) for name in INERTIAL]] = links.ravel()
+        return chi
 
     def groups(self, tol: float = 1e-9) -> dict[str, dict[str, float]]:
         """Each base parameter as a combination of standard parameters, `{"MX2": {"MX2": 1, "M3": 0.45}}`."""

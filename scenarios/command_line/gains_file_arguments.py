@@ -10,6 +10,8 @@ from scenarios.command_line.writing import right_to_write
 from scenarios.results.write_access import Claim
 
 if TYPE_CHECKING:
+    from ident.estimation.known_gains import KnownGains
+    from ident.model.arm import Arm
     from scenarios.experiments.files.gains import GainsFile
 
 ENDINGS = (".json", ".toml")
@@ -23,6 +25,31 @@ def gains_path(text: str) -> Path:
             f"{arguments.quoted(text)}: expected a file name that ends with {' or '.join(ENDINGS)}"
         )
     return path
+
+
+def gains_or_numbers(text: str) -> Path | tuple[float, ...]:
+    """A file of gains, or the gains of all joints themselves, separated by commas."""
+    if "," in text and Path(text).suffix.lower() not in ENDINGS:
+        return tuple(map(arguments.number, text.split(",")))
+    try:
+        return gains_path(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, or numbers as 12,12,10") from None
+
+
+def known_gains(given: Path | tuple[float, ...], arm: "Arm") -> "KnownGains":
+    """Gains of an arm, of a file or the numbers themselves, which count as exact.
+
+    Raises:
+        ScenarioError: If the file holds none.
+        GainsError: If they are not of this arm.
+    """
+    from ident.estimation.known_gains import stated_gains
+    from scenarios.experiments.files.gains import read_gains
+
+    known = read_gains(given).known if isinstance(given, Path) else stated_gains(arm, given)
+    known.check_arm(arm)
+    return known
 
 
 def add_gains_out(parser: argparse.ArgumentParser) -> None:

@@ -52,7 +52,7 @@ def main(options: argparse.Namespace) -> Status:
     from ident.recordings.files import read_temperatures, read_unchecked
     from ident.recordings.motion import Motion
     from scenarios.experiments.named_robot import named_robot
-    from scenarios.gains_in_use.model_update.nominal_links import model_links
+    from scenarios.experiments.nominal_links import model_links
     from scenarios.reports.check import check_report
     from scenarios.results.log_folder import Done
     from scenarios.support.errors import ScenarioError

@@ -37,6 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_gains_argument(parser, needed=False, said="for bare recordings only: known or nominal gains")
     said = "for bare recordings and --gains only: a payload; predicts each gain's uncertainty with it"
     add("--if-loaded", type=arguments.file, metavar="P", help=said)
+    said = (
+        "other gains, a file or numbers as 12,12,10: what they make of the weight that was mounted, beside those found"
+    )
+    add("--compare-with", type=gains_file_arguments.gains_or_numbers, metavar="G", help=said)
     add_save_argument(parser)
     gains_file_arguments.add_gains_out(parser)
     add_form_arguments(parser)
@@ -48,8 +52,9 @@ def main(options: argparse.Namespace) -> Status:
     """Read, identify, tell."""
     from threadpoolctl import threadpool_limits
 
+    from ident.payload_identification.gains_outcome import outcome_of_other_gains
     from ident.recordings.motion import in_order_of_time
-    from scenarios.gains_in_use.model_update.nominal_links import model_links
+    from scenarios.experiments.nominal_links import model_links
     from scenarios.reports.identify import estimate_report
 
     files = mounted_files(options.given)
@@ -66,6 +71,8 @@ def main(options: argparse.Namespace) -> Status:
         show(report, options)
         return Status.PASSED
     own = options_from_words(ESTIMATORS[options.method].options, options.option)
+    given = options.compare_with
+    other = None if given is None else gains_file_arguments.known_gains(given, structure.arm)
     observing, limits = chosen(ObserveOptions, options), chosen(GainOptions, options)
     # small matrices gain nothing from a threaded BLAS, and stall now and then
     with under_way(options, "identifying"), threadpool_limits(1):
@@ -81,6 +88,8 @@ def main(options: argparse.Namespace) -> Status:
             links=model_links(options.model, options.flange),
         )
         identify_s = time.perf_counter() - started
+        assert found.prepared is not None, "an identification has what it was found from"
+        cost = None if other is None else outcome_of_other_gains(found.prepared.problem, other, own)
     if held is not None:
         from scenarios.results.gains_file import Origin, gains_file
 
@@ -89,7 +98,7 @@ def main(options: argparse.Namespace) -> Status:
     if form(options) == "json":
         for said in (*(each.sentence for each in found.found.reported), *found.notes):
             complain(said)
-    report = estimate_report(found, structure.arm, identify_s)
+    report = estimate_report(found, structure.arm, identify_s, cost)
     title = f"Drive gains of {structure.arm.name} by {options.method}"
     save_identified(
         options, saving, report, kind="identification", title=title, motions=motions, observing=found.observing,

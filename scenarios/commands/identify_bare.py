@@ -26,6 +26,10 @@ def wanted(options: argparse.Namespace, *, loaded: bool) -> bool:
         raise ScenarioError("--gains: for bare recordings only; loaded recordings identify the gains, so remove it")
     if not bare and options.if_loaded is not None:
         raise ScenarioError("--if-loaded: for bare recordings only; loaded recordings identify the gains, so remove it")
+    if bare and options.compare_with is not None:
+        raise ScenarioError(
+            "--compare-with: bare recordings weigh nothing; add --loaded B --payload P.toml, or use --gains G"
+        )
     if bare and options.gains_out is not None:
         raise ScenarioError("--gains-out: bare recordings give only ratios of gains; add --loaded B --payload P.toml")
     if options.if_loaded is not None and options.gains is None:
@@ -50,7 +54,7 @@ def found(options: argparse.Namespace, structure: Structure, motions: Sequence[M
     from scenarios.command_line.options import chosen, policy_of
     from scenarios.experiments.files.gains import read_gains
     from scenarios.gains_in_use.bare import bare_answer, bare_result
-    from scenarios.gains_in_use.model_update.nominal_links import known_links
+    from scenarios.gains_in_use.model_update.known_links import known_links
     from scenarios.reports.bare import bare_report
 
     if options.method != NAME:

@@ -44,9 +44,9 @@ def main(options: argparse.Namespace) -> Status:
     held = [right_to_write(options, path.parent, [path.name], command=NAME) for path in written]
     from ident.model.structure import structure_of
     from scenarios.experiments.files.gains import read_gains
+    from scenarios.experiments.nominal_links import nominal_links
     from scenarios.experiments.robot_models import read_arm
     from scenarios.gains_in_use.model_update.link_values import link_values
-    from scenarios.gains_in_use.model_update.nominal_links import nominal_links
     from scenarios.gains_in_use.model_update.patch import patched_model
     from scenarios.gains_in_use.model_update.values import joint_values, read_bare
     from scenarios.gains_in_use.results import patched

@@ -54,4 +54,4 @@ def main(options: argparse.Namespace) -> Status:
         again = Line(identify_command(result.setup, held.folder))
         report = replace(report, parts=(*report.parts, saved, again))
     show(report, options)
-    return Status.PASSED if result.verdict.passed else Status.MISSED
+    return Status.PASSED if result.passed else Status.MISSED

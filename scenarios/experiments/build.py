@@ -20,6 +20,9 @@ from sim.drives import DriveTruth
 from sim.experiment import Experiment
 from sim.plant import PayloadBody, Plant
 
+CHECK = "check-weight"
+"""Name of the motion that identification does not see; with its hyphen it is that of no mounting."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setup:
@@ -31,6 +34,7 @@ class Setup:
         structure: Identifiable structure of the arm, from its kinematics.
         payloads: The payloads as believed, by mounting.
         experiments: The motions, in order of time; none where the robot has no motion yet.
+        check: One more motion, which identification does not see, None where the scenario asks for no `cost`.
     """
 
     scenario: Scenario
@@ -38,6 +42,7 @@ class Setup:
     structure: Structure
     payloads: Mapping[str, Payload]
     experiments: tuple[Experiment, ...] = ()
+    check: Experiment | None = None
 
     @property
     def plant(self) -> Plant:
@@ -122,7 +127,11 @@ def setup_of(scenario: Scenario) -> Setup:
         )
         for earlier, (name, carried) in enumerate(zip(motion_names(protocol), protocol, strict=True))
     )
-    return replace(setup, experiments=experiments)
+    check = None
+    if table.cost is not None:
+        weighed = replace(plant, payload=_true_payload(table.cost.payload))
+        check = replace(experiments[-1], name=CHECK, plant=weighed, loaded=True, earlier=len(experiments))
+    return replace(setup, experiments=experiments, check=check)
 
 
 def changed(setup: Setup, settings: Mapping[str, Value]) -> Setup:

@@ -1,13 +1,18 @@
 """`judge`: hold an estimate against the truth. The only place that sees both."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ident.estimation.estimate import GainEstimate, JointResult, RefusedGain
+from ident.estimation.joint_by_joint.pooled_system import pooled_system
+from ident.estimation.problem import ObservedMotion
+from ident.payload_identification.gains_outcome import GainsOutcome, predicted_torque
+from ident.payload_identification.payload_body import UNITS
 from ident.support.arrays import Array
 from scenarios.experiments.files.schema import ToleranceTable
+from sim.plant import PayloadBody
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,3 +141,129 @@ def _judge_joint(number: int, claim: Claim, true: float, tolerance: float, refus
         passed=within and refusal_in is None,
         reason=reason,
     )
+
+
+MOMENTS, INERTIAS = "first moments of the arm", "inertias of the arm"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RelError:
+    """How far parameters of the arm are from the truth, once with each set of gains.
+
+    Attributes:
+        quantity: `MOMENTS` or `INERTIAS`.
+        a_priori: Norm of their error over that of the truth, with the a-priori gains.
+        a_priori_std: Root mean square of it that their deviations let one expect.
+        found: As `a_priori`, with the gains found; None where there are none.
+        found_std: As `a_priori_std`, relative as well.
+    """
+
+    quantity: str
+    a_priori: float
+    a_priori_std: float
+    found: float | None
+    found_std: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CostVerdict:
+    """What comes out with a-priori gains and with those found, against the truth.
+
+    Attributes:
+        a_priori: With the a-priori gains.
+        found: With those found, None where none was.
+        true: Mass, centre and inertia of the weight by name, in units of `payload_body.UNITS`.
+        arm: Errors of the arm's parameters.
+        torque_a_priori: Norm of the error of the torque predicted on another motion over that of the torque that the
+            drives gave there, by joint from 0, with the a-priori gains.
+        torque_found: The same with the gains found; joints without one are left out.
+        tolerance: Relative error of the mass that passes, with the gains found.
+    """
+
+    a_priori: GainsOutcome
+    found: GainsOutcome | None
+    true: Mapping[str, float]
+    arm: tuple[RelError, ...]
+    torque_a_priori: Mapping[int, float]
+    torque_found: Mapping[int, float]
+    tolerance: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the mass is within tolerance with the gains found."""
+        mass = None if self.found is None else self.found.weighed.together.mass
+        return mass is not None and abs(mass.value / self.true["mass"] - 1.0) <= self.tolerance
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CostTruth:
+    """What is true of that which gains in use are judged by.
+
+    Attributes:
+        weight: That was weighed.
+        base: Base parameters of the arm, friction left out, shape (b,).
+        gain: Of its drives [N m / drive unit], shape (n,).
+    """
+
+    weight: PayloadBody
+    base: Array
+    gain: Array
+
+
+def judge_cost(
+    a_priori: GainsOutcome,
+    found: GainsOutcome | None,
+    truth: CostTruth,
+    other: ObservedMotion,
+    *,
+    tolerance: float,
+) -> CostVerdict:
+    """Hold what comes out with gains in use against the truth.
+
+    Args:
+        a_priori: With the a-priori gains.
+        found: With those found.
+        truth: Of weight, arm and drives.
+        other: A motion with another payload, as it is believed, on which torques are predicted.
+        tolerance: Relative error of the mass that passes.
+    """
+    of = [outcome for outcome in (a_priori, found) if outcome is not None]
+    names = other.observation.structure.base.names
+    errors = [[_arm_error(outcome, truth.base, names, moments) for outcome in of] for moments in (True, False)]
+    torques = [_torque_errors(outcome, truth.gain, other) for outcome in of]
+    return CostVerdict(
+        a_priori=a_priori,
+        found=found,
+        true=dict(zip(UNITS, (truth.weight.mass, *truth.weight.com, *truth.weight.inertia), strict=True)),
+        arm=tuple(
+            RelError(
+                quantity=quantity,
+                a_priori=each[0][0],
+                a_priori_std=each[0][1],
+                found=None if found is None else each[1][0],
+                found_std=None if found is None else each[1][1],
+            )
+            for quantity, each in zip((MOMENTS, INERTIAS), errors, strict=True)
+        ),
+        torque_a_priori=torques[0],
+        torque_found={} if found is None else torques[1],
+        tolerance=tolerance,
+    )
+
+
+def _arm_error(outcome: GainsOutcome, base: Array, names: Sequence[str], moments: bool) -> tuple[float, float]:
+    """Norm of the error of first moments, or of the other inertial parameters, over that of the truth; the expected."""
+    shown = [each for each in outcome.arm.inertial if each.name.startswith("M") == moments]
+    true = base[[names.index(each.name) for each in shown]]
+    error, std = np.array([each.value for each in shown]) - true, np.array([each.std for each in shown])
+    return float(np.linalg.norm(error) / np.linalg.norm(true)), float(np.linalg.norm(std) / np.linalg.norm(true))
+
+
+def _torque_errors(outcome: GainsOutcome, gain: Array, other: ObservedMotion) -> dict[int, float]:
+    """Error of the torque predicted on a motion, by joints that have a gain."""
+    assert other.payload is not None, "of a loaded motion"
+    system = pooled_system([other])
+    predicted = predicted_torque(system, outcome.base(other.observation.structure), other.payload)
+    true = gain[system.joint] * system.V
+    rows = {j: system.joint == j for j in outcome.gains.joints.tolist()}
+    return {j: float(np.linalg.norm((predicted - true)[at]) / np.linalg.norm(true[at])) for j, at in rows.items()}

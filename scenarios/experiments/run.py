@@ -12,18 +12,18 @@ from ident.diagnosis.diagnosis import Diagnosed
 from ident.estimation.estimate import GainEstimate
 from ident.identification import identify
 from ident.preparation import SIMULATED, Prepared
-from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
 from ident.support.errors import IdentificationError
 from scenarios.experiments.build import Setup, changed
+from scenarios.experiments.cost import cost_verdict
 from scenarios.experiments.files.draws import drawn_settings
-from scenarios.experiments.files.mountings import grouped
 from scenarios.experiments.files.settings import Value
-from scenarios.experiments.judge import Verdict, judge
+from scenarios.experiments.judge import CostVerdict, Verdict, judge
+from scenarios.experiments.simulated import Simulated
 from scenarios.support.stages import SILENT, Stages
 from sim.closed_loop import Advanced, no_progress
-from sim.drives import DriveTruth
 from sim.errors import SimulationError
+from sim.experiment import Experiment
 from sim.record import each_record
 from sim.sensors import noise_streams
 from sim.sensors.effect import NoiseStreams
@@ -39,6 +39,7 @@ class Trial:
         settings: Values by place; None to draw what the scenario declares random.
         streams: Seeds of single noise streams, by name, in place of those that follow from `seed`.
         labels: What a study wants written into every row.
+        cost: Whether what the controller's gains cost is found as well, where the scenario asks for it.
     """
 
     number: int = 0
@@ -46,6 +47,7 @@ class Trial:
     settings: Mapping[str, Value] | None = None
     streams: Mapping[str, int] = field(default_factory=dict[str, int])
     labels: Mapping[str, str] = field(default_factory=dict[str, str])
+    cost: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,34 +65,15 @@ class ReadyTrial:
     settings: Mapping[str, Value]
 
     @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """Its motions, that which identification does not see last."""
+        check = self.setup.check if self.trial.cost else None
+        return self.setup.experiments if check is None else (*self.setup.experiments, check)
+
+    @property
     def streams(self) -> tuple[NoiseStreams, ...]:
         """Noise of its motions."""
-        return motion_streams(self.trial.seed, self.trial.streams, len(self.setup.experiments))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulated:
-    """What the robot of one setup logged.
-
-    Attributes:
-        setup: Nothing random left in it.
-        recordings: Of the motions, in order of time.
-        simulate_s: Wall time, its share of the batch [s].
-    """
-
-    setup: Setup
-    recordings: tuple[Recording, ...]
-    simulate_s: float
-
-    @property
-    def logs(self) -> tuple[Motion, ...]:
-        """The motions as identification is given them, each with the payload that it is believed to carry."""
-        return as_identified(self.setup, self.recordings)
-
-    @property
-    def truth(self) -> DriveTruth:
-        """The drives as they are: `truth.gain` [N m / drive unit], shape (n,), and what they lose."""
-        return self.setup.plant.drives
+        return motion_streams(self.trial.seed, self.trial.streams, len(self.experiments))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +91,8 @@ class Run:
         identify_s: Wall time of the identification [s].
         found: What is said of the estimate.
         prepared: The recordings, as they were estimated from.
+        check: Recording of the motion that identification does not see, None where there is none.
+        cost: What the controller's gains cost, None where nobody asks.
     """
 
     setup: Setup
@@ -120,10 +105,17 @@ class Run:
     identify_s: float
     found: Diagnosed = field(default_factory=Diagnosed)
     prepared: Prepared | None = None
+    check: Recording | None = None
+    cost: CostVerdict | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether every joint passed, and the weight that identification did not see."""
+        return self.verdict.passed and (self.cost is None or self.cost.passed)
 
 
 def run(setup: Setup, seed: int, *, stages: Stages = SILENT) -> Run:
-    """Draw what is random, simulate, identify, judge: one trial of `run_batch`.
+    """Draw what is random, simulate, identify, judge: one trial of `run_batch`, with what its scenario asks for beside.
 
     Args:
         setup: The scenario's.
@@ -135,7 +127,7 @@ def run(setup: Setup, seed: int, *, stages: Stages = SILENT) -> Run:
         SimulationError: If a motion cannot be carried out.
         IdentificationError: If the recordings cannot be identified at all.
     """
-    ready = ready_trial(setup, Trial(seed=seed))
+    ready = ready_trial(setup, Trial(seed=seed, cost=True))
     # A pair steps in some 30 microseconds: to share that with a second thread takes longer, and so do small matrices.
     with threadpool_limits(1):
         ((_, outcome),) = run_batch([ready], threads=1, stages=stages)
@@ -199,8 +191,8 @@ def simulate_batch(
         need not be kept.
     """
     started = time.perf_counter()
-    experiments = [experiment for each in trials for experiment in each.setup.experiments]
-    places = [(i, m) for i, each in enumerate(trials) for m in range(len(each.setup.experiments))]
+    experiments = [experiment for each in trials for experiment in each.experiments]
+    places = [(i, m) for i, each in enumerate(trials) for m in range(len(each.experiments))]
     waiting: dict[int, dict[int, Recording | SimulationError]] = defaultdict(dict)
     simulate_s = 0.0
     streams = [stream for each in trials for stream in each.streams]
@@ -208,7 +200,7 @@ def simulate_batch(
         simulate_s = simulate_s or (time.perf_counter() - started) / len(trials)
         i, motion = places[k]
         waiting[i][motion] = outcome
-        if len(waiting[i]) == len(trials[i].setup.experiments):
+        if len(waiting[i]) == len(trials[i].experiments):
             complete = waiting.pop(i)
             yield i, _simulated(trials[i].setup, [complete[m] for m in sorted(complete)], simulate_s)
 
@@ -226,23 +218,13 @@ def run_batch(
     Yields:
         The place of a trial, with its run or why there is none, one at a time.
     """
-    stages.begin("simulating", sum(motion.trajectory.duration for each in trials for motion in each.setup.experiments))
+    stages.begin("simulating", sum(motion.trajectory.duration for each in trials for motion in each.experiments))
     for i, outcome in simulate_batch(trials, threads=threads, advanced=stages.advance):
         if isinstance(outcome, Simulated):
             stages.begin("identifying")
             yield i, _identified(outcome, trials[i].trial.seed)
         else:
             yield i, outcome
-
-
-def as_identified(setup: Setup, recordings: Sequence[Recording]) -> tuple[Motion, ...]:
-    """The motions of a scenario in the order that identification is given them, each with what it carries.
-
-    Args:
-        setup: The scenario's.
-        recordings: Of its motions, in order of time.
-    """
-    return tuple(Motion(recordings[k], setup.mounted[k]) for k in grouped(setup.protocol))
 
 
 def _simulated(
@@ -253,7 +235,9 @@ def _simulated(
         if isinstance(outcome, SimulationError):
             return outcome
         recordings.append(outcome)
-    return Simulated(setup=setup, recordings=tuple(recordings), simulate_s=simulate_s)
+    identified, more = recordings[: len(setup.experiments)], recordings[len(setup.experiments) :]
+    check = more[0] if more else None
+    return Simulated(setup=setup, recordings=tuple(identified), simulate_s=simulate_s, check=check)
 
 
 def _identified(simulated: Simulated, seed: int) -> Run | IdentificationError:
@@ -270,9 +254,10 @@ def _identified(simulated: Simulated, seed: int) -> Run | IdentificationError:
             gains=chosen.gains,
             policy=SIMULATED,
         )
+        identify_s = time.perf_counter() - started
+        cost = None if simulated.check is None else cost_verdict(setup, found, simulated.check)
     except IdentificationError as error:
         return error
-    identify_s = time.perf_counter() - started
     return Run(
         setup=setup,
         seed=seed,
@@ -284,4 +269,6 @@ def _identified(simulated: Simulated, seed: int) -> Run | IdentificationError:
         identify_s=identify_s,
         found=found.found,
         prepared=found.prepared,
+        check=simulated.check,
+        cost=cost,
     )

@@ -1,6 +1,7 @@
 """The problem of a payload with the gains of a file: recordings checked and observed as where the gains were found."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import TypeVar
 
 from pydantic import JsonValue
@@ -13,7 +14,7 @@ from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import Problem
 from ident.model.structure import Structure
 from ident.observation.observation import ObserveOptions
-from ident.payload.payload import Payload
+from ident.payload_identification.gains_outcome import PLAIN, UNKNOWN
 from ident.preparation import DOUBTED, Policy, joined, prepare, raise_for
 from ident.recordings.motion import Motion
 from ident.recordings.recording import Recording
@@ -28,10 +29,6 @@ Options = TypeVar("Options")
 
 GIVEN = ("gain_joint", "gain_value")
 """Options that say where a scale came from; with gains in use they have no meaning."""
-PLAIN: Mapping[str, JsonValue] = {"friction": "viscous-coulomb"}
-"""Model of methods other than `nls`: their gains hold whatever friction grows with the load."""
-UNKNOWN = Payload(mass=1.0, known="none")
-"""A payload of which nothing is known; its mass is not used."""
 
 
 def weighing_problem(
@@ -86,7 +83,8 @@ def model_options(file: GainsFile, words: Sequence[str]) -> AllJointsOptions:
         OptionError: If a word is none.
     """
     own = file.method in (None, nls.NAME)
-    stated = {name: value for name, value in file.options.method.items() if name not in GIVEN} if own else PLAIN
+    listed = file.options.method if own else asdict(PLAIN)
+    stated = {name: value for name, value in listed.items() if name not in GIVEN}
     return options_of(AllJointsOptions, stated, words)
 
 

@@ -6,8 +6,10 @@ from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import SPOILS, Severity
 from ident.identification import Identification, refused_for_faults
 from ident.model.arm import Arm
+from ident.payload_identification.gains_outcome import GainsOutcome
 from ident.support.arrays import Array
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
+from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import (
     INTERVAL,
@@ -22,15 +24,16 @@ from scenarios.results.models.gains import ResultGain
 from scenarios.results.models.run import Result
 
 
-def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Report:
+def estimate_report(found: Identification, arm: Arm, identify_s: float, a_priori: GainsOutcome | None = None) -> Report:
     """The table of identified gains, the reasons for refusals, and how good the fit is.
 
     Args:
         found: Gains and notes.
         arm: Whose gains they are.
         identify_s: Wall time [s].
+        a_priori: What other gains make of the logs, None where nobody asks.
     """
-    result, estimate = Result.of_identification(found, identify_s), found.estimate
+    result, estimate = Result.of_identification(found, identify_s, a_priori), found.estimate
     shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
     parts: list[Part] = [identified_table(result.gains, shares, arm.revolute)]
     parts += note_paragraphs(result.notes, found.found, arm.revolute)
@@ -38,6 +41,7 @@ def estimate_report(found: Identification, arm: Arm, identify_s: float) -> Repor
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in result.gains if gain.reason is not None]
     parts += kept_paragraphs(result)
     parts += payload_tables(result.payload)
+    parts += cost_parts(result.cost, arm.revolute)
     parts.append(summary(result))
     return Report(f"Drive gains by {estimate.method}", tuple(parts), result.model_dump(mode="json"))
 

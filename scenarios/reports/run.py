@@ -6,6 +6,7 @@ from ident.diagnosis.alternative import two_digits
 from ident.support.arrays import Array
 from scenarios.experiments.run import Run
 from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
+from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import horizon_paragraphs, many
 from scenarios.reports.gains import (
     INTERVAL,
@@ -29,6 +30,7 @@ def run_report(run: Run) -> Report:
     parts += horizon_paragraphs(run.found)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in result.gains if gain.reason is not None]
     parts += payload_tables(result.payload)
+    parts += cost_parts(result.cost, revolute)
     parts.append(
         Paragraph(
             f"{result.fit.rows} rows, relative residual {100.0 * result.fit.rel_error_norm:.2f} %; "

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from ident.payload.files import write_payload
 from ident.recordings.files import write_recording
-from scenarios.experiments.build import Setup
+from scenarios.experiments.build import CHECK, Setup
 from scenarios.experiments.files.mountings import BARE, LOADED, grouped
 from scenarios.experiments.files.schema_line import schema_line
-from scenarios.experiments.run import Run, as_identified
+from scenarios.experiments.run import Run
+from scenarios.experiments.simulated import as_identified
 from scenarios.results.command_words import coupling_words, motion_words, option_words
 from scenarios.results.fit_rows import ROWS, fit_of, write_fit
 from scenarios.results.gains_file import Origin
@@ -24,7 +25,8 @@ from scenarios.support.versions import versions
 def run_files(setup: Setup) -> tuple[str, ...]:
     """Names of the files that are written: recordings, payloads, the arm, truth, result and its rows."""
     recordings = [f"{experiment.name}.parquet" for experiment in setup.experiments]
-    return (*recordings, *map(payload_file, setup.payloads), *MODELS, "truth.json", RESULT, ROWS, RECORD)
+    check = [] if setup.check is None else [f"{CHECK}.parquet", payload_file(CHECK)]
+    return (*recordings, *map(payload_file, setup.payloads), *check, *MODELS, "truth.json", RESULT, ROWS, RECORD)
 
 
 def payload_file(mounting: str) -> str:
@@ -51,6 +53,9 @@ def save_run(run: Run, folder: Path, *, command: str = "", named: str | None = N
         write_recording(recording, folder / f"{experiment.name}.parquet")
     for mounting, payload in run.setup.payloads.items():
         write_payload(payload, folder / payload_file(mounting), comment=schema_line("payload"))
+    if run.check is not None and run.cost is not None:
+        write_recording(run.check, folder / f"{CHECK}.parquet")
+        write_payload(run.cost.a_priori.weighed.payload, folder / payload_file(CHECK), comment=schema_line("payload"))
     drives = run.setup.experiments[0].plant.drives
     bodies = {mounting: asdict(body) for mounting, body in run.setup.true_payloads.items()}
     truth = {

@@ -23,7 +23,8 @@ from ident.recordings.recording import Recording
 from ident.support.arrays import Array
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import grouped
-from scenarios.experiments.run import as_identified, motion_streams
+from scenarios.experiments.run import motion_streams
+from scenarios.experiments.simulated import as_identified
 from sim.record import record
 from sim.sensors import SensorOptions
 

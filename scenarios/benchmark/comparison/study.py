@@ -14,7 +14,8 @@ from scenarios.experiments.build import Setup
 from scenarios.experiments.files.draws import places_of
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.judge import Claim, judge_claims
-from scenarios.experiments.run import ReadyTrial, Simulated, simulate_batch
+from scenarios.experiments.run import ReadyTrial, simulate_batch
+from scenarios.experiments.simulated import Simulated
 from scenarios.experiments.studies.monte_carlo import monte_carlo
 from scenarios.experiments.studies.study import Study
 from scenarios.experiments.trials import (

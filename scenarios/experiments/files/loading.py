@@ -12,7 +12,7 @@ from ident.estimation.estimators import ESTIMATORS
 from ident.payload.payload import Payload
 from ident.support.errors import OptionError
 from ident.support.naming import nearest, shown
-from scenarios.experiments.files.mountings import LOADED, by_mounting, check_protocol
+from scenarios.experiments.files.mountings import BARE, LOADED, by_mounting, check_protocol
 from scenarios.experiments.files.places import BUILT_IN
 from scenarios.experiments.files.resolved import resolved, stated_payloads
 from scenarios.experiments.files.schema import (
@@ -131,8 +131,8 @@ def _table_class(hint: object) -> type | None:
     """The class of a key's table, or of each table in a table of tables; None for anything else."""
     if isinstance(hint, type) and (is_dataclass(hint) or issubclass(hint, BaseModel)):
         return hint
-    below = get_args(hint)[1:2]  # dict[str, X] holds tables of class X, str | X is one or its name
-    return _table_class(below[0]) if below else None
+    below = map(_table_class, get_args(hint))  # dict[str, X] holds tables of class X, str | X is one or its name
+    return next((each for each in below if each is not None), None)
 
 
 def check_lengths(table: ScenarioTable, path: str) -> None:
@@ -179,6 +179,11 @@ def _check_payloads(table: ScenarioTable, path: str) -> None:
         by_mounting(table.belief.payload, table.belief.payloads),
     )
     check_protocol(table.experiment.protocol, plant, belief, path)
+    if table.cost is not None and len({name == BARE for name in table.experiment.protocol}) < 2:
+        raise WrongValue(
+            f"{path}: cost: needs a bare and a loaded motion in experiment.protocol, got "
+            f"{', '.join(table.experiment.protocol)}"
+        )
     for key, named in (("known", table.belief.known), ("exact", table.belief.exact)):
         for name in named if isinstance(named, Mapping) else ():
             if name not in belief:

@@ -35,10 +35,12 @@ def resolved(scenario: Scenario) -> Scenario:
     believed = {key: payload_to_table(payload) for key, payload in believed_payloads(scenario).items()}
     true = {key: _body(body, name) for key, body in by_mounting(table.plant.payload, table.plant.payloads).items()}
     plant, belief = (_mounted(payloads, table.experiment.protocol) for payloads in (true, believed))
-    update = {
+    update: dict[str, object] = {
         "plant": table.plant.model_copy(update={**_nominal_drives(scenario), **plant}),
         "belief": table.belief.model_copy(update={**belief, "exact": False}),  # what was, is stated as zero now
     }
+    if table.cost is not None:
+        update["cost"] = table.cost.model_copy(update={"payload": _body(table.cost.payload, name)})
     return replace(scenario, table=table.model_copy(update=update))
 
 

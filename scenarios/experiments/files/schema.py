@@ -193,6 +193,19 @@ class ToleranceTable(_Table):
     pass_rate: Share = 0.95
 
 
+class CostTable(_Table):
+    """What a run says beside its gains: what comes out with the controller's gains, with those found, and what is true.
+
+    Attributes:
+        payload: Weight of one more motion, which identification does not see, weighed without error: a name of
+            `rx90_mjcf.PAYLOADS` or a table.
+        mass_error: Relative error of its mass that passes, with the gains found.
+    """
+
+    payload: str | BodyTable
+    mass_error: Positive = 0.02
+
+
 class DrawTable(_Table):
     """A random change of the scenario: numbers from a distribution of `scipy.stats`, or one value of a set.
 
@@ -243,6 +256,7 @@ class ScenarioTable(_Table):
         belief: What controller and identification believe.
         identification: How gains are identified.
         tolerance: What counts as passed.
+        cost: What the controller's gains cost is found too, where it is stated; by single runs, not by studies.
         random: What every trial of a study draws, by names of your choice.
         sources: Error sources of the error budget, by names of your choice.
     """
@@ -254,6 +268,7 @@ class ScenarioTable(_Table):
     belief: BeliefTable
     identification: IdentificationTable = IdentificationTable()
     tolerance: ToleranceTable
+    cost: CostTable | None = None
     random: dict[str, DrawTable] = {}
     sources: dict[str, SourceTable] = {}
 

@@ -8,6 +8,7 @@ from ident.model.arm import Arm
 from ident.support.arrays import Array
 from ident.support.errors import IdentificationError
 from scenarios.reports.content import Heading, Paragraph, Part, Report
+from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import MOODS, counted
 from scenarios.reports.gains import gain_unit, note_paragraphs, payload_tables, reason_paragraph
 from scenarios.reports.identify import identified_table, kept_paragraphs, summary
@@ -38,6 +39,8 @@ def page(folder: Path) -> Report:
         raise ScenarioError(f"{folder / RECORD}: the files of this folder cannot be read: {error}") from error
     names = provenance.named([motion.log for motion in fit.motions])
     parts: list[Part] = [_verdict(result), *_gains(result, fit, given.arm.revolute)]
+    if result.cost is not None:
+        parts += [Heading("What a-priori gains cost"), *cost_parts(result.cost, given.arm.revolute)]
     parts += _refusals(result, given.gains.max_rel_std)
     parts += kept_paragraphs(result)
     parts += diagnosis_parts(result.found)

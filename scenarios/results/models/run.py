@@ -11,6 +11,8 @@ from ident.estimation.estimate import FoundParameter, GainEstimate
 from ident.identification import Identification
 from ident.model.parameters import INERTIAL
 from ident.payload.payload import standard_parameters
+from ident.payload_identification.gains_outcome import GainsOutcome
+from scenarios.results.models.cost import ResultCost
 from scenarios.results.models.diagnoses import DiagnosedResult, diagnosed_values
 from scenarios.results.models.gains import ResultGain, ResultParameter
 from scenarios.support.result_model import ResultModel
@@ -107,6 +109,7 @@ class Result(DiagnosedResult):
         timing: Wall times.
         notes: What the method chose and what one should know.
         consistency: Diagnoses that were compared by their predictions, in short.
+        cost: What comes out with a-priori gains beside those found, null where nobody asks.
     """
 
     scenario: str | None
@@ -118,6 +121,7 @@ class Result(DiagnosedResult):
     timing: ResultTiming
     notes: list[str] = Field(default_factory=list[str])
     consistency: list[ResultFinding] = Field(default_factory=list[ResultFinding])
+    cost: ResultCost | None = None
 
     @classmethod
     def of_run(cls, run: "Run") -> "Result":
@@ -131,20 +135,24 @@ class Result(DiagnosedResult):
         return cls(
             scenario=run.setup.scenario.name,
             seed=run.seed,
-            passed=run.verdict.passed,
+            passed=run.passed,
             gains=[ResultGain.of(number, *each) for number, each in judged],
             payload=_payload(run.estimate.payload, true),
             timing=ResultTiming(simulate_s=run.simulate_s, identify_s=run.identify_s),
+            cost=None if run.cost is None else ResultCost.of_verdict(run.cost, run.estimate.joints),
             **_common(run.estimate, run.notes, run.found),
         )
 
     @classmethod
-    def of_identification(cls, found: Identification, identify_s: float) -> "Result":
+    def of_identification(
+        cls, found: Identification, identify_s: float, a_priori: GainsOutcome | None = None
+    ) -> "Result":
         """What was identified; what needs a truth is null.
 
         Args:
             found: Gains, notes and what is said of the logs.
             identify_s: Wall time [s].
+            a_priori: What other gains make of the logs, None where nobody asks.
         """
         return cls(
             scenario=None,
@@ -153,6 +161,7 @@ class Result(DiagnosedResult):
             gains=[ResultGain.of(number, each) for number, each in enumerate(found.estimate.joints, 1)],
             payload=_payload(found.estimate.payload, {}),
             timing=ResultTiming(simulate_s=None, identify_s=identify_s),
+            cost=None if a_priori is None else ResultCost.of_outcome(a_priori, found.estimate.joints),
             **_common(found.estimate, found.notes, found.found),
         )
 

@@ -17,11 +17,11 @@ from ident.model.structure import Structure, structure_of
 from ident.payload.payload import standard_parameters
 from ident.payload_identification.payload_body import body_values
 from scenarios.cli import main
+from scenarios.experiments.nominal_links import nominal_links
 from scenarios.experiments.robot_models import read_arm
 from scenarios.gains_in_use.model_update.edits import model_text
 from scenarios.gains_in_use.model_update.link_values import LinkValues
 from scenarios.gains_in_use.model_update.mjcf import mjcf_link_changes
-from scenarios.gains_in_use.model_update.nominal_links import nominal_links
 from scenarios.results.models.links import links_document
 from scenarios.support.errors import ScenarioError
 

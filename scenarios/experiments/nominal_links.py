@@ -1,26 +1,17 @@
-"""Links as a model file draws them, with what is fixed to each, and those nearest to them that bare motions allow."""
+"""Links as a model file draws them, with what is fixed to each."""
 
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from ident.arm_parameters.bare import BareArm
-from ident.arm_parameters.links import ModelLinks, nearest_links
-from ident.model.structure import Structure
+from ident.arm_parameters.links import ModelLinks
 from ident.payload.payload import standard_parameters
 from ident.support.arrays import Array
-from ident.support.errors import NoBody
 from ident.support.naming import one_line
-from scenarios.gains_in_use.model_update.values import Unknown
-from scenarios.results.models.links import Links, links_document
 from sim.errors import ModelFileError
 from sim.model_spec import compiler_reason, lean_spec
 from sim.silenced_mujoco import silenced
-
-PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
-"""What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
-NO_GAINS = "without gains the parameters are not in SI units (--gains)"
 
 
 @silenced()
@@ -70,28 +61,6 @@ def model_links(path: Path, flange: str | None) -> Array | None:
         flange: Its last body; joints that do not lead there are held.
     """
     try:
-        nominal = nominal_links(path, flange)
+        return nominal_links(path, flange).whole
     except ModelFileError:  # identification needs no masses
         return None
-    return nominal.own + nominal.carried
-
-
-def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange: str | None) -> Links | Unknown:
-    """The physically consistent set nearest to the model's links.
-
-    Args:
-        in_si: Base parameters with known gains, None without any.
-        structure: Of the arm.
-        model: Its file, whose masses count here.
-        flange: Last body of the arm, where the file has more.
-    """
-    if in_si is None:
-        return Unknown(NO_GAINS)
-    try:
-        nominal = nominal_links(model, flange)
-        if np.allclose(nominal.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
-            return Unknown("the model file has the kinematics only, without link masses")
-        found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
-    except (ModelFileError, NoBody) as error:
-        return Unknown(str(error))
-    return links_document(found, nominal, structure.arm)

@@ -1,0 +1,33 @@
+"""What the gains of a data sheet would have cost: the weight that they make of logs, by all joints and each.
+
+    python examples/data_sheet_gains.py arm.urdf bare.parquet heavy.parquet heavy.toml 12 12 10 10 10 10
+
+As `rx90 identify --compare-with`, from Python and without the simulator.
+"""
+
+import sys
+from collections.abc import Sequence
+
+import ident
+from ident.estimation.known_gains import stated_gains
+from ident.payload_identification.gains_outcome import outcome_of_other_gains
+
+
+def main(words: Sequence[str]) -> None:
+    """Print the weight and each joint's gain and mass; `words` are model, logs, payload, and a gain a joint."""
+    model, bare, loaded, payload, *sheet = words
+    arm = ident.load_arm(model)
+    logs = [ident.read(bare), ident.read(loaded, payload=payload)]
+    found = ident.identify(arm, logs)
+    believed = outcome_of_other_gains(found.prepared.problem, stated_gains(arm, list(map(float, sheet))), None)
+    weight, mass = believed.weighed.payload.mass, believed.weighed.together.mass
+    print(f"weight {weight:.3f} kg, with the gains of the data sheet {mass.value:.3f} +- {2 * mass.std:.3f} kg")
+    gains = zip(found.joints, believed.gains.value, found.gain.tolist(), believed.weighed.joints, strict=True)
+    for joint, stated, gain, alone in gains:
+        said = "refused" if gain is None else f"found {gain:.4f}, ratio {stated / gain:.3f}"
+        weighs = alone.reason if alone.mass is None else f"this joint alone weighs {alone.mass.value:.3f} kg"
+        print(f"{joint.joint}: stated {stated:.4f}, {said}; {weighs}")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,59 @@
+"""What believing a-priori gains costs: a weight that identification has not seen, found with them and with those found.
+
+The arm comes from the bare motions; its torque with the payload is predicted on the first loaded motion, which the
+gains were found from.
+"""
+
+from ident.estimation.known_gains import estimated_gains, stated_gains
+from ident.estimation.problem import ObservedMotion
+from ident.identification import Identification
+from ident.observation.observation import observe
+from ident.payload.payload import Payload
+from ident.payload_identification.gains_outcome import gains_outcome, with_unknown_weight
+from ident.recordings.recording import Recording
+from ident.support.arrays import Array
+from scenarios.experiments.build import Setup
+from scenarios.experiments.judge import CostTruth, CostVerdict, judge_cost
+from scenarios.experiments.nominal_links import nominal_links
+from sim.plant import PayloadBody
+
+
+def cost_verdict(setup: Setup, found: Identification, check: Recording) -> CostVerdict:
+    """Find weight and arm with the controller's gains and with those found, and judge both.
+
+    Args:
+        setup: With a motion of one more weight.
+        found: Gains, and the motions that they were found from.
+        check: Recording of that motion.
+
+    Raises:
+        IdentificationError: If the motions do not show the weight.
+    """
+    table = setup.scenario.table
+    assert table.cost is not None, "asked where the scenario has it"
+    assert setup.check is not None, "asked where the scenario has it"
+    assert found.prepared is not None, "a run has what it was identified from"
+    problem, weight = found.prepared.problem, setup.check.plant.payload
+    motion = ObservedMotion(observe(check, setup.structure, found.observing), None)
+    weighing, options = with_unknown_weight(problem, [motion]), table.identification.method_options
+    gains = stated_gains(setup.structure.arm, table.belief.controller_gain), estimated_gains(found.estimate)
+    believed, identified = (
+        gains_outcome(weighing, _exact(weight), each, options) if len(each.joints) else None for each in gains
+    )
+    assert believed is not None, "the controller has a gain for every joint"
+    truth = CostTruth(weight=weight, base=_true_base(setup), gain=setup.true_gain)
+    other = next(each for each in problem.motions if each.payload is not None)
+    return judge_cost(believed, identified, truth, other, tolerance=table.cost.mass_error)
+
+
+def _exact(body: PayloadBody) -> Payload:
+    """A body as somebody weighs and draws it without error."""
+    return Payload(mass=body.mass, com=body.com, inertia=body.inertia)
+
+
+def _true_base(setup: Setup) -> Array:
+    """Base parameters of the arm as it is, friction left out, shape (b,)."""
+    robot, base = setup.plant.robot, setup.structure.base
+    chi = base.standard(nominal_links(robot.model, robot.flange).whole)
+    chi[[base.labels.index(f"Ia{j + 1}") for j in range(robot.n)]] = setup.plant.drives.rotor_inertia
+    return base.regrouping @ chi

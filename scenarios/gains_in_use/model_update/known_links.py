@@ -1,0 +1,40 @@
+"""The links of an arm from bare motions with known gains, or why there are none."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ident.arm_parameters.bare import BareArm
+from ident.arm_parameters.links import nearest_links
+from ident.model.structure import Structure
+from ident.payload.payload import standard_parameters
+from ident.support.errors import NoBody
+from scenarios.experiments.nominal_links import nominal_links
+from scenarios.gains_in_use.model_update.values import Unknown
+from scenarios.results.models.links import Links, links_document
+from sim.errors import ModelFileError
+
+PLACEHOLDER = standard_parameters(1.0, (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+"""What stands for every link in a model that `ident.model.files` reduced to its kinematics."""
+NO_GAINS = "without gains the parameters are not in SI units (--gains)"
+
+
+def known_links(in_si: BareArm | None, structure: Structure, model: Path, flange: str | None) -> Links | Unknown:
+    """The physically consistent set nearest to the model's links.
+
+    Args:
+        in_si: Base parameters with known gains, None without any.
+        structure: Of the arm.
+        model: Its file, whose masses count here.
+        flange: Last body of the arm, where the file has more.
+    """
+    if in_si is None:
+        return Unknown(NO_GAINS)
+    try:
+        nominal = nominal_links(model, flange)
+        if np.allclose(nominal.own, PLACEHOLDER, rtol=0.0, atol=1e-9):
+            return Unknown("the model file has the kinematics only, without link masses")
+        found = nearest_links(structure.base, in_si.inertial, in_si.inertial_covariance, nominal)
+    except (ModelFileError, NoBody) as error:
+        return Unknown(str(error))
+    return links_document(found, nominal, structure.arm)

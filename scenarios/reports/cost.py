@@ -1,0 +1,117 @@
+"""What a-priori gains cost, in words: the weight and each joint alone with them, with those found, and in truth."""
+
+from collections.abc import Sequence
+
+from ident.diagnosis.alternative import two_digits
+from ident.support.arrays import Array
+from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Table, cells, number, percent
+from scenarios.reports.gains import gain_unit
+from scenarios.results.models.cost import CostJoint, CostQuantity, ResultCost
+
+SHOWN = 7
+"""Mass, centre and moments: the products of inertia follow in files."""
+STATED = "Intervals with a-priori gains include only what is stated of the errors of these gains."
+JUDGED = (
+    f"The weight is one that identification did not see. {STATED} Errors of the arm and of torques are norms, in % of "
+    "the true ones; 2 sigma of the arm's is what the deviations of its parameters let one expect."
+)
+
+
+def cost_parts(cost: ResultCost | None, revolute: Array) -> list[Part]:
+    """What comes out with a-priori gains beside what comes out with those found; nothing where nobody asked.
+
+    Args:
+        cost: What it is.
+        revolute: Whether each joint turns, shape (n,).
+    """
+    if cost is None:
+        return []
+    judged = cost.passed is not None
+    tables = _weight_table(cost, judged=judged), _joint_table(cost.joints, revolute, judged=judged)
+    return [*tables, Paragraph(JUDGED if judged else STATED), _said(cost)]
+
+
+def _weight_table(cost: ResultCost, *, judged: bool) -> Table:
+    found = (Column(title="Gains found"), Column(title="2 sigma")) if judged else ()
+    columns = (
+        Column(title="With the gains", words=True),
+        Column(title="A priori"),
+        Column(title="2 sigma"),
+        *found,
+        Column(title="True" if judged else "Stated"),
+        Column(title="Unit", words=True),
+    )
+    rows = [_weight_row(each, judged=judged) for each in cost.payload]
+    rows[SHOWN:SHOWN] = [
+        cells(
+            f"error of {each.quantity}",
+            *(percent(share, ".1f") for share in (each.a_priori, _twice(each.a_priori_std))),
+            *(percent(share, ".1f") for share in (each.found, _twice(each.found_std))),
+            NONE,
+            "%",
+        )
+        for each in cost.arm
+    ]
+    shown, rest = SHOWN + len(cost.arm), "products of inertia: with --json and in the page"
+    title = "What comes out with a-priori gains" + (" and with those found" if judged else "")
+    return Table(title=title, columns=columns, rows=tuple(rows), shown=shown, rest=rest)
+
+
+def _weight_row(each: CostQuantity, *, judged: bool) -> tuple[Cell, ...]:
+    numbers = [each.a_priori, _twice(each.a_priori_std)]
+    numbers += [each.found, _twice(each.found_std)] if judged else []
+    numbers.append(each.true if judged else each.stated)
+    return cells(f"weight: {each.quantity}", *(number(value, ".4f") for value in numbers), each.unit)
+
+
+def _joint_table(joints: Sequence[CostJoint], revolute: Array, *, judged: bool) -> Table:
+    unit = gain_unit(revolute)
+    columns = [
+        Column(title="Joint"),
+        Column(title="A-priori gain", unit=unit),
+        Column(title="Gain found", unit=unit),
+        Column(title="Difference", unit="%"),
+        Column(title="Mass,\na priori", unit="kg"),
+        Column(title="2 sigma", unit="kg"),
+    ]
+    if judged:
+        columns += [Column(title="Mass,\nfound", unit="kg"), Column(title="2 sigma", unit="kg")]
+        columns += [Column(title="Torque error,\na priori", unit="%"), Column(title="Torque error,\nfound", unit="%")]
+    rows = list[tuple[Cell, ...]]()
+    for each in joints:
+        row = [number(each.a_priori_gain, ".4f"), number(each.gain, ".4f"), percent(each.rel_difference, "+.1f")]
+        row += [number(each.a_priori_mass, ".3f"), number(_twice(each.a_priori_mass_std), ".3f")]
+        if judged:
+            row += [number(each.found_mass, ".3f"), number(_twice(each.found_mass_std), ".3f")]
+            row += [percent(each.a_priori_torque_error, ".1f"), percent(each.found_torque_error, ".1f")]
+        rows.append(cells(str(each.joint), *row))
+    said = ", and the torque predicted on the loaded motion" if judged else ""
+    return Table(title=f"Each joint alone: the mass of the weight{said}", columns=tuple(columns), rows=tuple(rows))
+
+
+def _twice(std: float | None) -> float | None:
+    return None if std is None else 2.0 * std
+
+
+def _said(cost: ResultCost) -> Paragraph:
+    """The mass with either gains, and the joint alone that is off most, in a sentence."""
+    mass = cost.payload[0]
+    weight = mass.stated if mass.true is None else mass.true
+    assert weight is not None, "a weight has a mass"
+    said = f"The weight of {weight:g} kg: with the a-priori gains {_off(mass.a_priori, weight)}"
+    alone = [(each.joint, each.a_priori_mass, each.a_priori_mass_std or 0.0) for each in cost.joints]
+    shown = [(joint, mass, abs(mass - weight) - 2.0 * std) for joint, mass, std in alone if mass is not None]
+    if shown:
+        joint, worst, _ = max(shown, key=lambda each: each[2])
+        said += f" from all joints, {_off(worst, weight)} from joint {joint} alone"
+    if cost.passed is None:
+        return Paragraph(f"{said}. The gains found reproduce the weight that they were found with.")
+    said += f"; with those found {_off(mass.found, weight)}, tolerance {100.0 * (cost.tolerance or 0.0):.3g} %."
+    verdict, mood = ("PASSED", Mood.GOOD) if cost.passed else ("FAILED", Mood.BAD)
+    return Paragraph(f"{verdict}: {said[0].lower()}{said[1:]}", mood, strong=True)
+
+
+def _off(mass: float | None, weight: float) -> str:
+    if mass is None:
+        return "no mass"
+    return f"{mass:.3f} kg ({two_digits(100.0 * (mass / weight - 1.0), sign='+')} %)"

@@ -1,0 +1,115 @@
+"""What comes out with gains in use, held against what is put in: scaled gains, scaled weight, arm and torque."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from exact import GAIN, TRUSTING, exact_problem
+from weighings import NAMES, PLAIN, known, weighed
+
+from ident.estimation.joint_by_joint.pooled_system import pooled_system
+from ident.estimation.known_gains import stated_gains
+from ident.estimation.problem import Problem
+from ident.payload.payload import Payload
+from ident.payload_identification.gains_outcome import (
+    UNKNOWN,
+    gains_outcome,
+    outcome_of_other_gains,
+    predicted_torque,
+    with_unknown_weight,
+)
+from ident.support.errors import GainsError, NotIdentifiable, PayloadError
+
+K = 1.2
+# Held gains have a row of the prior of deviation 1e-6 or so, exact rows none: see test_payload_parameters.
+CLOSE = 1e-4
+
+
+@pytest.fixture(scope="module")
+def two_weights(structure, heavy) -> tuple[Problem, np.ndarray]:
+    """Exact motions bare, light and heavy, whose payloads are known, and the arm's base parameters."""
+    rng = np.random.default_rng(8)
+    chi = rng.uniform(0.5, 2.0, 84)
+    light = replace(heavy, mass=3.1)
+    problem = exact_problem(
+        structure, [(chi, None, None), (chi, light, light), (chi, heavy, heavy)], GAIN, rng, options=TRUSTING
+    )
+    return problem, structure.base.regrouping @ chi
+
+
+def test_gains_scaled_by_k_scale_weight_and_arm_by_k(structure, heavy, rng):
+    problem = weighed(structure, heavy, rng, noise=0.0)
+    right, off = (gains_outcome(problem, heavy, known(value), PLAIN) for value in (GAIN, K * GAIN))
+    for factor, outcome in ((1.0, right), (K, off)):
+        np.testing.assert_allclose(outcome.weighed.together.mass.value, factor * heavy.mass, rtol=CLOSE)
+        for each in outcome.weighed.joints:
+            np.testing.assert_allclose(each.mass.value, factor * heavy.mass, rtol=CLOSE)
+        centre = [outcome.weighed.body.of(axis).value for axis in "xyz"]
+        np.testing.assert_allclose(centre, heavy.com, atol=CLOSE)  # the same however the scale is off
+    np.testing.assert_allclose(off.base(structure), K * right.base(structure), rtol=CLOSE, atol=CLOSE)
+
+
+def test_one_gain_off_shows_in_the_mass_of_its_joint_alone(structure, heavy, rng):
+    problem = weighed(structure, heavy, rng, noise=0.001)
+    value = GAIN * np.array([1.0, 1.0, K, 1.0, 1.0, 1.0])
+    found = gains_outcome(problem, heavy, known(value), PLAIN).weighed.joints
+    ratios = [each.mass.value / heavy.mass for each in found]
+    # Noise of 0.1 % beside 20 %; what the fit of all joints has of friction is bent by the wrong gain, by a percent.
+    np.testing.assert_allclose(ratios, [1.0, 1.0, K, 1.0, 1.0, 1.0], atol=0.03)
+
+
+def test_the_base_parameters_are_those_put_in_friction_included(two_weights, structure, heavy):
+    problem, base = two_weights
+    outcome = outcome_of_other_gains(problem, known(GAIN), PLAIN)
+    np.testing.assert_allclose(outcome.base(structure), base, atol=CLOSE * np.abs(base).max())
+
+
+def test_the_torque_of_a_motion_is_predicted_with_its_payload(two_weights, structure, heavy):
+    problem, base = two_weights
+    loaded = problem.motions[2]
+    system = pooled_system([loaded])
+    tau = predicted_torque(system, base, heavy)
+    # Exact rows: V = (W chi + W_L chi_L) / g.
+    np.testing.assert_allclose(tau, GAIN[system.joint] * system.V, atol=1e-9 * np.abs(tau).max())
+    bare = predicted_torque(pooled_system([problem.motions[0]]), base, heavy)
+    own = pooled_system([problem.motions[0]])
+    np.testing.assert_allclose(bare, GAIN[own.joint] * own.V, atol=1e-9 * np.abs(bare).max())
+
+
+def test_the_heaviest_weight_is_found_again_without_what_is_known_of_it(two_weights, heavy):
+    problem, _ = two_weights
+    outcome = outcome_of_other_gains(problem, known(K * GAIN), PLAIN)
+    assert outcome.weighed.payload == heavy
+    np.testing.assert_allclose(outcome.weighed.together.mass.value, K * heavy.mass, rtol=CLOSE)
+    asked = with_unknown_weight(problem, [problem.motions[1]])
+    assert [motion.payload for motion in asked.motions] == [None, UNKNOWN]
+    assert asked.motions[1].observation is problem.motions[1].observation
+
+
+def test_motions_that_weigh_nothing_are_refused(two_weights, structure):
+    problem, _ = two_weights
+    for motions, said in ((problem.motions[:1], "no motion carries a payload"), (problem.motions[1:], "no motion is")):
+        with pytest.raises(NotIdentifiable, match=said):
+            outcome_of_other_gains(replace(problem, motions=motions), known(), PLAIN)
+    nothing = tuple(
+        motion if motion.payload is None else replace_payload(motion, Payload(mass=2.0, known="none"))
+        for motion in problem.motions[:2]
+    )
+    with pytest.raises(PayloadError, match="a verification needs its mass"):
+        outcome_of_other_gains(replace(problem, motions=nothing), known(), PLAIN)
+
+
+def replace_payload(motion, payload: Payload):
+    return type(motion)(motion.observation, payload)
+
+
+def test_stated_gains_are_exact_and_one_a_joint(structure):
+    gains = stated_gains(structure.arm, GAIN.tolist())
+    assert gains.names == structure.arm.joint_names
+    assert gains.joints.tolist() == list(range(len(NAMES)))
+    np.testing.assert_array_equal(gains.value, GAIN)
+    assert not gains.covariance.any()
+    with pytest.raises(GainsError, match=r"5 gains, but robot \w+ has 6 joints"):
+        stated_gains(structure.arm, GAIN[:5])
+    with pytest.raises(GainsError, match="joint 2: a gain of 0"):
+        stated_gains(structure.arm, [1.0, 0.0, 1.0, 1.0, 1.0, 1.0])

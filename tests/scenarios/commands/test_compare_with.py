@@ -1,0 +1,113 @@
+"""`rx90 identify --compare-with`: what the gains of a data sheet make of the weight that was mounted."""
+
+import re
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bad_files import only_line
+from places import ROOT
+from printed import printed
+from weighed_cell import identified, off
+
+from ident.payload.files import read_payload
+from scenarios.cli import main
+from scenarios.experiments.files.gains import read_gains
+from scenarios.results.models.run import Result
+from scenarios.results.record import read_result
+
+PLAIN = ["--option", "friction=viscous-coulomb"]
+
+
+def listed(cell: Path, factors: tuple[float, ...]) -> str:
+    """The gains of a cell, some of them off, as words of a command line; 1 where there is none."""
+    gains = read_gains(cell / "gains.toml").gains
+    return ",".join(repr(factor * (each.estimate or 1.0)) for factor, each in zip(factors, gains, strict=True))
+
+
+def test_gains_of_a_data_sheet_are_told_with_the_weight_that_they_make(weighed_cell, tmp_path, capsys):
+    sheet = listed(weighed_cell, (1.0, 1.25, 0.8, 1.0, 1.0, 1.0))
+    words = [*identified(weighed_cell), *PLAIN]
+    assert main([*words, "--compare-with", sheet, "--save", str(tmp_path / "saved"), "--json"]) == 0
+    result = printed(capsys, "result")
+    cost = result["cost"]
+    weight = read_payload(weighed_cell / "run" / "payload-heavy.toml")
+    mass = cost["payload"][0]
+    assert (mass["stated"], mass["true"], mass["found"], cost["passed"], cost["arm"]) == (
+        weight.mass,
+        None,
+        None,
+        None,
+        [],
+    )
+    alone = [each["a_priori_mass"] for each in cost["joints"]]
+    # Joints 2 and 3 weigh by their own gains, to what their intervals, of some percent, leave.
+    np.testing.assert_allclose(alone[1:3], weight.mass * np.array([1.25, 0.8]), rtol=0.03)
+    for given, each, gain in zip(map(float, sheet.split(",")), cost["joints"], result["gains"], strict=True):
+        assert each["gain"] == gain["estimate"]
+        assert each["a_priori_gain"] == given
+        if gain["identifiable"]:
+            assert each["rel_difference"] == given / gain["estimate"] - 1.0
+    assert mass["a_priori"] != pytest.approx(weight.mass, rel=0.01)
+    assert read_result(tmp_path / "saved", Result).cost.model_dump(mode="json") == cost
+    assert main([*words, "--compare-with", sheet]) == 0
+    out = capsys.readouterr().out
+    assert "What comes out with a-priori gains" in out
+    assert "The gains found reproduce the weight that they were found with." in out
+    assert "kg (+25 %) from joint 2 alone" in out
+
+
+def test_a_gains_file_says_the_same_as_its_numbers_and_its_deviations_count(weighed_cell, capsys):
+    off(weighed_cell, 3, 1.2, "other.json")
+    words = [*identified(weighed_cell), *PLAIN, "--json", "--compare-with"]
+    assert main([*words, str(weighed_cell / "other.json")]) == 0
+    by_file = printed(capsys, "result")["cost"]
+    third = by_file["joints"][2]
+    np.testing.assert_allclose(third["rel_difference"], 0.2, rtol=1e-6)
+    assert main([*words, listed(weighed_cell, (1.0, 1.0, 1.2, 1.0, 1.0, 1.0))]) == 0
+    by_numbers = printed(capsys, "result")["cost"]
+    np.testing.assert_allclose(third["a_priori_mass"], by_numbers["joints"][2]["a_priori_mass"], rtol=1e-2)
+    assert third["a_priori_mass_std"] > by_numbers["joints"][2]["a_priori_mass_std"]
+
+
+def test_the_example_says_the_same_from_python(weighed_cell, capsys):
+    words = identified(weighed_cell)
+    files = [words[words.index(name) + 1] for name in ("--model", "--unloaded", "--loaded", "--payload")]
+    sheet = listed(weighed_cell, (1.0, 1.25, 1.0, 1.0, 1.0, 1.0))
+    runpy.run_path(str(ROOT / "examples" / "data_sheet_gains.py"))["main"]([*files, *sheet.split(",")])
+    first, *joints = capsys.readouterr().out.splitlines()
+    assert first.startswith("weight 7.025 kg, with the gains of the data sheet ")
+    assert len(joints) == 6
+    ratio, alone = re.search(r"ratio (\S+); this joint alone weighs (\S+) kg", joints[1]).groups()
+    np.testing.assert_allclose([float(ratio), float(alone) / 7.025], 1.25, rtol=0.03)
+
+
+def test_without_the_option_nothing_is_compared(weighed_cell, capsys):
+    assert main([*identified(weighed_cell), *PLAIN, "--json"]) == 0
+    assert printed(capsys, "result")["cost"] is None
+
+
+FAULTS = {
+    "1,1,1": "3 gains, but robot rx90 has 6 joints",
+    "1,1,0,1,1,1": "joint 3: a gain of 0",
+    "1,1,,1,1,1": "'' is not a number",
+    "sheet": "'sheet': expected a file name that ends with .json or .toml, or numbers as 12,12,10",
+    "absent.toml": "absent.toml: no such file",
+}
+
+
+@pytest.mark.parametrize("given", FAULTS)
+def test_gains_that_are_none_are_one_line(weighed_cell, capsys, given):
+    try:
+        status = main([*identified(weighed_cell), "--compare-with", given])
+    except SystemExit as left:
+        status = left.code
+    assert status == 2
+    assert FAULTS[given] in only_line(capsys)
+
+
+def test_bare_recordings_weigh_nothing(weighed_cell, capsys):
+    words = identified(weighed_cell)[:5]
+    assert main([*words, "--compare-with", "1,1,1,1,1,1"]) == 2
+    assert "--compare-with: bare recordings weigh nothing; add --loaded B" in only_line(capsys)

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import lerobot_datasets
 import numpy as np
 import pytest
 from bags import Sample, write_bag
@@ -309,6 +310,20 @@ def test_a_dataset_of_lerobot_is_written_and_read_back(cell, tmp_path, capsys):
     for one, other in ((found.t, written.t), (found.q, written.q), (found.v, written.v)):
         np.testing.assert_array_equal(one, other)
     assert main(words) == 0
+
+
+def test_units_of_a_dataset_are_said_in_few_words(tmp_path):
+    names = [f"{joint}.{kind}" for kind in ("pos", "current") for joint in lerobot_datasets.JOINTS]
+    rows = [np.column_stack(lerobot_datasets.motion(episode)[1:]) for episode in range(3)]
+    features = {"observation.state": lerobot_datasets.feature("float32", 6, names)}
+    log = lerobot_datasets.write(tmp_path / "set", features, {"observation.state": rows})
+    words = ["convert", str(log), "--episode", "2", "--joints", "shoulder_lift,shoulder_pan", "--signal", "current"]
+    assert main([*words, "--columns", "q=[deg]", "v=[mA]", "--out", str(tmp_path / "log.parquet")]) == 0
+    t, q, v = lerobot_datasets.motion(2)
+    found = read_recording(tmp_path / "log.parquet")
+    np.testing.assert_array_equal(found.t, t)
+    np.testing.assert_array_equal(found.q, q[:, [1, 0]] * (np.pi / 180.0))
+    np.testing.assert_array_equal(found.v, v[:, [1, 0]] * 1e-3)
 
 
 def test_a_dataset_of_others_is_not_written_over(cell, tmp_path, capsys):

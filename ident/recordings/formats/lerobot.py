@@ -54,6 +54,8 @@ def read_lerobot(path: Path, request: Request) -> Columns:
 def _episode(path: Path, info: DatasetInfo, wanted: float | None) -> tuple[int, int]:
     """Number of the episode to read, and how many frames it has."""
     listed = _together(_parquets(path, "meta/episodes"), (EPISODE, LENGTH))
+    if not all(np.isfinite(values).all() for values in listed.values()):
+        raise RecordingError(f"{one_line(path)}: meta/episodes lacks a number or length; copy the dataset again")
     lengths = dict(zip(listed[EPISODE].tolist(), listed[LENGTH].tolist(), strict=True))
     if len(lengths) != info.episodes:
         raise RecordingError(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias, cast
 
-from ident.recordings.formats.columns import entry
+from ident.recordings.formats.columns import MOST_COLUMNS, entry
 from ident.support.errors import RecordingError
 from ident.support.file_access import read_bytes
 from ident.support.naming import one_line, shown
@@ -210,7 +210,7 @@ def _feature(name: str, said: object) -> Feature | None:
     if not isinstance(shape, list) or len(cast("list[object]", shape)) != 1:
         return None
     (width,) = cast("list[object]", shape)
-    if isinstance(width, bool) or not isinstance(width, int) or width < 1:
+    if isinstance(width, bool) or not isinstance(width, int) or not 1 <= width <= MOST_COLUMNS:
         return None
     names, units, signal = _texts(table.get("names")), _texts(table.get("units")), table.get("signal")
     return Feature(

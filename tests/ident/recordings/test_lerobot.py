@@ -7,6 +7,7 @@ from pathlib import Path
 
 import lerobot_datasets as datasets
 import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from lerobot_datasets import FPS, JOINTS, LENGTHS, motion
@@ -189,6 +190,11 @@ def two_kinds(folder: Path) -> Path:
     return state(folder, names, rows)
 
 
+def listed(folder: Path, lengths: list[float | None]) -> Path:
+    pq.write_table(pa.table({"episode_index": [0, 1, 2], "length": lengths}), folder / LIST)
+    return folder
+
+
 DATA, LIST = "data/chunk-000/file-000.parquet", "meta/episodes/chunk-000/file-000.parquet"
 LATE = [2.0 * np.arange(n) / FPS for n in LENGTHS]
 FRAMES = [[(0, slice(None)), (1, slice(40, None)), (1, slice(0, 40)), (2, slice(None))]]
@@ -239,6 +245,14 @@ WRONG = {
     "truncated data": (lambda p: broken(so101(p), DATA, b"PAR1 half a file"), of(CURRENT, 1), "not a readable Parquet"),
     "no list of episodes": (lambda p: broken(so101(p), LIST, None), of(CURRENT, 1), "episodes has no Parquet file"),
     "a truncated list": (lambda p: broken(so101(p), LIST, b"PAR1"), of(CURRENT, 1), "not a readable Parquet file"),
+    "a list with a gap": (
+        lambda p: listed(so101(p), [60.0, None, 70.0]), of(CURRENT, 1), "meta/episodes lacks a number or length"
+    ),
+    "no bytes of text": (lambda p: broken(so101(p), "meta/info.json", b"\xff\xfe\xff"), of(CURRENT, 1), "not JSON"),
+    "a feature too wide": (
+        lambda p: edit(so101(p), features={"observation.state": datasets.feature("float32", 10**9)}), of(CURRENT, 1),
+        r"entries of observation\.state have no names.*its features are observation\.state$",
+    ),
     "frames out of order": (
         lambda p: so101(p, files=FRAMES), of(CURRENT, 1),
         "frame_index of episode 1 is 40 at its row 1, expected 0; frames are lost or out of order",

@@ -18,6 +18,7 @@ from ident.estimation.estimators import DEFAULT, estimator
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import Problem
 from ident.model.structure import Structure
+from ident.observation.following import following
 from ident.observation.observation import ObserveOptions
 from ident.payload.payload import Payload
 from ident.preparation import DOUBTED, Examined, assembled, examined, joined, undelayed
@@ -89,6 +90,7 @@ def check(
     """
     for each in recordings:
         check_joints(structure.arm, each)
+    observing, _ = following(observing, recordings)
     examinations = [examined(each, structure, observing) for each in recordings]
     logs = tuple(_log_read(each, structure, observing) for each in examinations)
     found = [each for one in examinations for each in (*_diagnoses_of(one), *_limits(structure, one))]

@@ -16,6 +16,7 @@ from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.structure import Structure, structure_of
+from ident.observation.following import following
 from ident.observation.observation import Observation, ObserveOptions, observe
 from ident.payload.payload import Payload
 from ident.recordings.checks import check_log
@@ -90,7 +91,8 @@ class Examined:
     @property
     def longest(self) -> Recording:
         """The longest part, under the name of the log."""
-        return replace(max(self.repaired, key=lambda part: len(part.t)), name=self.recording.name)
+        part = max(self.repaired, key=lambda part: len(part.t))
+        return part if part.name == self.recording.name else replace(part, name=self.recording.name)
 
     @property
     def findings(self) -> tuple[Diagnosis, ...]:
@@ -112,6 +114,7 @@ class Prepared:
         observing: Filters and thresholds, with the delay that was undone.
         policy: How far they are trusted.
         diagnoses: What their samples show, and what was repaired.
+        remarks: What was chosen for them that their owner should know.
     """
 
     motions: tuple[Motion, ...]
@@ -120,11 +123,12 @@ class Prepared:
     observing: ObserveOptions
     policy: Policy
     diagnoses: tuple[Diagnosis, ...]
+    remarks: tuple[str, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What was done to the logs that their owner should know."""
-        return tuple(note for each in self.parts for note in each.observation.notes)
+        return (*self.remarks, *(note for each in self.parts for note in each.observation.notes))
 
     def logs(self) -> Logs:
         """The same, ready to be compared."""
@@ -159,6 +163,7 @@ def prepare(
         check_joints(structure.arm, each.recording)
     if not policy.repeats:
         check_different([each.recording for each in motions])
+    observing, lowered = following(observing, [each.recording for each in motions])
     logs = [(examined if policy.repair else trusted)(each.recording, structure, observing) for each in motions]
     used = [part for log in logs for part in log.repaired]
     if policy.repair:
@@ -171,6 +176,7 @@ def prepare(
         if each.unfit is not None:
             raise (beyond or each.unfit) from each.unfit
     prepared = assembled(logs, [each.payload for each in motions], structure, observing, gains, policy)
+    prepared = replace(prepared, remarks=() if lowered is None else (lowered,))
     if beyond is not None:
         raise_for(prepared, diagnose(prepared.logs()))
         raise beyond

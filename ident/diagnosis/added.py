@@ -1,17 +1,17 @@
 """What further columns add to held-out predictions, many sets of them at once."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.diagnosis.comparison import Fits, gains
-from ident.support.arrays import Array
+from ident.diagnosis.comparison import Fits, HeldOut, gains
+from ident.support.arrays import Array, Indices
 
 UNSEEN = 1e-7
 """Square of a unit column that the model must leave for it to be compared."""
-TOGETHER = 16
-"""Sets of columns that are projected and predicted in one product of matrices; more only need memory."""
+TOGETHER = 1 << 19
+"""Numbers in the columns that are projected and predicted in one product of matrices; more only need memory."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,21 +31,30 @@ class Added:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Felt:
-    """Columns on the rows of one part of the fits, in units of its residual.
+    """K sets of m columns on the rows of one part of the fits, in units of its residual.
 
     Attributes:
         part: Its place among the parts.
-        square: Sums of squares of the columns, shape (m,).
-        products: Columns times what the fit leaves of them, and times its residual, shape (m, m + 1).
-        left: What the fit leaves of them, then its residual, by block, shape (blocks, rows, m + 1).
-        held: Held-out residuals of these.
+        which: The sets, of all that are looked at, shape (K,).
+        square: Sums of squares of the columns, shape (K, m).
+        products: Columns times what the fit leaves of them, and times its residual, shape (K, m, m + 1).
+        left: By block, what the fit leaves of the columns times itself, shape (K, blocks, m, m).
+        crossed: The same times their held-out residuals.
+        residual: What the fit leaves of the columns times its residual, and times its held-out residual, shape
+            (K, blocks, m, 2).
+        held: Held-out residuals of the columns, in their own unit, shape (blocks, rows, K, m).
+        held_residual: Of the currents, likewise, shape (blocks, rows).
     """
 
     part: int
+    which: Indices
     square: Array
     products: Array
     left: Array
+    crossed: Array
+    residual: Array
     held: Array
+    held_residual: Array
 
 
 def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
@@ -63,56 +72,107 @@ def added(fits: Fits, columns: Sequence[Array | None]) -> Added | None:
 
 def each_added(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> list[Added | None]:
     """As `added`, of many sets of columns, each of them alone beside the model."""
-    pieces = (choices[start : start + TOGETHER] for start in range(0, len(choices), TOGETHER))
+    found: list[Added | None] = [None] * len(choices)
     sigma = fits.sigma
-    return [_added(fits, sigma, felt) for piece in pieces for felt in _felt(fits, sigma, piece)]
-
-
-def _felt(fits: Fits, sigmas: Array, choices: Sequence[Sequence[Array | None]]) -> list[list[_Felt]]:
-    """Each set of columns on the parts that feel it; projections and predictions are made of all sets at once."""
-    found: list[list[_Felt]] = [[] for _ in choices]
-    for j, (part, sigma) in enumerate(zip(fits.parts, sigmas, strict=True)):
-        felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
-        if part is None or not sigma > 0.0 or not felt:
-            continue
-        c, e = np.hstack([own for _, own in felt]) / sigma, part.fit.residual[:, None] / sigma
-        rest = part.fit.without(c)
-        both = np.hstack((rest, e))
-        left, held = part.padded(both), part.predicted(both)
-        ends = np.cumsum([0, *(own.shape[1] for _, own in felt)])
-        for (k, _), first, last in zip(felt, ends, ends[1:], strict=False):
-            own, at = c[:, first:last], [*range(first, last), -1]
-            products = own.T @ np.hstack((rest[:, first:last], e))
-            found[k].append(_Felt(j, np.sum(own**2, axis=0), products, left[..., at], held[..., at]))
+    for piece in _pieces(fits, choices):
+        felt = list(_felt(fits, sigma, [choices[k] for k in piece]))
+        for place, more in _added(fits, sigma, felt, len(piece)):
+            found[piece[place]] = more
     return found
 
 
-def _added(fits: Fits, sigma: Array, felt: Sequence[_Felt]) -> Added | None:
+def _pieces(fits: Fits, choices: Sequence[Sequence[Array | None]]) -> Iterator[list[int]]:
+    """Sets of as many columns each, no more of them together than `TOGETHER` allows."""
+    rows = max((len(part.fit.V) for part in fits.parts if part is not None), default=1)
+    alike = dict[int, list[int]]()
+    for k, columns in enumerate(choices):
+        width = next((each.shape[1] for each in columns if each is not None), 0)
+        if width:
+            alike.setdefault(width, []).append(k)
+    for width, own in alike.items():
+        count = max(1, TOGETHER // (rows * width))
+        yield from (own[start : start + count] for start in range(0, len(own), count))
+
+
+def _felt(fits: Fits, sigmas: Array, choices: Sequence[Sequence[Array | None]]) -> Iterator[_Felt]:
+    """Sets of as many columns each on the parts that feel them."""
+    for j, (part, sigma) in enumerate(zip(fits.parts, sigmas, strict=True)):
+        felt = [(k, own) for k, columns in enumerate(choices) if (own := columns[j]) is not None]
+        if part is not None and sigma > 0.0 and felt:
+            columns = np.hstack([own for _, own in felt])
+            yield _of_part(j, part, float(sigma), columns, np.array([k for k, _ in felt]))
+
+
+def _of_part(place: int, part: HeldOut, sigma: float, columns: Array, which: Indices) -> _Felt:
+    sets, e = (len(which), columns.shape[1] // len(which)), part.fit.residual[:, None]
+    rest = part.fit.without(columns)
+    left, of_residual = part.padded(rest), part.padded(e)
+    held, held_residual = part.by_block(left), part.by_block(of_residual)
+    residual = left.swapaxes(1, 2) @ np.concatenate((of_residual, held_residual), axis=2)  # (blocks, K m, 2)
+    c, rest, left, held = (each.reshape(*each.shape[:-1], *sets) for each in (columns, rest, left, held))
+    own = c.transpose(1, 2, 0)  # differences of large numbers: summed by BLAS, whose partial sums round less
+    products = np.concatenate((own @ rest.transpose(1, 0, 2), (columns.T @ e).reshape(*sets, 1)), axis=-1)
+    unit = sigma**2
+    return _Felt(
+        part=place,
+        which=which,
+        square=np.einsum("rkm,rkm->km", c, c) / unit,
+        products=products / unit,
+        left=_within(left, left) / unit,
+        crossed=_within(left, held) / unit,
+        residual=np.moveaxis(residual.reshape(len(residual), *sets, 2), 0, 1) / unit,
+        held=held,
+        held_residual=held_residual[..., 0],
+    )
+
+
+def _within(x: Array, y: Array) -> Array:
+    """Products of columns of each set by block, both (blocks, rows, K, m), shape (K, blocks, m, m)."""
+    if x.shape[-1] == 1:
+        return np.einsum("brk,brk->bk", x[..., 0], y[..., 0]).T[..., None, None]
+    return np.moveaxis(x.transpose(0, 2, 3, 1) @ y.transpose(0, 2, 1, 3), 0, 1)
+
+
+def _added(fits: Fits, sigma: Array, felt: Sequence[_Felt], count: int) -> Iterator[tuple[int, Added]]:
+    """What each of some sets of m columns adds, those left out of which the model knows all that they say."""
     if not felt:
-        return None
-    size = np.sqrt(np.sum([each.square for each in felt], axis=0))
-    if not (size > 0.0).all():
-        return None
-    m, products = len(size), np.sum([each.products for each in felt], axis=0)
-    values, directions = np.linalg.eigh(products[:, :m] / np.outer(size, size))  # left' left, if nothing is believed
-    if values[0] < UNSEEN:
-        return None
-    spread = directions / np.sqrt(values) / size[:, None]
-    b = spread.T @ products[:, m]
-    blocks = len(fits.score.squares[0])
-    G, r, scores = np.zeros((blocks, m, m)), np.zeros((blocks, m)), np.zeros((blocks, m))
-    held = list[tuple[Array, Array]]()
+        return
+    blocks, m = felt[0].residual.shape[1:3]
+    square, products = np.zeros((count, m)), np.zeros((count, m, m + 1))
+    left, crossed, residual = (np.zeros((count, blocks, m, width)) for width in (m, m, 2))
     for each in felt:
-        q, of_q = each.left[..., :m] @ spread, each.held[..., :m] @ spread
-        rest, of_rest = each.left[..., m] - q @ b, each.held[..., m] - of_q @ b
-        G += q.swapaxes(1, 2) @ of_q
-        r += (of_rest[:, None] @ q)[:, 0]
-        scores += (rest[:, None] @ q)[:, 0]
-        held.append((of_rest, of_q))
-    t = np.linalg.solve(np.eye(m) - G, r[..., None])
-    squares = fits.score.squares.copy()
-    for each, (of_rest, of_q) in zip(felt, held, strict=True):
-        squares[each.part] = sigma[each.part] ** 2 * np.sum((of_rest + (of_q @ t)[..., 0]) ** 2, axis=1)
+        for total, own in (
+            (square, each.square), (products, each.products), (left, each.left), (crossed, each.crossed),
+            (residual, each.residual),
+        ):  # fmt: skip
+            total[each.which] += own
+    size = np.sqrt(square)
+    unit = np.where(size > 0.0, size, 1.0)
+    values, directions = np.linalg.eigh(products[..., :m] / (unit[:, :, None] * unit[:, None, :]))
+    # left' left, if nothing is believed
+    known = (size > 0.0).all(axis=1) & (values[:, 0] >= UNSEEN)
+    spread = directions / np.sqrt(np.where(known[:, None], values, 1.0))[:, None] / unit[:, :, None]  # (K, m, m)
+    turned = spread.swapaxes(1, 2)
+    value = spread @ (turned @ products[..., m:])  # (K, m, 1)
+    turned, wide, far = turned[:, None], spread[:, None], value[:, None]
+    G = turned @ crossed @ wide  # (K, blocks, m, m)
+    scores = (turned @ (residual[..., :1] - left @ far))[..., 0]
+    t = np.linalg.solve(np.eye(m) - G[known], (turned @ (residual[..., 1:] - crossed @ far))[known])
+    more = np.zeros((count, blocks, m, 1))
+    more[known] = (wide[known] @ t) - far[known]
+    squares = np.broadcast_to(fits.score.squares, (count, *fits.score.squares.shape)).copy()
+    for each in felt:
+        off = each.held_residual[..., None] + _combined(each.held, more[each.which])
+        squares[each.which, each.part] = np.einsum("brk,brk->bk", off, off).T
     u = gains(fits.score, replace(fits.score, squares=squares))
-    own = np.eye(m) + scores.T @ scores
-    return Added(u=u, value=spread @ b, covariance=spread @ own @ spread.T)
+    own = np.eye(m) + scores.swapaxes(1, 2) @ scores
+    covariance = spread @ own @ spread.swapaxes(1, 2)
+    for k in np.flatnonzero(known).tolist():
+        yield k, Added(u=u[k], value=value[k, :, 0], covariance=covariance[k])
+
+
+def _combined(held: Array, coefficients: Array) -> Array:
+    """Columns of every set (blocks, rows, K, m) times coefficients of every block (K, blocks, m, 1), summed over m."""
+    if held.shape[-1] == 1:
+        return held[..., 0] * coefficients[:, :, 0, 0].T[:, None]
+    return (held.swapaxes(1, 2) @ np.moveaxis(coefficients, 0, 1))[..., 0].swapaxes(1, 2)  # (blocks, rows, K)

@@ -6,6 +6,7 @@ whose coefficient is its parameter; with a value it becomes an alternative that 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import PurePath
 from typing import NamedTuple
 
@@ -142,11 +143,14 @@ def scopes(logs: int) -> list[tuple[int, ...]]:
 
 def in_logs(words: str, logs: Sequence[int], names: Sequence[str]) -> str:
     """What is so in some logs of all."""
-    short = names_apart(names)
-    return words if len(logs) == len(names) else f"{words} in {' and '.join(short[k] for k in logs)} alone"
+    if len(logs) == len(names):
+        return words
+    short = names_apart(tuple(names))
+    return f"{words} in {' and '.join(short[k] for k in logs)} alone"
 
 
-def names_apart(names: Sequence[str]) -> tuple[str, ...]:
+@lru_cache(maxsize=8)  # hundreds of alternatives of the same logs ask for them
+def names_apart(names: tuple[str, ...]) -> tuple[str, ...]:
     """Names of files without their folders, where these do not tell them apart."""
     short = tuple(PurePath(name).name for name in names)
     return short if len(set(short)) == len(set(names)) else tuple(names)

@@ -101,7 +101,10 @@ class HeldOut:
 
     def predicted(self, left: Array) -> Array:
         """Held-out residuals of what the fit leaves of columns, (r, k), shape (blocks, m, k)."""
-        x = self.padded(left)
+        return self.by_block(self.padded(left))
+
+    def by_block(self, x: Array) -> Array:
+        """The same of columns that are padded, both of shape (blocks, m, k)."""
         if self.inverse is None:
             return x + self.factor @ (self.factor.swapaxes(1, 2) @ x)
         return self.inverse @ x

@@ -6,13 +6,14 @@ more of the currents that nothing it could gain elsewhere makes up for it.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from ident.diagnosis.alternative import Alternative, Direction
 from ident.diagnosis.candidates import SHOWN
 from ident.diagnosis.catalog import payload
-from ident.diagnosis.comparison import Fits, each_z, gains
+from ident.diagnosis.comparison import Fits, Score, each_z, gains
 from ident.diagnosis.diagnosis import Exclusion
 from ident.diagnosis.engine import Survey
 from ident.diagnosis.estimate_model import Stated
@@ -55,19 +56,31 @@ NAMED = 2
 
 def bound(fits: Fits, direction: Direction) -> float | None:
     """Size beyond which a direction of one parameter is excluded either way; None if it is not."""
-    score = fits.score
-    cross, square = np.zeros_like(score.squares), np.zeros_like(score.squares)
+    return bounds(fits, [direction])[0]
+
+
+def bounds(fits: Fits, directions: Sequence[Direction]) -> list[float | None]:
+    """The same of each of many directions."""
+    score, count = fits.score, len(directions)
+    cross, square = np.zeros((2, count, *score.squares.shape))
     for j, part in enumerate(fits.parts):
-        columns = direction.columns[j]
-        if part is not None and columns is not None:
-            held = part.predicted(np.column_stack((part.fit.residual, part.fit.without(columns))))
-            cross[j] = np.sum(held[..., 0] * held[..., 1], axis=1)
-            square[j] = np.sum(held[..., 1] ** 2, axis=1)
-    sizes = direction.largest * SIZES
-    x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (sizes, 2, 1, 1)
-    u = gains(score, replace(score, squares=score.squares - 2.0 * x * cross + x**2 * square))  # (sizes, 2, blocks)
-    lost = np.flatnonzero((each_z(u) < -SHOWN).all(axis=-1))
-    return float(sizes[lost[0]]) if len(lost) else None
+        felt = [(k, own) for k, each in enumerate(directions) if (own := each.columns[j]) is not None]
+        if part is not None and felt:
+            which, columns = [k for k, _ in felt], np.hstack([own for _, own in felt])
+            held = part.predicted(part.fit.without(columns))
+            residual = part.predicted(part.fit.residual[:, None])
+            cross[which, j] = (residual.swapaxes(1, 2) @ held)[:, 0].T
+            square[which, j] = np.einsum("brk,brk->bk", held, held).T
+    found: list[float | None] = [None] * count
+    for k in np.flatnonzero(square.any(axis=(1, 2))).tolist():
+        felt = square[k].any(axis=1)  # other parts gain nothing and lose nothing
+        own = Score(score.squares[felt], score.rows[felt])
+        sizes = directions[k].largest * SIZES
+        x = np.stack((sizes, -sizes), axis=1)[..., None, None]  # (sizes, 2, 1, 1)
+        moved = replace(own, squares=own.squares - 2.0 * x * cross[k, felt] + x**2 * square[k, felt])
+        lost = np.flatnonzero((each_z(gains(own, moved)) < -SHOWN).all(axis=-1))  # gains of (sizes, 2, blocks)
+        found[k] = float(sizes[lost[0]]) if len(lost) else None
+    return found
 
 
 def exclusions(seen: Survey) -> list[Exclusion]:
@@ -84,14 +97,14 @@ def exclusions(seen: Survey) -> list[Exclusion]:
     return [*found, *_gross(seen)]
 
 
+@lru_cache(maxsize=16)  # bounded sizes and those that are not are told apart
 def _sizes(seen: Survey, family: str, *, of_joints: bool, one_log: bool) -> dict[tuple[tuple[int, ...], str], float]:
     """Largest size of a family that is not excluded, by joints and unit; of one log, the worst of all logs."""
     count = 1 if one_log else len(seen.logs.recordings)
     own = [each for each in seen.directions if each.family == family and len(each.joints) == of_joints]
     own = [each for each in own if len(each.logs) == count]
     found = dict[tuple[tuple[int, ...], str], float]()
-    for each in own:
-        size = bound(seen.logs.model.fits, each)
+    for each, size in zip(own, bounds(seen.logs.model.fits, own), strict=True):
         unit, scale = (each.unit, each.scale) if each.unit else ("%", 100.0)  # of a factor, its distance from 1
         found[each.joints, unit] = max(found.get((each.joints, unit), 0.0), np.inf if size is None else scale * size)
     return {key: size for key, size in found.items() if np.isfinite(size)}
@@ -103,8 +116,8 @@ def centres_excluded(base: Stated) -> Iterator[Exclusion]:
         if each.family == "payload centre" and each.prior_std is None:
             (columns,) = base.weighted(each).columns
             assert columns is not None, "weighted"
-            axes = (replace(each, columns=(axis[:, None],), largest=FARTHEST) for axis in columns.T)
-            sizes = [np.inf if (size := bound(base.fits, axis)) is None else size for axis in axes]
+            axes = [replace(each, columns=(axis[:, None],), largest=FARTHEST) for axis in columns.T]
+            sizes = [np.inf if size is None else size for size in bounds(base.fits, axes)]
             if sizes and max(sizes) < np.inf:
                 limit = _rounded(max(sizes) * each.scale)
                 millimetre = 1e-3 * base.stacked(each.columns).T

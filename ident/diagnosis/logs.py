@@ -69,8 +69,12 @@ def read_as(logs: Logs, hypothesis: Hypothesis) -> Logs:
     recordings = tuple(how.read(log) for how, log in zip(hypothesis.logs, logs.recordings, strict=True))
     spoilt = tuple(how.read_mask(each) for how, each in zip(hypothesis.logs, logs.spoilt, strict=True))
     motions = tuple(
-        ObservedMotion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
-        for how, log, left, motion in zip(hypothesis.logs, recordings, spoilt, logs.problem.motions, strict=True)
+        motion  # observed before
+        if log is before and structure is logs.structure
+        else ObservedMotion(observe(log, structure, _by_clock(logs.observing, how.clock), left), motion.payload)
+        for how, log, before, left, motion in zip(
+            hypothesis.logs, recordings, logs.recordings, spoilt, logs.problem.motions, strict=True
+        )
     )
     problem = Problem(structure, motions, logs.problem.options)
     return Logs(

@@ -18,7 +18,7 @@ from ident.diagnosis.subsampled_states import SubsampledStates, subsampled_state
 from ident.model.arm import Arm
 from ident.model.base import independent_columns
 from ident.model.parameters import STANDARD
-from ident.model.regressor import regressor
+from ident.model.regressor import regressor_blocks
 from ident.model.structure import Structure, structure_of
 from ident.support.arrays import Array, Indices
 
@@ -71,12 +71,12 @@ class _Columns:
 
     Attributes:
         chosen: Of the standard regressor, shape (p_k,).
-        place: Among the columns of all logs, shape (p_k,).
+        runs: Which of them stand together, and where among the columns of all logs.
         count: Columns of all logs.
     """
 
     chosen: Indices
-    place: Indices
+    runs: tuple[tuple[slice, slice], ...]
     count: int
 
 
@@ -169,13 +169,13 @@ def _solved(
     size = columns[0].count
     gram, b, parts = np.zeros((len(number), size, size)), np.zeros((len(number), size)), list[tuple[Array, Array]]()
     for k, (own, each) in enumerate(zip(normals, columns, strict=True)):
-        placed = np.zeros((len(own.rows), size, size))
-        placed[:, each.place[:, None], each.place] = own.gram[j]
-        rhs = np.zeros((len(number), size))
-        rhs[:, each.place] = own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None]
-        gram += placed[number[:, k]]
-        b += rhs
-        parts.append((placed, rhs))
+        mine = own.gram[j][number[:, k]]
+        rhs = own.rhs[j][number[:, k], :, current[:, k]] * unit[:, k, None]
+        for here, rows in each.runs:
+            for there, across in each.runs:
+                gram[:, rows, across] += mine[:, here, there]
+            b[:, rows] += rhs[:, here]
+        parts.append((mine, rhs))
     scale = np.sqrt(np.einsum("kpp->kp", gram))
     felt = scale > 0.0
     scale[~felt] = 1.0
@@ -184,10 +184,10 @@ def _solved(
     gram[:, np.arange(size), np.arange(size)] += np.where(felt, RIDGE, 1.0)
     x = np.linalg.solve(gram, (b / scale)[..., None])[..., 0] / scale
     square = np.column_stack([own.square[number[:, k], j, current[:, k]] for k, own in enumerate(normals)]) * unit**2
-    fitted = [
-        np.sum(x * ((placed[number[:, k]] @ x[..., None])[..., 0] - 2.0 * rhs), axis=1)
-        for k, (placed, rhs) in enumerate(parts)
-    ]
+    fitted = list[Array]()
+    for each, (mine, rhs) in zip(columns, parts, strict=True):
+        y = np.hstack([x[:, rows] for _, rows in each.runs])
+        fitted.append(np.sum(y * ((mine @ y[..., None])[..., 0] - 2.0 * rhs), axis=1))
     rows = np.column_stack([own.rows[number[:, k], j] for k, own in enumerate(normals)])
     free = rows.sum(axis=1, keepdims=True) - felt.sum(axis=1, keepdims=True)
     return np.maximum(square + np.column_stack(fitted), 0.0), rows, free
@@ -222,49 +222,57 @@ def _normals(
             part = sorted(own[start : start + TOGETHER], key=lambda state: state[0])
             states = [_read(at[state[0]], wanted[state].logs[state[0]]) for state in part]
             arm = wanted[part[0]].of_arm(own_arm)
-            at_once = [np.concatenate(each) for each in zip(*states, strict=True)]
+            q, dq, ddq, moving = (np.concatenate(each) for each in zip(*states, strict=True))
             tilted = (arm.gravity != own_arm.gravity).any()
-            W = _by_gravity(arm, known, *at_once) if tilted else regressor(arm, *at_once)
+            W = _by_gravity(arm, known, q, dq, ddq, moving) if tilted else _columns(arm, q, dq, ddq, moving)
             first = 0
             for k, log in enumerate(at):
                 mine = [state for state in part if state[0] == k]
-                moving = np.array([log.moving[:, wanted[state].logs[k].q_order] for state in mine], dtype=np.float64)
                 last = first + len(mine) * len(log.v)
                 if mine:
-                    parts[k].append(_normal(W[first:last].reshape(*moving.shape, -1), log.v, moving, columns[k]))
+                    own_moving = moving[first:last].reshape(len(mine), len(log.v), -1)
+                    parts[k].append(_normal(W[..., first:last], log.v, own_moving, columns[k]))
                 first = last
                 listed[k] += mine
     number = {state: place for own in listed for place, state in enumerate(own)}
     return np.array([[number[state] for state in each] for each in asked]), [_joined(each) for each in parts]
 
 
-def _by_gravity(arm: Arm, known: dict[bytes, tuple[Array, Array]], q: Array, dq: Array, ddq: Array) -> Array:
-    """The regressor of states, in which gravity is linear: of the same states under many gravities four are found."""
+def _columns(arm: Arm, q: Array, dq: Array, ddq: Array, moving: Array) -> Array:
+    """Each joint's row of the regressor, zero where it does not move, instants last, shape (n, p, N)."""
+    ((_, columns),) = regressor_blocks(arm, q, dq, ddq, weight=moving, size=len(q))
+    return columns
+
+
+def _by_gravity(
+    arm: Arm, known: dict[bytes, tuple[Array, Array]], q: Array, dq: Array, ddq: Array, moving: Array
+) -> Array:
+    """The same, in which gravity is linear: of the same states under many gravities four are found."""
     key = arm.translation.tobytes() + q.tobytes() + dq.tobytes()
     if key not in known:
         still = np.zeros_like(q)
-        weightless = regressor(replace(arm, gravity=np.zeros(3)), q, dq, ddq)
-        steady = regressor(replace(arm, gravity=np.zeros(3)), q, still, still)
-        along = np.stack([regressor(replace(arm, gravity=axis), q, still, still) - steady for axis in np.eye(3)])
+        weightless = _columns(replace(arm, gravity=np.zeros(3)), q, dq, ddq, moving)
+        steady = _columns(replace(arm, gravity=np.zeros(3)), q, still, still, moving)
+        along = [_columns(replace(arm, gravity=axis), q, still, still, moving) - steady for axis in np.eye(3)]
         known.clear()
-        known[key] = (weightless, along)
+        known[key] = (weightless, np.stack(along))
     weightless, along = known[key]
     return weightless + np.tensordot(arm.gravity, along, axes=1)
 
 
-def _read(at: SubsampledStates, how: LogHypothesis) -> tuple[Array, Array, Array]:
-    """States of the arm at the instants of a log that is read so."""
+def _read(at: SubsampledStates, how: LogHypothesis) -> tuple[Array, Array, Array, Array]:
+    """States of the arm at the instants of a log that is read so, and which joints move."""
     q, dq, ddq = (how.q_factor * each[:, how.q_order] for each in (at.q, at.dq, at.ddq))
-    return q + how.zero, dq / how.clock, ddq / how.clock**2
+    return q + how.zero, dq / how.clock, ddq / how.clock**2, at.moving[:, how.q_order].astype(np.float64)
 
 
 def _normal(W: Array, v: Array, moving: Array, columns: Sequence[_Columns]) -> _Normal:
-    """Equations of a log, (N, n) currents, under S readings: regressors (S, N, n, p), instants that move (S, N, n)."""
+    """Equations of a log, (N, n) currents, under S readings: columns (n, p, S N), instants that move (S, N, n)."""
     gram, rhs = list[Array](), list[Array]()
     for j, each in enumerate(columns):
-        X = W[:, :, j, each.chosen] * moving[:, :, j, None]
-        gram.append(X.swapaxes(1, 2) @ X)
-        rhs.append(X.swapaxes(1, 2) @ v)  # of instants that do not move X is zero
+        X = W[j, each.chosen].reshape(len(each.chosen), *moving.shape[:2]).swapaxes(0, 1)  # (S, p_k, N)
+        gram.append(X @ X.swapaxes(1, 2))
+        rhs.append(X @ v)  # of instants that do not move X is zero
     return _Normal(gram, rhs, moving.swapaxes(1, 2) @ v**2, moving.sum(axis=1))
 
 
@@ -293,8 +301,9 @@ def _placed(logs: Logs, *, upright: bool) -> list[list[_Columns]]:
                 if motion.payload is not motions[0].payload:
                     more.append(unknowns.payload[j])
             again = np.concatenate(more)
-            place = np.concatenate((np.arange(len(arm)), ends[j] + np.arange(len(again))))
-            own.append(_Columns(np.concatenate((arm, again)), place, 0))
+            first, last = slice(0, len(arm)), slice(len(arm), len(arm) + len(again))
+            runs = ((first, first), (last, slice(ends[j], ends[j] + len(again))))
+            own.append(_Columns(np.concatenate((arm, again)), runs, 0))
             ends[j] += len(again)
         found.append(own)
     return [[replace(each, count=ends[j]) for j, each in enumerate(own)] for own in found]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.numerics.signals import delayed, edge_samples, low_passed, smooth_motion
+from ident.numerics.signals import delayed, edge_samples, low_passed
+from ident.observation.filtered import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array, Mask
@@ -50,7 +51,7 @@ def subsampled_states(recording: Recording, most: int, options: ObserveOptions) 
     samples = inner.stop - inner.start
     step = max(1, -(-samples // most), round(1.0 / (recording.period * options.rows_per_second)))
     chosen = slice(inner.start, inner.stop, step)
-    q, dq, ddq = smooth_motion(recording.q, recording.period, options.cutoff_hz)
+    q, dq, ddq = filtered_motion(recording, options.cutoff_hz)
     v = delayed(recording.v, options.current_delay / recording.period)
     v = low_passed(v, recording.period, options.decimation_cutoff_hz)
     slow = SLOW * np.sqrt(np.mean(dq[inner] ** 2, axis=0))

@@ -1,5 +1,6 @@
 """The motion of one link by that of the one before it, on all samples at once; samples last."""
 
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -70,8 +71,15 @@ def rotation_terms(arm: Arm, j: int) -> list[Term]:
     Frames along each other's axes, the usual case, leave most entries and terms empty; what is below rounding is
     taken as empty too.
     """
-    x, y, z = arm.axis[j]
-    back, kept = arm.rotation[j].T, np.outer(arm.axis[j], arm.axis[j])
+    axis, turn = (np.asarray(each[j], np.float64) for each in (arm.axis, arm.rotation))
+    return _rotation_terms(axis.tobytes(), turn.tobytes())
+
+
+@lru_cache(maxsize=256)  # of joints: every torque and regressor of an arm asks for them
+def _rotation_terms(of_axis: bytes, of_rotation: bytes) -> list[Term]:
+    axis, rotation = np.frombuffer(of_axis), np.frombuffer(of_rotation).reshape(3, 3)
+    x, y, z = axis
+    back, kept = rotation.T, np.outer(axis, axis)
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     terms = np.stack((kept @ back, (np.eye(3) - kept) @ back, -skew @ back))  # (3 terms, 3, 3)
     terms[np.abs(terms) < ROUNDING] = 0.0

@@ -25,8 +25,8 @@ from ident.numerics.signals import (
     edge_samples,
     group_means,
     noise_density,
-    smooth_motion,
 )
+from ident.observation.filtered import filtered_motion
 from ident.observation.full_rate import FullRate
 from ident.recordings.intervals import intervals_of
 from ident.recordings.recording import JITTER_TOL, Recording, resampled
@@ -181,8 +181,7 @@ def observe(
         raise RecordingError(
             f"{recording.t[-1] - recording.t[0]:.3g} s give {rows} rows; at least {10 * n} are needed", recording.name
         )
-    smooth = smooth_motion(recording.q, recording.period, options.cutoff_hz)
-    q, dq, ddq = (group_means(x[inner], group) for x in smooth)
+    q, dq, ddq = (group_means(x[inner], group) for x in filtered_motion(recording, options.cutoff_hz))
     middle = t[: rows * D.factor : D.factor] + 0.5 * (len(D.kernel) - 1) * period
     moving = _moving(structure, dq, options.reversal_speed)
     if spoilt is not None and spoilt.any():

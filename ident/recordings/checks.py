@@ -16,6 +16,7 @@ Channels that are logged in coarse steps flicker by one of them, which is no spi
 """
 
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -91,6 +92,15 @@ def check_clock(recording: Recording, *, t_unit: str | None = None) -> None:
 def log_faults(recording: Recording, *, t_unit: str | None = None) -> Iterator[LogFault]:
     """Everything of a recording that no robot can have, channel by channel, the clock first."""
     yield from _clock_faults(recording, t_unit)
+    yield from _sample_faults(recording)
+
+
+@lru_cache(maxsize=4)  # a log is checked when it is read, when it is told of, and before it is used
+def _sample_faults(recording: Recording) -> tuple[LogFault, ...]:
+    return tuple(_faults_by_channel(recording))
+
+
+def _faults_by_channel(recording: Recording) -> Iterator[LogFault]:
     for j in range(recording.n):
         yield from _step_faults(recording, j)
     for j in range(recording.n):
@@ -163,6 +173,8 @@ def _step_faults(recording: Recording, j: int) -> Iterator[LogFault]:
 def _few_spikes(v: Array) -> Mask:
     """Samples of a current that are far out for a short time, none where they are steps of a coarse one."""
     away = np.abs(v - np.median(v))
+    if np.count_nonzero(away > float(away.max()) / UNUSUAL) > (1.0 - SHARE) * len(v) + 2.0:
+        return np.zeros(len(v), dtype=np.bool_)  # the quantile is further out than that
     found = _short(away > UNUSUAL * float(np.quantile(away, SHARE)))
     return found & (not found.any() or not _flickers(v, away[found]))
 
@@ -184,6 +196,8 @@ def _current_faults(recording: Recording, j: int) -> Iterator[LogFault]:
 
 def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
     """Samples that are spikes, none where they are few, and what each should be by its neighbours."""
+    if _is_smooth(x, far):
+        return np.zeros(len(x), dtype=np.bool_), x
     near: Array = running_median(x, NEAR)
     away = np.abs(x - near)
     odd = away > UNUSUAL * np.median(away)
@@ -192,6 +206,19 @@ def _many_spikes(x: Array, far: float) -> tuple[Mask, Array]:
     low, high = np.quantile(x, MIDDLE)
     found = odd & (away > min(far, 0.5 * float(high - low)))
     return found & (int(found.sum()) > MANY * len(x) and not _flickers(x, away[found])), near
+
+
+def _is_smooth(x: Array, far: float) -> bool:
+    """Whether no sample can be as far from the median of its neighbours as a spike, which is told without the median.
+
+    The median of a window is a sample of it, so that none is further away than the largest change over `NEAR` samples.
+    """
+    change = max(float(np.abs(x[k:] - x[:-k]).max(initial=0.0)) for k in range(1, NEAR + 1))
+    if change >= far:
+        return False
+    middle, beyond = float(x.mean()), MIDDLE[0] * len(x) + 2.0  # quantiles are as far out as so many samples
+    low, high = (int(np.count_nonzero(each)) for each in (x < middle - change, x > middle + change))
+    return min(low, high) > beyond
 
 
 def _spike_faults(recording: Recording, kind: str, j: int, far: float) -> Iterator[LogFault]:

@@ -68,6 +68,8 @@ def intervals_of(t: Array) -> Intervals:
 def _missing(periods: Array) -> Indices:
     """Samples missing in intervals that take so many periods, shape (N - 1,)."""
     missing = supposed = np.where(periods > LOST, np.rint(periods - 1.0), 0.0)
+    if not supposed.any():
+        return supposed.astype(np.intp)
     short = 1.0 - float(periods.min())
     plain = (periods > LOST + short) & (short < LOST - 1.0) | (periods > LARGEST_GAP)
     for _ in range(ROUNDS):

@@ -1,6 +1,7 @@
 """A recording: what a robot's controller logs of one motion, and nothing else."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -61,6 +62,7 @@ NO_JOINT = "; leave out what is no joint of the arm, such as a gripper, by namin
 """How columns of rows of numbers are read in part."""
 
 
+@lru_cache(maxsize=4)  # checks and the observation of one recording ask for it
 def resampled(recording: Recording) -> Recording:
     """The recording on a uniform clock of the same mean rate: q by cubic spline, v by straight lines.
 

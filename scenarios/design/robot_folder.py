@@ -69,6 +69,7 @@ def scenario_text(new: NewRobot, found: Found) -> str:
     payload = f"{{ mass = {body.mass!r}, com = {list(body.com)!r}, inertia = {moments} }}"
     soft = [1.0 / (float(ia) * (2.0 * np.pi * SWING[1]) ** 2) for ia in new.drives["rotor_inertia"].value]
     soft = [float(f"{c:.3g}") for c in soft]
+    zeros = [0.00175 if turns else 0.0001 for turns in new.arm.revolute]
     more = [float(f"{c * ((SWING[1] / SWING[0]) ** 2 - 1.0):.3g}") for c in soft]
     truth = ", ".join("true" if each else "false" for each in found.identifiable)
     return f"""{schema_line("scenario")}
@@ -97,6 +98,11 @@ target = "plant.errors.joint_compliance"
 distribution = "uniform"
 parameters = {{ loc = {soft!r}, scale = {more!r} }}  # rad/(N m), of a joint that slides m/N
 shared = true
+
+[sources."zeros of joints"]  # assumed: 0.1 degrees of a calibrated arm, 0.1 mm of a joint that slides
+target = "plant.errors.zero_error"
+distribution = "norm"
+parameters = {{ scale = {zeros!r} }}  # rad, of a joint that slides m
 """
 
 

@@ -132,6 +132,16 @@ def test_logs_read_otherwise_rest_on_the_same_samples(axes, logs):
     assert lost > 50  # the current that froze is that of joint 1 now, and its position is that of joint 2
 
 
+def test_what_a_reading_leaves_as_it_is_is_not_observed_again(axes, logs):
+    found, hypothesis = prepared(axes, *logs).logs(), as_logged(axes.arm, 2)
+    exchanged = read_as(found, hypothesis.changed([1], v_order=np.array([1, 0, 2])))
+    again = [one is other for one, other in zip(found.problem.motions, exchanged.problem.motions, strict=True)]
+    assert again == [True, False]
+    longer = read_as(found, replace(hypothesis, length_factors=1.1 * np.ones(3)))
+    pairs = zip(found.problem.motions, longer.problem.motions, strict=True)
+    assert not any(one.observation is other.observation for one, other in pairs)
+
+
 def test_a_log_of_another_clock_rests_on_the_same_samples_and_filters(axes, logs):
     found = prepared(axes, *logs).logs()
     slower = read_as(found, as_logged(axes.arm, 2).changed([1], clock=1.6))

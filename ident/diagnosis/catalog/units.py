@@ -65,6 +65,6 @@ def in_unit(logs: Logs, scope: tuple[int, ...], joints: tuple[int, ...], factor:
         words=in_logs(f"{what} {words}", scope, logs.names),
         joints=() if every else joints,
         logs=scope,
-        hypothesis=given.changed(scope, q_factor=np.where(np.isin(np.arange(arm.n), joints), factor, 1.0)),
+        hypothesis=given.changed(scope, q_factor=np.where([j in joints for j in range(arm.n)], factor, 1.0)),
         advice="convert the positions to radians and metres of the joints",
     )

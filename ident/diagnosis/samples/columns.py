@@ -6,7 +6,8 @@ from itertools import combinations
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.numerics.signals import edge_samples, low_passed, smooth_motion
+from ident.numerics.signals import edge_samples, low_passed
+from ident.observation.filtered import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array
@@ -36,7 +37,7 @@ def columns(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     even = resampled(recording)
     edge = edge_samples(even.period, observing.cutoff_hz)
     inner = slice(edge, max(edge + 2, len(even.t) - edge))
-    smooth = smooth_motion(even.q, even.period, observing.cutoff_hz)
+    smooth = filtered_motion(even, observing.cutoff_hz)
     v = low_passed(even.v, even.period, observing.cutoff_hz)[inner]
     left = np.array([np.diag(_left(v, x[inner])) for x in smooth])  # (3, n)
     for j in range(recording.n):
@@ -66,11 +67,12 @@ def _wrong(recording: Recording, joints: tuple[int, ...], sentence: str) -> Diag
 
 def _left(y: Array, x: Array) -> Array:
     """Share of each column of y that each of x leaves, all less their means: sqrt(1 - r^2), r their correlation."""
-    return np.sqrt(np.maximum(1.0 - (_unit(y).T @ _unit(x)) ** 2, 0.0))
+    return np.sqrt(np.maximum(1.0 - (_unit(y) @ _unit(x).T) ** 2, 0.0))
 
 
 def _unit(x: Array) -> Array:
-    """Columns less their means, of length 1; zero where they are constant."""
-    x = x - x.mean(axis=0)
-    size = np.linalg.norm(x, axis=0)
+    """Columns less their means, of length 1, as rows, shape (n, N); zero where they are constant."""
+    x = np.ascontiguousarray(x.T)
+    x = x - x.mean(axis=1, keepdims=True)
+    size = np.linalg.norm(x, axis=1, keepdims=True)
     return np.divide(x, size, out=np.zeros_like(x), where=size > 0.0)

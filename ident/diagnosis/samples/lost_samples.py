@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.diagnosis.samples.noise import noise_std, quantum
+from ident.diagnosis.samples.noise import position_noise, position_quanta
 from ident.observation.observation import ObserveOptions
 from ident.recordings.intervals import intervals_of
 from ident.recordings.recording import LARGEST_GAP, Recording
@@ -42,6 +42,8 @@ PLAIN = 0.25
 """Deviation from a whole number of samples up to which the number lost is plain."""
 SHOWN = 0.9
 """Share of the rows at which one lost sample must show: as many of those lost get their time back."""
+SAME = 1e-9
+"""Difference of intervals, as a share of one, that is rounding of the time stamps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,12 +73,10 @@ def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
     """Steps of all joints together that are too long, or none at all, for the time that they take."""
     clock = intervals_of(recording.t)
     step = np.diff(recording.q, axis=0)  # (N - 1, n)
-    rounding = np.array([quantum(q) or np.finfo(float).eps for q in recording.q.T]) / np.sqrt(12.0)
-    sigma = np.sqrt(2.0) * np.hypot(noise_std(recording.q), rounding) / clock.usual
-    readings = (np.diff(recording.t), clock.usual * (1.0 + clock.missing))  # taken when stamped, or evenly
-    interval = min(readings, key=lambda each: _roughness(step / each[:, None] / sigma))
-    rate = step / interval[:, None]
-    usual = _beside(rate)
+    rounding = np.array([step or np.finfo(float).eps for step in position_quanta(recording)]) / np.sqrt(12.0)
+    sigma = np.sqrt(2.0) * np.hypot(position_noise(recording), rounding) / clock.usual
+    even = np.asarray(clock.usual * (1.0 + clock.missing), np.float64)
+    interval, rate, usual = _smoother(np.diff(recording.t), even, step, sigma)
     size = np.sum((usual / sigma) ** 2, axis=1)
     share = np.divide(np.sum(rate * usual / sigma**2, axis=1), size, out=np.ones(len(size)), where=size > 0.0)
     sure = (np.abs(share - 1.0) * np.sqrt(size) > SURE) & (np.abs(share - 1.0) > OFF)
@@ -99,17 +99,38 @@ def timestamp_anomalies(recording: Recording) -> TimestampAnomalies:
     )
 
 
-def _roughness(rate: Array) -> float:
-    """How far speeds are from those beside them, summed over all steps and joints."""
-    return float(np.abs(rate - _beside(rate)).sum())
+def _smoother(stamped: Array, even: Array, step: Array, sigma: Array) -> tuple[Array, Array, Array]:
+    """Intervals of samples that were taken when stamped, or evenly, by which speeds are smoother.
+
+    Returns:
+        The intervals, shape (N - 1,), the speeds of the steps, and the median speeds beside them, both (N - 1, n).
+    """
+    readings = (stamped,) if np.abs(stamped - even).max() < SAME * even.min() else (stamped, even)
+    found = [(interval, rate := step / interval[:, None], _beside(rate)) for interval in readings]
+    return min(found, key=lambda each: float(np.sum(np.abs(each[1] - each[2]) / sigma)))
 
 
 def _beside(rate: Array) -> Array:
-    """Median speed of the steps to either side of each, itself left out, shape (N - 1, n)."""
-    padded = np.pad(rate, ((APART, APART), (0, 0)), mode="edge").T
-    near = [padded[:, k : k + len(rate)] for k in range(2 * APART + 1) if k != APART]
-    ordered = np.sort(near, axis=0)  # np.median sorts each window by itself, which takes three times as long
-    return 0.5 * (ordered[APART - 1] + ordered[APART]).T
+    """Median speed of the steps to either side of each, itself left out, shape (N - 1, n).
+
+    The eight speeds x_-4 .. x_-1, x_1 .. x_4 are ordered by exchanges of pairs (Knuth, vol. 3, 5.3.4), of which the
+    first two rounds compare the same pairs for neighbouring steps.
+    """
+    found = np.empty(rate.shape[::-1])
+    for x, out in zip(rate.T, found, strict=True):
+        padded = np.pad(x, APART, mode="edge")
+        low, high = _ordered(padded[:-2], padded[2:])
+        (a, c), (b, d) = _ordered(low[:-5], low[5:]), _ordered(high[:-5], high[5:])
+        second, third = np.maximum(a[:-1], a[1:]), _ordered(b[:-1], b[1:])
+        fourth, fifth = _ordered(c[:-1], c[1:]), np.minimum(d[:-1], d[1:])
+        upper = np.maximum(np.maximum(third[0], fourth[0]), second)
+        lower = np.minimum(np.minimum(third[1], fourth[1]), fifth)
+        np.multiply(0.5, lower + upper, out=out)
+    return found.T
+
+
+def _ordered(x: Array, y: Array) -> tuple[Array, Array]:
+    return np.minimum(x, y), np.maximum(x, y)
 
 
 def lost_samples(recording: Recording, _: ObserveOptions | None = None) -> list[Diagnosis]:

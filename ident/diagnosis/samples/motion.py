@@ -6,7 +6,8 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.model.arm import Arm
-from ident.numerics.signals import edge_samples, smooth_motion
+from ident.numerics.signals import edge_samples
+from ident.observation.filtered import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
 from ident.support.arrays import Array
@@ -63,7 +64,7 @@ def _filtered(recording: Recording, options: ObserveOptions) -> _Filtered:
     even = resampled(recording)
     edge = edge_samples(even.period, options.cutoff_hz)
     inner = slice(edge, max(edge + 1, len(even.t) - edge))
-    q, dq, ddq = (each[inner] for each in smooth_motion(even.q, even.period, options.cutoff_hz))
+    q, dq, ddq = (each[inner] for each in filtered_motion(even, options.cutoff_hz))
     return _Filtered(q, dq, ddq, np.mean(np.abs(dq) <= options.reversal_speed * _rms(dq), axis=0))
 
 

@@ -4,14 +4,17 @@ Fourth differences are blind to what moves slowly and multiply the variance of w
 steps and spikes hardly change their median size.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.numerics.normal import normal_quantile
 from ident.numerics.signals import edge_samples, smooth_motion
+from ident.observation.filtered import filtered_motion
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording, resampled
-from ident.support.arrays import Array
+from ident.support.arrays import Array, readonly
 
 FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""
@@ -37,8 +40,20 @@ def noise_std(x: Array) -> Array:
     """
     if len(x) < 5:
         return np.zeros(x.shape[1])
-    size = np.median(np.abs(np.diff(x, n=4, axis=0)), axis=0)
+    size = np.median(np.abs(np.diff(np.ascontiguousarray(x.T), n=4)), axis=1)
     return size / (NORMAL_MEDIAN * np.sqrt(FOURTH))
+
+
+@lru_cache(maxsize=4)  # the checks of one recording ask for it
+def position_noise(recording: Recording) -> Array:
+    """`noise_std` of the positions, shape (n,)."""
+    return readonly(noise_std(recording.q))
+
+
+@lru_cache(maxsize=4)  # likewise
+def position_quanta(recording: Recording) -> tuple[float | None, ...]:
+    """`quantum` of each joint's positions."""
+    return tuple(quantum(q) for q in recording.q.T)
 
 
 def quantum(x: Array) -> float | None:
@@ -63,16 +78,22 @@ def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:
     even = resampled(recording)
     edge = edge_samples(even.period, options.cutoff_hz)
     inner = slice(edge, len(even.t) - edge)
-    sigma = noise_std(even.q)
-    white = np.random.default_rng(0).normal(size=(len(even.t), 1))
-    gain = float(np.std(smooth_motion(white, even.period, options.cutoff_hz)[2][inner]))
-    rms = np.sqrt(np.mean(smooth_motion(even.q, even.period, options.cutoff_hz)[2][inner] ** 2, axis=0))
-    return sigma * gain / np.where(rms > 0.0, rms, np.inf)
+    gain = _of_unit_noise(len(even.t), even.period, options.cutoff_hz)
+    rms = np.sqrt(np.mean(filtered_motion(even, options.cutoff_hz)[2][inner] ** 2, axis=0))
+    return position_noise(even) * gain / np.where(rms > 0.0, rms, np.inf)
+
+
+@lru_cache(maxsize=8)  # recordings of one robot are often of one length
+def _of_unit_noise(samples: int, period: float, cutoff_hz: float) -> float:
+    """Standard deviation of the filtered accelerations that white noise of unit variance has [1/s^2]."""
+    edge = edge_samples(period, cutoff_hz)
+    white = np.random.default_rng(0).normal(size=(samples, 1))
+    return float(np.std(smooth_motion(white, period, cutoff_hz)[2][edge : samples - edge]))
 
 
 def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
     """How noisy and how fine positions and currents are; the worst joint of each."""
-    steps = [(step, j) for j, q in enumerate(recording.q.T) if (step := quantum(q)) is not None]
+    steps = [(step, j) for j, step in enumerate(position_quanta(recording)) if step is not None]
     coarsest, which = max(steps, default=(None, 0))
     resolution = Diagnosis(
         name="encoder resolution",
@@ -84,7 +105,7 @@ def noise(recording: Recording, observing: ObserveOptions) -> list[Diagnosis]:
         value=coarsest,
         unit=None if coarsest is None else "rad or m",
     )
-    sigma, share = noise_std(recording.q), acceleration_noise(recording, observing)
+    sigma, share = position_noise(recording), acceleration_noise(recording, observing)
     j = int(share.argmax())
     noisy = share[j] > NOISY_ACCELERATION
     of_positions = Diagnosis(

@@ -19,6 +19,8 @@ def wraps(recording: Recording) -> Indices:
     """Turns [2 pi] by which each position jumps after each row, shape (N - 1, n)."""
     step, interval = np.diff(recording.q, axis=0), np.diff(recording.t)
     turned = np.abs(np.abs(step) - TURN) < NEAR * TURN
+    if not turned.any():
+        return turned.astype(np.intp)
     fast = np.abs(step) > FASTEST * np.maximum(interval, np.median(interval))[:, None]
     return (np.sign(step) * (turned & fast)).astype(np.intp)
 

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from ident.diagnosis.added import added
+from ident.diagnosis.added import added, each_added
 from ident.diagnosis.comparison import (
     BLOCKS,
     Fits,
@@ -159,6 +159,29 @@ def test_columns_that_the_model_knows_add_nothing(made):
     assert added(made.fits, [None, None, None]) is None
     assert added(made.fits, [np.zeros((len(V), 1)) for V in made.V]) is None
     assert added(made.fits, [None, made.columns[1], None]) is None  # of the joint that has no fit
+
+
+@pytest.mark.parametrize("unit", [1e-5, 1e5])
+def test_what_the_model_knows_of_columns_does_not_depend_on_the_unit_of_the_currents(made, unit):
+    fits = fits_of([held_out(free_fit(made.W[0], unit * made.V[0], made.block[0], 2 * BLOCKS))])
+    known = made.W[0] @ np.array([[1.0], [0.3], [0.0], [2.0]])
+    assert added(fits, [known + made.columns[0][:, :1]]) is not None
+    assert added(fits, [known]) is None
+
+
+@pytest.mark.parametrize("together", [1, 1 << 19])
+def test_many_sets_of_columns_add_what_each_adds_alone(made, together, monkeypatch):
+    monkeypatch.setattr("ident.diagnosis.added.TOGETHER", together)
+    one, three = [each[:, :1] for each in made.columns], made.columns
+    other = [each[:, 1:2] for each in made.columns]
+    choices = [three, one, [None, one[1], None], [None, None, other[2]], [other[0], None, None], other, [None] * 3]
+    choices.append([three[0], None, None])
+    for found, columns in zip(each_added(made.fits, choices), choices, strict=True):
+        alone = added(made.fits, columns)
+        assert (found is None) == (alone is None)
+        if found is not None and alone is not None:
+            for name in ("u", "value", "covariance"):
+                np.testing.assert_allclose(getattr(found, name), getattr(alone, name), rtol=1e-9)  # rounding
 
 
 def test_blocks_are_twentieths_of_each_log_whatever_rows_are_left_out():

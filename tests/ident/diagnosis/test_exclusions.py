@@ -17,6 +17,7 @@ from ident.diagnosis.exclusions import (
     SIZES,
     SURELY_WORSE,
     bound,
+    bounds,
     centres_excluded,
     exclusions,
     indistinguishable,
@@ -93,6 +94,13 @@ def test_a_column_of_no_size_excludes_nothing(logs, seen):
     found = direction(seen, "zero", (1,))
     faint = replace(found, columns=tuple(None if each is None else 1e-6 * each for each in found.columns))
     assert bound(logs.model.fits, faint) is None
+
+
+def test_bounds_of_many_directions_are_those_of_each(logs, seen):
+    found = [each for each in seen.directions if each.family in ("zero", "delay", "clock") and len(each.joints) < 2]
+    sizes = bounds(logs.model.fits, found)
+    assert len({size for size in sizes if size is not None}) > 3
+    assert sizes == [bound(logs.model.fits, each) for each in found]
 
 
 def test_what_is_excluded_is_told_with_the_largest_size_of_a_family(seen, logs):

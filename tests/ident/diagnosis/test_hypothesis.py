@@ -36,6 +36,19 @@ def test_a_log_as_it_is_is_read_to_the_last_digit(arm, log):
     assert read.name == "log.csv"
 
 
+@pytest.mark.parametrize(
+    "field",
+    [
+        {"q_factor": np.array([1.0, -1.0, 1.0])}, {"v_factor": np.array([1.0, 1.0, 2.0])}, {"clock": 1.1},
+        {"zero": np.array([0.1, 0.0, 0.0])}, {"delay": np.array([0.0, 1e-3, 0.0])},
+        {"q_order": np.array([1, 0, 2])}, {"v_order": np.array([1, 0, 2])},
+    ],
+)  # fmt: skip
+def test_a_log_is_the_same_object_only_where_no_field_changes_it(arm, log, field):
+    assert how(arm).read(log) is log
+    assert how(arm, **field).read(log) is not log
+
+
 def test_each_field_changes_what_it_says_and_nothing_else(arm, log):
     order = np.array([2, 0, 1])
     cases = {

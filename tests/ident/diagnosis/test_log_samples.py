@@ -10,7 +10,7 @@ from scipy.interpolate import make_interp_spline
 from ident.diagnosis.diagnosis import Diagnosis, Severity, worst
 from ident.diagnosis.samples import SAMPLE_CHECKS, SPOILING
 from ident.diagnosis.samples.clock import clock, least_seconds
-from ident.diagnosis.samples.lost_samples import lost_samples, timestamp_anomalies
+from ident.diagnosis.samples.lost_samples import APART, _beside, lost_samples, timestamp_anomalies
 from ident.diagnosis.samples.motion import joint_motions, motion
 from ident.observation.observation import ObserveOptions, observe
 from ident.recordings.checks import log_faults
@@ -220,6 +220,15 @@ def test_repeated_rows_of_a_moving_arm_are_found(ur_log):
     assert len(timestamp_anomalies(again).long) == 0  # the row after them catches up
     found = named(lost_samples(again), "repeated samples")
     assert "repeat 3 times, first after row 600" in found.sentence
+
+
+@pytest.mark.parametrize("steps", [1, 3, 500])
+def test_the_speed_beside_a_step_is_the_median_of_those_to_either_side(rng, steps):
+    rate = np.round(rng.normal(size=(steps, 2)), 1)  # with ties
+    padded = np.pad(rate, ((APART, APART), (0, 0)), mode="edge")
+    for k, found in enumerate(_beside(rate)):
+        near = np.delete(padded[k : k + 2 * APART + 1], APART, axis=0)
+        np.testing.assert_array_equal(found, np.median(near, axis=0))
 
 
 def test_an_arm_at_rest_repeats_nothing(ur_log):

@@ -197,6 +197,15 @@ def test_spikes_smaller_than_half_of_what_a_current_does_anyway_pass():
         check_log(log(v=spiky(V, 1, 0.02, 0.53 * (high - low))[0]))
 
 
+def test_spikes_that_rise_and_fall_in_two_samples_are_as_large_as_their_peaks():
+    v, peaks = V.copy(), slice(20, None, 50)
+    v[peaks, 1] += 1.3
+    v[19::50, 1] += 0.65
+    v[21::50, 1] += 0.65
+    with pytest.raises(RecordingError, match=f"v2 has {len(T[peaks])} spikes"):
+        check_log(log(v=v))
+
+
 @pytest.mark.parametrize(("kind", "size"), [("normal", 1.0), ("laplace", 0.7)])
 def test_noise_however_large_is_no_spike(kind, size):
     noise = getattr(np.random.default_rng(8), kind)(size=V.shape)

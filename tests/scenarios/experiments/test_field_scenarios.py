@@ -18,7 +18,7 @@ def test_in_the_field_every_run_draws_every_error_and_every_payload(name, payloa
     check_draws(scenario, setup_of)
     first, second = (drawn_settings(scenario, seed) for seed in (1, 2))
     errors = {"load_friction", "coulomb_drift", "viscous_drift", "coulomb_by_direction", "viscous_by_direction"}
-    errors |= {"joint_compliance", "base_tilt_x", "base_tilt_y", "d3_error", "r4_error"}
+    errors |= {"joint_compliance", "base_tilt_x", "base_tilt_y", "d3_error", "r4_error", "zero_error"}
     places = {f"plant.errors.{error}" for error in errors}
     for payload in payloads:
         places |= {f"plant.{payload}.{key}" for key in ("mass", "com", "inertia.ixx", "inertia.iyy", "inertia.izz")}

@@ -1,0 +1,75 @@
+"""Filters that follow the rate of the logs: defaults that are too fast for a slow log are lowered, never others.
+
+A quarter of the rate leaves the central differences exact to 2 % at the cut-off and the Butterworth filter its slope.
+A motion that such a filter bends is refused: inertias would come out too small.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ident.numerics.signals import FILTER_ORDER, noise_density
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording
+from ident.support.errors import RecordingError
+
+SHARE_OF_RATE = 0.25
+"""Highest cut-off in sampling rates."""
+MOST_BENT = 0.05
+"""Share of a joint's speed, as rms, that a lowered filter may take; friction at reversals is up to 2 %."""
+DEFAULTS = ObserveOptions()
+
+
+def following(options: ObserveOptions, recordings: Sequence[Recording]) -> tuple[ObserveOptions, str | None]:
+    """Filters for recordings that are estimated from together, and what was lowered for the slowest of them.
+
+    Args:
+        options: Those that are wanted; defaults among them follow the rate.
+        recordings: One or more.
+
+    Returns:
+        The filters, and a note; None where nothing was lowered.
+
+    Raises:
+        RecordingError: If a joint moves too fast for a filter that its log can have.
+    """
+    slowest = max(recordings, key=lambda each: each.period)
+    rate = 1.0 / slowest.period
+    highest = SHARE_OF_RATE * rate
+    lowered = options
+    for name in ("cutoff_hz", "decimation_cutoff_hz"):
+        if getattr(options, name) == getattr(DEFAULTS, name) > highest:
+            lowered = replace(lowered, rows_per_second=min(lowered.rows_per_second, 2.0 * highest), **{name: highest})
+    if lowered is options:
+        return options, None
+    for each in recordings:
+        _refuse_bent(each, lowered.cutoff_hz)
+    return lowered, (
+        f"{slowest.name}: logged at {rate:.4g} Hz, so positions are low-passed at {lowered.cutoff_hz:.3g} Hz and "
+        f"currents at {lowered.decimation_cutoff_hz:.3g} Hz"
+    )
+
+
+def _refuse_bent(recording: Recording, cutoff_hz: float) -> None:
+    """Refuse a motion of whose speed a low-pass takes a part.
+
+    Raises:
+        RecordingError: Naming the joint.
+    """
+    q, period = recording.q, recording.period
+    window = np.hanning(len(q))[:, None]
+    f = np.fft.rfftfreq(len(q), period)
+    power = np.abs(np.fft.rfft(window * (q - q.mean(axis=0)), axis=0)) ** 2
+    noise = noise_density(q, period) * np.sum(window**2) / (2.0 * period)
+    speeds = (2.0 * np.pi * f[:, None]) ** 2 * np.where(power > 10.0 * noise, power, 0.0)
+    taken = 1.0 - 1.0 / (1.0 + (f[:, None] / cutoff_hz) ** (2 * FILTER_ORDER))  # forward and backward
+    whole = speeds.sum(axis=0)
+    bent = np.sqrt((taken**2 * speeds).sum(axis=0) / np.where(whole > 0.0, whole, 1.0))
+    j = int(np.argmax(bent))
+    if bent[j] > MOST_BENT:
+        raise RecordingError(
+            f"joint {j + 1} moves too fast for a log at {1.0 / period:.4g} Hz: a low-pass at {cutoff_hz:.3g} Hz takes "
+            f"{100.0 * bent[j]:.2g} % of its speed; log faster, or move more slowly",
+            recording.name,
+        )

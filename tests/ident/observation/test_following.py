@@ -1,0 +1,53 @@
+"""Filters that follow the rate of the logs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ident.observation.following import following
+from ident.observation.observation import ObserveOptions
+from ident.recordings.recording import Recording
+from ident.support.errors import RecordingError
+
+
+def log(rate: float, motion_hz: float = 0.8, name: str = "slow") -> Recording:
+    t = np.arange(0.0, 20.0, 1.0 / rate)
+    q = np.column_stack([0.7 * np.sin(2.0 * np.pi * f * t + 0.3) for f in (0.3, motion_hz)])
+    return Recording(t, q, np.cos(q), name)
+
+
+def test_a_cut_off_that_was_not_chosen_is_a_quarter_of_the_rate_at_most():
+    found, note = following(ObserveOptions(), [log(250.0, name="fast"), log(30.0)])
+    assert (found.cutoff_hz, found.decimation_cutoff_hz) == pytest.approx((7.5, 7.5), rel=1e-3)
+    assert found.rows_per_second == pytest.approx(15.0, rel=1e-3)
+    assert note == "slow: logged at 30 Hz, so positions are low-passed at 7.5 Hz and currents at 7.5 Hz"
+
+
+def test_only_what_the_rate_asks_for_is_lowered():
+    found, _ = following(ObserveOptions(), [log(50.0)])
+    assert (found.cutoff_hz, found.decimation_cutoff_hz) == pytest.approx((12.5, 10.0), rel=1e-3)
+    assert found.rows_per_second == 20.0
+
+
+def test_fast_logs_and_chosen_cut_offs_stay_as_they_are():
+    for options, logs in (
+        (ObserveOptions(), [log(60.0), log(1000.0)]),
+        (ObserveOptions(cutoff_hz=9.0, decimation_cutoff_hz=8.0, rows_per_second=18.0), [log(30.0)]),
+    ):
+        found, note = following(options, logs)
+        assert found is options
+        assert note is None
+
+
+@pytest.mark.parametrize("rate", [30.0, 20.0])
+def test_a_motion_that_a_lowered_filter_bends_is_refused_by_joint(rate):
+    following(ObserveOptions(), [log(rate, motion_hz=0.1 * rate)])
+    with pytest.raises(RecordingError, match=rf"^slow: joint 2 moves too fast for a log at {rate:g} Hz"):
+        following(ObserveOptions(), [replace(log(200.0), name="fast"), log(rate, motion_hz=0.22 * rate)])
+
+
+def test_noise_of_encoders_is_no_motion():
+    quiet, rng = log(30.0), np.random.default_rng(3)
+    noisy = replace(quiet, q=quiet.q + 2e-3 * rng.standard_normal(quiet.q.shape))
+    assert following(ObserveOptions(), [noisy])[1] == following(ObserveOptions(), [quiet])[1]

@@ -16,6 +16,7 @@ from ident.recordings.formats import format_of
 from ident.recordings.formats.columns import OURS, Chosen, Columns, Request
 from ident.recordings.formats.description import Channels, LogDescription
 from ident.recordings.formats.layouts import UR_COLUMNS
+from ident.recordings.formats.lerobot import EPISODE
 from ident.recordings.formats.meaning import ISO, MEANINGS, POSITION, TICKS, TIME
 from ident.recordings.formats.parquet import arrow_array
 from ident.recordings.formats.resolution import Resolved, notes_of, resolved
@@ -124,6 +125,7 @@ def request_of(description: LogDescription, chosen: Callable[[Path, Sequence[str
         text=description.text,
         topic=description.topic,
         joints=description.joints,
+        episode=dict(description.only).get(EPISODE),
     )
 
 

@@ -10,6 +10,7 @@ import scenarios.command_line.arguments as arguments
 from ident.recordings.formats.description import LogDescription
 from ident.recordings.formats.description_files import UNKNOWN, described, read_description
 from ident.recordings.formats.layouts import LAYOUTS
+from ident.recordings.formats.lerobot import EPISODE
 from ident.recordings.formats.meaning import MEANINGS
 from scenarios.command_line.parser import complain
 from scenarios.support.errors import ScenarioError
@@ -47,6 +48,7 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--layout", metavar="L", choices=LAYOUTS, help=f"layout, if not recognised: {', '.join(LAYOUTS)}")
     add("--topic", metavar="T", help="topic of a bag")
+    add("--episode", type=arguments.whole, metavar="N", help="episode of a LeRobot dataset, counted from 0")
     add("--joints", type=_names, metavar="J,J,..", help="the log's names of the joints, base to flange")
 
 
@@ -69,6 +71,7 @@ def log_description(options: argparse.Namespace, joint_names: Sequence[str] | No
         words = replace(words, v=replace(words.v, constant=options.constant))
     given = {"signal": options.signal, "layout": options.layout, "topic": options.topic, "joints": options.joints}
     given |= {kind: getattr(words, kind) for kind in "tqv"}
+    given["only"] = () if options.episode is None else ((EPISODE, float(options.episode)),)
     changes = {name: value for name, value in given.items() if value != getattr(nothing, name)}
     for name in changes:
         if getattr(said, name) != getattr(nothing, name):

@@ -3,17 +3,26 @@
 import argparse
 
 import scenarios.command_line.arguments as arguments
+from ident.recordings.formats.lerobot import ENDING
+from ident.recordings.formats.lerobot_info import FILES
 from scenarios.command_line.log_arguments import add_log_arguments, log_description
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.status import Status
 from scenarios.command_line.writing import right_to_write
+from scenarios.support.errors import ScenarioError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     add = parser.add_argument
-    add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP")
-    add("--out", type=arguments.file, required=True, metavar="FILE", help="recording to write, .parquet or CSV")
+    add("log", type=arguments.file, metavar="LOG", help="CSV, Parquet, NumPy, ROS 2 bag, MCAP, LeRobot dataset")
+    add(
+        "--out",
+        type=arguments.file,
+        required=True,
+        metavar="FILE",
+        help="recording to write, .parquet or CSV; a folder .lerobot is a LeRobot v3 dataset of one episode",
+    )
     add("--model", type=arguments.file, metavar="ROBOT", help="MJCF or URDF file that names the joints")
     add("--flange", metavar="BODY", help="its last body, where the file has more; joints beyond are no part of it")
     add_log_arguments(parser)
@@ -23,10 +32,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(options: argparse.Namespace) -> Status:
     """Read, write, tell what was taken for what."""
-    held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 convert")
+    dataset = options.out.suffix.lower() == ENDING
+    folder, names = (options.out, FILES) if dataset else (options.out.parent, [options.out.name])
+    if dataset and options.out.exists() and options.log.exists() and options.out.samefile(options.log):
+        raise ScenarioError(f"{options.out}: rx90 convert reads this dataset and would overwrite it; give another path")
+    held = right_to_write(options, folder, names, command="rx90 convert")
     from ident.diagnosis.plausibility import check_joints
     from ident.recordings.files import read_log, write_recording
-    from ident.recordings.formats.resolution import signal_of
+    from ident.recordings.formats.resolution import signal_after, signal_of
+    from ident.recordings.lerobot_dataset import write_dataset
     from scenarios.experiments.robot_models import read_arm
     from scenarios.reports.convert import log_report
 
@@ -35,6 +49,10 @@ def main(options: argparse.Namespace) -> Status:
     if arm is not None:
         check_joints(arm, log.recording)
     with held.writing():
-        write_recording(log.recording, options.out, signal=signal_of(log.read))
+        if dataset:
+            joints = log.read.description.joints
+            write_dataset([log.recording], options.out, joints=joints, signal=signal_after(log.read))
+        else:
+            write_recording(log.recording, options.out, signal=signal_of(log.read))
     show(log_report(log, options.out), options)
     return Status.PASSED

@@ -5,10 +5,17 @@ from pathlib import Path
 from ident.recordings.formats.arrays import ARRAYS
 from ident.recordings.formats.columns import LogFormat
 from ident.recordings.formats.csv import CSV
+from ident.recordings.formats.lerobot import LEROBOT
 from ident.recordings.formats.parquet import PARQUET
 from ident.recordings.formats.ros import ROS
 
-LOGS: dict[str, LogFormat] = {"parquet": PARQUET, "numpy": ARRAYS, "ros": ROS, "csv": CSV}
+LOGS: dict[str, LogFormat] = {
+    "parquet": PARQUET,
+    "numpy": ARRAYS,
+    "ros": ROS,
+    "lerobot": LEROBOT,
+    "csv": CSV,
+}
 """Log formats by name; the ending of a file's name decides, and what no format claims is read as CSV."""
 
 

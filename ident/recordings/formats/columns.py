@@ -42,6 +42,7 @@ class Request:
         text: How a text file is laid out, as far as it is said.
         topic: Of a bag, where it has several.
         joints: Names of the joints in their order, where they are known.
+        episode: Of a dataset, where it has several.
     """
 
     chosen: Callable[[Path, Sequence[str]], Chosen]
@@ -49,6 +50,7 @@ class Request:
     text: TextLayout = field(default_factory=TextLayout)
     topic: str | None = None
     joints: tuple[str, ...] | None = None
+    episode: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

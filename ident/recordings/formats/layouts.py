@@ -6,6 +6,8 @@ ur-rtde         Universal Robots' real-time data exchange, as its clients write 
 ur-rtde-target  the same with those that the controller asked for, taken by name or where the measured ones are missing
 joint-states    `sensor_msgs/JointState`: `stamp`, and `NAME.position`, `NAME.effort` of each joint, taken by name, as
                 joints stand in a message in whatever order its publisher has
+lerobot         a dataset of LeRobot: `timestamp`, a position and a current of each joint by the names of features, in
+                the order of the dataset or of the joints that are said
 """
 
 import re
@@ -15,14 +17,15 @@ from typing import TypeAlias
 
 from ident.recordings.formats.columns import OURS, listed
 from ident.recordings.formats.description import Channels, LogDescription
-from ident.recordings.formats.meaning import TIME
+from ident.recordings.formats.lerobot_info import INFO, STATE, DatasetInfo, Entries, read_info
+from ident.recordings.formats.meaning import TIME, TORQUE_FROM_CURRENT
 from ident.support.errors import RecordingError
 from ident.support.naming import nearest, one_line, shown
 
 Layout: TypeAlias = Callable[[Path, Sequence[str], LogDescription], LogDescription | None]
 """From a file's name, the names of its columns and what is said of it: what the other columns are; None if the file has
 another layout. Raises `RecordingError` where it has this one and cannot be used."""
-OWN, UR, UR_TARGET, JOINT_STATES = "own", "ur-rtde", "ur-rtde-target", "joint-states"
+OWN, UR, UR_TARGET, JOINT_STATES, LEROBOT = "own", "ur-rtde", "ur-rtde-target", "joint-states", "lerobot"
 UR_JOINTS = 6
 UR_CURRENT = re.compile("(?:actual|target)_current_[0-5]")
 UR_COLUMNS = r"timestamp|(?:actual|target)_(?:q|current)_[0-5]"
@@ -145,11 +148,7 @@ def joint_states(path: Path, names: Sequence[str], description: LogDescription) 
             f"(--joints, or --model): there are {listed(there)}"
         )
     for joint in joints:
-        if joint not in there:
-            raise RecordingError(
-                f"{one_line(path)}: no joint {shown(joint)}{nearest(joint, there)}; there are "
-                f"{listed(there)}; give the log's joint names, base to flange (--joints)"
-            )
+        _check_joint(path, joint, there)
         if joint + EFFORT not in names and not description.v.columns:
             raise RecordingError(f"{one_line(path)}: joint {shown(joint)} has no effort in these messages")
     return LogDescription(
@@ -159,10 +158,85 @@ def joint_states(path: Path, names: Sequence[str], description: LogDescription) 
     )
 
 
+def _check_joint(path: Path, joint: str, there: Sequence[str]) -> None:
+    if joint not in there:
+        raise RecordingError(
+            f"{one_line(path)}: no joint {shown(joint)}{nearest(joint, there)}; there are "
+            f"{listed(there)}; give the log's joint names, base to flange (--joints)"
+        )
+
+
+def lerobot(path: Path, names: Sequence[str], description: LogDescription) -> LogDescription | None:
+    """Positions and currents of the joints of a dataset by the names of their features, as far as no others are said.
+
+    Raises:
+        RecordingError: If it names no positions, no currents or several kinds of them, or lacks a joint.
+    """
+    if not (path / INFO).is_file():
+        return None
+    info = read_info(path)
+    positions = info.positions()
+    if not positions and not description.q.columns:
+        raise RecordingError(
+            f"{one_line(path)}: entries of {STATE} have no names of joints; say which of them are positions and "
+            f"currents: --columns 'q=NAME[{{0..5}}][unit]' 'v=..'; {_features(info)}"
+        )
+    joints = description.joints or tuple(positions)
+    currents = {} if description.v.columns else _currents(path, info)
+    q, v = list[tuple[str, str]](), list[tuple[str, str]]()
+    for joint in joints if not (description.q.columns and description.v.columns) else ():
+        if not description.q.columns:
+            _check_joint(path, joint, list(positions))
+            q.append(positions[joint])
+        if not description.v.columns:
+            if joint not in currents:
+                raise RecordingError(
+                    f"{one_line(path)}: joint {shown(joint)} has no current; those that have one are "
+                    f"{listed(list(currents))}; name the others (--joints)"
+                )
+            v.append(currents[joint])
+    signal = description.signal or info.signal
+    own_constant = () if info.signal == TORQUE_FROM_CURRENT == signal else None
+    return LogDescription(
+        signal=info.signal,
+        joints=joints,
+        t=Channels(columns=("timestamp",), unit=("s",)),
+        q=_channels(q, None),
+        v=_channels(v, own_constant),
+    )
+
+
+def _channels(entries: Sequence[tuple[str, str]], constant: tuple[float, ...] | None) -> Channels:
+    units = tuple(unit for _, unit in entries)
+    return Channels(columns=tuple(column for column, _ in entries), unit=units if all(units) else (), constant=constant)
+
+
+def _currents(path: Path, info: DatasetInfo) -> Entries:
+    """The one kind of currents that a dataset has."""
+    kinds = info.currents()
+    if not kinds:
+        raise RecordingError(
+            f"{one_line(path)}: the dataset has no currents, without which no gain is found: no name ends in "
+            f".current, .torque or .effort; {_features(info)}"
+        )
+    if len(kinds) > 1:
+        raise RecordingError(
+            f"{one_line(path)}: several kinds of currents: {listed(list(kinds))}; choose one, --columns "
+            f"'v={next(iter(kinds))}', and name the joints (--joints, or --model)"
+        )
+    return next(iter(kinds.values()))
+
+
+def _features(info: DatasetInfo) -> str:
+    there = [f"{each.name} ({listed(each.names, 3)})" if each.names else each.name for each in info.features]
+    return f"its features are {listed([*there, *info.others], 12)}"
+
+
 LAYOUTS: dict[str, Layout] = {
     OWN: own,
     UR: ur_rtde("actual_current"),
     UR_TARGET: ur_rtde("target_current"),
     JOINT_STATES: joint_states,
+    LEROBOT: lerobot,
 }
 """In the order in which they are tried."""

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from ident.recordings.formats.columns import MOST_COLUMNS, Chosen, entry, listed
 from ident.recordings.formats.description import Channels, LogDescription, over
-from ident.recordings.formats.layouts import JOINT_STATES, LAYOUTS, OWN, UR, UR_CURRENT, UR_TARGET, own_columns
+from ident.recordings.formats.layouts import JOINT_STATES, LAYOUTS, LEROBOT, OWN, UR, UR_CURRENT, UR_TARGET, own_columns
+from ident.recordings.formats.lerobot_info import CURRENT
 from ident.recordings.formats.meaning import ISO, MEANINGS, POSITION, TICKS, TIME, TORQUE_FROM_CURRENT
 from ident.support.errors import RecordingError
 from ident.support.naming import nearest, one_line, shown
@@ -65,6 +66,7 @@ def resolved(path: Path, names: Sequence[str], description: LogDescription) -> R
     found = replace(
         description,
         signal=description.signal or (None if description.v.columns else known.signal),
+        joints=description.joints or known.joints,
         t=replace(t, columns=_columns(path, names, t.columns, description.joints)),
         q=replace(q, columns=_columns(path, names, q.columns, description.joints)),
         v=replace(v, columns=_columns(path, names, v.columns, description.joints)),
@@ -73,8 +75,13 @@ def resolved(path: Path, names: Sequence[str], description: LogDescription) -> R
         found = replace(found, v=replace(found.v, unit=(MEANINGS[found.signal].unit,)))  # by ROS's REP 103
     for name, _ in description.only:
         _column(path, names, name)
-    _check_complete(path, found, own=layout == OWN and not description.v.columns)
+    _check_complete(path, found, plain=_plain(layout, found) and not description.v.columns)
     return Resolved(found, layout)
+
+
+def _plain(layout: str | None, found: LogDescription) -> bool:
+    """Whether v is known to be a current, which may stay in whatever unit it has."""
+    return layout == OWN or (layout == LEROBOT and all(map(CURRENT.search, found.v.columns)))
 
 
 def _layout(path: Path, names: Sequence[str], description: LogDescription) -> tuple[str | None, LogDescription]:
@@ -134,9 +141,9 @@ def _column(path: Path, names: Sequence[str], name: str) -> str:
     )
 
 
-def _check_complete(path: Path, found: LogDescription, *, own: bool) -> None:
+def _check_complete(path: Path, found: LogDescription, *, plain: bool) -> None:
     place = one_line(path)
-    missing = list(_missing(found, own=own))
+    missing = list(_missing(found, plain=plain))
     if missing:
         raise RecordingError(f"{place}: {'; '.join(missing)}")
     if found.signal is not None and MEANINGS[found.signal].refused:
@@ -145,9 +152,9 @@ def _check_complete(path: Path, found: LogDescription, *, own: bool) -> None:
     _check_joints(place, found)
 
 
-def _missing(found: LogDescription, *, own: bool) -> Iterator[str]:
+def _missing(found: LogDescription, *, plain: bool) -> Iterator[str]:
     """All that has still to be said, so that one more attempt is enough."""
-    unstated = found.signal is None and (bool(found.v.unit) or not own)
+    unstated = found.signal is None and (bool(found.v.unit) or not plain)
     for kind, what in (("t", "time"), ("q", "positions"), ("v", "currents")):
         channels: Channels = getattr(found, kind)
         if not channels.columns:
@@ -223,6 +230,12 @@ def signal_of(read: Resolved) -> str:
     if description.signal == TORQUE_FROM_CURRENT and description.v.constant:
         return "current, from torque by the constants stated [A]"
     return f"{MEANINGS[description.signal].words} [{MEANINGS[description.signal].unit}]"
+
+
+def signal_after(read: Resolved) -> str | None:
+    """What v of the recording is, a name of `MEANINGS`; None in drive units."""
+    description = read.description
+    return "current" if description.signal == TORQUE_FROM_CURRENT and description.v.constant else description.signal
 
 
 def _meaning_note(read: Resolved) -> str:

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import lerobot_datasets
 import numpy as np
 import pytest
 from bags import Sample, write_bag
@@ -50,6 +51,7 @@ def cell(tmp_path_factory) -> Path:
     text = "\n".join([";".join(names), *(";".join(f"{x:.17g}" for x in row) for row in rows.tolist())])
     (folder / "log.csv").write_text(text.replace(".", ","))
     (folder / "log.toml").write_text(DESCRIPTION)
+    (folder / "only.toml").write_text("only = { episode_index = 2 }")
     order = [3, 0, 5, 1, 2, 4]
     write_bag(
         folder / "bag",
@@ -178,6 +180,13 @@ LOGS = {
         ["log.csv", "--log-description", "log.toml", "--columns", "t=time[s]"],
         r"log\.toml says t, the command line too",
     ),
+    "episode of a CSV": (["own.csv", "--episode", "1"], r"own\.csv: no column 'episode_index'; found t"),
+    "episode said twice": (
+        ["log.csv", "--log-description", "only.toml", "--episode", "1"],
+        r"only\.toml says only, the command line too; state it once",
+    ),
+    "a strange episode": (["own.csv", "--episode", "first"], "'first' is not a whole number"),
+    "no dataset": (["absent.lerobot"], r"absent\.lerobot: expected the folder of a LeRobot dataset, with meta"),
     "out of the way": (["own.csv", "--out", "/proc/nowhere/x.csv"], "nowhere|No such file|Permission|proc"),
 }  # fmt: skip
 
@@ -284,6 +293,48 @@ def test_all_that_a_description_may_say_is_read(tmp_path):
     (tmp_path / "said.toml").write_text("[file]\nheader = 'none'\n[v]\nconstant = 'unknown'\n")
     said = read_description(tmp_path / "said.toml")
     assert (said.text.header, said.v.constant, said.joints) == (0, (), None)
+
+
+def test_a_dataset_of_lerobot_is_written_and_read_back(cell, tmp_path, capsys):
+    out = tmp_path / "mine.lerobot"
+    words = ["convert", str(cell / "bag"), "--signal", "current", "--model", str(cell / "arm.xml"), "--out", str(out)]
+    assert main(words) == 0
+    assert f"{out}: 400 samples of 6 joints" in capsys.readouterr().out
+    assert main(["convert", str(out), "--out", str(tmp_path / "log.parquet"), "--episode", "0", "--json"]) == 0
+    told = printed(capsys, "convert")
+    assert (told["layout"], told["signal"]) == ("lerobot", "current")
+    assert told["columns"]["q"] == [f"observation.state.{joint}.pos" for joint in JOINTS]
+    found, written = read_recording(tmp_path / "log.parquet"), read_recording(out)
+    for one, other in ((found.t, T), (found.q, Q), (found.v, V)):
+        np.testing.assert_allclose(one, other, rtol=0.0, atol=1e-15)  # stamps of the bag are whole nanoseconds
+    for one, other in ((found.t, written.t), (found.q, written.q), (found.v, written.v)):
+        np.testing.assert_array_equal(one, other)
+    assert main(words) == 0
+
+
+def test_units_of_a_dataset_are_said_in_few_words(tmp_path):
+    names = [f"{joint}.{kind}" for kind in ("pos", "current") for joint in lerobot_datasets.JOINTS]
+    rows = [np.column_stack(lerobot_datasets.motion(episode)[1:]) for episode in range(3)]
+    features = {"observation.state": lerobot_datasets.feature("float32", 6, names)}
+    log = lerobot_datasets.write(tmp_path / "set", features, {"observation.state": rows})
+    words = ["convert", str(log), "--episode", "2", "--joints", "shoulder_lift,shoulder_pan", "--signal", "current"]
+    assert main([*words, "--columns", "q=[deg]", "v=[mA]", "--out", str(tmp_path / "log.parquet")]) == 0
+    t, q, v = lerobot_datasets.motion(2)
+    found = read_recording(tmp_path / "log.parquet")
+    np.testing.assert_array_equal(found.t, t)
+    np.testing.assert_array_equal(found.q, q[:, [1, 0]] * (np.pi / 180.0))
+    np.testing.assert_array_equal(found.v, v[:, [1, 0]] * 1e-3)
+
+
+def test_a_dataset_of_others_is_not_written_over(cell, tmp_path, capsys):
+    out = tmp_path / "set.lerobot"
+    assert main(["convert", str(cell / "own.csv"), "--out", str(out)]) == 0
+    (out / ".rx90.json").unlink()
+    assert main(["convert", str(cell / "own.csv"), "--out", str(out)]) == 2
+    assert "rx90 convert did not write this file" in capsys.readouterr().err
+    assert main(["convert", str(out), "--out", str(out), "--force"]) == 2
+    assert "reads this dataset and would overwrite it" in capsys.readouterr().err
+    assert main(["convert", str(cell / "own.csv"), "--out", str(out), "--force"]) == 0
 
 
 def test_a_log_of_more_joints_than_the_model_is_not_converted(tmp_path, capsys):

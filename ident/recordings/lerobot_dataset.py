@@ -1,0 +1,185 @@
+"""Recordings to a dataset of LeRobot, version 3, an episode each, that reads back bit for bit.
+
+`observation.state` has the positions, then v, of all joints as float64, and `timestamp` is t as it was recorded,
+float64 too. Beside the keys of LeRobot the feature has `units` of its entries and `signal`, what v is. Recordings do
+not know what was commanded: there is no `action`.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ident.recordings.formats.lerobot import EPISODE, FPS_TOL, FRAME, LENGTH, TIME
+from ident.recordings.formats.lerobot_info import DATA, EPISODES, FILES, INFO, STATE, STATS, TASKS
+from ident.recordings.formats.meaning import MEANINGS
+from ident.recordings.formats.parquet import arrow_array
+from ident.recordings.recording import JITTER_TOL, Recording
+from ident.support.arrays import Array
+from ident.support.errors import RecordingError
+from ident.support.naming import one_line
+
+DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+TASK = "motion for the identification of drive gains"
+PANDAS = {
+    "index_columns": ["task"],
+    "column_indexes": [],
+    "columns": [
+        {
+            "name": "task_index",
+            "field_name": "task_index",
+            "pandas_type": "int64",
+            "numpy_type": "int64",
+            "metadata": None,
+        },
+        {"name": "task", "field_name": "task", "pandas_type": "unicode", "numpy_type": "object", "metadata": None},
+    ],
+    "pandas_version": "2.0.0",
+}
+"""What makes `task` the index of the table of tasks, by which LeRobot finds them."""
+
+
+def write_dataset(
+    recordings: Sequence[Recording],
+    folder: str | Path,
+    *,
+    joints: Sequence[str] | None = None,
+    signal: str | None = None,
+) -> None:
+    """Write recordings as the episodes of a dataset.
+
+    Args:
+        recordings: Of the same joints at one rate, at least one.
+        folder: Where; made if it is not there.
+        joints: Names of the joints, base to flange; `joint_1` .. if None.
+        signal: What v is, a name of `MEANINGS`; None for drive units.
+
+    Raises:
+        RecordingError: If recordings differ in their joints or rates, or the folder holds other data.
+    """
+    folder = Path(folder)
+    names = _names(recordings, joints)
+    fps = _fps(recordings)
+    others = [p for kind in ("data", "meta/episodes") for p in sorted((folder / kind).glob("*/*.parquet"))]
+    foreign = [path for path in others if path not in (folder / DATA, folder / EPISODES)]
+    if foreign:
+        raise RecordingError(f"{one_line(folder)}: holds another dataset, {one_line(foreign[0])}; give another folder")
+    for name in FILES:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    unit = MEANINGS[signal].unit if signal else ""
+    ending = "torque" if unit == "N m" else "current"
+    state = {
+        "dtype": "float64",
+        "shape": [2 * len(names)],
+        "names": [*(f"{name}.pos" for name in names), *(f"{name}.{ending}" for name in names)],
+        "units": ["rad"] * len(names) + [unit] * len(names),
+    } | ({"signal": signal} if signal else {})
+    columns = _columns(recordings)
+    lengths = [len(each.t) for each in recordings]
+    info = {
+        "codebase_version": "v3.0",
+        "robot_type": None,
+        "total_episodes": len(recordings),
+        "total_frames": sum(lengths),
+        "total_tasks": 1,
+        "chunks_size": 1000,
+        "data_files_size_in_mb": 100,
+        "video_files_size_in_mb": 200,
+        "fps": fps,
+        "splits": {"train": f"0:{len(recordings)}"},
+        "data_path": DATA_PATH,
+        "video_path": None,
+        "features": {STATE: state}
+        | {name: {"dtype": str(x.dtype), "shape": [1], "names": None} for name, x in columns.items() if x.ndim == 1},
+    }
+    _write_tables(folder, columns, lengths)
+    (folder / INFO).write_text(json.dumps(info, indent=4) + "\n", encoding="utf-8")
+    (folder / STATS).write_text(json.dumps(_stats(columns), indent=4) + "\n", encoding="utf-8")
+
+
+def _names(recordings: Sequence[Recording], joints: Sequence[str] | None) -> tuple[str, ...]:
+    numbers = {each.n for each in recordings}
+    if len(numbers) != 1:
+        raise RecordingError(
+            f"{len(recordings)} recordings of {', '.join(map(str, sorted(numbers))) or 'no'} joints; a dataset has "
+            "episodes of the same joints"
+        )
+    (n,) = numbers
+    names = tuple(joints) if joints is not None else tuple(f"joint_{j + 1}" for j in range(n))
+    if len(set(names)) != n:
+        raise RecordingError(f"{len(set(names))} names of joints for recordings of {n}; give each one a name")
+    return names
+
+
+def _fps(recordings: Sequence[Recording]) -> float:
+    """Frames per second [1/s], whole where the clock is within its jitter."""
+    rates = [1.0 / each.period for each in recordings]
+    if max(rates) > (1.0 + FPS_TOL) * min(rates):
+        raise RecordingError(
+            f"recordings of {min(rates):.4g} to {max(rates):.4g} Hz; a dataset has one rate, write one for each"
+        )
+    mean = float(np.mean(rates))
+    return round(mean) if abs(round(mean) / mean - 1.0) <= JITTER_TOL else mean
+
+
+def _columns(recordings: Sequence[Recording]) -> dict[str, np.ndarray]:
+    """Columns of all episodes, one after the other, (N,) and (N, 2 n)."""
+    lengths = [len(each.t) for each in recordings]
+    return {
+        STATE: np.concatenate([np.column_stack((each.q, each.v)) for each in recordings]),
+        TIME: np.concatenate([each.t for each in recordings]),
+        FRAME: np.concatenate([np.arange(length) for length in lengths]),
+        EPISODE: np.repeat(np.arange(len(lengths)), lengths),
+        "index": np.arange(sum(lengths)),
+        "task_index": np.zeros(sum(lengths), dtype=np.int64),
+    }
+
+
+def _write_tables(folder: Path, columns: Mapping[str, np.ndarray], lengths: Sequence[int]) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    data = {name: _arrow(x) for name, x in columns.items()}
+    ends = np.cumsum(lengths).tolist()
+    with pq.ParquetWriter(folder / DATA, pa.table(data).schema) as writer:  # a row group an episode, as LeRobot has it
+        for end, length in zip(ends, lengths, strict=True):
+            writer.write_table(pa.table(data).slice(end - length, length))
+    zeros = [0] * len(lengths)
+    episodes = {
+        EPISODE: list(range(len(lengths))),
+        "tasks": [[TASK]] * len(lengths),
+        LENGTH: list(lengths),
+        "data/chunk_index": zeros,
+        "data/file_index": zeros,
+        "dataset_from_index": [end - length for end, length in zip(ends, lengths, strict=True)],
+        "dataset_to_index": ends,
+        "meta/episodes/chunk_index": zeros,
+        "meta/episodes/file_index": zeros,
+    }
+    pq.write_table(pa.table(episodes), folder / EPISODES)
+    tasks = pa.table({"task_index": [0], "task": [TASK]}, metadata={"pandas": json.dumps(PANDAS)})
+    pq.write_table(tasks, folder / TASKS)
+
+
+def _arrow(x: np.ndarray) -> "object":
+    """A column of numbers, or of rows of them."""
+    import pyarrow as pa
+
+    values = arrow_array(x.reshape(-1))
+    return values if x.ndim == 1 else pa.FixedSizeListArray.from_arrays(values, x.shape[1])
+
+
+def _stats(columns: Mapping[str, np.ndarray]) -> dict[str, dict[str, list[float]]]:
+    """Statistics of each feature, by which policies scale it."""
+    wide: dict[str, Array] = {name: x.reshape(len(x), -1).astype(np.float64) for name, x in columns.items()}
+    return {
+        name: {
+            "min": x.min(axis=0).tolist(),
+            "max": x.max(axis=0).tolist(),
+            "mean": x.mean(axis=0).tolist(),
+            "std": x.std(axis=0).tolist(),
+            "count": [len(x)],
+        }
+        for name, x in wide.items()
+    }

@@ -109,14 +109,14 @@ def payload_of(problem: Problem, gains: KnownGains, options: AllJointsOptions) -
     if not place:
         raise NotIdentifiable("no payload parameter is identifiable from these motions; move it more, or further")
     belief = final.fit.theta_belief[at]
-    value = final.fit.found.theta[at]
-    apart = [each.other.fit.found.theta[at] - each.final.fit.found.theta[at] for each in selected.rivals]
-    shares = (each.share * off for each, off in zip(selected.rivals, apart, strict=True))
-    model = np.column_stack([own_beliefs(belief, gains), *shares])
+    rivals = [
+        each.share * (each.other.fit.found.theta[at] - each.final.fit.found.theta[at]) for each in selected.rivals
+    ]
+    model = np.column_stack([own_beliefs(belief, gains), *rivals])
     rows, uncertainty = final.fit.rows, UNCERTAINTIES[problem.options.uncertainty]
     return FoundPayload(
         place=np.array(place, dtype=np.intp),
-        value=value + sum((each.shift * off for each, off in zip(selected.rivals, apart, strict=True)), 0.0 * value),
+        value=final.fit.found.theta[at],
         residual=uncertainty(rows, final.fit.theta_influence[at], problem.options.serial_s),
         gains=gain_covariance(belief, gains),
         model=model @ model.T,

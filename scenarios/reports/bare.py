@@ -39,6 +39,7 @@ TERMS = {
     "by-direction": "by-direction: difference of viscous friction between the two directions",
     "load": "load: friction as a share of the torque of links and payload",
     "load-motor": "load-motor: friction as a share of the motor torque",
+    "load-through": "load-through: friction as a share of the torque of links, payload and other friction",
 }
 """What the names of a joint's own columns mean."""
 ESSENTIAL = 0.1

@@ -19,7 +19,7 @@ from ident.recordings.recording import Recording
 
 PAYLOADS = (None, BRICK)
 LOOSE = GainOptions(max_rel_std=10.0)
-PLAIN = AllJointsOptions(friction="viscous-coulomb")
+PLAIN = AllJointsOptions(friction="viscous-coulomb", zero_std=0.0, tilt_std=0.0)
 
 
 def problem_of(axes: Structure, logs: Sequence[Recording], payloads: Sequence[Payload | None] = PAYLOADS) -> Problem:

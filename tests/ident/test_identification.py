@@ -11,6 +11,7 @@ from real_friction import Truth
 
 from ident.estimation.estimate import IdentifiedGain
 from ident.estimation.estimators import ESTIMATORS, ls_2011, plug_in
+from ident.estimation.estimators.nls import AllJointsOptions
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.gain_signs import joint_signs
 from ident.estimation.problem import pair
@@ -161,7 +162,8 @@ def test_a_load_that_no_joint_alone_shows_is_no_reason_to_refuse_what_all_joints
     bare, loaded, payload = faint
     with pytest.raises(NotIdentifiable, match="ls-2011 finds no load on any joint in the loaded motion"):
         identify(ur, mounted(bare, loaded, payload), method="ls-2011", policy=SIMULATED)
-    estimate = identify(ur, mounted(bare, loaded, payload), policy=SIMULATED).estimate
+    right = AllJointsOptions(zero_std=0.0, tilt_std=0.0)  # zeros that may be off leave joint 2 beyond 10 %
+    estimate = identify(ur, mounted(bare, loaded, payload), options=right, policy=SIMULATED).estimate
     gains = {j: each for j, each in enumerate(estimate.joints) if isinstance(each, IdentifiedGain)}
     assert set(gains) == {1, 2}
     for j, gain in gains.items():

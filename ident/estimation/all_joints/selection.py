@@ -2,9 +2,9 @@
 
 load        friction in proportion to torque, always, with one belief about all joints' coefficients that the joints
 themselves give: drives of one arm are of one kind. Where a joint shows its own, the belief has no say.
-form        of the motor's torque, of what its gears carry or of what comes out of them: the gains are the mean over the
-            forms, each as probable as its predictions leave it, and their differences are shares of the interval;
-            gears without a rotor before them no data tell from the motor
+form        of the motor's torque, of what its gears carry or of what comes out of them: what predicts best; the others,
+            each as probable as its predictions leave it, are shares of the interval
+gears       gears without a rotor before them no data tell from the motor: the gains lie in the middle of both
 cbrt        viscous friction that grows less than the speed, joint by joint
 compliance  of all joints, or of none
 """
@@ -56,13 +56,11 @@ class AlternativeModel:
 
     Attributes:
         share: That part.
-        shift: Part of the difference by which what was found moves towards it.
         other: The fit of the rival.
         final: What it is compared with.
     """
 
     share: float
-    shift: float = 0.0
     other: Fitted
     final: Fitted
 
@@ -97,9 +95,8 @@ class Selected:
 
     @property
     def log(self) -> Array:
-        """Change of each log|h| to the mean over the rivals, shape (n,)."""
-        start = np.zeros(len(self.final.own)) if self.gears is None else self.gears
-        return sum((each.shift * _log_ratio(each.other, each.final) for each in self.rivals), start)
+        """Change of each log|h| by what no data tell, shape (n,)."""
+        return np.zeros(len(self.final.own)) if self.gears is None else self.gears
 
 
 ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
@@ -125,7 +122,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
     form, *others = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
     best = loads[form].tried
-    rivals = _averaged(best, [loads[other].tried for other in others])
+    rivals = _beside(best, [loads[other].tried for other in others])
     if yields:
         rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
     remarks = [_load_note(form, loads[form].belief)]
@@ -166,7 +163,7 @@ def _to_gears(own: OwnColumns, phi: Array) -> float:
     return -0.5 * float(np.log1p(-min(c * c, STRONGEST**2)))
 
 
-def _averaged(best: "_Tried", others: Sequence["_Tried"]) -> list[AlternativeModel]:
+def _beside(best: "_Tried", others: Sequence["_Tried"]) -> list[AlternativeModel]:
     """Other models beside the best, each as probable as held-out predictions leave it, and never less than a little.
 
     The difference of log predictive densities counts with its own deviation, s: odds of d are those of the logistic
@@ -176,7 +173,7 @@ def _averaged(best: "_Tried", others: Sequence["_Tried"]) -> list[AlternativeMod
     odds = np.array([max(LEAST_DOUBT / (1.0 - LEAST_DOUBT), best.odds_of(other, joints)) for other in others])
     chances = odds / (1.0 + odds.sum())
     return [
-        AlternativeModel(share=float(np.sqrt(p * (1.0 - p))), shift=float(p), other=other.fitted, final=best.fitted)
+        AlternativeModel(share=float(np.sqrt(p * (1.0 - p))), other=other.fitted, final=best.fitted)
         for p, other in zip(chances, others, strict=True)
     ]
 

@@ -129,7 +129,8 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
 def chosen_model(ready: Setting, options: AllJointsOptions) -> Selected:
     """The model of a problem that the options name, or that they let data choose, fitted."""
     tame = LOSSES[options.loss]
-    if all(motion.observation.full_rate is not None for motion in ready.problem.motions):
+    recorded = all(motion.observation.full_rate is not None for motion in ready.problem.motions)
+    if recorded and ready.shared.known.any():  # torques of free scale say nothing of what a zero does
         ready = with_misplaced(ready, zero_deg=options.zero_std, tilt_deg=options.tilt_std)
     return _chosen(ready, options) if tame is None else _tamed(ready, options, tame)
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 from ident.model.files.chain import MANIFOLD, refuse_ties, to_flange, without_objects
 from ident.model.files.xml_tree import (
@@ -29,6 +28,7 @@ from ident.model.files.xml_tree import (
     tag,
     vector,
 )
+from ident.support.arrays import Array
 from ident.support.errors import RobotModelError
 from ident.support.naming import nearest, shown
 
@@ -210,20 +210,38 @@ def _orientation(body: Element, reading: _Reading) -> dict[str, str]:
         return {}
     key = stated[0]
     values = np.array(vector(body, key, ORIENTATIONS[key]))
-    rotation = scipy.spatial.transform.Rotation
-    if key == "euler":  # SciPy writes fixed axes in lower case, MuJoCo in upper case
-        turned = rotation.from_euler(reading.sequence.swapcase(), values, degrees=reading.degree)
+    angles = np.deg2rad(values) if reading.degree else values
+    turned = (1.0, np.zeros(3))
+    if key == "euler":
+        for name, angle in zip(reading.sequence, angles.tolist(), strict=True):
+            step = _about(np.eye(3)["xyz".index(name.lower())], angle)
+            turned = _then(turned, step) if name.islower() else _then(step, turned)  # upper case: fixed axes
     elif key == "axisangle":
         length = float(np.linalg.norm(values[:3]))
         if length < SHORTEST:
             raise RobotModelError(f"{body.title}: axisangle has no direction")
-        turned = rotation.from_rotvec(values[:3] / length * (np.deg2rad(values[3]) if reading.degree else values[3]))
+        turned = _about(values[:3] / length, float(angles[3]))
     else:
         if key == "xyaxes" and np.linalg.norm(np.cross(values[:3], values[3:])) < SHORTEST:
             raise RobotModelError(f"{body.title}: the axes of xyaxes are parallel or zero")
         direction(body, key, ORIENTATIONS[key])
         return {key: body.attributes[key]}
-    return {"quat": " ".join(repr(float(x)) for x in turned.as_quat(scalar_first=True))}
+    return {"quat": " ".join(repr(float(x)) for x in (turned[0], *turned[1]))}
+
+
+Quaternion = tuple[float, Array]
+"""Scalar and vector part; `scipy.spatial` has the same and takes a tenth of a second to import."""
+
+
+def _about(axis: Array, angle: float) -> Quaternion:
+    """A turn about a unit axis."""
+    return math.cos(0.5 * angle), math.sin(0.5 * angle) * axis
+
+
+def _then(first: Quaternion, second: Quaternion) -> Quaternion:
+    """A turn, and another one about the axes that it has turned."""
+    (w, u), (x, v) = first, second
+    return w * x - float(u @ v), w * v + x * u + np.cross(u, v)
 
 
 def _joint(joint: Element, inherited: str, reading: _Reading) -> str:

@@ -18,7 +18,7 @@ from ident.diagnosis.engine import survey
 from ident.diagnosis.estimate_lacks import _unexplained, imitated, lacks_of, shown_beside
 from ident.diagnosis.estimate_model import claimed, stated
 from ident.diagnosis.fitted_currents import reference
-from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
+from ident.estimation.estimators.nls import all_joints_gains
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +28,7 @@ def logs(axes):
 
 def yielding(problem):
     """An estimate whose joints yield, as if data had chosen so, beside the one whose joints do not."""
-    soft, stiff = (
-        all_joints_gains(problem, AllJointsOptions(friction=PLAIN.friction, compliance=each)) for each in (True, False)
-    )
+    soft, stiff = (all_joints_gains(problem, replace(PLAIN, compliance=each)) for each in (True, False))
     return replace(soft, solution=replace(soft.solution, stiff=stiff.solution)), stiff
 
 

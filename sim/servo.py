@@ -13,8 +13,8 @@ from copy import copy
 
 import mujoco
 import numpy as np
-from scipy.signal import lfilter
 
+from ident.numerics.filters import filtered
 from ident.support.arrays import Array
 from sim.closed_loop import CHUNK, Advanced, LoopLog, no_progress
 from sim.controller import Controller
@@ -122,4 +122,5 @@ def servo_loop(
 def _estimated_speed(controller: Controller, reading: Array) -> Array:
     """What `sim.control_law` takes for the speed of readings, at rest before the first [rad/s]; both (N, n)."""
     moved = np.diff(reading, axis=0, prepend=reading[:1])
-    return lfilter([controller.blend / controller.period], [1.0, controller.blend - 1.0], moved, axis=0)
+    first_order = np.array([[controller.blend / controller.period, 0.0, 0.0, 1.0, controller.blend - 1.0, 0.0]])
+    return filtered(first_order, moved)

@@ -168,7 +168,8 @@ def test_gains_that_a_fault_spoils_are_refused_for_it_and_those_that_are_kept_ar
             assert mine["reason"].startswith("predicted standard deviation")
     assert lost
     assert "WRONG: " in out
-    assert f"joint{'s' if lost[1:] else ''} {' and '.join(lost)} refused because of a fault of the logs." in out
+    joints = " and ".join(filter(None, (", ".join(lost[:-1]), lost[-1])))
+    assert f"joint{'s' if lost[1:] else ''} {joints} refused because of a fault of the logs." in out
 
 
 @pytest.fixture(scope="module")

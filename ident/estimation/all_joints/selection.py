@@ -2,9 +2,9 @@
 
 load        friction in proportion to torque, always, with one belief about all joints' coefficients that the joints
 themselves give: drives of one arm are of one kind. Where a joint shows its own, the belief has no say.
-form        of the motor's torque, of what its gears carry or of what comes out of them: what predicts best; the others,
-            each as probable as its predictions leave it, are shares of the interval
-gears       gears without a rotor before them no data tell from the motor: the gains lie in the middle of both
+form        of the motor's torque or of the rigid one: what predicts better; the other one is a share of the interval
+gears       of the motor's torque or of what its gears carry: no data tell, so that gains lie in the middle of both, and
+            half their difference is a share of the interval
 cbrt        viscous friction that grows less than the speed, joint by joint
 compliance  of all joints, or of none
 """
@@ -30,6 +30,7 @@ from ident.estimation.all_joints.terms import (
 )
 from ident.estimation.uncertainty.jackknife import left_out
 from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
+from ident.numerics.normal import normal_cdf
 from ident.support.arrays import Array
 
 BETTER = 2.0
@@ -40,12 +41,15 @@ has a gain. 2.9, which Bonferroni's inequality asks for of twelve, changes no er
 grows with load, and loses two cube roots of a real arm, whose deviations then grow by a tenth.
 """
 LEAST_DOUBT = 0.05
-"""Probability of another form of load friction that no prediction takes away: none is the truth."""
+"""Probability of the other form of load friction that no prediction takes away: neither is the truth."""
 FIRST_ORDER = 0.15
 """Part of a correction for compliance that may be wrong: its column is of first order, and a rotor's inertia that is
 regrouped into its link's moves with the link (`docs/derivations.md`)."""
 LEAST_LOAD = 5e-3
 """Load friction that is worth a word."""
+BY_MOTOR = "load-motor"
+TOLD_APART = (BY_MOTOR, "load")
+"""Forms of load friction that data tell apart."""
 SPREAD_SHARE = 0.3
 """Least deviation of load friction between joints that is believed, as a share of their mean."""
 
@@ -76,27 +80,22 @@ class Selected:
         softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
             (r_j,); a model of yielding ones has it among its columns.
         stiff: The same model without yielding joints, where data chose these; None where they did not.
-        gears: Half of what each log|h| changes by if load friction is of what gears carry instead of the motor's torque
-            where no data tell the two apart, shape (n,); None where nothing is believed of friction.
+        gears: Change of each log|h| to the middle between friction of the motor's torque and of what its gears carry,
+            shape (n,).
     """
 
     final: Fitted
     remarks: tuple[str, ...]
+    gears: Array
     rivals: tuple[AlternativeModel, ...] = ()
     softened: tuple[Array, ...] = ()
     stiff: Fitted | None = None
-    gears: Array | None = None
 
     @property
     def model(self) -> Array:
-        """Relative change of each gain to the rivals, in deviations, one column each, shape (n, m)."""
-        gears = np.zeros((len(self.final.own), 0)) if self.gears is None else self.gears
-        return np.column_stack([gears, *(each.share * _log_ratio(each.other, each.final) for each in self.rivals)])
-
-    @property
-    def log(self) -> Array:
-        """Change of each log|h| by what no data tell, shape (n,)."""
-        return np.zeros(len(self.final.own)) if self.gears is None else self.gears
+        """Relative change of each gain to the rivals, in deviations, shape (n, rivals + 1)."""
+        rivals = (each.share * _log_ratio(each.other, each.final) for each in self.rivals)
+        return np.column_stack([self.gears, *rivals])
 
 
 ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
@@ -119,10 +118,10 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     speeds = speed_terms(ready.problem)
     bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
     chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
-    loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
-    form, *others = sorted(LOAD_FORMS, key=lambda name: loads[name].tried.squares.sum())
+    loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in TOLD_APART}
+    form, other = sorted(TOLD_APART, key=lambda name: loads[name].tried.squares.sum())
     best = loads[form].tried
-    rivals = _beside(best, [loads[other].tried for other in others])
+    rivals = [_doubted(best, loads[other].tried)]
     if yields:
         rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
     remarks = [_load_note(form, loads[form].belief)]
@@ -136,10 +135,10 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
         final=best.fitted,
+        gears=np.array([_to_gears(*each) for each in zip(best.fitted.own, best.fitted.fit.phi, strict=True)]),
         rivals=tuple(rivals),
         remarks=tuple(remarks),
         softened=tuple(each @ compliance for each in first.softened),
-        gears=np.array([_to_gears(*each) for each in zip(best.fitted.own, best.fitted.fit.phi, strict=True)]),
         stiff=fit_with(ready, loads[form].terms, (), best.fitted) if yields and not yielding else None,
     )
 
@@ -153,29 +152,20 @@ def _load_note(form: str, belief: Belief) -> str:
 
 
 def _to_gears(own: OwnColumns, phi: Array) -> float:
-    """Half of what a joint's log|h| changes by if its load friction goes with the torque that its gears carry.
+    """Half of what a joint's log|h| changes by if load friction goes with the torque that its gears carry.
 
     With x the current for links and other friction, and s the sign of x dq, friction c |V| of the motor's torque asks
-    for V = x / (1 - c s) = x (1 + c s) / (1 - c^2), friction c |x| of gears without a rotor before them for
-    V = x (1 + c s): the same currents of gains that differ by 1 - c^2.
+    for V = x / (1 - c s) = x (1 + c s) / (1 - c^2), friction c |x| of the gears' for V = x (1 + c s): the same currents
+    of gains that differ by 1 - c^2.
     """
-    c = float(phi[own.names.index("load-motor")]) if "load-motor" in own.names else 0.0
+    c = float(phi[own.names.index(BY_MOTOR)]) if BY_MOTOR in own.names else 0.0
     return -0.5 * float(np.log1p(-min(c * c, STRONGEST**2)))
 
 
-def _beside(best: "_Tried", others: Sequence["_Tried"]) -> list[AlternativeModel]:
-    """Other models beside the best, each as probable as held-out predictions leave it, and never less than a little.
-
-    The difference of log predictive densities counts with its own deviation, s: odds of d are those of the logistic
-    function's mean over N(d, s^2) (Yao et al. 2018, pseudo-BMA+; the mean by MacKay 1992).
-    """
-    joints = range(len(best.fitted.own))
-    odds = np.array([max(LEAST_DOUBT / (1.0 - LEAST_DOUBT), best.odds_of(other, joints)) for other in others])
-    chances = odds / (1.0 + odds.sum())
-    return [
-        AlternativeModel(share=float(np.sqrt(p * (1.0 - p))), other=other.fitted, final=best.fitted)
-        for p, other in zip(chances, others, strict=True)
-    ]
+def _doubted(best: "_Tried", other: "_Tried") -> AlternativeModel:
+    """Another form of load friction, as probable as its predictions leave it, and never less than a little."""
+    doubt = max(LEAST_DOUBT, normal_cdf(-best.surer_than(other, range(len(best.fitted.own)))))
+    return AlternativeModel(share=float(np.sqrt(doubt * (1.0 - doubt))), other=other.fitted, final=best.fitted)
 
 
 def _bent(
@@ -200,21 +190,11 @@ class _Tried:
 
     def surer_than(self, other: "_Tried", joints: Sequence[int]) -> float:
         """By how many standard errors this fit predicts stretches that were left out better than another one."""
-        gain = self._gain_over(other, joints)
-        return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
-
-    def odds_of(self, other: "_Tried", joints: Sequence[int]) -> float:
-        """Odds of another fit against this one by their predictions of stretches that were left out."""
-        gain = 0.5 * self._gain_over(other, joints)
-        variance = len(gain) * gain.var(ddof=1)
-        return float(np.exp(-gain.sum() / np.sqrt(1.0 + np.pi * variance / 8.0)))
-
-    def _gain_over(self, other: "_Tried", joints: Sequence[int]) -> Array:
-        """Squares that another fit leaves beyond this one's, in units of its weights, by stretch, (stretches,)."""
         rows, before = self.fitted.fit.rows, other.fitted.fit.rows
         first = np.unique(rows.joint, return_index=True)[1]
         same = (before.weight / rows.weight)[first] ** 2
-        return (other.squares - same * self.squares)[:, list(joints)].sum(axis=1)
+        gain = (other.squares - same * self.squares)[:, list(joints)].sum(axis=1)
+        return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
 
 
 def _tried(fitted: Fitted) -> _Tried:

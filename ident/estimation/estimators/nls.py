@@ -9,6 +9,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import Annotated
 
+import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.estimation.all_joints.body import BODIES
@@ -119,9 +120,9 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     )
     chosen = chosen_model(ready, options)
     moved = BODIES[options.payload_body](ready, chosen.final)
-    found = solution(ready, chosen.final, chosen.model, moved.log + chosen.log, chosen.softened)
+    found = solution(ready, chosen.final, chosen.model, moved.log + chosen.gears, chosen.softened)
     if chosen.stiff is not None:
-        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], chosen.log))
+        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], chosen.gears))
     estimate = judge_identifiability(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
@@ -140,7 +141,7 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     if options.friction == AUTO and recorded:
         return selected(ready, yielding=options.compliance)
     final = fit_as_named(ready, FRICTIONS[options.friction], compliance=options.compliance)
-    return Selected(final=final, remarks=())
+    return Selected(final=final, remarks=(), gears=np.zeros(ready.n))
 
 
 def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:

@@ -55,7 +55,7 @@ def test_gains_of_a_data_sheet_are_told_with_the_weight_that_they_make(weighed_c
     out = capsys.readouterr().out
     assert "What comes out with a-priori gains" in out
     assert "The gains found reproduce the weight that they were found with." in out
-    assert "kg (+25 %) from joint 2 alone" in out
+    assert re.search(r"kg \(\+2[3-8] %\) from joint 2 alone", out)
 
 
 def test_a_gains_file_says_the_same_as_its_numbers_and_its_deviations_count(weighed_cell, capsys):

@@ -47,15 +47,16 @@ def test_built_in_scenarios_pass(name):
     assert run(setup(name), 0).verdict.passed
 
 
-def test_friction_without_noise_leaves_less_than_two_thousandths(tmp_path):
+# Unknown zeros and tilt take up a part of what discretisation leaves.
+@pytest.mark.parametrize(("options", "most"), [("options = { zero_std = 0.0, tilt_std = 0.0 }", 1e-3), ("", 2e-3)])
+def test_friction_without_noise_leaves_almost_nothing(tmp_path, options, most):
     path = tmp_path / "quiet.toml"
     path.write_text(
         'extends = "nominal"\n[experiment.sensors]\nencoder_quantum = 0.0\nencoder_noise = 0.0\n'
-        "current_white = 0.0\ncurrent_coloured = 0.0\n"
+        f"current_white = 0.0\ncurrent_coloured = 0.0\n[identification]\n{options}\n"
     )
     verdict = run(setup(str(path)), 0).verdict
-    # Half of it is zeros and tilt, which take up what discretisation leaves.
-    assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < 2e-3
+    assert max(abs(gain.rel_error) for gain in verdict.gains[:5]) < most
 
 
 def test_the_built_in_motion_keeps_every_limit_and_its_distance():

@@ -149,6 +149,7 @@ def paper_result(run: PaperRun) -> PaperResult:
     return PaperResult(
         gains=tuple(_gain(joint, found, true) for joint, (found, true) in enumerate(pairs, 1)),
         cases=cases,
+        patterns=run.patterns,
         second_payload=PaperPayload(
             **_estimate(run.second, run.payloads[1]),
             published={"M": published.SECOND_MASS, "M_2sigma": published.SECOND_MASS_2SIGMA},

@@ -117,6 +117,22 @@ class PaperCase(PaperPayload, _Numbered):
     """One of the paper's three cases."""
 
 
+class WrongGains(_Finite):
+    """What the payload and the fit become with gains that are 20 % off, over what they are with those of case 2.
+
+    Attributes:
+        signs: Of the errors of joints 1 to 4.
+        M: Ratio of the masses.
+        MZ: Ratio of the first moments along the flange's axis.
+        error_norm: Ratio of the relative error norms.
+    """
+
+    signs: str
+    M: float
+    MZ: float
+    error_norm: float
+
+
 class PaperResult(_Finite):
     """What `rx90 paper --json` prints.
 
@@ -124,6 +140,7 @@ class PaperResult(_Finite):
         gains: Drive gains of all joints, of which cases 2 and 3 use those of joints 1 to 4.
         cases: Cases 1, 2 and 3, each with its number, gains [N m / drive unit], payload parameters, fit and what the
             paper prints of it.
+        patterns: What every pattern of signs of the errors of case 3 changes.
         second_payload: The same of the second payload, weighed with the gains of case 2.
         checks: Claims of the paper.
         passed: Whether all of them hold.
@@ -131,6 +148,7 @@ class PaperResult(_Finite):
 
     gains: tuple[PaperGain, ...]
     cases: Annotated[tuple[PaperCase, ...], Field(min_length=3, max_length=3)]
+    patterns: Annotated[tuple[WrongGains, ...], Field(min_length=16, max_length=16)]
     second_payload: PaperPayload
     checks: tuple[Claim, ...]
     passed: bool

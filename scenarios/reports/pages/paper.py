@@ -69,7 +69,8 @@ def mass_plot(found: PaperResult) -> Plot:
     return Plot(
         title="The payload's mass with the gains of each case",
         caption=(
-            "Case 1: all gains 1. Case 2: identified gains. Case 3: identified gains with 20 % error. Dashed: "
+            "Case 1: all gains 1. Case 2: identified gains. Case 3: identified gains with errors of 20 %, "
+            "- + + - on joints 1 to 4. Dashed: "
             "weighed mass."
         ),
         x=Axis(title="", categories=names),

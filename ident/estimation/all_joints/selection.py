@@ -2,9 +2,8 @@
 
 load        friction in proportion to torque, always, with one belief about all joints' coefficients that the joints
 themselves give: drives of one arm are of one kind. Where a joint shows its own, the belief has no say.
-form        of the motor's torque or of the rigid one: what predicts better; the other one is a share of the interval
-gears       of the motor's torque or of what its gears carry: no data tell, so that gains lie in the middle of both, and
-            half their difference is a share of the interval
+form        of the motor's torque, of what its gears carry or of what comes out of them: what predicts best; the others
+            are shares of the interval, as large as a mixture of both may hold of them
 cbrt        viscous friction that grows less than the speed, joint by joint
 compliance  of all joints, or of none
 """
@@ -15,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.estimation.all_joints.empirical_prior import Belief, likeliest
-from ident.estimation.all_joints.friction import OwnColumns, Term
+from ident.estimation.all_joints.friction import Term
 from ident.estimation.all_joints.solution import Fitted, Setting, Terms, fit_with
 from ident.estimation.all_joints.stiffness import assumed_compliance
 from ident.estimation.all_joints.terms import (
@@ -23,14 +22,12 @@ from ident.estimation.all_joints.terms import (
     LOAD_MEAN,
     LOAD_STD,
     SPEED_TERMS,
-    STRONGEST,
     TermColumns,
     speed_terms,
     torque_terms,
 )
 from ident.estimation.uncertainty.jackknife import left_out
 from ident.estimation.uncertainty.max_of_classical_and_jackknife import max_of_classical_and_jackknife
-from ident.numerics.normal import normal_cdf
 from ident.support.arrays import Array
 
 BETTER = 2.0
@@ -40,16 +37,11 @@ Of each joint's term alone, however many are tried: in 100 runs of `nominal` no 
 has a gain. 2.9, which Bonferroni's inequality asks for of twelve, changes no error there, on `field` or where friction
 grows with load, and loses two cube roots of a real arm, whose deviations then grow by a tenth.
 """
-LEAST_DOUBT = 0.05
-"""Probability of the other form of load friction that no prediction takes away: neither is the truth."""
 FIRST_ORDER = 0.15
 """Part of a correction for compliance that may be wrong: its column is of first order, and a rotor's inertia that is
 regrouped into its link's moves with the link (`docs/derivations.md`)."""
 LEAST_LOAD = 5e-3
 """Load friction that is worth a word."""
-BY_MOTOR = "load-motor"
-TOLD_APART = (BY_MOTOR, "load")
-"""Forms of load friction that data tell apart."""
 SPREAD_SHARE = 0.3
 """Least deviation of load friction between joints that is believed, as a share of their mean."""
 
@@ -80,22 +72,19 @@ class Selected:
         softened: Change of the torque of each joint's rows if joints were as soft as drives may be, n arrays of shape
             (r_j,); a model of yielding ones has it among its columns.
         stiff: The same model without yielding joints, where data chose these; None where they did not.
-        gears: Change of each log|h| to the middle between friction of the motor's torque and of what its gears carry,
-            shape (n,).
     """
 
     final: Fitted
     remarks: tuple[str, ...]
-    gears: Array
     rivals: tuple[AlternativeModel, ...] = ()
     softened: tuple[Array, ...] = ()
     stiff: Fitted | None = None
 
     @property
     def model(self) -> Array:
-        """Relative change of each gain to the rivals, in deviations, shape (n, rivals + 1)."""
-        rivals = (each.share * _log_ratio(each.other, each.final) for each in self.rivals)
-        return np.column_stack([self.gears, *rivals])
+        """Relative change of each gain to the rivals, in deviations, one column each, shape (n, m)."""
+        nothing = np.zeros((len(self.final.own), 0))
+        return np.column_stack([nothing, *(each.share * _log_ratio(each.other, each.final) for each in self.rivals)])
 
 
 ANY_DRIVE = Belief(LOAD_MEAN, LOAD_STD)
@@ -118,10 +107,10 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     speeds = speed_terms(ready.problem)
     bent = {law: _bent(ready, law, speeds, softened, base) for law in SPEED_TERMS}
     chosen: Terms = [{law: terms[law] for law in SPEED_TERMS if j in bent[law]} for j, terms in enumerate(speeds)]
-    loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in TOLD_APART}
-    form, other = sorted(TOLD_APART, key=lambda name: loads[name].tried.squares.sum())
+    loads = {form: _with_load(ready, chosen, first, softened, base.fitted, form) for form in LOAD_FORMS}
+    form = _form_of(loads, base)
     best = loads[form].tried
-    rivals = [_doubted(best, loads[other].tried)]
+    rivals = [_beside(best, each.tried) for other, each in loads.items() if other != form]
     if yields:
         rivals.append(AlternativeModel(share=FIRST_ORDER, other=plain.fitted, final=soft.fitted))
     remarks = [_load_note(form, loads[form].belief)]
@@ -135,7 +124,6 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     compliance = assumed_compliance(ready.problem, ready.shared, plain.fitted.fit.found.theta)
     return Selected(
         final=best.fitted,
-        gears=np.array([_to_gears(*each) for each in zip(best.fitted.own, best.fitted.fit.phi, strict=True)]),
         rivals=tuple(rivals),
         remarks=tuple(remarks),
         softened=tuple(each @ compliance for each in first.softened),
@@ -151,21 +139,26 @@ def _load_note(form: str, belief: Belief) -> str:
     return f"load-dependent friction: {mean:.2g} % of {LOAD_FORMS[form]}, varying by {spread:.2g} % between joints"
 
 
-def _to_gears(own: OwnColumns, phi: Array) -> float:
-    """Half of what a joint's log|h| changes by if load friction goes with the torque that its gears carry.
+def _form_of(loads: Mapping[str, "_Loaded"], base: "_Tried") -> str:
+    """The form of load friction that predicts best, if it is surely better than that of the motor's torque."""
+    motor, *_ = LOAD_FORMS
+    best = max(loads, key=lambda name: loads[name].tried.better_than(base).sum())
+    surer = loads[best].tried.surer_than(loads[motor].tried, range(len(base.fitted.own)))
+    return best if surer > BETTER else motor
 
-    With x the current for links and other friction, and s the sign of x dq, friction c |V| of the motor's torque asks
-    for V = x / (1 - c s) = x (1 + c s) / (1 - c^2), friction c |x| of the gears' for V = x (1 + c s): the same currents
-    of gains that differ by 1 - c^2.
+
+def _beside(best: "_Tried", other: "_Tried") -> AlternativeModel:
+    """Another form of load friction beside the best one: the truth may hold a part w of its difference to that.
+
+    The squares left by a mixture grow with a w^2 - 2 b w, with a those of the difference of both predictions and b the
+    noise: w = b / a at the least, known to sd(b) / a. The other form itself leaves a - 2 b more. Where no data tell,
+    either is as probable, and the stated one errs by sqrt(1/2) of the difference.
     """
-    c = float(phi[own.names.index(BY_MOTOR)]) if BY_MOTOR in own.names else 0.0
-    return -0.5 * float(np.log1p(-min(c * c, STRONGEST**2)))
-
-
-def _doubted(best: "_Tried", other: "_Tried") -> AlternativeModel:
-    """Another form of load friction, as probable as its predictions leave it, and never less than a little."""
-    doubt = max(LEAST_DOUBT, normal_cdf(-best.surer_than(other, range(len(best.fitted.own)))))
-    return AlternativeModel(share=float(np.sqrt(doubt * (1.0 - doubt))), other=other.fitted, final=best.fitted)
+    more = best.better_than(other).sum(axis=1)
+    apart = best.apart_from(other)
+    noise = np.sqrt(len(more)) * more.std(ddof=1) / 2.0
+    part = np.hypot(max(0.0, apart - more.sum()) / 2.0, noise) / max(apart, 1e-300)
+    return AlternativeModel(share=float(min(part, np.sqrt(0.5))), other=other.fitted, final=best.fitted)
 
 
 def _bent(
@@ -183,25 +176,42 @@ def _log_ratio(one: Fitted, other: Fitted) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tried:
-    """A fit, and the squares of its weighted residuals in each stretch left out, joint by joint, (stretches, n)."""
+    """A fit and how it predicts stretches that it was not fitted to.
+
+    Attributes:
+        fitted: The fit.
+        left: What is left of the currents of each row [drive units], shape (r,).
+        squares: Squares of that, weighted, in each stretch, joint by joint, shape (stretches, n).
+    """
 
     fitted: Fitted
+    left: Array
     squares: Array
 
     def surer_than(self, other: "_Tried", joints: Sequence[int]) -> float:
         """By how many standard errors this fit predicts stretches that were left out better than another one."""
+        gain = self.better_than(other)[:, list(joints)].sum(axis=1)
+        return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
+
+    def better_than(self, other: "_Tried") -> Array:
+        """Squares that another fit leaves beyond this one's, in units of the other's weights, (stretches, n)."""
         rows, before = self.fitted.fit.rows, other.fitted.fit.rows
         first = np.unique(rows.joint, return_index=True)[1]
         same = (before.weight / rows.weight)[first] ** 2
-        gain = (other.squares - same * self.squares)[:, list(joints)].sum(axis=1)
-        return float(gain.mean() / max(gain.std(ddof=1) / np.sqrt(len(gain)), 1e-300))
+        return other.squares - same * self.squares
+
+    def apart_from(self, other: "_Tried") -> float:
+        """Sum of the squares of the difference of both predictions, in units of the other's weights."""
+        return float(np.sum((other.fitted.fit.rows.weight * (self.left - other.left)) ** 2))
 
 
 def _tried(fitted: Fitted) -> _Tried:
     rows, n = fitted.fit.rows, len(fitted.own)
-    squares = [((rows.weight[block] * left) ** 2, rows.joint[block]) for block, left in left_out(rows)]
-    counted = [np.bincount(joint, weights=each, minlength=n) for each, joint in squares]
-    return _Tried(fitted, np.array(counted, dtype=np.float64))
+    left, counted = np.empty(len(rows.joint)), []
+    for block, fresh in left_out(rows):
+        left[block] = fresh
+        counted.append(np.bincount(rows.joint[block], weights=(rows.weight[block] * fresh) ** 2, minlength=n))
+    return _Tried(fitted, left, np.array(counted, dtype=np.float64))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,7 +9,7 @@ from ident.estimation.all_joints.columns import SharedParameters
 from ident.estimation.all_joints.fit import AllJointsFit
 from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.shown_band import without_encoder_noise
-from ident.estimation.all_joints.torques import torques
+from ident.estimation.all_joints.torques import rotor_inertia, torques
 from ident.estimation.problem import Problem
 from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array
@@ -21,8 +21,8 @@ LOAD_FORMS = {
     "load": "the torque of links and payload",
     "load-through": "the torque of links, payload and other friction",
 }
-"""What load friction may be in proportion to: what goes into a transmission, what comes out, or what it carries beside
-its own loss."""
+"""What load friction may be in proportion to: what goes into gears, what comes out, or what they carry beside their own
+loss. Of gears comes no torque that speeds up a rotor before them."""
 LOAD_MEAN, LOAD_STD = 0.05, 0.1
 """What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
 
@@ -105,6 +105,7 @@ def torque_terms(
     n = problem.structure.arm.n
     columns: list[dict[str, list[Array]]] = [{name: [] for name in forms} for _ in range(n)]
     softened: list[list[Array]] = [[] for _ in range(n)]
+    spun = rotor_inertia(problem, shared, fit.found.theta)
     for number, motion in enumerate(problem.motions):
         behind = motion.observation.full_rate
         assert behind is not None, "asked of recordings only"
@@ -113,12 +114,14 @@ def torque_terms(
         for j in range(n):
             kept = motion.observation.joints[j].position
             against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
-            needed = fit.found.h[j] * found.rigid[:, j]
-            carried = needed + _braking(behind, own[j], fit.phi[j], j, number)
+            rotor = fit.found.h[j] * spun[j] * behind.ddq[:, j]
+            links = fit.found.h[j] * found.rigid[:, j] - rotor
             for name in forms:
-                current = {"load": needed, "load-through": carried}.get(name)
-                if current is None:
-                    current = _with_load(needed, against, carried, own[j], fit.phi[j])
+                current = links
+                if name != "load":
+                    current = links + _braking(behind, own[j], fit.phi[j], j, number)
+                if name == "load-motor":
+                    current = _with_load(current + rotor, against, own[j], fit.phi[j])
                 columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
             if compliance:
                 softened[j].append(_softened(behind, slow, j)[kept])
@@ -128,25 +131,19 @@ def torque_terms(
     )
 
 
-def _with_load(needed: Array, against: Array, carried: Array, own: OwnColumns, phi: Array) -> Array:
-    """Current that a motor gives, friction in proportion to torque included, shape (N,).
+def _with_load(given: Array, against: Array, own: OwnColumns, phi: Array) -> Array:
+    """Current that a motor gives, friction in proportion to its own torque included, shape (N,).
 
     Args:
-        needed: Current that links and payload ask for, shape (N,).
+        given: Current without that friction, shape (N,).
         against: Sign of the current against friction, shape (N,).
-        carried: Current without that friction, shape (N,).
         own: Own columns of the fit.
         phi: Their values.
     """
-    given = carried
-    for name, value in zip(own.names, phi, strict=True):
-        if name == "load":
-            given = given + value * np.abs(needed) * against
-        elif name == "load-through":
-            given = given + value * np.abs(carried) * against
-        elif name == "load-motor":  # V = x + c |V| against
-            given = given / (1.0 - np.clip(value, -STRONGEST, STRONGEST) * against * np.sign(given))
-    return given
+    if "load-motor" not in own.names:
+        return given
+    c = np.clip(phi[own.names.index("load-motor")], -STRONGEST, STRONGEST)
+    return given / (1.0 - c * against * np.sign(given))  # V = x + c |V| against
 
 
 def _braking(behind: FullRate, own: OwnColumns, phi: Array, joint: int, motion: int) -> Array:

@@ -9,12 +9,15 @@ from ident.estimation.all_joints.displacement import States, displaced_torques
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm
 from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
+from ident.model.parameters import STANDARD
 from ident.model.structure import Structure
 from ident.numerics.splines import spline
 from ident.support.arrays import Array, Indices
 
 TORQUE_RATE = 8.0
 """Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
+ROTOR_SHARE = 0.5
+"""Share of a rotor in a joint's inertia where the two cannot be told apart, assumed: gears match rotor and load."""
 STATES = 16
 """Positions along a motion that inertia is a mean over."""
 
@@ -114,6 +117,25 @@ def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
     states = np.repeat(q, arm.n + 1, axis=0)
     torque = inverse_dynamics(arm, chi, states, np.zeros_like(states), ddq).reshape(STATES, arm.n + 1, arm.n)
     return (torque[:, 1:] - torque[:, :1]).swapaxes(1, 2)
+
+
+def rotor_inertia(problem: Problem, shared: SharedParameters, theta: Array, *, least: float = 0.0) -> Array:
+    """Inertia of each rotor on the joint's side [kg m^2] or [kg], as found or, not told from links, as assumed, (n,).
+
+    Args:
+        problem: Motions from recordings.
+        shared: Which parameters joints share.
+        theta: Their values, shape (p,).
+        least: Share of a rotor in its joint's inertia below which one that is found counts as an error of the fit.
+    """
+    structure, behind = problem.structure, problem.motions[0].observation.full_rate
+    assert behind is not None, "asked of recordings only"
+    chi = np.zeros(structure.base.regrouping.shape[1])
+    chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
+    whole = np.mean(np.einsum("sjj->sj", inertia_matrices(structure.arm, chi, behind.q)), axis=0)
+    places = len(STANDARD) * np.arange(structure.arm.n) + STANDARD.index("Ia")
+    told = np.isin(places, _rotors(structure))
+    return np.where(told, np.maximum(chi[places], least * whole), ROTOR_SHARE * whole)
 
 
 def _rotors(structure: Structure) -> Indices:

@@ -120,9 +120,9 @@ def all_joints_gains(problem: Problem, options: AllJointsOptions) -> GainEstimat
     )
     chosen = chosen_model(ready, options)
     moved = BODIES[options.payload_body](ready, chosen.final)
-    found = solution(ready, chosen.final, chosen.model, moved.log + chosen.gears, chosen.softened)
+    found = solution(ready, chosen.final, chosen.model, moved.log, chosen.softened)
     if chosen.stiff is not None:
-        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], chosen.gears))
+        found = replace(found, stiff=solution(ready, chosen.stiff, chosen.model[:, :0], np.zeros(ready.n)))
     estimate = judge_identifiability(NAME, problem, found)
     return replace(estimate, remarks=chosen.remarks + moved.remarks)
 
@@ -141,7 +141,7 @@ def _chosen(ready: Setting, options: AllJointsOptions) -> Selected:
     if options.friction == AUTO and recorded:
         return selected(ready, yielding=options.compliance)
     final = fit_as_named(ready, FRICTIONS[options.friction], compliance=options.compliance)
-    return Selected(final=final, remarks=(), gears=np.zeros(ready.n))
+    return Selected(final=final, remarks=())
 
 
 def _tamed(ready: Setting, options: AllJointsOptions, tame: Tame) -> Selected:

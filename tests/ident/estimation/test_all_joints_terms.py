@@ -12,7 +12,7 @@ from scipy.interpolate import make_interp_spline
 from ident.estimation.all_joints.friction import Term
 from ident.estimation.all_joints.solution import Fitted, Setting, fit_with, setting
 from ident.estimation.all_joints.terms import SPEED_TERMS, speed_terms, torque_terms
-from ident.estimation.all_joints.torques import torques
+from ident.estimation.all_joints.torques import rotor_inertia, torques
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.structure import Structure, structure_of
@@ -158,19 +158,22 @@ def with_values(fitted: Fitted, **values: float) -> Fitted:
     return replace(fitted, fit=replace(fitted.fit, phi=phi))
 
 
-@pytest.mark.parametrize("form", [None, "load", "load-motor"])
+@pytest.mark.parametrize("form", [None, "load-through", "load-motor"])
 def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, plain, form):
     terms = speed_terms(ready.problem)
     if form:
         first = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=False)
         terms = [{**t, form: Term(own[form])} for t, own in zip(terms, first.own, strict=True)]
-    values = {"Fv": 0.4, "Fc": 0.3, "off": -0.2, "cbrt": 0.25, "by-direction": 0.15, "load": 0.11, "load-motor": 0.07}
+    values = {"Fv": 0.4, "Fc": 0.3, "off": -0.2, "cbrt": 0.25, "by-direction": 0.15}
+    values |= {"load-through": 0.11, "load-motor": 0.07}
     fitted = with_values(fit_with(ready, terms, (), plain), **values)
     found = torque_terms(ready.problem, ready.shared, fitted.own, fitted.fit, compliance=False)
     h = fitted.fit.found.h
     np.testing.assert_array_equal(np.sign(h), np.sign(GAIN))
+    rotors = rotor_inertia(ready.problem, ready.shared, fitted.fit.found.theta)
+    assert (rotors > 0.0).any()
     for j in range(N):
-        rigid, motor = [], []
+        links, gears, motor = [], [], []
         for k, motion in enumerate(ready.problem.motions):
             full = behind(ready, k)
             dq, drive = (
@@ -178,14 +181,17 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
                 torques(ready.problem, motion, ready.shared, fitted.fit.found.theta, compliance=False),
             )
             x, s = h[j] * drive.rigid[:, j], np.sign(h[j]) * np.sign(dq)
-            given = x + (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
-            given = given + (0.11 * np.abs(x) * s if form == "load" else 0.0)
+            friction = (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
+            without = x - h[j] * rotors[j] * full.ddq[:, j]
+            given = x + friction
             V = given
             for _ in range(60 if form == "load-motor" else 0):  # V = x + c |V| s, by iteration
                 V = given + 0.07 * np.abs(V) * s
-            rigid.append(np.abs(x) * s)
+            links.append(np.abs(without) * s)
+            gears.append(np.abs(without + friction) * s)
             motor.append(np.abs(V) * s)
-        for name, expected in (("load", of_rows(ready, rigid, j)), ("load-motor", of_rows(ready, motor, j))):
+        for name, parts in (("load", links), ("load-through", gears), ("load-motor", motor)):
+            expected = of_rows(ready, parts, j)
             np.testing.assert_allclose(found.own[j][name], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
 
 

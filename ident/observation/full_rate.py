@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.numerics.signals import Decimator, group_means
+from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask
 
 
@@ -23,6 +24,8 @@ class FullRate:
         edge: Samples of the recording that are left out at either end.
         group: Samples of the recording that one sample here is the mean of.
         noise: Density of white noise in the recorded positions [rad^2/Hz or m^2/Hz], shape (n,).
+        recording: What was filtered, on a uniform clock.
+        current_delay: Time from the stamp of its currents to the middle of their action [s].
     """
 
     q: Array
@@ -35,6 +38,8 @@ class FullRate:
     edge: int
     group: int
     noise: Array
+    recording: Recording
+    current_delay: float
 
     def sampled(self, x: Array) -> Array:
         """A signal at the rate of the recording as the samples here have it, shape (N, ...)."""

@@ -199,6 +199,8 @@ def observe(
         edge=edge,
         group=group,
         noise=noise_density(recording.q, recording.period),
+        recording=recording,
+        current_delay=options.current_delay,
     )
     return Observation(structure, tuple(joints), tuple(notes), behind)
 

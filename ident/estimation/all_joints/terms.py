@@ -10,8 +10,7 @@ from ident.estimation.all_joints.fit import AllJointsFit
 from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.shown_band import without_encoder_noise
 from ident.estimation.all_joints.torques import rotor_inertia, torques
-from ident.estimation.problem import Problem
-from ident.observation.full_rate import FullRate
+from ident.estimation.problem import ObservedMotion, Problem
 from ident.support.arrays import Array
 
 STRONGEST = 0.5
@@ -119,12 +118,12 @@ def torque_terms(
             for name in forms:
                 current = links
                 if name != "load":
-                    current = links + _braking(behind, own[j], fit.phi[j], j, number)
+                    current = links + braking(behind.dq[:, j], own[j], fit.phi[j], number)
                 if name == "load-motor":
                     current = _with_load(current + rotor, against, own[j], fit.phi[j])
                 columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
             if compliance:
-                softened[j].append(_softened(behind, slow, j)[kept])
+                softened[j].append(of_rows(motion, slow, j))
     return TermColumns(
         tuple({name: np.concatenate(parts) for name, parts in each.items()} for each in columns),
         tuple(np.vstack(each) for each in softened) if compliance else (),
@@ -146,12 +145,17 @@ def _with_load(given: Array, against: Array, own: OwnColumns, phi: Array) -> Arr
     return given / (1.0 - c * against * np.sign(given))  # V = x + c |V| against
 
 
-def _braking(behind: FullRate, own: OwnColumns, phi: Array, joint: int, motion: int) -> Array:
-    """Current against friction at full rate, shape (N,).
+def braking(dq: Array, own: OwnColumns, phi: Array, motion: int) -> Array:
+    """Current against friction in the speed, shape (N,).
 
     An offset counts as friction that differs between directions, which is mostly larger than that of an amplifier.
+
+    Args:
+        dq: Speed of the joint, shape (N,).
+        own: Own columns of a fit.
+        phi: Their values.
+        motion: Place of the motion in the problem.
     """
-    dq = behind.dq[:, joint]
     signals = {
         "Fv": dq,
         "Fc": np.sign(dq),
@@ -165,6 +169,15 @@ def _braking(behind: FullRate, own: OwnColumns, phi: Array, joint: int, motion: 
     return total
 
 
-def _softened(behind: FullRate, softened: Array, joint: int) -> Array:
-    """Decimated change of a joint's torque per compliance of each joint, shape (rows, n)."""
-    return np.column_stack([behind.decimated(column, joint) for column in softened[:, joint].T])
+def of_rows(motion: ObservedMotion, change: Array, joint: int) -> Array:
+    """Rows of what each joint's compliance does to the torque of a joint, shape (rows, n).
+
+    Args:
+        motion: From a recording.
+        change: At full rate, shape (N, n, n), joint before compliance.
+        joint: The joint, from 0.
+    """
+    behind = motion.observation.full_rate
+    assert behind is not None, "asked of recordings only"
+    columns = [behind.decimated(column, joint) for column in change[:, joint].T]
+    return np.column_stack(columns)[motion.observation.joints[joint].position]

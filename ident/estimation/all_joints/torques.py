@@ -61,13 +61,37 @@ def torques(
     rigid = spline(t[at], torque)(t)
     if not compliance:
         return Torques(rigid, np.zeros((0, structure.arm.n, structure.arm.n)), np.zeros((0, 0)))
-    rotors = np.zeros_like(chi)
-    rotors[_rotors(structure)] = chi[_rotors(structure)]
-    transmitted = spline(t[at], torque - drive_torques(structure.arm, rotors, states.dq, states.ddq))
+    links = chi - _of_rotors(structure, chi)
+    inertia = np.mean(inertia_matrices(structure.arm, links, states.q) ** 2, axis=0)
+    return Torques(rigid, _softened(structure.arm, motion, links, chi - links, torque), inertia)
+
+
+def softened_by(
+    problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array, torque: Array
+) -> Array:
+    """Change of each joint's torque per unit of each joint's compliance, where what drives give is known.
+
+    Args:
+        problem: Motions and payloads.
+        motion: One of them, from a recording.
+        shared: Which parameters joints share.
+        theta: Their values, shape (p,).
+        torque: What drives give beside friction, at full rate [N m], shape (N, n).
+
+    Returns:
+        [N m / (rad / (N m))], shape (N, n, n), joint before compliance.
+    """
+    chi = fitted_parameters(problem, motion, shared, theta)
+    rotors = _of_rotors(problem.structure, chi)
+    return _softened(problem.structure.arm, motion, chi - rotors, rotors, torque[sampled_states(motion)[1]])
+
+
+def _softened(arm: Arm, motion: ObservedMotion, links: Array, rotors: Array, torque: Array) -> Array:
+    """Change of torques at full rate, shape (N, n, n), from parameters of links and of rotors, and sampled torques."""
+    t, at, states = sampled_states(motion)
+    transmitted = spline(t[at], torque - drive_torques(arm, rotors, states.dq, states.ddq))
     behind_motor = States(*(-transmitted(t[at], order) for order in range(3)))
-    softened = displaced_torques(structure.arm, chi - rotors, states, behind_motor)
-    inertia = np.mean(inertia_matrices(structure.arm, chi - rotors, states.q) ** 2, axis=0)
-    return Torques(rigid, spline(t[at], softened)(t), inertia)
+    return spline(t[at], displaced_torques(arm, links, states, behind_motor))(t)
 
 
 def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Array:
@@ -136,6 +160,14 @@ def rotor_inertia(problem: Problem, shared: SharedParameters, theta: Array, *, l
     places = len(STANDARD) * np.arange(structure.arm.n) + STANDARD.index("Ia")
     told = np.isin(places, _rotors(structure))
     return np.where(told, np.maximum(chi[places], least * whole), ROTOR_SHARE * whole)
+
+
+def _of_rotors(structure: Structure, chi: Array) -> Array:
+    """Standard parameters that are inertias of rotors alone; all others, those that hold inertia of links too, zero."""
+    at = _rotors(structure)
+    rotors = np.zeros_like(chi)
+    rotors[at] = chi[at]
+    return rotors
 
 
 def _rotors(structure: Structure) -> Indices:

@@ -19,6 +19,7 @@ from ident.estimation.all_joints.misplaced import with_misplaced
 from ident.estimation.all_joints.selection import Selected, selected
 from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting, solution
 from ident.estimation.all_joints.terms import LOAD_FORMS, SPEED_TERMS, speed_terms, torque_terms
+from ident.estimation.all_joints.transmitted import by_currents
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.identifiability import judge_identifiability
 from ident.estimation.problem import Problem
@@ -186,5 +187,6 @@ def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) ->
                 {**known, **{name: Term(own[name]) for name in forms}}
                 for known, own in zip(speeds, found.own, strict=True)
             ]
-            fitted = fit_with(ready, terms, found.softened, fitted)
+            softened = by_currents(ready, found.softened, fitted, found.own) if compliance else ()
+            fitted = fit_with(ready, terms, softened, fitted)
     return fitted

@@ -11,7 +11,8 @@ from ident.estimation.all_joints import selection
 from ident.estimation.all_joints.friction import Term
 from ident.estimation.all_joints.selection import selected
 from ident.estimation.all_joints.solution import Fitted, fit_with, setting
-from ident.estimation.all_joints.terms import LOAD_FORMS, torque_terms
+from ident.estimation.all_joints.terms import LOAD_FORMS, speed_terms, torque_terms
+from ident.estimation.all_joints.transmitted import by_currents
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.gain_options import GainOptions
@@ -236,7 +237,11 @@ def test_the_shares_of_other_models_are_what_other_models_say(axes):
     nothing = [{}] * N
     stiff = fit_with(ready, nothing, (), None)
     first = torque_terms(problem, ready.shared, stiff.own, stiff.fit, compliance=True)
-    soft = fit_with(ready, nothing, first.softened, stiff)
+    beside = [
+        {**{law: term.column for law, term in terms.items()}, **own}
+        for terms, own in zip(speed_terms(problem), first.own, strict=True)
+    ]
+    soft = fit_with(ready, nothing, by_currents(ready, first.softened, stiff, beside), stiff)
     assert chosen.model.shape == (N, 3)
     ratio = np.log(stiff.fit.found.h / soft.fit.found.h)
     np.testing.assert_allclose(chosen.model[:, 2], selection.FIRST_ORDER * ratio, rtol=1e-9)

@@ -18,6 +18,7 @@ from ident.numerics.signals import decimator
 from ident.observation.full_rate import FullRate
 from ident.observation.observation import ObserveOptions, observe
 from ident.observation.smooth_motion import DEGREE, Reference, reference
+from ident.recordings.recording import Recording
 from ident.support.errors import NotExcited, NotIdentifiable, TooFewRows
 
 WIDE = ObserveOptions(cutoff_hz=40.0, decimation_cutoff_hz=30.0, rows_per_second=60.0)
@@ -38,6 +39,8 @@ def full_rate(q: np.ndarray, *, period: float = 0.005, cutoff_hz: float = 15.0) 
         edge=0,
         group=1,
         noise=np.zeros(q.shape[1]),
+        recording=Recording(period * np.arange(len(q)), *2 * (np.arange(q.size, dtype=float).reshape(q.shape),)),
+        current_delay=0.0,
     )
 
 

@@ -8,6 +8,7 @@ import pytest
 from ident.estimation.all_joints.shown_band import NOISE_SHARE, shown_hz, without_encoder_noise
 from ident.numerics.signals import decimator, low_passed, smooth_motion
 from ident.observation.full_rate import FullRate
+from ident.recordings.recording import Recording
 
 PERIOD, CUTOFF = 4e-3, 15.0
 M = np.array([[3.1, 0.7], [0.7, 0.4]])
@@ -29,6 +30,8 @@ def full_rate(noise: np.ndarray, samples: int = 100_000, cutoff_hz: float = CUTO
         edge=0,
         group=1,
         noise=noise,
+        recording=Recording(PERIOD * np.arange(samples), *2 * (np.arange(q.size, dtype=float).reshape(q.shape),)),
+        current_delay=0.0,
     )
 
 

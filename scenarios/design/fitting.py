@@ -46,7 +46,7 @@ def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> tuple[
         return design.fitted(best), ""
     except TrajectoryError as error:
         reason = str(error)
-    others = _shrunk(design, best) or _about_a_pose(design, best)
+    others = _shrunk(design, best)
     others += _earlier(design, series, kept[:-1], min(map(design.cost, others), default=float("inf")))
     if not others:
         raise TrajectoryError(f"no motion found can be scaled to the robot's limits; the best one: {reason}")
@@ -107,12 +107,13 @@ def _shrunk(design: Design, motion: FourierTrajectory) -> list[FourierTrajectory
         return []
 
 
-def _about_a_pose(design: Design, motion: FourierTrajectory) -> list[FourierTrajectory]:
-    """The motion shrunk about the first of its positions that can be held, where its centre cannot."""
+def about_a_pose(design: Design, motion: FourierTrajectory) -> list[FourierTrajectory]:
+    """The motion shrunk about the middle one of its positions that can be held; empty if none can."""
     sampled = design.rows(motion, SEARCHED_HZ).motion[0]
-    pose = next((q for q in sampled if not design.excess(design.rows(resting(q), 1.0)).any()), None)
-    if pose is None:
+    held = [q for q in sampled if not design.excess(design.rows(resting(q), 1.0)).any()]
+    if not held:
         return []
+    pose = held[len(held) // 2]
     for size in (*SMALL_SIZES, *LEAST_SIZES):
         center = pose + size * (motion.center - pose)
         smaller = FourierTrajectory(center, size * motion.sine, size * motion.cosine, motion.duration)

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from ident.support.arrays import Array
 from scenarios.design.arm_end import ArmEnd, arm_end
 from scenarios.design.excitation import Design, Problem
 from scenarios.design.first_load import Load, first_load
-from scenarios.design.fitting import first_fitted, quickened
+from scenarios.design.fitting import about_a_pose, first_fitted, quickened
 from scenarios.design.limits import robot_limits
 from scenarios.design.model_facts import ModelFacts, check_stated_numbers, model_facts
 from scenarios.design.rules_of_thumb import Stated, assumed, drives_by_rule, given_home, home_by_rule
@@ -205,15 +205,7 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
     )
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=HARMONICS, duration=DURATION)
-    try:
-        motion = first_fitted(design, series, (searched(design, series, attempt) for attempt in range(ATTEMPTS)))
-    except NoPositionError as error:
-        raise TrajectoryError(f"{error}: --payload KG; or name a pose that can be held and is clear, --home") from error
-    except TrajectoryError as error:
-        raise TrajectoryError(
-            f"robot {new.name}: {ATTEMPTS} searches for a motion failed: {error}; {advice}"
-        ) from error
-    motion = quickened(design, motion)
+    motion = quickened(design, _motion(design, series, searched, f"robot {new.name}", advice))
     found = Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
     if any(found.identifiable):
         return found
@@ -222,3 +214,24 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
         f"better than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or masses of the links, "
         "or state what the arm may carry with --rated-load"
     )
+
+
+def _motion(design: Design, series: Series, searched: Searching, name: str, advice: str) -> FourierTrajectory:
+    """The best motion of some searches that keeps the limits, or what is left of one."""
+    bests: list[FourierTrajectory] = []
+
+    def searches() -> Iterator[Sequence[Point]]:
+        for attempt in range(ATTEMPTS):
+            kept = searched(design, series, attempt)
+            bests.append(series.motion(kept[-1].x))
+            yield kept
+
+    try:
+        return first_fitted(design, series, searches())
+    except NoPositionError as error:
+        raise TrajectoryError(f"{error}: --payload KG; or name a pose that can be held and is clear, --home") from error
+    except TrajectoryError as error:
+        smaller = [small for best in bests for small in about_a_pose(design, best)]
+        if smaller:
+            return min(smaller, key=design.cost)
+        raise TrajectoryError(f"{name}: {ATTEMPTS} searches for a motion failed: {error}; {advice}") from error

@@ -10,13 +10,11 @@ from robot_folders import robot_folder
 import scenarios.design.search as module
 from scenarios.cli import main
 from scenarios.design.excitation import Design, Problem, design_problem
-from scenarios.design.fitting import best_fitted, quickened
 from scenarios.design.limits import HALF_TURN, Limits, robot_limits
 from scenarios.design.search import (
     LEAST_SHARE,
     SMALL_STEP,
     STEP,
-    Found,
     Series,
     admissible,
     judge_here,
@@ -32,7 +30,7 @@ from scenarios.experiments.files.motions import read_motion
 from sim.errors import TrajectoryError
 from sim.plant import Plant
 from sim.robot_files import read_robot
-from sim.trajectory import FourierTrajectory, at_rest
+from sim.trajectory import FourierTrajectory
 
 
 def limits(n: int = 3) -> Limits:
@@ -325,36 +323,3 @@ def test_a_scenario_without_a_motion_is_searched_and_cannot_be_improved(tmp_path
 def _costs(error: str) -> list[str]:
     words = next(line for line in error.splitlines() if "cost of the start" in line).replace(",", "").split()
     return [words[words.index(word) + 1] for word in ("start", "found")]
-
-
-def test_a_slow_motion_is_quickened_to_the_multiple_of_its_pace_that_shows_most_within_the_limits(problem):
-    design, q = Design(problem), np.array([0.2, 0.3, -0.1])
-    rng = np.random.default_rng(4)
-    slow = design.fitted(at_rest(q, *(0.15 * rng.standard_normal((2, 3, 4))), 20.0))
-    quick = quickened(design, slow)
-    times = quick.sine.shape[1] // 4
-    assert times > 1
-    t = np.linspace(0.0, 20.0 / times, 50)
-    (was, speed, _), (now, faster, _) = slow(times * t), quick(t)
-    np.testing.assert_allclose(now, was, atol=1e-12)  # rounding: the same path
-    np.testing.assert_allclose(faster, times * speed, atol=1e-12)
-    assert design.keeps_limits(quick)
-    assert design.cost(quick) < design.cost(slow)
-    tight = Design(replace(problem, limits=replace(problem.limits, velocity=np.abs(slow(times * t)[1]).max(axis=0))))
-    np.testing.assert_array_equal(quickened(tight, slow).sine, slow.sine)  # no speed is left
-
-
-def test_a_motion_about_a_centre_that_cannot_be_held_is_shrunk_about_a_position_that_can(problem):
-    design = Design(problem)
-    q = np.array([0.0, 2.7, 0.0])  # into the floor
-    cosine = np.zeros((3, 3))
-    cosine[1, 0] = 2.4
-    motion = at_rest(q, np.zeros((3, 3)), cosine, 12.0)
-    series = Series(limits=problem.limits, harmonics=3, duration=12.0)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Series, "motion", lambda *_: motion)
-        found, why = best_fitted(design, series, [Found(x=np.zeros(1), cost=0.0, tried=1)])
-    assert why
-    assert design.keeps_limits(found)
-    assert not admissible(design, q[None])[0]
-    assert np.abs(found.cosine).max() > 0.1

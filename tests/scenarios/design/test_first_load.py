@@ -83,6 +83,16 @@ def test_a_joint_that_never_holds_the_arm_is_refused_with_the_option_that_lifts_
     assert "torque: 2 values, but the arm has 6 joints: m1, m2" in capsys.readouterr().err
 
 
+def test_an_effort_and_a_speed_of_1_on_every_joint_are_an_exporter_s_for_none(tmp_path):
+    placeholders = no_limits().replace('effort="0" velocity="0"', 'effort="1" velocity="1"')
+    facts = model_facts(written(tmp_path, "ones.urdf", placeholders), None)
+    assert facts.torque == facts.velocity == {}
+    one_stated = placeholders.replace('effort="1"', 'effort="1.5"', 1)
+    facts = model_facts(written(tmp_path, "one.urdf", one_stated), None)
+    assert facts.torque == {"a1": 1.5, "a3": 1.0, "a5": 1.0}
+    assert facts.velocity == {"a1": 1.0, "a3": 1.0, "a5": 1.0}
+
+
 def test_a_payload_file_must_be_complete(tmp_path):
     path = written(tmp_path, "arm.xml", scara())
     mass_only = written(tmp_path, "p.toml", 'mass = 0.4\nknown = "mass"\n')

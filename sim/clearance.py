@@ -16,6 +16,10 @@ from sim.plant import PayloadBody, Plant
 from sim.silenced_mujoco import silenced
 
 PLANE = mujoco.mjtGeom.mjGEOM_PLANE
+CLEARANCE = 0.03
+"""Smallest distance to the floor and to the arm itself that a motion keeps [m]."""
+POSES = 100
+"""Random positions at which two shapes are nearer than that all the time, before they are no longer compared."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -40,7 +44,11 @@ class Clearance:
 
     Parent and child links touch by design and are not compared; neither are links that share a neighbour. What stands
     still is the base, but for planes and for what stands beside the arm (a table): these are compared with all links
-    but the first, which stands on them.
+    but the first, which stands on them. Links of the arm that are nearer than `CLEARANCE` wherever its joints stand,
+    and links and payload that are, are drawn so, and are not compared either.
+
+    Attributes:
+        always_near: Names of these bodies, in pairs.
     """
 
     @silenced()
@@ -77,6 +85,12 @@ class Clearance:
         self._margin = margin
         try:
             self._model = spec.compile()
+            arm, moving = ({name for names in some for name in names} for some in (groups, groups[1:]))
+            self.always_near = self._near_everywhere(arm, {body.name, *moving})
+            if self.always_near:
+                for one, other in self.always_near:
+                    spec.add_exclude(bodyname1=one, bodyname2=other)
+                self._model = spec.compile()
         except ValueError as error:
             raise ModelFileError(f"robot model {plant.robot.model}: {compiler_reason(error)}") from error
         self._data = mujoco.MjData(self._model)
@@ -92,13 +106,41 @@ class Clearance:
         """
         out = np.full(len(q), self._margin)
         for k, position in enumerate(q):
-            self._data.qpos[:] = position
-            mujoco.mj_kinematics(self._model, self._data)
-            mujoco.mj_comPos(self._model, self._data)
-            mujoco.mj_collision(self._model, self._data)
-            if self._data.ncon:
-                out[k] = min(self._margin, self._data.contact.dist.min())
+            contact = self._contacts(position, self._data)
+            if len(contact.dist):
+                out[k] = min(self._margin, contact.dist.min())
         return out
+
+    def nearest(self, q: Array) -> tuple[str, str] | None:
+        """Names of the two bodies that are nearest to each other at a position (n,), None if all are farther."""
+        contact = self._contacts(q, self._data)
+        return self._pairs(contact.geom[[int(contact.dist.argmin())]]).pop() if len(contact.dist) else None
+
+    def _near_everywhere(self, *among: set[str]) -> tuple[tuple[str, str], ...]:
+        """Bodies, both of one of these sets, that are too near to each other at all of some random positions."""
+        model, data = self._model, mujoco.MjData(self._model)
+        lower, upper = np.where(model.jnt_limited[:, None], model.jnt_range, (-np.pi, np.pi)).T
+        found: set[tuple[str, str]] | None = None
+        for q in np.random.default_rng(0).uniform(lower, upper, (POSES, model.njnt)):
+            contact = self._contacts(q, data)
+            near = self._pairs(contact.geom[contact.dist < CLEARANCE])
+            found = near if found is None else found & near
+            if not found:
+                break
+        return tuple(sorted(pair for pair in found or () if any(names >= {*pair} for names in among)))
+
+    def _contacts(self, q: Array, data: mujoco.MjData) -> mujoco.MjContact:
+        data.qpos[:] = q
+        mujoco.mj_kinematics(self._model, data)
+        mujoco.mj_comPos(self._model, data)
+        mujoco.mj_collision(self._model, data)
+        return data.contact
+
+    def _pairs(self, geoms: Array) -> set[tuple[str, str]]:
+        """Names of the bodies of pairs of shapes (k, 2), each pair in alphabetical order."""
+        bodies = self._model.geom_bodyid[geoms]
+        names = [sorted(self._model.body(int(body)).name for body in pair) for pair in bodies]
+        return {(one, other) for one, other in names}
 
 
 def add_payload_shape(body: mujoco.MjsBody, payload: PayloadBody) -> None:
@@ -126,7 +168,7 @@ def _set_planes_apart(spec: mujoco.MjSpec) -> None:
     model = spec.compile()
     for k, geom in enumerate(planes):
         pos, quat, size = model.geom_pos[geom.id], model.geom_quat[geom.id], model.geom_size[geom.id]
-        apart = spec.worldbody.add_body(name=f"plane_body_{k}", pos=pos, quat=quat)
+        apart = spec.worldbody.add_body(name=f"plane {k}", pos=pos, quat=quat)
         apart.add_geom(type=PLANE, size=size)
         spec.delete(geom)
 

@@ -61,6 +61,10 @@ class TrajectoryError(SimulationError):
     """A motion that breaks a limit before anything is simulated."""
 
 
+class NoPositionError(TrajectoryError):
+    """No position that a motion may begin at."""
+
+
 class Diverged(SimulationError):
     """The simulated state left all bounds."""
 

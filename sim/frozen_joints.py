@@ -41,6 +41,7 @@ def hold_all_but_arm(spec: mujoco.MjSpec, flange: str | None) -> None:
         body.gravcomp = 0.0
     for number, joint in enumerate(spec.joints, 1):
         joint.name = joint.name or f"joint{number}"
+        joint.actfrclimited = 0  # the robot file states what drives give
         if joint.type not in ONE_AXIS:
             raise ModelFileError(
                 f"joint {joint.name} is free or a ball; expected hinge and slide joints on a fixed base"

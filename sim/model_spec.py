@@ -42,8 +42,11 @@ def unusable_meshes(path: Path, flange: str | None = None) -> tuple[str, ...]:
 def _drawn(path: Path, flange: str | None, stamp: int) -> tuple[mujoco.MjSpec, tuple[str, ...]]:
     """The arm with all shapes that can be compiled, and the files of others."""
     spec, missing = _read(path, flange)
+    solid = spec.copy()
+    for geom in solid.geoms:
+        geom.contype = geom.conaffinity = 1  # as for distances: a mesh for the eye alone may have no convex hull
     try:
-        spec.copy().compile()
+        solid.compile()
     except ValueError:
         missing += _drop_meshes(spec, path, flange, compiled=True)
     return spec, missing

@@ -2,9 +2,11 @@
 
 import argparse
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import scenarios.command_line.arguments as arguments
+from ident.payload.payload import HEAVIEST, LIGHTEST
 from scenarios.command_line.output import add_form_arguments, show
 from scenarios.command_line.searching import kept_of, searched
 from scenarios.command_line.status import Status
@@ -14,6 +16,8 @@ if TYPE_CHECKING:
     from scenarios.design.excitation import Design
     from scenarios.design.search import Found, Series
 
+TORQUE = arguments.number_from(1e-3, 1e6, "N m or N", "the strongest arms that are made have 1e5 N m")
+MASS = arguments.number_from(LIGHTEST, HEAVIEST, "kg", "beyond it units are others")
 EVALUATIONS = arguments.count_from(1, 10**6, "takes an hour")
 USUAL = 400
 """Motions that are tried."""
@@ -26,6 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--out", type=arguments.folder, required=True, metavar="DIR", help="folder for robot, scenario and motion")
     add("--flange", metavar="BODY", help="last body of the arm, if the file has more; joints beyond it are locked")
     add("--name", help="of the robot (default: that of the model)")
+    what = "largest torque of each joint [N m, N] (default: the file's, or by rule)"
+    add("--torque", type=TORQUE, nargs="+", metavar="T", help=what)
+    add("--rated-load", type=MASS, metavar="KG", help="largest mass that the arm may carry, which the payload keeps to")
+    what = "what is mounted: payload file, or mass [kg] of a steel bar (default: a bar that the arm can carry)"
+    add("--payload", type=_payload, metavar="FILE|KG", help=what)
     what = "start pose [rad, m], one number per joint (default: the file's, or the first one clear of obstacles)"
     add("--home", type=arguments.number, nargs="+", metavar="Q", help=what)
     add("--seed", type=arguments.seed, default=0, help="seed of the search for a motion (default 0)")
@@ -39,21 +48,41 @@ def main(options: argparse.Namespace) -> Status:
     """Write robot and scenario by rules of thumb, find a motion, tell what is assumed."""
     PROCESSES.prepare()
     from scenarios.command_line.writing import right_to_write
-    from scenarios.design.new_robot import described, moved
+    from scenarios.design.new_robot import Given, described, moved
     from scenarios.design.robot_folder import FILES, as_read, check_no_other_robot, write_new_robot
     from scenarios.reports.new_robot import new_robot_report
 
     held = right_to_write(options, options.out, FILES, command="rx90 new-robot")
     if not options.force:
         check_no_other_robot(options.out, options.model)
-    new = described(options.model, options.out, flange=options.flange, name=options.name, home=options.home)
+    given = Given(
+        flange=options.flange,
+        name=options.name,
+        home=options.home,
+        torque=options.torque,
+        rated_load=options.rated_load,
+        payload=options.payload,
+    )
+    new = described(options.model, options.out, given)
     more = max(USUAL, 4 * options.evaluations)
-    advice = f"try more motions, --evaluations {more}, or others: --seed, or about another pose, --home"
+    advice = (
+        f"try more motions, --evaluations {more}, or others: --seed, or about another pose, --home, or with a lighter "
+        "--payload"
+    )
     found = moved(new, as_read(new), partial(_searched, options), advice=advice)
     with held.writing():
         write_new_robot(new, found, held.folder)
     show(new_robot_report(new, found, held.folder), options)
     return Status.PASSED
+
+
+def _payload(text: str) -> Path | float:
+    """A mass, or else a file."""
+    try:
+        arguments.number(text)
+    except argparse.ArgumentTypeError:
+        return arguments.file(text)
+    return MASS(text)
 
 
 def _searched(options: argparse.Namespace, design: "Design", series: "Series", attempt: int) -> "tuple[Found, ...]":

@@ -1,5 +1,6 @@
 """A motion as a design problem: how well it shows the wanted gains, and what it must respect."""
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ from ident.model.parameters import INERTIAL, STANDARD, labels
 from ident.model.regressor import regressor
 from ident.model.structure import PROBE_SEED, Structure
 from ident.support.arrays import Array, Indices
-from scenarios.design.limits import CLEARANCE, Limits, robot_limits, worst_of
+from scenarios.design.limits import SHARES, Limits, robot_limits, worst_of
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import mountings
 from scenarios.prediction.deviations import (
@@ -24,7 +25,7 @@ from scenarios.prediction.deviations import (
     prediction_of,
 )
 from scenarios.support.errors import ScenarioError
-from sim.clearance import Clearance, Solid
+from sim.clearance import CLEARANCE, Clearance, Solid
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import TrajectoryError
@@ -142,6 +143,19 @@ class Design:
         near = near_words(float(self._clearance(rows.motion[0]).min()))
         return f"{near} floor or arm (required clearance {1e3 * CLEARANCE:g} mm)"
 
+    def obstacles(self, positions: Array) -> str:
+        """What keeps most of some positions (k, n) from being held, in words, with its share."""
+        near, heavy = Counter[str](), Counter[str]()
+        names = self.problem.structure.arm.joint_names
+        for q in positions:
+            rows = self.rows(resting(q), 1.0)
+            pair = self._clearance.nearest(q) if self._too_near(rows).any() else None
+            near.update([] if pair is None else [f"{pair[0]} is within {1e3 * CLEARANCE:g} mm of {pair[1]}"])
+            over = self._over_limits(rows)[list(SHARES).index("torque")].any(axis=0)
+            heavy.update(f"arm and payload are too heavy for joint {names[j]}" for j in np.flatnonzero(over))
+        found = (near.most_common(1) + heavy.most_common(1)) or [("no position is inside all ranges", len(positions))]
+        return "; ".join(f"at {100.0 * count / len(positions):.0f} %, {what}" for what, count in found)
+
     def _over_limits(self, rows: MotionRows) -> Array:
         return self.problem.limits.excess(rows.motion, rows.torques(self.problem.carried.chi))
 
@@ -179,6 +193,12 @@ class Design:
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
         """Whether it does on a fine grid; a coarse one finds most of those that do not at a twentieth of the cost."""
         return all(self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in (SEARCHED_HZ, FITTED_HZ))
+
+
+def resting(q: Array) -> FourierTrajectory:
+    """A second at a position (n,)."""
+    none = np.zeros((len(q), 1))
+    return FourierTrajectory(q, none, none, 1.0)
 
 
 def near_words(distance: float) -> str:

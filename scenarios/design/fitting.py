@@ -2,13 +2,20 @@
 
 from collections.abc import Iterable, Sequence
 
-from scenarios.design.excitation import SMALL_SIZES, Design
+import numpy as np
+
+from scenarios.design.excitation import SEARCHED_HZ, SMALL_SIZES, Design, resting
 from scenarios.design.search import Found, Series
 from sim.errors import TrajectoryError
 from sim.trajectory import FourierTrajectory
 
 APART = 0.01
 """Costs of motions that are kept differ by so much: a deviation by 1 %. Nearer ones fail together."""
+
+LEAST_SIZES = (0.3, 0.25, 0.2, 0.15, 0.1)
+"""Of a motion that can be shrunk about one of its positions only."""
+QUICKEST = 1.5
+"""Fastest harmonic of a quickened motion [Hz]: position loops of arms follow it, and filters of logs keep it."""
 
 
 def with_better(kept: Sequence[Found], found: Found) -> tuple[Found, ...]:
@@ -72,11 +79,49 @@ def first_fitted(design: Design, series: Series, searches: Iterable[Sequence[Fou
     return min(motions, key=design.cost)
 
 
+def quickened(design: Design, motion: FourierTrajectory) -> FourierTrajectory:
+    """The motion, or the same path at a multiple of its pace and as often in its period, whatever shows the gains best.
+
+    A search in few slow harmonics ends where ranges and distances do, far below the speed that joints have.
+    """
+    best = motion
+    for times in range(2, int(QUICKEST * motion.duration / motion.sine.shape[1]) + 1):
+        quick = _repeated(motion, times)
+        if not design.keeps_limits(quick):
+            break
+        best = min(best, quick, key=design.cost)
+    return best
+
+
+def _repeated(motion: FourierTrajectory, times: int) -> FourierTrajectory:
+    """The path of a motion several times in its period: harmonic k becomes harmonic `times` k."""
+    sine, cosine = (np.zeros((motion.n, times * motion.sine.shape[1])) for _ in range(2))
+    sine[:, times - 1 :: times], cosine[:, times - 1 :: times] = motion.sine, motion.cosine
+    return FourierTrajectory(motion.center, sine, cosine, motion.duration)
+
+
 def _shrunk(design: Design, motion: FourierTrajectory) -> list[FourierTrajectory]:
     try:
         return [design.fitted(motion, SMALL_SIZES)]
     except TrajectoryError:
         return []
+
+
+def about_a_pose(design: Design, motion: FourierTrajectory) -> list[FourierTrajectory]:
+    """The motion shrunk about the middle one of its positions that can be held; empty if none can."""
+    sampled = design.rows(motion, SEARCHED_HZ).motion[0]
+    held = [q for q in sampled if not design.excess(design.rows(resting(q), 1.0)).any()]
+    if not held:
+        return []
+    pose = held[len(held) // 2]
+    for size in (*SMALL_SIZES, *LEAST_SIZES):
+        center = pose + size * (motion.center - pose)
+        smaller = FourierTrajectory(center, size * motion.sine, size * motion.cosine, motion.duration)
+        try:
+            return [design.fitted(smaller, np.ones(1))]
+        except TrajectoryError:
+            continue
+    return []
 
 
 def _earlier(design: Design, series: Series, kept: Sequence[Found], cost: float) -> list[FourierTrajectory]:

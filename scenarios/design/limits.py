@@ -12,8 +12,6 @@ from sim.trajectory import FourierTrajectory
 
 SHARES = {"range": 0.9, "speed": 0.95, "acceleration": 0.95, "torque": 0.8}
 """Share of each joint's limits that a designed motion may use; of the torque, that at the current limit."""
-CLEARANCE = 0.03
-"""Smallest distance to the floor and to the arm itself [m]."""
 HALF_TURN = np.pi
 """Way to either side of a joint that turns without end [rad]; assumed, cables are wound up."""
 

@@ -78,6 +78,8 @@ def model_facts(path: Path, flange: str | None) -> ModelFacts:
         limits = [(joint.attributes.get("name", ""), limit) for joint in joints for limit in joint.all("limit")]
         torque = _stated(limits, "effort")
         velocity = _stated(limits, "velocity")
+        if len(limits) > 1 and {*torque.values(), *velocity.values()} == {1.0}:  # exporters of CAD write it for unknown
+            torque, velocity = {}, {}
     home, home_name = _keyframe(spec)
     left = tuple(word for name, word in LEFT.items() if any(np.any(getattr(joint, name)) for joint in spec.joints))
     arm = full_spec(path, flange)

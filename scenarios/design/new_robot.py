@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,21 +11,22 @@ import numpy as np
 from ident.estimation.estimators import DEFAULT
 from ident.model.arm import Arm
 from ident.model.structure import structure_of
-from ident.payload.payload import Payload
 from ident.support.arrays import Array
+from scenarios.design.arm_end import ArmEnd, arm_end
 from scenarios.design.excitation import Design, Problem
-from scenarios.design.fitting import first_fitted
-from scenarios.design.limits import CLEARANCE, robot_limits
+from scenarios.design.first_load import Load, first_load
+from scenarios.design.fitting import about_a_pose, first_fitted, quickened
+from scenarios.design.limits import robot_limits
 from scenarios.design.model_facts import ModelFacts, check_stated_numbers, model_facts
-from scenarios.design.rules_of_thumb import Stated, assumed, drives_by_rule, given_home, home_by_rule, load_by_rule
+from scenarios.design.rules_of_thumb import Stated, assumed, drives_by_rule, given_home, home_by_rule
 from scenarios.design.search import Found as Point
 from scenarios.design.search import Series
 from scenarios.experiments.robot_models import check_same_payload, read_arm
 from scenarios.prediction.deviations import drawn, prediction_of
-from sim.clearance import Clearance
+from sim.clearance import CLEARANCE, Clearance
 from sim.drives import DriveTruth
-from sim.errors import RobotError, TrajectoryError
-from sim.plant import PayloadBody, Plant
+from sim.errors import NoPositionError, RobotError, TrajectoryError
+from sim.plant import Plant
 from sim.robot import Robot
 from sim.trajectory import FourierTrajectory
 
@@ -35,8 +36,11 @@ ATTEMPTS = 3
 """Searches from other random numbers, if a motion cannot be fitted to its limits."""
 CLEAR = 2.0 * CLEARANCE
 """Smallest distance to floor and arm of a home that is clear [m]."""
-SHOWN = 0.08
-"""Largest predicted relative deviation of a gain that the scenario wants; beyond 0.1 a gain is refused."""
+SHOWN = 0.04
+"""Largest predicted relative deviation of a gain that the scenario wants.
+
+Beyond 0.1 a gain is refused, and friction of a weak arm lets logs show up to 2.5 times the predicted deviation.
+"""
 
 Searching = Callable[[Design, Series, int], Sequence[Point]]
 """Better and better motions that the search with this number finds."""
@@ -50,25 +54,27 @@ class NewRobot:
         name: Of the robot.
         path: Model file.
         model: The same as its robot file names it.
-        flange: Last body of the arm, None where all joints are its own.
+        end: Last body of the arm, and joints behind it that are taken for a gripper's.
         arm: The arm.
         facts: What the model file says beyond it.
         drives: By table of a robot file's `[drives]`.
         home: Pose that the search for a motion starts from.
-        load: Payload.
+        load: Payload, and why it is that one.
         home_clearance: Smallest distance of that pose to floor and arm [m], negative for an overlap.
+        always_near: Names of links and payload, in pairs, that are too near to each other wherever the joints stand.
     """
 
     name: str
     path: Path
     model: str
-    flange: str | None
+    end: ArmEnd
     arm: Arm
     facts: ModelFacts
     drives: Mapping[str, Stated]
     home: Stated
-    load: PayloadBody
+    load: Load
     home_clearance: float
+    always_near: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -94,46 +100,68 @@ class Found:
         return tuple(bool(each <= SHOWN) for each in self.predicted)
 
 
-def described(
-    path: Path, folder: Path, *, flange: str | None, name: str | None, home: Sequence[float] | None = None
-) -> NewRobot:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Given:
+    """What somebody states beside the model file; None of all that is left to rules of thumb.
+
+    Attributes:
+        flange: Last body of the arm; joints that do not lead to it are held.
+        name: Of the robot; else that of the model.
+        home: Pose to begin from [rad or m].
+        torque: Largest torques of the joints [N m or N].
+        rated_load: Largest mass that the arm may carry [kg].
+        payload: File of what is mounted, or the mass of a bar [kg].
+    """
+
+    flange: str | None = None
+    name: str | None = None
+    home: Sequence[float] | None = None
+    torque: Sequence[float] | None = None
+    rated_load: float | None = None
+    payload: Path | float | None = None
+
+
+def described(path: Path, folder: Path, given: Given) -> NewRobot:
     """Read a model file, and state what it leaves open by rules of thumb.
 
     Args:
         path: MJCF or URDF file.
         folder: Of the robot file that will name it.
-        flange: Last body of the arm; joints that do not lead to it are held.
-        name: Of the robot; that of the model if None.
-        home: Pose to begin from [rad or m]; one by rule if None.
+        given: What is stated beside it.
 
     Raises:
         RobotModelError: If the file is no arm, or is read differently by identification and simulation.
-        RobotError: If `home` is no pose of the arm.
-        SimulationError: One of its kinds, if links lack an inertia, or joints are too weak for the arm.
+        RobotError: If the home is no pose of the arm, there is not one torque a joint, or joints are too weak.
+        PayloadError: If the payload's file holds none.
+        SimulationError: One of its kinds, if links lack an inertia.
     """
+    end = ArmEnd(given.flange) if given.flange is not None else arm_end(path)
+    flange = end.flange
     arm = read_arm(path, (), flange=flange)
     check_stated_numbers(path, flange)
     facts = model_facts(path, flange)
-    drives = drives_by_rule(arm, path, flange, facts)
-    load = load_by_rule(arm, path, flange, drives)
+    drives = drives_by_rule(arm, path, flange, facts, given.torque)
+    load = first_load(arm, path, flange, drives, rated=given.rated_load, payload=given.payload)
     new = NewRobot(
-        name=name or re.sub(r"[^A-Za-z0-9_-]+", "-", arm.name).strip("-") or "robot",
+        name=given.name or re.sub(r"[^A-Za-z0-9_-]+", "-", arm.name).strip("-") or "robot",
         path=path,
         model=os.path.relpath(path.resolve(), folder.resolve()),
-        flange=flange,
+        end=end,
         arm=arm,
         facts=facts,
         drives=drives,
         home=assumed(np.zeros(arm.n), "zero"),
         load=load,
         home_clearance=0.0,
+        always_near=(),
     )
     robot = as_robot(new)
     check_same_payload(arm, robot)
-    plant = Plant(robot=robot, drives=robot.drives, payload=load)
+    plant = Plant(robot=robot, drives=robot.drives, payload=load.body)
     clearance = Clearance(plant, margin=3.0 * CLEARANCE)
-    pose = home_by_rule(arm, facts, clearance, far=CLEAR) if home is None else given_home(arm, home)
-    return replace(new, home=pose, home_clearance=float(clearance(pose.value[None])[0]))
+    pose = home_by_rule(arm, facts, clearance, far=CLEAR) if given.home is None else given_home(arm, given.home)
+    distance = float(clearance(pose.value[None])[0])
+    return replace(new, home=pose, home_clearance=distance, always_near=clearance.always_near)
 
 
 def as_robot(new: NewRobot) -> Robot:
@@ -143,7 +171,7 @@ def as_robot(new: NewRobot) -> Robot:
     return Robot(
         name=new.name,
         model=new.path,
-        flange=new.flange,
+        flange=new.end.flange,
         drives=DriveTruth(**values),
         max_velocity=speed,
         max_acceleration=acceleration,
@@ -165,28 +193,45 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
         TrajectoryError: If none is.
         RobotError: If the payload that the arm can bear shows no gain.
     """
-    plant, body = Plant(robot=robot, drives=robot.drives, payload=new.load), new.load
+    body = new.load.body
+    plant = Plant(robot=robot, drives=robot.drives, payload=body)
     problem = Problem(
         plant=plant,
         structure=structure_of(new.arm),
         limits=robot_limits(plant),
         joints=np.arange(new.arm.n),
-        carried=drawn(Payload(mass=body.mass, com=body.com, inertia=body.inertia)),
+        carried=drawn(new.load.payload),
         prediction=prediction_of(DEFAULT),
     )
     design = Design(problem)
     series = Series(limits=problem.limits, harmonics=HARMONICS, duration=DURATION)
-    try:
-        motion = first_fitted(design, series, (searched(design, series, attempt) for attempt in range(ATTEMPTS)))
-    except TrajectoryError as error:
-        raise TrajectoryError(
-            f"robot {new.name}: {ATTEMPTS} searches for a motion failed: {error}; {advice}"
-        ) from error
+    motion = quickened(design, _motion(design, series, searched, f"robot {new.name}", advice))
     found = Found(motion=motion, predicted=design.deviations(design.rows(motion)).total)
     if any(found.identifiable):
         return found
     raise RobotError(
         f"robot {new.name}: the torque limits allow a payload of {body.mass:.2g} kg, which determines no gain "
-        f"better than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or "
-        "masses of the links"
+        f"better than {100.0 * found.predicted.min():.2g} %; correct effort or force ranges, or masses of the links, "
+        "or state what the arm may carry with --rated-load"
     )
+
+
+def _motion(design: Design, series: Series, searched: Searching, name: str, advice: str) -> FourierTrajectory:
+    """The best motion of some searches that keeps the limits, or what is left of one."""
+    bests: list[FourierTrajectory] = []
+
+    def searches() -> Iterator[Sequence[Point]]:
+        for attempt in range(ATTEMPTS):
+            kept = searched(design, series, attempt)
+            bests.append(series.motion(kept[-1].x))
+            yield kept
+
+    try:
+        return first_fitted(design, series, searches())
+    except NoPositionError as error:
+        raise TrajectoryError(f"{error}: --payload KG; or name a pose that can be held and is clear, --home") from error
+    except TrajectoryError as error:
+        smaller = [small for best in bests for small in about_a_pose(design, best)]
+        if smaller:
+            return min(smaller, key=design.cost)
+        raise TrajectoryError(f"{name}: {ATTEMPTS} searches for a motion failed: {error}; {advice}") from error

@@ -14,14 +14,14 @@ from scipy import optimize
 from ident.payload.payload import Known, Payload
 from ident.support.arrays import Array, Mask
 from scenarios.design.excitation import EXCESS, FITTED_HZ, Design, Problem, design_problem, objective
-from scenarios.design.limits import CLEARANCE, SHARES
+from scenarios.design.limits import SHARES
 from scenarios.design.weights import SHAPES, Weight, payload_body, payload_of, solids
 from scenarios.experiments.build import Setup
 from scenarios.experiments.files.mountings import mountings
 from scenarios.experiments.files.schema import Scenario
 from scenarios.prediction.deviations import RESIDUAL, Carried, Deviations, MotionRows, drawn
 from scenarios.support.errors import ScenarioError
-from sim.clearance import Clearance
+from sim.clearance import CLEARANCE, Clearance
 from sim.flange import Flange, flange_of
 from sim.trajectory import FourierTrajectory
 

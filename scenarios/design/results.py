@@ -17,6 +17,10 @@ class NewRobot(ResultModel):
             of 2 % of the torque.
         identifiable: Whether the scenario that was written wants each joint's gain.
         files: That were written.
+        held: Joints that are taken for a gripper's, and held where they are drawn.
+        payload_mass: Of what the scenario mounts [kg].
+        payload_source: Where the payload comes from.
+        payload_warning: What speaks against it, null if nothing does.
     """
 
     robot: str
@@ -24,6 +28,10 @@ class NewRobot(ResultModel):
     predicted_rel_std: list[float]
     identifiable: list[bool]
     files: list[str]
+    held: list[str]
+    payload_mass: float
+    payload_source: str
+    payload_warning: str | None
 
 
 class DesignedJoint(ResultModel):

@@ -7,10 +7,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from ident.payload.payload import INERTIA_KEYS, MOMENTS, Payload
 from ident.support.naming import shown
 from ident.support.toml_files import read_toml
-from scenarios.design.new_robot import Found, NewRobot
-from scenarios.design.rules_of_thumb import LOAD_SOURCE, Stated
+from scenarios.design.new_robot import SHOWN, Found, NewRobot
+from scenarios.design.rules_of_thumb import Stated, assumed
 from scenarios.design.searched_motion import percents
 from scenarios.experiments.files.motions import write_motion
 from scenarios.experiments.files.schema_line import schema_line
@@ -49,10 +50,13 @@ def robot_text(new: NewRobot) -> str:
         f"name = {toml_value(new.name)}",
         f"model = {toml_value(new.model)}  # masses, centres and inertias of links are taken from there, as they are",
     ]
-    if new.flange is not None:
+    if new.end.flange is not None:
         lines.append(
-            f"flange = {toml_value(new.flange)}  # last body of the arm; joints that do not lead to it are held"
+            f"flange = {toml_value(new.end.flange)}  # last body of the arm; joints that do not lead to it are held"
         )
+    if new.load.rated is not None:
+        words = assumed(np.array([new.load.rated]), "given to rx90 new-robot")
+        lines += ["", "[rated_load]  # kg; what `rx90 payload` keeps to", *_stated(words, several=False)]
     lines += ["", "[home]  # rad (m)", *_stated(new.home)]
     for name, stated in new.drives.items():
         turns, slides = UNITS[name]
@@ -63,10 +67,7 @@ def robot_text(new: NewRobot) -> str:
 
 def scenario_text(new: NewRobot, found: Found) -> str:
     """The scenario file."""
-    body = new.load
-    ixx, iyy, izz, *_ = body.inertia
-    moments = f"{{ ixx = {ixx!r}, iyy = {iyy!r}, izz = {izz!r} }}"
-    payload = f"{{ mass = {body.mass!r}, com = {list(body.com)!r}, inertia = {moments} }}"
+    true, believed = (_payload(new.load.payload, deviations=each) for each in (False, True))
     soft = [1.0 / (float(ia) * (2.0 * np.pi * SWING[1]) ** 2) for ia in new.drives["rotor_inertia"].value]
     soft = [float(f"{c:.3g}") for c in soft]
     zeros = [0.00175 if turns else 0.0001 for turns in new.arm.revolute]
@@ -78,8 +79,8 @@ description = {toml_value(f"{new.name} as its model file describes it, with driv
 robot = "{ROBOT}"         # beside this file
 
 [plant]                      # what is true; drives that are not stated are those of {ROBOT}
-payload = {payload}
-# {LOAD_SOURCE}
+payload = {true}
+# {new.load.source}
 # kg, m in the frame of the last link, kg m^2 about the centre of mass
 
 [experiment]
@@ -87,11 +88,11 @@ motion = "{MOTION}"       # found within the limits of {ROBOT}; rx90 excite find
 
 [belief]                     # what controller and identification believe
 controller_gain = {new.drives["gain"].value.tolist()!r}  # those of {ROBOT}
-payload = {payload}  # as it is
+payload = {believed}  # as it is
 
 [tolerance]
 gain = {list(found.tolerance)!r}  # relative; four predicted deviations, 2 % at least
-identifiable = [{truth}]  # predicted deviations [%]: {percents(found.predicted)}; wanted up to 8
+identifiable = [{truth}]  # predicted deviations [%]: {percents(found.predicted)}; wanted up to {100.0 * SHOWN:g}
 
 [sources."joint elasticity"]  # assumed: rotors on their transmissions swing at {SWING[0]:g} to {SWING[1]:g} Hz
 target = "plant.errors.joint_compliance"
@@ -147,8 +148,23 @@ def check_no_other_robot(folder: Path, model: Path) -> None:
         )
 
 
-def _stated(stated: Stated) -> list[str]:
+def _payload(payload: Payload, *, deviations: bool) -> str:
+    """A payload as a table in one line, with the deviations that are stated of it or without."""
+    keys = ("mass", "com", "inertia", *("mass_std", "com_std", "inertia_std") * deviations)
+    values = {key: getattr(payload, key) for key in keys}
+    for key in ("inertia", "inertia_std"):
+        if any(values.get(key, ())):
+            pairs = zip(INERTIA_KEYS, values[key], strict=True)
+            values[key] = {name: x for name, x in pairs if x or name in MOMENTS}
+    return toml_value({key: value for key, value in values.items() if np.any(value) or isinstance(value, dict)})
+
+
+def _stated(stated: Stated, *, several: bool = True) -> list[str]:
     words = set(stated.origin)
     origin = toml_value(stated.origin[0]) if len(words) == 1 else toml_value(stated.origin)
     value = [float(f"{x:.6g}") for x in stated.value]
-    return [f"value = {value!r}", f"origin = {origin}", f"source = {toml_value(stated.source)}"]
+    return [
+        f"value = {value if several else value[0]!r}",
+        f"origin = {origin}",
+        f"source = {toml_value(stated.source)}",
+    ]

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.model.arm import Arm
+from ident.payload.payload import Payload
 from ident.support.arrays import Array
 from scenarios.design.limits import HALF_TURN
 from scenarios.design.model_facts import ModelFacts
@@ -32,25 +33,14 @@ ASYMMETRY, OFFSET = 0.03, 0.02
 """Shares of the Coulomb friction; an identified TX-40 has a total offset of 5 %."""
 NEEDED = 2.0
 """Largest torque over the one that random states at a third of speed and acceleration need, where none is stated."""
-LOADED = 0.3
-"""Share of any joint's largest torque that the payload may ask for."""
 RATED = 0.1
 """Mass of a usual load over that of all moving links; rated loads are 0.08 (TX-40) to 0.3 (UR10e) of them."""
-TORQUE_SHARE = 0.75
-"""Share of any joint's largest torque that arm and payload may ask for together; a search for a motion allows 0.8."""
 STATES = 200
 """Random states over which torques are taken."""
-USUAL = 0.9
-"""Share of these states that a payload leaves room for; a search for a motion keeps clear of the others."""
-HEAVIEST = 10.0
-"""Largest payload [kg]."""
+PACE = 1.0 / 3.0
+"""Share of the largest speed and acceleration of these states."""
 DENSITY = 7850.0
 """Of steel [kg/m^3]."""
-LOAD_SOURCE = (
-    f"assumed: a steel bar of 1 x 1 x 3 beside the last joint's axis; it takes at most {100.0 * LOADED:g} % of any "
-    f"joint's largest torque and weighs at most {HEAVIEST:g} kg"
-)
-"""What a payload by rule is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +63,9 @@ def assumed(value: Array, source: str) -> Stated:
     return Stated(value, ("assumed",) * len(value), source)
 
 
-def drives_by_rule(arm: Arm, model: Path, flange: str | None, facts: ModelFacts) -> dict[str, Stated]:
+def drives_by_rule(
+    arm: Arm, model: Path, flange: str | None, facts: ModelFacts, given: Sequence[float] | None = None
+) -> dict[str, Stated]:
     """The tables of a robot file's `[drives]`, by name.
 
     Args:
@@ -81,16 +73,19 @@ def drives_by_rule(arm: Arm, model: Path, flange: str | None, facts: ModelFacts)
         model: Its model file.
         flange: Last body of the arm, None where all joints are its own.
         facts: What the file says.
+        given: Largest torques [N m or N] that somebody names, shape (n,); None for those of the file, or by rule.
+
+    Raises:
+        RobotError: If there is not one torque a joint.
     """
     usual = np.where(arm.revolute, SPEED, SLIDE)
     speed = _or_rule(arm, facts.velocity, usual, f"{SPEED:g} rad/s or {SLIDE:g} m/s", model)
     acceleration = ACCELERATION * speed.value
     compiled = bare_arm(model, np.zeros(arm.n), flange)
-    moving_mass = float(compiled.body_subtreemass[compiled.jnt_bodyid[0]])
-    load = _bar(RATED * moving_mass, _beside_the_axis(arm))
-    need = np.abs(_random_torques(arm, model, flange, speed.value, load)).max(axis=0)
+    load = body_of(bar(RATED * float(compiled.body_subtreemass[compiled.jnt_bodyid[0]]), beside_the_axis(arm)))
+    need = np.abs(random_torques(arm, model, flange, speed.value, load)).max(axis=0)
     words = f"{NEEDED:g} times what random motions need with a load of {100.0 * RATED:g} % of the moving mass"
-    torque = _or_rule(arm, facts.torque, NEEDED * need, words, model)
+    torque = _or_rule(arm, facts.torque, NEEDED * need, words, model) if given is None else _given_torque(arm, given)
     rotor = ROTOR * torque.value
     viscous = VISCOUS * rotor
     coulomb = COULOMB * viscous
@@ -113,28 +108,6 @@ def drives_by_rule(arm: Arm, model: Path, flange: str | None, facts: ModelFacts)
         "max_velocity": speed,
         "max_acceleration": assumed(acceleration, most),
     }
-
-
-def load_by_rule(arm: Arm, model: Path, flange: str | None, drives: Mapping[str, Stated]) -> PayloadBody:
-    """A payload that every joint feels and none is overloaded by, `LOAD_SOURCE`.
-
-    Raises:
-        RobotError: If the bare arm alone needs more than a joint's largest torque.
-    """
-    torque, com = drives["current_limit"].value, _beside_the_axis(arm)
-    bare, loaded = (
-        _random_torques(arm, model, flange, drives["max_velocity"].value, x) for x in (None, _bar(1.0, com))
-    )
-    need, each = np.quantile(np.abs(bare), USUAL, axis=0), np.abs(loaded - bare).max(axis=0)
-    room = np.minimum(LOADED * torque, TORQUE_SHARE * torque - need)
-    for j in np.flatnonzero(room <= 0.0):
-        raise RobotError(
-            f"robot model {model}: joint {arm.joint_names[j]}: its largest torque is {torque[j]:.3g}, moving the bare "
-            f"arm takes {need[j]:.3g}; correct its effort or force range, or the masses of the links"
-        )
-    most = min(HEAVIEST, float(np.min(room / np.maximum(each, 1e-9))))
-    digits = 10.0 ** (np.floor(np.log10(most)) - 1.0)
-    return _bar(float(f"{np.floor(most / digits) * digits:.2g}"), com)
 
 
 def home_by_rule(arm: Arm, facts: ModelFacts, clearance: Callable[[Array], Array], far: float) -> Stated:
@@ -181,12 +154,20 @@ def given_home(arm: Arm, pose: Sequence[float]) -> Stated:
     return assumed(np.array(pose), "the pose that rx90 new-robot was given")
 
 
-def _random_torques(arm: Arm, model: Path, flange: str | None, most: Array, load: PayloadBody | None) -> Array:
-    """Torques in random states up to a third of speed `most` and acceleration [N m or N], shape (STATES, n)."""
+def _given_torque(arm: Arm, given: Sequence[float]) -> Stated:
+    if len(given) != arm.n:
+        raise RobotError(f"torque: {len(given)} values, but the arm has {arm.n} joints: {', '.join(arm.joint_names)}")
+    return assumed(np.array(given), "the torques that rx90 new-robot was given")
+
+
+def random_torques(
+    arm: Arm, model: Path, flange: str | None, most: Array, load: PayloadBody | None, *, pace: float = PACE
+) -> Array:
+    """Torques in random states up to a share `pace` of speed `most` and acceleration [N m or N], shape (STATES, n)."""
     lower, upper = _ends(arm)
     rng = np.random.default_rng(0)
     q = rng.uniform(lower, upper, (STATES, arm.n))
-    dq, ddq = (rng.uniform(-end, end, (STATES, arm.n)) for end in (most / 3.0, ACCELERATION * most / 3.0))
+    dq, ddq = (rng.uniform(-end, end, (STATES, arm.n)) for end in (pace * most, pace * ACCELERATION * most))
     return inverse_dynamics(bare_arm(model, np.zeros(arm.n), flange, load), q, dq, ddq)
 
 
@@ -205,7 +186,7 @@ def _or_rule(arm: Arm, stated: Mapping[str, float], rule: Array, words: str, mod
     return Stated(value, origin, "; where it does not: ".join(part for part in parts if part))
 
 
-def _beside_the_axis(arm: Arm) -> Array:
+def beside_the_axis(arm: Arm) -> Array:
     """Centre of a payload in the frame of the last link: an eighth of the reach off the axis, and outwards along it."""
     axis, step = arm.axis[-1], arm.translation[-1]
     reach = float(np.linalg.norm(arm.translation[1:], axis=1).sum()) or 1.0
@@ -217,9 +198,16 @@ def _beside_the_axis(arm: Arm) -> Array:
     return np.round(com, 3)
 
 
-def _bar(mass: float, com: Array) -> PayloadBody:
-    """A steel bar with sides 1, 1, 3, the long one along z."""
+def bar(mass: float, com: Array) -> Payload:
+    """A steel bar of a mass [kg] with sides 1, 1, 3, the long one along z, its centre [m] in the last link's frame."""
     side = (mass / (3.0 * DENSITY)) ** (1.0 / 3.0)
     thick, thin = (float(f"{mass * side**2 * k / 12.0:.4g}") for k in (10.0, 2.0))
     x, y, z = (float(c) for c in com)
-    return PayloadBody(mass=mass, com=(x, y, z), inertia=(thick, thick, thin, 0.0, 0.0, 0.0))
+    return Payload(mass=mass, com=(x, y, z), inertia=(thick, thick, thin, 0.0, 0.0, 0.0))
+
+
+def body_of(payload: Payload) -> PayloadBody:
+    """A complete payload as what is mounted."""
+    assert payload.com is not None, "its centre is stated"
+    assert payload.inertia is not None, "its moments are stated"
+    return PayloadBody(mass=payload.mass, com=payload.com, inertia=payload.inertia)

@@ -16,9 +16,9 @@ import numpy as np
 from scipy import special
 
 from ident.support.arrays import Array, Mask
-from scenarios.design.excitation import Design, Problem
+from scenarios.design.excitation import Design, Problem, resting
 from scenarios.design.limits import SHARES, Limits
-from sim.errors import TrajectoryError
+from sim.errors import NoPositionError
 from sim.trajectory import FourierTrajectory, at_rest
 
 FIRST = 300
@@ -107,7 +107,7 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
         Home alone if it is admissible at rest, else admissible positions drawn within the ranges, shape (k, n).
 
     Raises:
-        TrajectoryError: If none of them is.
+        NoPositionError: If none of them is.
     """
     if admissible(design, home[None])[0]:
         return home[None]
@@ -116,19 +116,16 @@ def starts(design: Design, home: Array, rng: np.random.Generator) -> Array:
     drawn = center + half * rng.uniform(-1.0, 1.0, (POSITIONS, len(home)))
     found = drawn[admissible(design, drawn)][:ADMISSIBLE]
     if not len(found):
-        raise TrajectoryError(
-            f"robot {design.problem.plant.robot.name}: at home and at {POSITIONS} random positions the arm is too near "
-            f"to floor or itself, or holding the payload takes more than {100.0 * SHARES['torque']:g} % of a joint's "
-            "torque; check shapes, current limits and payload"
+        raise NoPositionError(
+            f"robot {design.problem.plant.robot.name}: neither home nor any of {POSITIONS} random positions will do: "
+            f"{design.obstacles(drawn)}; check these shapes and torques, or take a lighter payload"
         )
     return found
 
 
 def admissible(design: Design, q: Array) -> Mask:
     """Which positions (k, n) keep every limit at rest, shape (k,)."""
-    none = np.zeros((q.shape[1], 1))
-    resting = (FourierTrajectory(each, none, none, 1.0) for each in q)
-    return np.array([not design.excess(design.rows(each, 1.0)).any() for each in resting], dtype=bool)
+    return np.array([not design.excess(design.rows(resting(each), 1.0)).any() for each in q], dtype=bool)
 
 
 def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Found:

@@ -10,6 +10,7 @@ from scenarios.design.excitation import near_words
 from scenarios.design.new_robot import CLEAR, Found, NewRobot
 from scenarios.design.robot_folder import FILES, SCENARIO
 from scenarios.reports.content import NONE, Column, Line, Paragraph, Part, Report, Table, cells, percent
+from sim.clearance import CLEARANCE
 
 COLUMNS = (
     Column(title="Joint"),
@@ -42,7 +43,7 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         )
         for j in range(arm.n)
     )
-    body = new.load
+    load = new.load
     parts: list[Part] = [
         Table(columns=COLUMNS, rows=rows),
         Paragraph(
@@ -51,11 +52,31 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
             "Predicted: standard deviation of the gain with the motion found, for residuals of 2 % of the "
             "torque."
         ),
-        Paragraph(f"Payload: {body.mass:g} kg, centre {list(body.com)} m in the frame of the last link."),
+        Paragraph(
+            f"Payload: {load.body.mass:g} kg, centre {list(load.body.com)} m in the frame of the last link; "
+            f"{load.source}."
+        ),
     ]
+    if load.warning:
+        parts.append(Paragraph(f"Warning: payload: {load.warning}."))
+    if new.end.held:
+        parts.append(
+            Paragraph(
+                f"Taken for a gripper's and held: {', '.join(new.end.held)}. The arm ends at body {new.end.flange}, "
+                "which carries the payload; name another last body with --flange."
+            )
+        )
     if new.home_clearance < CLEAR:
         parts.append(
             Paragraph(f"Home {near_words(new.home_clearance)} floor or arm; give a pose clear of both with --home.")
+        )
+    if new.always_near:
+        pairs = ", ".join(f"{one} and {other}" for one, other in new.always_near)
+        parts.append(
+            Paragraph(
+                f"Within {1e3 * CLEARANCE:g} mm of each other at all positions, so their distance is not checked: "
+                f"{pairs}."
+            )
         )
     if new.facts.left:
         parts.append(
@@ -90,6 +111,10 @@ def new_robot_report(new: NewRobot, found: Found, folder: Path) -> Report:
         predicted_rel_std=found.predicted.tolist(),
         identifiable=list(found.identifiable),
         files=[str(folder / name) for name in FILES],
+        held=list(new.end.held),
+        payload_mass=load.body.mass,
+        payload_source=load.source,
+        payload_warning=load.warning or None,
     )
     return Report(f"Robot {new.name}: {arm.n} joints", tuple(parts), result.model_dump(mode="json"))
 

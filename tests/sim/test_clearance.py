@@ -140,3 +140,21 @@ def test_a_weight_s_own_shapes_stand_for_it_where_they_are_given():
     tip = 0.42 + (0.9 + 0.485) * np.cos(1.88) - 0.03 * np.sin(1.88)  # x of the flange points down when the arm bows
     found = Clearance(plant, MARGIN, [box])(pose)[0]
     np.testing.assert_allclose(found, tip, rtol=0, atol=1e-6)
+
+
+def test_links_that_are_drawn_too_near_are_not_compared_and_others_of_them_are(tmp_path):
+    near = '<geom type="sphere" size="{}" pos="0 0 {}"/>'
+    robot = read_robot(robot_folder(tmp_path, 5))
+    text = BARE_ARM.format(flange=near.format(0.03, 0.0), floor="", name='name="b"')
+    text = text.replace('<body name="a" pos="0 0 0.5">', f'<body name="a" pos="0 0 0.5">{near.format(0.8, 0.5)}', 1)
+    text = text.replace('<body name="d"', f'{near.format(0.05, 0.0)}<body name="d"', 1)
+    robot.model.write_text(text)
+    drawn = Clearance(Plant(robot=robot, drives=robot.drives, payload=LIGHT), 0.2, [])
+    # The ball about link a is wider than links c and e, which carry balls, can leave; c and e are neighbours but one.
+    assert drawn.always_near == (("a", "e"),)
+    assert drawn(np.zeros((1, 5)))[0] == 0.2
+    small = text.replace('size="0.8"', 'size="0.1"')
+    robot.model.write_text(small)
+    free = Clearance(Plant(robot=robot, drives=robot.drives, payload=LIGHT), 0.2, [])
+    assert free.always_near == ()
+    assert free.nearest(np.array([0.0, 0.0, np.pi, 0.0, 0.0])) == ("a", "e")

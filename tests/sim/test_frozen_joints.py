@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 from collections_of_arms import FINGERS, GRIPPER, HAND, HOME, INERTIAL, TABLE, menagerie, ros, written
+from robot_folders import arm_xml
 
 from sim.compile import bare_arm, mount_payload
 from sim.controller import inverse_dynamics
@@ -155,3 +156,10 @@ def test_joints_without_names_are_numbered(tmp_path):
         .replace('<position class="arm" name="elbow_servo" joint="elbow"/>', ""),
     )
     assert [joint.name for joint in lean_spec(path).joints] == ["shoulder", "joint2", "wrist"]
+
+
+def test_a_torque_limit_of_the_model_file_s_own_joints_does_not_cut_what_drives_give(tmp_path):
+    text = arm_xml(3).replace('name="axis2"', 'actuatorfrcrange="-1 1" name="axis2"')
+    path = written(tmp_path, "arm.xml", text)
+    assert mujoco.MjModel.from_xml_string(text).jnt_actfrclimited.any()
+    assert not lean_spec(path).compile().jnt_actfrclimited.any()

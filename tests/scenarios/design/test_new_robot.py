@@ -22,9 +22,10 @@ from ident.model.arm import load_arm
 from scenarios.cli import main
 from scenarios.command_line.status import Status
 from scenarios.design.excitation import SIZES, Design
+from scenarios.design.first_load import first_load
 from scenarios.design.model_facts import ModelFacts, model_facts
 from scenarios.design.new_robot import Found
-from scenarios.design.rules_of_thumb import assumed, home_by_rule, load_by_rule
+from scenarios.design.rules_of_thumb import assumed, home_by_rule
 from sim.compile import bare_arm
 from sim.controller import inverse_dynamics
 from sim.errors import TrajectoryError
@@ -113,7 +114,7 @@ def test_a_payload_by_rule_adds_as_much_torque_as_the_weakest_joint_has_left_and
     path = written(tmp_path, "arm.xml", menagerie(tail=HOME))
     arm, limit, speed = load_arm(path), np.array([80.0, weakest, 71.0]), np.array([2.0, 1.6, 2.3])
     drives = {name: assumed(value, "") for name, value in (("current_limit", limit), ("max_velocity", speed))}
-    load = load_by_rule(arm, path, None, drives)
+    load = first_load(arm, path, None, drives, rated=10.0).body
     rng, n = np.random.default_rng(5), (4000, arm.n)  # other states than those of the rule, and more of them
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), n)
     dq, ddq = (rng.uniform(-most / 3.0, most / 3.0, n) for most in (speed, 4.0 * speed))
@@ -169,7 +170,7 @@ def test_an_arm_that_can_hardly_hold_itself_is_refused_with_the_joint(tmp_path, 
     path = written(tmp_path, "arm.urdf", ros().replace('effort="90"', 'effort="2"'))
     assert main(["new-robot", str(path), "--out", str(tmp_path / "mine")]) == Status.BAD_INPUT
     error = capsys.readouterr().err
-    assert "joint elbow: its largest torque is 2, moving the bare arm takes" in error
+    assert "joint elbow: its largest torque is 2, holding the bare arm takes" in error
     assert error.count("\n") == 1
     assert not (tmp_path / "mine/robot.toml").exists()
 

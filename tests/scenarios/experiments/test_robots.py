@@ -152,7 +152,14 @@ BUILTIN = sorted(set(ROBOTS) - {"rx90"})
 
 def test_there_are_robots_of_six_and_of_seven_joints_and_one_that_slides():
     robots = {name: robot(name) for name in BUILTIN}
-    assert {name: each.n for name, each in robots.items()} == {"panda": 7, "stanford": 6, "tx40": 6, "ur10e": 6}
+    assert {name: each.n for name, each in robots.items()} == {
+        "panda": 7,
+        "so101": 5,
+        "stanford": 6,
+        "yam": 6,
+        "tx40": 6,
+        "ur10e": 6,
+    }
     assert [bool(structure(robots["stanford"], ()).arm.revolute[j]) for j in range(6)] == [
         True,
         True,

@@ -4,7 +4,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scenarios.benchmark.methods.answers import AnswerRow, Answers
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Report, Table, cells, number, percent
+from scenarios.reports.content import (
+    NONE,
+    VERDICT,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Report,
+    Table,
+    cells,
+    number,
+    percent,
+)
 
 COLUMNS = (
     Column(title="Problem", words=True),
@@ -12,7 +24,7 @@ COLUMNS = (
     Column(title="Joint"),
     Column(title="Gain", unit="N (m)/unit"),
     Column(title="2 sigma", unit="%"),
-    Column(title="Verdict", words=True),
+    VERDICT,
 )
 
 

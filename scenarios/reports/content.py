@@ -39,11 +39,17 @@ class Column:
         title: Its heading.
         unit: Of its numbers, empty where they have none.
         words: Whether it holds words, which stand left, not numbers, which stand right.
+        file_only: Whether a screen leaves it out.
     """
 
     title: str
     unit: str = ""
     words: bool = False
+    file_only: bool = False
+
+
+VERDICT = Column(title="Verdict", words=True)
+"""The column that says how a row ended; the last one on a screen, on a page beside what the row is about."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +58,7 @@ class Table:
 
     Attributes:
         title: One line above it, empty for none.
-        columns: Headings; the first column says what a row is about.
+        columns: Headings; the first columns, as many as tell the rows apart, say what a row is about.
         rows: Cells, one tuple a row.
         shown: Rows that are enough for a screen; None for all.
         rest: What a screen says in place of the others.
@@ -65,6 +71,12 @@ class Table:
     shown: int | None = None
     rest: str = ""
     file_only: bool = False
+
+    @property
+    def keys(self) -> int:
+        """How many columns say what a row is about: the first ones that tell rows apart, one if none do."""
+        counts = range(1, len(self.columns))
+        return next((k for k in counts if len({row[:k] for row in self.rows}) == len(self.rows)), 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +150,7 @@ class Report:
 
     Attributes:
         title: One line.
-        parts: In the order one reads.
+        parts: In the order one reads: the verdict first, if there is one.
         document: The same for programs, as JSON values.
         mood: Of a title that is the verdict.
     """

@@ -14,11 +14,11 @@ from scenarios.results.models.gains import ResultGain, ResultParameter
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
-    Column(title="residual", unit="%"),
-    Column(title="payload", unit="%"),
-    Column(title="model", unit="%"),
+    Column(title="residual", unit="%", file_only=True),
+    Column(title="payload", unit="%", file_only=True),
+    Column(title="model", unit="%", file_only=True),
 )
-"""The interval of a gain beside its parts, in percent of the gain."""
+"""The interval of a gain beside its parts, which a screen leaves out, in percent of the gain."""
 MEANING = (
     "2 sigma: two standard deviations of the gain, from the residual, the payload's stated uncertainty and the model "
     "together. Errors of the model's geometry, friction law and elasticity are not included where its part is zero."

@@ -26,17 +26,17 @@ MEANING = (
 
 
 def sensitivity_report(found: Budget, scenario: Scenario) -> Report:
-    """Each joint's sources, the largest first, and the source that dominates.
+    """The source that dominates, and each joint's sources, the largest first.
 
     Args:
         found: The budget.
         scenario: That was varied.
     """
-    parts: list[Part] = []
+    parts: list[Part] = [Paragraph(first_to_buy_down(found.joints), strong=True)]
     for budget in found.joints:
         parts += [Heading(f"Joint {budget.joint}"), Paragraph(f"{_headline(budget)}."), _table(budget)]
         parts += [Paragraph(_silent(budget.silent), strong=True)] * bool(budget.silent)
-    parts += [Paragraph(MEANING), Paragraph(first_to_buy_down(found.joints), strong=True)]
+    parts += [Paragraph(MEANING)]
     parts.append(Figure(CHART, "Error of the gain from each source alone", lambda: chart(found, scenario)))
     title = (
         f"Error budget of scenario {scenario.name}: {found.trials} trials, {len(scenario.table.sources)} error sources"

@@ -11,7 +11,7 @@ from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
 from ident.support.naming import joint_list
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import NONE, VERDICT, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
 
@@ -24,7 +24,7 @@ MASSES = (
     Column(title="model", unit="kg"),
     Column(title="Error", unit="%"),
     Column(title="2 sigma", unit="%"),
-    Column(title="Verdict", words=True),
+    VERDICT,
 )
 MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
 
@@ -39,6 +39,7 @@ def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
     payload = found.payload
     rows = (_row("all joints", found.together), *(_row(f"joint {k}", each) for k, each in enumerate(found.joints, 1)))
     parts: list[Part] = [
+        _conclusion(found),
         Paragraph(f"Mass on the scale: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
         Table(columns=MASSES, rows=rows),
         Paragraph(
@@ -52,7 +53,6 @@ def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
     parts += [Paragraph(sentence(f"Joint {k}: {reason}")) for k, reason in reasons]
     parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.remarks]
-    parts.append(_conclusion(found))
     return Report(
         "Gains against the scale", tuple(parts), verification_result(found, diagnosed).model_dump(mode="json")
     )

@@ -171,6 +171,20 @@ def percent(share: float | None, form: str = ".3f") -> str:
     return number(None if share is None else 100.0 * share, form)
 
 
+def plus_minus(value: float, spread: float) -> str:
+    """A number and what it may be off by, both rounded to the first digit of the latter, or two where that is a 1.
+
+    Args:
+        value: The number.
+        spread: Of the same unit, not negative.
+    """
+    if spread == 0.0:
+        return f"{value:.6g}"
+    first = f"{spread:.1e}"
+    places = max((first[0] == "1") - int(first.partition("e")[2]), 0)
+    return f"{value:.{places}f} +- {spread:.{places}f}"
+
+
 def cells(*texts: str | Cell) -> tuple[Cell, ...]:
     """A row of a table."""
     return tuple(text if isinstance(text, Cell) else Cell(text) for text in texts)

@@ -31,7 +31,7 @@ JOINTS = (
     Column(title="within\n2 sigma", unit="%"),
     Column(title="95 % interval", unit="%", file_only=True),
     Column(title="Claimed", unit="%"),
-    Column(title="Bound", unit="%", file_only=True),
+    Column(title="Bound", unit="%"),
     Column(title="Spread\nover bound", file_only=True),
     Column(title="Claimed\nover bound", file_only=True),
 )

@@ -3,13 +3,14 @@
 import os
 import sys
 
-from scenarios.support.import_path import leave_working_folder
+from scenarios.support.import_path import leave_working_folder, own_packages_first
 
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def main() -> int:
     """Run the command line as a process of its own."""
+    own_packages_first()
     import warnings  # after the import path is settled
 
     from scenarios.cli import main as command_line

@@ -48,6 +48,14 @@ def _one_blas_thread():
         yield
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _a_sentence_a_line():
+    """Tests look for sentences; those of how a narrow page is filled state its width."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("COLUMNS", "10000")
+        yield
+
+
 @pytest.fixture(scope="session")
 def arm() -> Arm:
     return load_arm(rx90_mjcf.MJCF)

@@ -4,11 +4,10 @@ import argparse
 import os
 import shutil
 import sys
-from dataclasses import replace
 
 from scenarios.command_line.progress import NO_CURSOR
 from scenarios.command_line.streams_and_signals import tell
-from scenarios.reports.content import Mood, Paragraph, Part, Report
+from scenarios.reports.content import Report
 from scenarios.reports.renderers import RENDERERS, Page, renderer
 
 
@@ -27,23 +26,7 @@ def show(report: Report, options: argparse.Namespace) -> None:
         NoOutput: If it cannot be written.
         BrokenPipeError: If its reader has gone.
     """
-    asked = form(options)
-    tell(renderer(asked)(verdict_first(report) if asked == "html" else report, page()))
-
-
-def verdict_first(report: Report) -> Report:
-    """The report with its verdict before all else: a page is read from its top, a terminal from its end."""
-    last = len(report.parts) - 1
-    verdicts = [k for k, part in enumerate(report.parts) if _concludes(part, last=k == last)]
-    if not verdicts:
-        return report
-    parts = list(report.parts)
-    return replace(report, parts=(parts.pop(verdicts[-1]), *parts))
-
-
-def _concludes(part: Part, *, last: bool) -> bool:
-    """Whether a part is a verdict; strong and doubtful words are one at the end only, before it they warn."""
-    return isinstance(part, Paragraph) and part.strong and (last or part.mood in (Mood.GOOD, Mood.BAD))
+    tell(renderer(form(options))(report, page()))
 
 
 def form(options: argparse.Namespace) -> str:
@@ -52,10 +35,8 @@ def form(options: argparse.Namespace) -> str:
 
 
 def page() -> Page:
-    """As wide as the terminal; of any width into a pipe or file."""
-    if not sys.stdout.isatty():
-        return Page(colour=coloured(terminal=False))
-    return Page(width=shutil.get_terminal_size().columns, colour=coloured(terminal=True))
+    """As wide as the terminal, or as COLUMNS says; 80 characters into a pipe or file."""
+    return Page(width=shutil.get_terminal_size().columns, colour=coloured(terminal=sys.stdout.isatty()))
 
 
 def coloured(*, terminal: bool) -> bool:

@@ -5,12 +5,12 @@ import os
 from collections.abc import Generator, Sequence
 from importlib.machinery import PathFinder
 
+from scenarios.support.import_path import COMPILED, FOREIGN
+
 OPENGL = "MUJOCO_GL"
 """Environment variable that names the OpenGL that MuJoCo looks for as it is imported."""
 ASKED = "RX90_MUJOCO_GL"
 """Where its value, empty for none, waits for a command that draws, in this process or one that it starts."""
-COMPILED = ("pinocchio", "eigenpy", "coal", "hppfcl", "mujoco", "numpy", "scipy", "pandas", "pyarrow", "pydantic_core")
-"""Packages with compiled parts, which work with the Python alone that they were built for."""
 
 
 @contextlib.contextmanager
@@ -47,7 +47,7 @@ def foreign_packages(error: Exception) -> str | None:
     Returns:
         What to say, None where PYTHONPATH has no such package or the error is another.
     """
-    for folder in os.environ.get("PYTHONPATH", "").split(os.pathsep):
+    for folder in os.environ.get(FOREIGN, "").split(os.pathsep):
         found = [name for name in COMPILED if folder and _has(folder, name)]
         if found and _by_import(error, found):
             return (

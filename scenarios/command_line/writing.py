@@ -21,9 +21,9 @@ def right_to_write(options: argparse.Namespace, folder: Path, names: Iterable[st
         command: The command.
 
     Raises:
-        ScenarioError: If a file is one that the command line names to be read; if one is there that the command did not
-            write, and --force is not given.
-        OSError: If folder or file cannot be written.
+        ScenarioError: If the folder cannot be written; if a file is one that the command line names to be read; if one
+            is there that the command did not write, and --force is not given.
+        OSError: If a file cannot be written.
     """
     return claim(folder, names, command=command, force=options.force, reads=files_read(options))
 

@@ -13,7 +13,7 @@ from scenarios.command_line.progress import console, under_way
 from scenarios.command_line.status import Status
 from scenarios.command_line.study_arguments import interruptible, summary_of
 from scenarios.experiments.workers import add_worker_options, open_workers, prepare_workers, worker_words
-from scenarios.results.write_access import make_folder
+from scenarios.results.write_access import make_folder, try_folder
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -125,6 +125,7 @@ def _sealed(options: argparse.Namespace) -> Status:
 
     if not options.subjects or options.trials is None:
         raise ScenarioError("expected scenarios and -n N, to be sealed")
+    try_folder(options.seal, one_line(options.seal))
     loaded = [load_scenario(name) for name in options.subjects]
     if options.seal.exists() and any(options.seal.iterdir()):
         raise ScenarioError(f"{options.seal}: is not empty; seal into a new folder")

@@ -39,5 +39,5 @@ def main(options: argparse.Namespace) -> Status:
     found = joint_torque(recording, file.known)
     with held.writing():
         write_torque(found, file, options.out)
-    show(torque_report(torques(found, file, options.out)), options)
+    show(torque_report(torques(found, file, options.out), found, file), options)
     return Status.PASSED

@@ -4,7 +4,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scenarios.benchmark.methods.answers import AnswerRow, Answers
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Report, Table, cells, number, percent
+from scenarios.reports.content import (
+    NONE,
+    VERDICT,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Report,
+    Table,
+    cells,
+    number,
+    percent,
+)
 
 COLUMNS = (
     Column(title="Problem", words=True),
@@ -12,15 +24,28 @@ COLUMNS = (
     Column(title="Joint"),
     Column(title="Gain", unit="N (m)/unit"),
     Column(title="2 sigma", unit="%"),
-    Column(title="Verdict", words=True),
+    VERDICT,
 )
 
 
 def answers_report(rows: Sequence[AnswerRow], path: Path) -> Report:
     """A row a problem, method and joint; of a call without an answer, one with its failure."""
     lines = [line for row in rows for line in _lines(row)]
-    parts = (Table(columns=COLUMNS, rows=tuple(lines)), Paragraph(f"Answers in {path}."))
+    parts = (_counted(rows), Table(columns=COLUMNS, rows=tuple(lines)), Paragraph(f"Answers in {path}."))
     return Report(f"{len(rows)} answers", parts, Answers(answers=list(rows)).model_dump(mode="json"))
+
+
+def _counted(rows: Sequence[AnswerRow]) -> Paragraph:
+    """What there is, first of all calls without an answer."""
+    claims = [claim for row in rows for claim in row.claims]
+    given, failed = sum(claim.value is not None for claim in claims), sum(row.failure is not None for row in rows)
+    methods, problems = (len({getattr(row, key) for row in rows}) for key in ("method", "problem"))
+    said = (
+        f"{len(rows)} answers of {methods} {'method' if methods == 1 else 'methods'} to {problems} "
+        f"{'problem' if problems == 1 else 'problems'}: {given} gains, {len(claims) - given} refused, "
+        f"{failed} {'call' if failed == 1 else 'calls'} without any answer."
+    )
+    return Paragraph(said, Mood.BAD if failed else Mood.PLAIN, strong=True)
 
 
 def _lines(row: AnswerRow) -> list[tuple[Cell, ...]]:

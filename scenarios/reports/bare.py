@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from ident.diagnosis.plausibility import prediction_warnings
 from ident.support.arrays import Array
 from scenarios.reports.bare_links import links_parts
-from scenarios.reports.content import NONE, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import NONE, VERDICT, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs, horizon_paragraphs
-from scenarios.reports.gains import reason_paragraph, sentence
+from scenarios.reports.gains import joints_named, reason_paragraph, sentence
 from scenarios.reports.payload_forecast import if_loaded_parts
 from scenarios.results.models.bare import BareJoint, BareParameter, BareResult
 
@@ -17,7 +17,7 @@ RATIOS = (
     Column(title="Gain ratio"),
     Column(title="2 sigma", unit="%"),
     Column(title="Predicted within", unit="% of rms"),
-    Column(title="Verdict", words=True),
+    VERDICT,
 )
 PARAMETERS = (
     Column(title="Parameter", words=True),
@@ -47,7 +47,7 @@ ESSENTIAL = 0.1
 
 
 def bare_report(result: BareResult, revolute: Array) -> Report:
-    """Ratios, what they say of gains believed beforehand, what a payload would add, parameters, friction, links.
+    """The verdict, ratios, what they say of gains given beforehand or a payload would add, parameters, friction, links.
 
     Args:
         result: What the motions say.
@@ -90,7 +90,22 @@ def bare_report(result: BareResult, revolute: Array) -> Report:
     there = {term.parameter.partition(" ")[0] for each in joints for term in each.friction}
     parts.append(Paragraph(f"{'; '.join(words for name, words in TERMS.items() if name in there)}."))
     parts += links_parts(result.consistent, result.consistent_reason, revolute)
-    return Report("Bare motions", tuple(parts), result.model_dump(mode="json"))
+    doubtful = any(isinstance(part, Paragraph) and part.mood is Mood.DOUBTFUL for part in parts)
+    verdict = _verdict(result, Mood.DOUBTFUL if doubtful else Mood.PLAIN)
+    return Report("Bare motions", (verdict, *parts), result.model_dump(mode="json"))
+
+
+def _verdict(result: BareResult, mood: Mood) -> Paragraph:
+    """Of which joints the ratio is found, and how well."""
+    others = [each for each in result.joints if each.joint != result.reference]
+    refused = [each.joint for each in others if each.ratio is None]
+    found = {each.joint: 200.0 * (each.rel_std or 0.0) for each in others if each.ratio is not None}
+    gains = f"the gains of {joints_named(list(found))}" if found else "no gain"
+    text = f"Bare motions give {gains} as a ratio to that of joint {result.reference}"
+    within = f" (2 sigma {min(found.values()):.2g} to {max(found.values()):.2g} %)" if found else ""
+    without = f"; they do not determine {joints_named(refused)}" if refused else ""
+    warned = "" if mood is Mood.PLAIN else " See the warnings below."
+    return Paragraph(f"{text}{within}{without}.{warned}", mood, strong=True)
 
 
 def _ratio_table(joints: Sequence[BareJoint], reference: int) -> Table:

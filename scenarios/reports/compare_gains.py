@@ -7,7 +7,7 @@ import numpy as np
 from ident.estimation.gain_comparison import GainComparison, Moved, Together
 from scenarios.experiments.files.gains import TURNING, GainsFile
 from scenarios.gains_in_use.results import gain_comparison_result
-from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import VERDICT, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
 from scenarios.reports.gains import gain_unit, joints_named
 
 COLUMNS = (
@@ -15,7 +15,7 @@ COLUMNS = (
     Column(title="2 sigma", unit="%"),
     Column(title="relative to\ncommon scale", unit="%"),
     Column(title="2 sigma", unit="%"),
-    Column(title="Verdict", words=True),
+    VERDICT,
 )
 """Those after the gains."""
 
@@ -34,6 +34,7 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
         for joint, each, apart in zip(found.joints.tolist(), found.each, _relative(found), strict=True)
     )
     parts: list[Part] = [
+        _conclusion(found),
         Table(columns=(*_gain_columns(found, A), *COLUMNS), rows=rows),
         Paragraph(_common(found)),
         Paragraph(
@@ -47,7 +48,6 @@ def comparison_report(found: GainComparison, A: GainsFile, B: GainsFile) -> Repo
         parts.append(Paragraph(_test("Test of one change common to all joints", found.pattern)))
     parts += [Paragraph(f"Joint {j + 1} has a gain in {which} only.") for j, which in found.missing]
     parts += _same_data(A, B)
-    parts.append(_conclusion(found))
     return Report("Gains A against B", tuple(parts), gain_comparison_result(found).model_dump(mode="json"))
 
 

@@ -39,11 +39,17 @@ class Column:
         title: Its heading.
         unit: Of its numbers, empty where they have none.
         words: Whether it holds words, which stand left, not numbers, which stand right.
+        file_only: Whether a screen leaves it out.
     """
 
     title: str
     unit: str = ""
     words: bool = False
+    file_only: bool = False
+
+
+VERDICT = Column(title="Verdict", words=True)
+"""The column that says how a row ended; the last one on a screen, on a page beside what the row is about."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +58,7 @@ class Table:
 
     Attributes:
         title: One line above it, empty for none.
-        columns: Headings; the first column says what a row is about.
+        columns: Headings; the first columns, as many as tell the rows apart, say what a row is about.
         rows: Cells, one tuple a row.
         shown: Rows that are enough for a screen; None for all.
         rest: What a screen says in place of the others.
@@ -65,6 +71,12 @@ class Table:
     shown: int | None = None
     rest: str = ""
     file_only: bool = False
+
+    @property
+    def keys(self) -> int:
+        """How many columns say what a row is about: the first ones that tell rows apart, one if none do."""
+        counts = range(1, len(self.columns))
+        return next((k for k in counts if len({row[:k] for row in self.rows}) == len(self.rows)), 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +150,7 @@ class Report:
 
     Attributes:
         title: One line.
-        parts: In the order one reads.
+        parts: In the order one reads: the verdict first, if there is one.
         document: The same for programs, as JSON values.
         mood: Of a title that is the verdict.
     """
@@ -157,6 +169,20 @@ def number(value: float | None, form: str, unit: str = "") -> str:
 def percent(share: float | None, form: str = ".3f") -> str:
     """A share in percent, without the sign: the heading has it. A dash for none."""
     return number(None if share is None else 100.0 * share, form)
+
+
+def plus_minus(value: float, spread: float) -> str:
+    """A number and what it may be off by, both rounded to the first digit of the latter, or two where that is a 1.
+
+    Args:
+        value: The number.
+        spread: Of the same unit, not negative.
+    """
+    if spread == 0.0:
+        return f"{value:.6g}"
+    first = f"{spread:.1e}"
+    places = max((first[0] == "1") - int(first.partition("e")[2]), 0)
+    return f"{value:.{places}f} +- {spread:.{places}f}"
 
 
 def cells(*texts: str | Cell) -> tuple[Cell, ...]:

@@ -1,14 +1,14 @@
 """What a method keeps of what any method should keep."""
 
 from scenarios.benchmark.comparison.contract import Contract
-from scenarios.reports.content import Cell, Column, Mood, Paragraph, Report, Table, cells
+from scenarios.reports.content import VERDICT, Cell, Column, Mood, Paragraph, Report, Table, cells
 from scenarios.reports.gains import sentence
 
-COLUMNS = (Column(title="Property", words=True), Column(title="Verdict", words=True))
+COLUMNS = (Column(title="Property", words=True), VERDICT)
 
 
 def contract_report(found: Contract) -> Report:
-    """A row a promise, a sentence on each that is broken, the verdict."""
+    """The verdict, a row a promise, a sentence on each that is broken."""
     rows = tuple(
         cells(check.promise, Cell("holds", Mood.GOOD) if check.kept else Cell("FAILS", Mood.BAD))
         for check in found.checks
@@ -20,5 +20,5 @@ def contract_report(found: Contract) -> Report:
         if broken
         else Paragraph(f"PASSED: all {len(found.checks)} properties hold.", Mood.GOOD, strong=True)
     )
-    parts = (Table(columns=COLUMNS, rows=rows), *said, verdict)
+    parts = (verdict, Table(columns=COLUMNS, rows=rows), *said)
     return Report(f"Method {found.method}", parts, found.model_dump(mode="json"))

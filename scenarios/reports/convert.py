@@ -33,14 +33,14 @@ def log_report(log: Log, out: Path) -> Report:
     )
     result = converted(log, out)
     parts: list[Part] = [
-        Table(columns=COLUMNS, rows=rows),
-        Paragraph(f"Time is {said.t.columns[0]} [{said.t.unit[0]}]; v is {result.v}."),
-        *(Paragraph(f"Note: {note}.") for note in result.notes),
         Paragraph(
             f"{out}: {result.samples} samples of {result.joints} joints, {result.duration_s:.4g} s at "
             f"{result.rate_hz:.4g} Hz.",
             strong=True,
         ),
+        Table(columns=COLUMNS, rows=rows),
+        Paragraph(f"Time is {said.t.columns[0]} [{said.t.unit[0]}]; v is {result.v}."),
+        *(Paragraph(f"Note: {note}.") for note in result.notes),
     ]
     return Report("Log converted to a recording", tuple(parts), result.model_dump(mode="json"))
 

@@ -28,7 +28,7 @@ def cost_parts(cost: ResultCost | None, revolute: Array) -> list[Part]:
         return []
     judged = cost.passed is not None
     tables = _weight_table(cost, judged=judged), _joint_table(cost.joints, revolute, judged=judged)
-    return [*tables, Paragraph(JUDGED if judged else STATED), _said(cost)]
+    return [_said(cost), *tables, Paragraph(JUDGED if judged else STATED)]
 
 
 def _weight_table(cost: ResultCost, *, judged: bool) -> Table:
@@ -69,14 +69,14 @@ def _joint_table(joints: Sequence[CostJoint], revolute: Array, *, judged: bool) 
     columns = [
         Column(title="Joint"),
         Column(title="A-priori gain", unit=unit),
-        Column(title="Gain found", unit=unit),
+        Column(title="Gain found", unit=unit, file_only=True),
         Column(title="Difference", unit="%"),
         Column(title="Mass,\na priori", unit="kg"),
         Column(title="2 sigma", unit="kg"),
     ]
     if judged:
         columns += [Column(title="Mass,\nfound", unit="kg"), Column(title="2 sigma", unit="kg")]
-        columns += [Column(title="Torque error,\na priori", unit="%"), Column(title="Torque error,\nfound", unit="%")]
+        columns += [Column(title="Torque\nerror,\na priori", unit="%"), Column(title="Torque\nerror,\nfound", unit="%")]
     rows = list[tuple[Cell, ...]]()
     for each in joints:
         row = [number(each.a_priori_gain, ".4f"), number(each.gain, ".4f"), percent(each.rel_difference, "+.1f")]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import PurePath
 
 from ident.diagnosis.diagnosis import Diagnosed, Diagnosis, Severity
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Table, cells
+from scenarios.reports.content import NONE, VERDICT, Cell, Column, Mood, Paragraph, Table, cells
 
 MOODS = {Severity.GOOD: Mood.GOOD, Severity.WEAK: Mood.DOUBTFUL, Severity.WRONG: Mood.BAD}
 LABELS = {Severity.GOOD: "Note", Severity.WEAK: "WARNING", Severity.WRONG: "WRONG"}
@@ -13,7 +13,7 @@ VERDICTS = LABELS | {Severity.GOOD: "good"}
 COLUMNS = (
     Column(title="Log", words=True),
     Column(title="What", words=True),
-    Column(title="Verdict", words=True),
+    VERDICT,
     Column(title="Found", words=True),
 )
 

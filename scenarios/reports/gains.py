@@ -4,21 +4,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ident.diagnosis.alternative import two_digits
 from ident.diagnosis.diagnosis import Diagnosed
 from ident.model.parameters import UNITS
 from ident.support.arrays import Array
 from ident.support.naming import joint_list
-from scenarios.reports.content import NONE, Column, Paragraph, Table, cells, percent
+from scenarios.reports.content import NONE, Column, Mood, Paragraph, Table, cells, percent
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.results.models.gains import ResultGain, ResultParameter
 
 INTERVAL = (
     Column(title="2 sigma", unit="%"),
-    Column(title="residual", unit="%"),
-    Column(title="payload", unit="%"),
-    Column(title="model", unit="%"),
+    Column(title="residual", unit="%", file_only=True),
+    Column(title="payload", unit="%", file_only=True),
+    Column(title="model", unit="%", file_only=True),
 )
-"""The interval of a gain beside its parts, in percent of the gain."""
+"""The interval of a gain beside its parts, which a screen leaves out, in percent of the gain."""
 MEANING = (
     "2 sigma: two standard deviations of the gain, from the residual, the payload's stated uncertainty and the model "
     "together. Errors of the model's geometry, friction law and elasticity are not included where its part is zero."
@@ -56,6 +57,34 @@ def joints_named(joints: Sequence[int]) -> str:
     if len(joints) > 2 and list(joints) == list(range(joints[0], joints[-1] + 1)):
         return f"joints {joints[0]} to {joints[-1]}"
     return joint_list([joint - 1 for joint in joints])
+
+
+def budget_verdict(joints: Sequence[tuple[int, float | None, float, str | None]]) -> Paragraph:
+    """How large errors are, which joints meet their tolerance, and which source dominates which joints.
+
+    Args:
+        joints: Of each its number, relative rms error, tolerance and largest source; None where there is none.
+    """
+    errors = [100.0 * error for _, error, _, _ in joints if error is not None]
+    by_source = dict[str, list[int]]()
+    for joint, _, _, source in joints:
+        if source is not None:
+            by_source.setdefault(source, []).append(joint)
+    if not errors:
+        return Paragraph("No joint has a gain with all sources on.", Mood.BAD, strong=True)
+    size = " to ".join(dict.fromkeys(two_digits(each) for each in (min(errors), max(errors))))
+    tolerances = {100.0 * tolerance for _, _, tolerance, _ in joints}
+    missed = [joint for joint, error, tolerance, _ in joints if error is None or error > tolerance]
+    mood = Mood.BAD if len(missed) == len(joints) else Mood.DOUBTFUL if missed else Mood.GOOD
+    who = "no joint" if mood is Mood.BAD else f"all but {joints_named(missed)}" if missed else "every joint"
+    meets, own = ("meet", "their tolerance") if mood is Mood.DOUBTFUL else ("meets", "its tolerance")
+    aim = f"{tolerances.pop():.3g} %" if len(tolerances) == 1 else own
+    words = [f"Expected error {size} % rms: {who} {meets} {aim}"]
+    if by_source:
+        (first, its), *others = by_source.items()
+        dominates = [f"{source} {joints_named(which)}" for source, which in others]
+        words.append(", ".join([f"{first} dominates {joints_named(its)}", *dominates]))
+    return Paragraph(f"{'; '.join(words)}.", mood, strong=True)
 
 
 def sentence(text: str) -> str:

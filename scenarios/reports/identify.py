@@ -8,7 +8,19 @@ from ident.identification import Identification, refused_for_faults
 from ident.model.arm import Arm
 from ident.payload_identification.gains_outcome import GainsOutcome
 from ident.support.arrays import Array
-from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
+from scenarios.reports.content import (
+    VERDICT,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    cells,
+    number,
+    percent,
+)
 from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import horizon_paragraphs
 from scenarios.reports.gains import (
@@ -25,7 +37,7 @@ from scenarios.results.models.run import Result
 
 
 def estimate_report(found: Identification, arm: Arm, identify_s: float, a_priori: GainsOutcome | None = None) -> Report:
-    """The table of identified gains, the reasons for refusals, and how good the fit is.
+    """How many gains there are and how good the fit is, the table of them, the reasons for refusals.
 
     Args:
         found: Gains and notes.
@@ -35,14 +47,13 @@ def estimate_report(found: Identification, arm: Arm, identify_s: float, a_priori
     """
     result, estimate = Result.of_identification(found, identify_s, a_priori), found.estimate
     shares = [estimate.residual_share(index) for index in range(len(estimate.joints))]
-    parts: list[Part] = [identified_table(result.gains, shares, arm.revolute)]
+    parts: list[Part] = [summary(result), identified_table(result.gains, shares, arm.revolute)]
     parts += note_paragraphs(result.notes, found.found, arm.revolute)
     parts += horizon_paragraphs(found.found)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in result.gains if gain.reason is not None]
     parts += kept_paragraphs(result)
     parts += payload_tables(result.payload)
     parts += cost_parts(result.cost, arm.revolute)
-    parts.append(summary(result))
     return Report(f"Drive gains by {estimate.method}", tuple(parts), result.model_dump(mode="json"))
 
 
@@ -60,7 +71,7 @@ def identified_table(gains: Sequence[ResultGain], unexplained: Sequence[float | 
         Column(title="Gain", unit=gain_unit(revolute)),
         *INTERVAL,
         Column(title="Unexplained", unit="% of rms"),
-        Column(title="Verdict", words=True),
+        VERDICT,
     )
     rows = (_row(*pair) for pair in zip(gains, unexplained, strict=True))
     return Table(columns=columns, rows=tuple(rows))

@@ -1,4 +1,4 @@
-"""What a Monte Carlo study found: errors and intervals joint by joint, failures by kind, the verdict, pictures."""
+"""What a Monte Carlo study found: the verdict, errors and intervals joint by joint, failures by kind, pictures."""
 
 from collections.abc import Sequence
 
@@ -30,7 +30,7 @@ MEANING = (
 
 
 def monte_carlo_report(result: StudyResult, rows: StudyRows, *, asked: int) -> Report:
-    """One row a joint, what the columns mean, failures by kind, the verdict, pictures.
+    """The verdict, one row a joint, what the columns mean, failures by kind, pictures.
 
     Args:
         result: Of the study.
@@ -38,13 +38,16 @@ def monte_carlo_report(result: StudyResult, rows: StudyRows, *, asked: int) -> R
         asked: Trials asked for; the folder may hold more.
     """
     more = f" (the folder holds more than the {asked} requested)" if result.trials > asked else ""
-    parts: list[Part] = [Table(columns=COLUMNS, rows=tuple(_row(joint) for joint in result.joints))]
-    parts.append(Paragraph(MEANING))
+    parts: list[Part] = [
+        _verdict(result.joints),
+        Table(columns=COLUMNS, rows=tuple(_row(joint) for joint in result.joints)),
+        Paragraph(MEANING),
+    ]
     parts += [
         Paragraph(f"{count} {'trial' if count == 1 else 'trials'} failed: {kind}.")
         for kind, count in result.failures.items()
     ]
-    parts += [_verdict(result.joints), *_figures(result, rows)]
+    parts += _figures(result, rows)
     title = f"Scenario {result.scenario}, {result.trials} trials from seed {result.seed}{more}"
     return Report(title, tuple(parts), result.model_dump(mode="json"))
 

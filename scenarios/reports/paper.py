@@ -17,7 +17,7 @@ FIGURE_3 = "figure3"
 
 
 def paper_report(found: PaperResult, torques: CaseTorques, seed: int) -> Report:
-    """Tables, figure, claims and the verdict.
+    """The verdict, tables, figure and claims.
 
     Args:
         found: The result.
@@ -41,7 +41,7 @@ def paper_report(found: PaperResult, torques: CaseTorques, seed: int) -> Report:
     if failed:
         verdict = Paragraph(f"FAILED: {failed} of {len(found.checks)} claims do not hold.", Mood.BAD, strong=True)
     title = f"Gautier and Briot (2011), section IV, on the simulated RX-90, seed {seed}"
-    return Report(title, (*parts, verdict), found.model_dump(mode="json"))
+    return Report(title, (verdict, *parts), found.model_dump(mode="json"))
 
 
 def _figure_3(torques: CaseTorques) -> "Drawing":

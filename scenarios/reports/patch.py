@@ -29,7 +29,8 @@ def patch_report(written: Patched) -> Report:
     """What was written."""
     changed = [each for each in written.changes if each.after is not None]
     left = [each for each in written.changes if each.after is None]
-    parts: list[Part] = []
+    words = f"{written.out}: {len(changed)} attributes changed, {len(left)} unchanged."
+    parts: list[Part] = [Paragraph(words, Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True)]
     if changed:
         rows = tuple(
             cells(
@@ -46,8 +47,6 @@ def patch_report(written: Patched) -> Report:
         rows = tuple(cells(each.joint, each.attribute, each.before or NONE, each.reason) for each in left)
         parts.append(Table(title="Unchanged", columns=LEFT, rows=rows))
     parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in written.notes)]
-    words = f"{written.out}: {len(changed)} attributes changed, {len(left)} unchanged."
-    parts.append(Paragraph(words, Mood.PLAIN if changed else Mood.DOUBTFUL, strong=True))
     if written.ros_params is not None:
         parts.append(Paragraph(f"{written.ros_params}: torque constants as ROS 2 parameters."))
     return Report("Patched model", tuple(parts), written.model_dump(mode="json"))

@@ -29,7 +29,7 @@ JOINT_COLUMNS = (
 def payload_report(design: PayloadDesign) -> Report:
     """Joint by joint before and after, the shapes that were tried, and the drawing."""
     best = design.best
-    parts: list[Part] = [_joints(design), *_why(design), _shapes(design)]
+    parts: list[Part] = [*_conclusion(design), _joints(design), *_why(design), _shapes(design)]
     parts += [
         Paragraph(f"The best {each.weight.shape} {each.refusal}; it must not be mounted.", Mood.DOUBTFUL)
         for each in design.candidates
@@ -45,7 +45,6 @@ def payload_report(design: PayloadDesign) -> Report:
             f"of the drives, distance to floor and arm. Frame: {where}."
         )
     )
-    parts += [*_own_is_better(design), _conclusion(design)]
     caption = f"{best.weight.shape.capitalize()} of {best.payload.mass:.3f} kg"
     draw = partial(draw_weight, best.weight, flange=flange.name)
     parts.append(Figure(name=DRAWING, caption=caption, draw=draw, endings=("png", "svg")))
@@ -183,7 +182,12 @@ def _own_is_better(design: PayloadDesign) -> list[Paragraph]:
     ]
 
 
-def _conclusion(design: PayloadDesign) -> Paragraph:
+def _conclusion(design: PayloadDesign) -> list[Paragraph]:
+    """What the new weight shows, and before that whether the scenario's own does better."""
+    return [*_own_is_better(design), _identified(design)]
+
+
+def _identified(design: PayloadDesign) -> Paragraph:
     shown = design.shows(design.after.deviations)
     missing = [str(j + 1) for j in design.joints if not shown[j]]
     if missing:

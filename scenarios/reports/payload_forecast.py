@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 
-from scenarios.reports.content import Column, Paragraph, Part, Table, cells, percent
+from scenarios.reports.content import VERDICT, Column, Paragraph, Part, Table, cells, percent
 from scenarios.results.models.bare import ExpectedGains
 
 COLUMNS = (
     Column(title="Joint"),
     Column(title="Name", words=True),
     Column(title="2 sigma of gain", unit="%"),
-    Column(title="Verdict", words=True),
+    VERDICT,
 )
 
 

@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Sequence
 
 from ident.diagnosis.diagnosis import Diagnosed
-from ident.payload_identification.payload_body import FoundBody
+from ident.payload_identification.payload_body import CENTRE, FoundBody
 from ident.payload_identification.payload_estimate import FoundPayload
 from ident.payload_identification.verification import DIFFERS, Weighed
 from scenarios.gains_in_use.weighing import found_payload_result
-from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, cells
+from scenarios.reports.content import Column, Mood, Paragraph, Part, Report, Table, cells, plus_minus
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
 
@@ -15,9 +15,9 @@ COLUMNS = (
     Column(title="Payload", words=True),
     Column(title="Found"),
     Column(title="2 sigma"),
-    Column(title="residual"),
-    Column(title="gains"),
-    Column(title="model"),
+    Column(title="residual", file_only=True),
+    Column(title="gains", file_only=True),
+    Column(title="model", file_only=True),
     Column(title="Unit", words=True),
 )
 
@@ -40,7 +40,8 @@ def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighe
         )
         for each in body.quantities
     )
-    parts: list[Part] = [Table(columns=COLUMNS, rows=rows)]
+    doubts = list(_doubts(body, joints))
+    parts: list[Part] = [verdict(body, Mood.DOUBTFUL if doubts else Mood.PLAIN), Table(columns=COLUMNS, rows=rows)]
     parts.append(
         Paragraph(
             "In the frame of the last link; the inertia is about the centre of mass. 2 sigma: two standard deviations, "
@@ -53,9 +54,19 @@ def payload_report(found: FoundPayload, body: FoundBody, joints: Sequence[Weighe
     if body.possible is False:
         words = "not physically consistent; parameters within their intervals may be"
         parts.append(Paragraph(sentence(f"Note: {words}"), Mood.DOUBTFUL))
-    parts += [Paragraph(words, Mood.DOUBTFUL) for words in _doubts(body, joints)]
+    parts += [Paragraph(words, Mood.DOUBTFUL) for words in doubts]
     result = found_payload_result(found, body, joints, diagnosed)
     return Report("Payload estimated from currents", tuple(parts), result.model_dump(mode="json"))
+
+
+def verdict(body: FoundBody, mood: Mood) -> Paragraph:
+    """The mass and where it is."""
+    mass = body.of("mass")
+    if mass is None:
+        return Paragraph("The recordings do not determine the mass of the payload.", Mood.DOUBTFUL, strong=True)
+    centre = [f"{each.name} {plus_minus(each.value, 2.0 * each.std)}" for name in CENTRE if (each := body.of(name))]
+    where = f"; centre of mass at {', '.join(centre)} m" if centre else ""
+    return Paragraph(f"{plus_minus(mass.value, 2.0 * mass.std)} kg (2 sigma){where}.", mood, strong=True)
 
 
 def _doubts(body: FoundBody, joints: Sequence[Weighed]) -> Iterator[str]:

@@ -1,11 +1,23 @@
-"""What `rx90 run` says: injected against identified gains, the reasons, the verdict."""
+"""What `rx90 run` says: the verdict, injected against identified gains, the reasons."""
 
 from collections.abc import Sequence
 
 from ident.diagnosis.alternative import two_digits
 from ident.support.arrays import Array
 from scenarios.experiments.run import Run
-from scenarios.reports.content import Cell, Column, Mood, Paragraph, Part, Report, Table, cells, number, percent
+from scenarios.reports.content import (
+    VERDICT,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    cells,
+    number,
+    percent,
+)
 from scenarios.reports.cost import cost_parts
 from scenarios.reports.diagnoses import horizon_paragraphs, many
 from scenarios.reports.gains import (
@@ -22,10 +34,10 @@ from scenarios.results.models.run import Result
 
 
 def run_report(run: Run) -> Report:
-    """The table of injected against identified gains, the reasons, and the verdict."""
+    """The verdict, the table of injected against identified gains, and the reasons."""
     scenario, revolute = run.setup.scenario, run.setup.structure.arm.revolute
     result = Result.of_run(run)
-    parts: list[Part] = [judged_table(result.gains, revolute)]
+    parts: list[Part] = [conclusion(result.gains), judged_table(result.gains, revolute), *_tolerances(result.gains)]
     parts += note_paragraphs(result.notes, run.found, revolute)
     parts += horizon_paragraphs(run.found)
     parts += [reason_paragraph(gain.joint, gain.reason) for gain in result.gains if gain.reason is not None]
@@ -37,7 +49,6 @@ def run_report(run: Run) -> Report:
             f"simulated in {run.simulate_s:.2f} s, identified in {run.identify_s:.2f} s."
         )
     )
-    parts.append(conclusion(result.gains))
     title = f"Scenario {scenario.name}, seed {run.seed}: {scenario.table.description}"
     return Report(title, tuple(parts), result.model_dump(mode="json"))
 
@@ -67,8 +78,8 @@ def judged_table(gains: Sequence[ResultGain], revolute: Array) -> Table:
         Column(title="Identified", unit=gain_unit(revolute)),
         *INTERVAL,
         Column(title="Error", unit="%"),
-        Column(title="Tolerance", unit="%"),
-        Column(title="Verdict", words=True),
+        Column(title="Tolerance", unit="%", file_only=True),
+        VERDICT,
     )
     return Table(columns=columns, rows=rows)
 
@@ -91,8 +102,7 @@ def _passed(gains: Sequence[ResultGain]) -> str:
     refused = [gain.joint for gain in gains if not gain.identifiable]
     parts = list[str]()
     if found:
-        worst = two_digits(100.0 * max(abs(gain.rel_error or 0.0) for gain in found))
-        parts.append(f"{many(len(found), 'gain')} within tolerance (worst error {worst} %)")
+        parts.append(f"{many(len(found), 'gain')} within tolerance ({_worst(found)})")
     if refused:
         parts.append(f"{joints_named(refused)} refused, as the scenario expects")
     return "; ".join(parts)
@@ -105,21 +115,28 @@ def _failed(failed: Sequence[ResultGain]) -> str:
     refused = [gain.joint for gain in failed if not gain.identifiable]
     parts = list[str]()
     if off:
-        worst = max(off, key=_excess)
-        error = (
-            f"{two_digits(100.0 * (worst.rel_error or 0.0), sign='+')} %, tolerance "
-            f"{100.0 * (worst.tolerance or 0.0):.3g} %"
-        )
-        if off[1:]:
-            named = joints_named([gain.joint for gain in off])
-            parts.append(f"{named} exceed their tolerance (worst: joint {worst.joint}, {error})")
-        else:
-            parts.append(f"joint {worst.joint} exceeds its tolerance ({error})")
+        exceed = "exceed their" if off[1:] else "exceeds its"
+        parts.append(f"{joints_named([gain.joint for gain in off])} {exceed} tolerance ({_worst(off)})")
     if unexpected:
         parts.append(f"{joints_named(unexpected)} identified, where the scenario expects a refusal")
     if refused:
         parts.append(f"{joints_named(refused)} refused, where the scenario expects a gain")
     return "; ".join(parts)
+
+
+def _worst(gains: Sequence[ResultGain]) -> str:
+    """The gain that uses most of its tolerance."""
+    worst = max(gains, key=_excess)
+    which = f"worst: joint {worst.joint}, " if gains[1:] else ""
+    error = two_digits(100.0 * (worst.rel_error or 0.0), sign="+")
+    return f"{which}{error} %, tolerance {100.0 * (worst.tolerance or 0.0):.3g} %"
+
+
+def _tolerances(gains: Sequence[ResultGain]) -> list[Paragraph]:
+    """The tolerances of gains that have not all the same one, which the verdict states."""
+    each = {gain.joint: percent(gain.tolerance, ".3g") for gain in gains if gain.identifiable}
+    told = ", ".join(f"{size} % (joint {joint})" for joint, size in each.items())
+    return [Paragraph(f"Tolerances: {told}.")] if len(set(each.values())) > 1 else []
 
 
 def _excess(gain: ResultGain) -> float:

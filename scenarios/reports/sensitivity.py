@@ -1,10 +1,11 @@
-"""What an error budget says: the sources of each joint's error ranked, and what to buy down first."""
+"""What an error budget says: the sources of each joint's error ranked, and which to reduce first."""
 
 from collections.abc import Sequence
 
 from scenarios.experiments.files.schema import Scenario
 from scenarios.experiments.studies.budget import Budget, BudgetJoint, Interval
 from scenarios.reports.content import Cell, Column, Figure, Heading, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.gains import budget_verdict
 from scenarios.reports.plots.sensitivity import chart
 
 SHOWN = 6
@@ -26,17 +27,17 @@ MEANING = (
 
 
 def sensitivity_report(found: Budget, scenario: Scenario) -> Report:
-    """Each joint's sources, the largest first, and the source that dominates.
+    """The source that dominates, and each joint's sources, the largest first.
 
     Args:
         found: The budget.
         scenario: That was varied.
     """
-    parts: list[Part] = []
+    parts: list[Part] = [verdict(found.joints, scenario.table.tolerance.gain)]
     for budget in found.joints:
         parts += [Heading(f"Joint {budget.joint}"), Paragraph(f"{_headline(budget)}."), _table(budget)]
         parts += [Paragraph(_silent(budget.silent), strong=True)] * bool(budget.silent)
-    parts += [Paragraph(MEANING), Paragraph(first_to_buy_down(found.joints), strong=True)]
+    parts += [Paragraph(MEANING)]
     parts.append(Figure(CHART, "Error of the gain from each source alone", lambda: chart(found, scenario)))
     title = (
         f"Error budget of scenario {scenario.name}: {found.trials} trials, {len(scenario.table.sources)} error sources"
@@ -44,14 +45,19 @@ def sensitivity_report(found: Budget, scenario: Scenario) -> Report:
     return Report(title, tuple(parts), found.model_dump(mode="json"))
 
 
-def first_to_buy_down(budgets: Sequence[BudgetJoint]) -> str:
-    """One sentence: which source dominates which joints."""
-    by_source: dict[str, list[str]] = {}
-    for budget in budgets:
-        if budget.costs:
-            by_source.setdefault(budget.costs[0].source, []).append(str(budget.joint))
-    parts = [f"{source} (joint {', '.join(joints)})" for source, joints in by_source.items()]
-    return f"Reduce first: {'; '.join(parts)}." if parts else "No source gave a gain."
+def verdict(budgets: Sequence[BudgetJoint], tolerances: Sequence[float]) -> Paragraph:
+    """How large errors are with all sources on, and what to reduce first.
+
+    Args:
+        budgets: Of joints.
+        tolerances: Relative error that passes, of all joints of the robot.
+    """
+    return budget_verdict(
+        [
+            (each.joint, each.together, tolerances[each.joint - 1], each.costs[0].source if each.costs else None)
+            for each in budgets
+        ]
+    )
 
 
 def _silent(names: Sequence[str]) -> str:

@@ -50,12 +50,16 @@ def trajectory_report(motion: SampledMotion, limits: Limits, out: Path, form: st
         form: Its form.
     """
     broken = limits.broken_by((motion.q, motion.dq, motion.ddq))
-    parts: list[Part] = [motion_table(motion, limits), Paragraph("In rad, rad/s, rad/s^2; m where a joint slides.")]
-    if broken:
-        parts.append(Paragraph(f"Beyond the robot's limits: {', '.join(broken)}.", Mood.BAD, strong=True))
-    parts.append(Paragraph("Move the robot slowly to the start above, and run the motion at low speed first."))
     words = f"{out}: {len(motion.t)} samples, {motion.t[-1]:g} s, {form}."
-    parts.append(Paragraph(words, strong=True))
+    verdict = Paragraph(words, strong=True)
+    if broken:
+        verdict = Paragraph(f"{words} Beyond the robot's limits: {', '.join(broken)}.", Mood.BAD, strong=True)
+    parts: list[Part] = [
+        verdict,
+        motion_table(motion, limits),
+        Paragraph("In rad, rad/s, rad/s^2; m where a joint slides."),
+        Paragraph("Move the robot slowly to the start above, and run the motion at low speed first."),
+    ]
     result = Sampled(
         out=str(out),
         format=form,

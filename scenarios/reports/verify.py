@@ -11,7 +11,20 @@ from ident.payload_identification.common_scale import CommonError, common_error
 from ident.payload_identification.verification import AGREES, DIFFERS, Verification, Weighed
 from ident.support.naming import joint_list
 from scenarios.gains_in_use.weighing import cross_validation_result, verification_result
-from scenarios.reports.content import NONE, Cell, Column, Mood, Paragraph, Part, Report, Table, cells, percent
+from scenarios.reports.content import (
+    NONE,
+    VERDICT,
+    Cell,
+    Column,
+    Mood,
+    Paragraph,
+    Part,
+    Report,
+    Table,
+    cells,
+    percent,
+    plus_minus,
+)
 from scenarios.reports.diagnoses import doubt_paragraphs
 from scenarios.reports.gains import sentence
 
@@ -19,12 +32,12 @@ MASSES = (
     Column(title="From", words=True),
     Column(title="Mass", unit="kg"),
     Column(title="2 sigma", unit="kg"),
-    Column(title="residual", unit="kg"),
-    Column(title="gains", unit="kg"),
-    Column(title="model", unit="kg"),
+    Column(title="residual", unit="kg", file_only=True),
+    Column(title="gains", unit="kg", file_only=True),
+    Column(title="model", unit="kg", file_only=True),
     Column(title="Error", unit="%"),
     Column(title="2 sigma", unit="%"),
-    Column(title="Verdict", words=True),
+    VERDICT,
 )
 MOODS = {AGREES: Mood.GOOD, DIFFERS: Mood.BAD}
 
@@ -39,6 +52,7 @@ def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
     payload = found.payload
     rows = (_row("all joints", found.together), *(_row(f"joint {k}", each) for k, each in enumerate(found.joints, 1)))
     parts: list[Part] = [
+        _conclusion(found),
         Paragraph(f"Mass on the scale: {payload.mass:.6g} kg, standard deviation {payload.mass_std:.2g} kg."),
         Table(columns=MASSES, rows=rows),
         Paragraph(
@@ -52,7 +66,6 @@ def verification_report(found: Verification, diagnosed: Diagnosed) -> Report:
     parts += [Paragraph(sentence(f"Joint {k}: {reason}")) for k, reason in reasons]
     parts += doubt_paragraphs(diagnosed)
     parts += [Paragraph(sentence(f"Note: {remark}")) for remark in found.remarks]
-    parts.append(_conclusion(found))
     return Report(
         "Gains against the scale", tuple(parts), verification_result(found, diagnosed).model_dump(mode="json")
     )
@@ -81,18 +94,25 @@ def _conclusion(found: Verification) -> Paragraph:
     )
     if found.passed:
         agreed = f"error {_off(found.together.rel_error or 0.0, found.together.rel_std or 0.0)}"
-        return Paragraph(f"PASSED: the mass from the currents agrees with the scale, {agreed}.", Mood.GOOD, strong=True)
+        return Paragraph(f"PASSED: {_weighed(found)}, {agreed}.", Mood.GOOD, strong=True)
     if off:
         more = "; the most certain one is listed first and may bias the others" if len(off) > 1 else ""
         return Paragraph(f"FAILED: gains are off: {named}{more}.", Mood.BAD, strong=True)
     if found.together.verdict == DIFFERS:
         words = (
-            "the mass from the currents is off by "
+            f"{_weighed(found)}, off by "
             f"{_off(found.together.rel_error or 0.0, found.together.rel_std or 0.0)}, and "
             "no single joint explains it; check which payload was mounted"
         )
         return Paragraph(f"FAILED: {words}.", Mood.BAD, strong=True)
     return Paragraph(sentence(f"FAILED: the mass is inconclusive: {found.together.reason}"), Mood.BAD, strong=True)
+
+
+def _weighed(found: Verification) -> str:
+    """The mass from all joints beside that on the scale."""
+    mass = found.together.mass
+    assert mass is not None, "a mass that agrees or differs is there"
+    return f"{plus_minus(mass.value, 2.0 * mass.std)} kg from the currents, {found.payload.mass:.6g} kg on the scale"
 
 
 def _common_words(common: CommonError, found: Verification) -> str:
@@ -146,9 +166,26 @@ def prediction_report(identified: Identification, found: Sequence[JointPredictio
         "of the block left out. An error common to all blocks, such as a wrong mass or model, stays undetected; "
         "to detect it, record another weight: --gains G.toml --loaded B --payload P.toml."
     )
-    parts = (Table(columns=PREDICTIONS, rows=rows), Paragraph(words), *doubt_paragraphs(identified.found))
+    parts = (
+        _predicted(found),
+        Table(columns=PREDICTIONS, rows=rows),
+        Paragraph(words),
+        *doubt_paragraphs(identified.found),
+    )
     result = cross_validation_result(identified, found)
     return Report(f"Motions predicted from each other, by {result.method}", parts, result.model_dump(mode="json"))
+
+
+def _predicted(found: Sequence[JointPrediction]) -> Paragraph:
+    """How large errors of prediction are, and how far a gain moves."""
+    shares = [each.share for each in found]
+    text = f"Currents of time blocks left out are predicted within {percent(min(shares), '.2f')} to "
+    text += f"{percent(max(shares), '.2f')} % of rms"
+    moves = {each.joint + 1: float(np.abs(each.gain_change).max()) for each in found if len(each.gain_change)}
+    if moves:
+        joint = max(moves, key=moves.__getitem__)
+        text += f"; no gain changes by more than {percent(moves[joint], '.2f')} % (joint {joint})"
+    return Paragraph(f"{text}.", strong=True)
 
 
 def _moves(each: JointPrediction) -> tuple[str, str]:

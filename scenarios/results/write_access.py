@@ -8,9 +8,10 @@ import hashlib
 import json
 import os
 from collections.abc import Generator, Iterable
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from ident.support.naming import one_line
 from scenarios.support.errors import ScenarioError
@@ -32,23 +33,39 @@ class Claim:
     names: tuple[str, ...]
     command: str
 
+    @property
+    def said(self) -> str:
+        """What the user asked for: the file where it is one, else the folder."""
+        return one_line(self.folder / self.names[0] if len(self.names) == 1 else self.folder)
+
     @contextmanager
     def writing(self) -> Generator[None]:
         """Make the folder, let files be written, record them: also those of a command that is stopped half-way.
 
         Raises:
-            ScenarioError: If the folder cannot be made.
-            OSError: If the record cannot be written.
+            ScenarioError: If the folder cannot be made, or a file or the record not be written.
         """
         make_folder(self.folder)
         try:
             yield
-        finally:
-            records = _records(self.folder)
-            there = [name for name in self.names if (self.folder / name).is_file()]
-            files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
-            text = json.dumps({**records, self.command: files}, indent=2)
-            (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
+        except BaseException as error:
+            with suppress(OSError):  # the disk may be full
+                self._record()
+            if isinstance(error, OSError) and error.filename is None:  # of a write
+                raise ScenarioError(f"{self.said}: cannot be written: {_reason(error)}") from error
+            raise
+        try:
+            self._record()
+        except OSError as error:
+            raise ScenarioError(f"{self.said}: {RECORD} beside it cannot be written: {_reason(error)}") from error
+
+    def _record(self) -> None:
+        """Note the digests of the files that are there."""
+        records = _records(self.folder)
+        there = [name for name in self.names if (self.folder / name).is_file()]
+        files = {**records.get(self.command, {}), **{name: _digest(self.folder / name) for name in there}}
+        text = json.dumps({**records, self.command: files}, indent=2)
+        (self.folder / RECORD).write_text(text + "\n", encoding="utf-8")
 
 
 def make_folder(folder: Path) -> None:
@@ -60,7 +77,28 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ScenarioError(f"cannot create {one_line(folder)}: {error.strerror or one_line(error)}") from error
+        raise ScenarioError(f"cannot create {one_line(folder)}: {_reason(error)}") from error
+
+
+def try_folder(folder: Path, said: str) -> None:
+    """Find out by writing a byte whether a folder, or the nearest one above it that is there, takes files.
+
+    Args:
+        folder: Where.
+        said: What the user asked for.
+
+    Raises:
+        ScenarioError: If it does not.
+    """
+    there = folder.absolute()
+    while not os.path.exists(there) and there != there.parent:
+        there = there.parent
+    try:
+        with TemporaryFile(dir=there) as tried:
+            tried.write(b"0")
+            tried.flush()
+    except OSError as error:
+        raise ScenarioError(f"{said}: cannot be written: {one_line(there)}: {_reason(error)}") from error
 
 
 def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, reads: Iterable[Path]) -> Claim:
@@ -74,12 +112,12 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
         reads: Files that the command reads; over none of them it writes, forced or not.
 
     Raises:
-        ScenarioError: If a file is one that the command reads; if one is there that the command did not write, or that
-            was changed since.
-        OSError: If folder or file cannot be written.
+        ScenarioError: If the folder cannot be written; if a file is one that the command reads; if one is there that
+            the command did not write, or that was changed since.
+        OSError: If a file cannot be written.
     """
     held = Claim(folder, tuple(names), command)
-    _check_folder(folder)
+    try_folder(folder, held.said)
     there = [path for path in reads if os.path.exists(path)]
     ours = {} if force else _records(folder).get(command, {})
     for name in held.names:
@@ -98,22 +136,15 @@ def claim(folder: Path, names: Iterable[str], *, command: str, force: bool, read
     return held
 
 
-def _check_folder(folder: Path) -> None:
-    """A folder is one, or the nearest one above it can be written."""
-    there = folder.absolute()
-    while not there.exists() and there != there.parent:
-        there = there.parent
-    if not there.is_dir():
-        raise NotADirectoryError(20, os.strerror(20), str(there))
-    if not os.access(there, os.W_OK | os.X_OK):
-        raise PermissionError(13, os.strerror(13), str(there))
-
-
 def _check_file(path: Path) -> None:
     if not path.is_file():
         raise ScenarioError(f"{path}: not a regular file")
     if not os.access(path, os.W_OK):
         raise PermissionError(13, os.strerror(13), str(path))
+
+
+def _reason(error: OSError) -> str:
+    return error.strerror or one_line(error)
 
 
 def _records(folder: Path) -> dict[str, dict[str, str]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from ident.support.naming import one_line
 from scenarios.benchmark.methods.answers import ANSWERS, AnswerRow, read_answers
 from scenarios.reports.answers import answers_report
-from scenarios.reports.content import Column, Heading, Mood, Paragraph, Part, Report, Table, cells
+from scenarios.reports.content import Column, Heading, Paragraph, Part, Report, Table, cells
 from scenarios.reports.plot import TONES, Axis, Plot, about, intervals
 from scenarios.support.errors import ScenarioError
 
@@ -28,25 +28,12 @@ def page(folder: Path) -> Report:
     if not rows:
         raise ScenarioError(f"{one_line(path)}: contains no answer; create answers with rx90 compare FOLDER --out")
     told = answers_report(rows, path)
-    parts: list[Part] = [_counted(rows), Paragraph(UNKNOWN)]
+    parts: list[Part] = [told.parts[0], Paragraph(UNKNOWN)]
     for problem in dict.fromkeys(row.problem for row in rows):
         own = [row for row in rows if row.problem == problem]
         parts += [Heading(problem), *_drawn(own), _table(own, path), *_reasons(own)]
     parts += _origin(rows)
     return Report(told.title, tuple(parts), told.document)
-
-
-def _counted(rows: Sequence[AnswerRow]) -> Paragraph:
-    """What there is, first of all calls without an answer."""
-    claims = [claim for row in rows for claim in row.claims]
-    given, failed = sum(claim.value is not None for claim in claims), sum(row.failure is not None for row in rows)
-    methods, problems = (len({getattr(row, key) for row in rows}) for key in ("method", "problem"))
-    said = (
-        f"{len(rows)} answers of {methods} {'method' if methods == 1 else 'methods'} to {problems} "
-        f"{'problem' if problems == 1 else 'problems'}: {given} gains, {len(claims) - given} refused, "
-        f"{failed} {'call' if failed == 1 else 'calls'} without any answer."
-    )
-    return Paragraph(said, Mood.BAD if failed else Mood.PLAIN, strong=True)
 
 
 def _drawn(rows: Sequence[AnswerRow]) -> list[Plot]:

@@ -1,4 +1,4 @@
-"""The page of bare motions: ratios, what a payload would add, parameters, friction, links, where each joint went."""
+"""The page of bare motions: all that is told of them, where each joint went, and their origin."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ from ident.model.arm import Arm
 from ident.payload.files import read_payload
 from ident.support.errors import IdentificationError
 from scenarios.reports.bare import bare_report
-from scenarios.reports.content import Heading, Mood, Paragraph, Part, Report
+from scenarios.reports.content import Heading, Part, Report
 from scenarios.reports.motion import coverage_plot
 from scenarios.reports.pages import provenance
 from scenarios.results.models.bare import BareResult
@@ -33,26 +33,8 @@ def page(folder: Path) -> Report:
         name: CheckLog.of(name, joint_motions(each.recording, given.arm, given.observing)).joints
         for name, each in zip(provenance.named(record.sources), given.motions, strict=True)
     }
-    doubtful = any(isinstance(part, Paragraph) and part.mood is Mood.DOUBTFUL for part in report.parts)
-    verdict = _verdict(result, Mood.DOUBTFUL if doubtful else Mood.PLAIN)
-    parts: list[Part] = [verdict, *report.parts]
-    parts += [Heading("Joint ranges covered by the motion"), coverage_plot(seen, given.arm)]
+    parts: list[Part] = [*report.parts, Heading("Joint ranges covered by the motion"), coverage_plot(seen, given.arm)]
     return Report(record.title, (*parts, *_origin(folder, record, given.arm)), report.document)
-
-
-def _verdict(result: BareResult, mood: Mood) -> Paragraph:
-    others = [each for each in result.joints if each.joint != result.reference]
-    found = [str(each.joint) for each in others if each.ratio is not None]
-    refused = [str(each.joint) for each in others if each.ratio is None]
-    text = f"Bare motions give the gains of {_joints(found)} as ratios to that of joint {result.reference}"
-    without = f"; they do not determine {_joints(refused)}" if refused else ""
-    warned = "" if mood is Mood.PLAIN else " See the warnings below."
-    return Paragraph(f"{text}{without}.{warned}", mood, strong=True)
-
-
-def _joints(numbers: list[str]) -> str:
-    *most, last = numbers
-    return f"joints {', '.join(most)} and {last}" if most else f"joint {last}"
 
 
 def _origin(folder: Path, record: RecordFile, arm: Arm) -> list[Part]:

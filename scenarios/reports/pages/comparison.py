@@ -1,13 +1,12 @@
 """The page of a comparison: who solves most, errors and coverage joint by joint, the tables."""
 
 import json
-from collections.abc import Sequence
 from pathlib import Path
 
 from ident.support.naming import one_line
 from scenarios.benchmark.comparison.statistics import ComparedScenario, Comparison
 from scenarios.reports.comparison import comparison_report
-from scenarios.reports.content import Heading, Paragraph, Part, Report
+from scenarios.reports.content import Heading, Part, Report
 from scenarios.reports.pages import provenance
 from scenarios.reports.pages.monte_carlo import NORMAL, in_percent
 from scenarios.reports.plot import TONES, Axis, Mark, Plot, Reference, Series, intervals, values
@@ -33,7 +32,7 @@ def page(folder: Path) -> Report:
         raise ScenarioError(f"{one_line(path)}: compares nothing")
     told = comparison_report(found)
     drawn = map(plots, compared)
-    parts: list[Part] = [Paragraph(verdict(compared), strong=True)]
+    parts: list[Part] = []
     for part in told.parts[: len(told.parts) - len(about)]:
         parts.append(part)
         if isinstance(part, Heading):
@@ -41,17 +40,6 @@ def page(folder: Path) -> Report:
     others = {key: text for key, text in about.items() if key != "Command"}
     parts += provenance.repeated({"As it was made": about.get("Command", "")}, others, {})
     return Report(told.title, tuple(parts), told.document)
-
-
-def verdict(compared: Sequence[ComparedScenario]) -> str:
-    """Who solves most of each scenario, in a sentence."""
-    said = [
-        f"on {each.name} {each.methods[0].method} scores {100.0 * each.methods[0].score:.1f} %"
-        + (f", {each.methods[1].method} {100.0 * each.methods[1].score:.1f} %" if len(each.methods) > 1 else "")
-        for each in compared
-    ]
-    text = "; ".join(said)
-    return f"{text[0].upper()}{text[1:]}."
 
 
 def plots(compared: ComparedScenario) -> list[Part]:

@@ -37,9 +37,7 @@ def page(folder: Path) -> Report:
     rows = rows_in(study.rows)
     result = study_result(study.scenario, study.seed, rows)
     told = monte_carlo_report(result, rows, asked=study.trials)
-    said = [part for part in told.parts if not isinstance(part, Figure)]
-    verdict = [part for part in said if isinstance(part, Paragraph) and part.strong]
-    parts: list[Part] = [*verdict, *(part for part in said if part not in verdict)]
+    parts: list[Part] = [part for part in told.parts if not isinstance(part, Figure)]
     parts += [
         coverage_plot(rows.joints),
         pass_plot(result.joints),

@@ -31,7 +31,7 @@ def page(folder: Path) -> Report:
     torques = read_torques(folder, saved, DRAWN)
     told = paper_report(found, torques, saved.seed)
     (figure,) = (part for part in told.parts if isinstance(part, Figure))
-    *said, verdict = (part for part in told.parts if part is not figure)
+    verdict, *said = (part for part in told.parts if part is not figure)
     tables, claims = said[: -len(found.checks)], said[-len(found.checks) :]
     parts: list[Part] = [verdict, *claims, gain_plot(found), mass_plot(found), *tables]
     parts += [Heading(figure.caption), Paragraph(TOLD), *figure_3(torques, found.cases[DRAWN - 1])]

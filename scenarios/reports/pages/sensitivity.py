@@ -25,7 +25,7 @@ def page(folder: Path) -> Report:
     tolerance = study.scenario.table.tolerance.gain
     budget = study_budget(study.scenario, study.trials, study.rows, study.seed)
     told = sensitivity_report(budget, study.scenario)
-    *rest, verdict = (part for part in told.parts if not isinstance(part, Figure))
+    verdict, *rest = (part for part in told.parts if not isinstance(part, Figure))
     found, order = budget.joints, ranking(budget.joints)
     about = {"Seed": str(study.seed), "Versions": provenance.versions_in_words(study.versions)}
     origin = provenance.repeated({"As it was made": study.command}, about, {})

@@ -1,18 +1,21 @@
 """A report as aligned text.
 
 A table that does not fit the page is first set closer, then words are folded onto further lines; if that is not enough
-it is continued below itself, its first column repeated, so that no number is ever cut.
+it is continued below itself, the columns that tell its rows apart repeated, so that no number is ever cut.
 """
 
+import shlex
 from collections.abc import Mapping, Sequence
 from io import StringIO
+from itertools import pairwise
+from textwrap import wrap
 
 from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from scenarios.reports.content import Cell, Column, Figure, Heading, Line, Mood, Paragraph, Picture, Report, Table
+from scenarios.reports.content import Cell, Column, Figure, Heading, Line, Mood, Paragraph, Part, Picture, Report, Table
 from scenarios.reports.plot import Plot
 from scenarios.reports.renderers import Page
 
@@ -20,11 +23,15 @@ WIDE = 10_000
 """Characters a line where any number is allowed."""
 GAPS = (2, 1)
 """Spaces between columns, as wished and at least."""
+HANGING = "  "
+"""Before further lines of a note, so that one can tell where the next one begins."""
+GOES_ON, INDENT = " \\", "  "
+"""End of a line of a command that goes on, and beginning of the next one."""
 STYLES = {Mood.PLAIN: "", Mood.GOOD: "green", Mood.DOUBTFUL: "yellow", Mood.BAD: "red"}
 
 
 def render(report: Report, page: Page) -> str:
-    """Draw title and parts; figures are files, not text."""
+    """Draw title and parts, what belongs together without an empty line between; figures are files, not text."""
     width = page.width or WIDE
     console = Console(
         file=StringIO(),
@@ -37,67 +44,120 @@ def render(report: Report, page: Page) -> str:
     )
     with console.capture() as capture:
         bold = "" if report.mood is Mood.PLAIN else "bold "
-        console.print(Text(report.title, style=f"{bold}{STYLES[report.mood]}"), width=width)
-        for part in report.parts:
-            match part:
-                case Paragraph(text, mood, strong):
-                    style = f"{'bold ' if strong else ''}{STYLES[mood]}".strip()
-                    console.print(Text(text, style=style), width=width)
-                case Line(text):
-                    console.print(text, soft_wrap=True)
-                case Heading(text):
-                    console.print(Text(f"\n{text}", style="bold"), width=width)
-                case Table():
-                    _print_table(part, console, width)
-                case Figure() | Plot() | Picture():
-                    pass
+        _print_words(report.title, f"{bold}{STYLES[report.mood]}", console, width)
+        before: Part | None = None
+        for part in filter(_is_text, report.parts):
+            if not _together(before, part):
+                console.print()
+            _print(part, console, width)
+            before = part
     return "\n".join(line.rstrip() for line in capture.get().split("\n"))
 
 
+def _is_text(part: Part) -> bool:
+    return not isinstance(part, Figure | Plot | Picture) and not (isinstance(part, Table) and part.file_only)
+
+
+def _together(before: Part | None, part: Part) -> bool:
+    """Whether no empty line stands between two parts: notes after each other, a heading and what it is of."""
+    if isinstance(before, Heading):
+        return True
+    notes = isinstance(before, Paragraph) and not before.strong
+    return notes and (isinstance(part, Line) or (isinstance(part, Paragraph) and not part.strong))
+
+
+def _print(part: Part, console: Console, width: int) -> None:
+    match part:
+        case Paragraph(text, mood, strong=True):
+            _print_words(text, f"bold {STYLES[mood]}".strip(), console, width)
+        case Paragraph(text, mood):
+            _print_words(text, STYLES[mood], console, width, HANGING)
+        case Line(text):
+            console.print(continued(text, width), soft_wrap=True)
+        case Heading(text):
+            _print_words(text, "bold", console, width)
+        case Table():
+            _print_table(part, console, width)
+        case Figure() | Plot() | Picture():
+            pass
+
+
+def _print_words(text: str, style: str, console: Console, width: int, hanging: str = "") -> None:
+    """Words on as many lines as they need; one that is wider than the page, a path, is not broken."""
+    lines = wrap(text, width, subsequent_indent=hanging, break_long_words=False, break_on_hyphens=False)
+    console.print(Text("\n".join(lines), style=style), soft_wrap=True)
+
+
+def continued(command: str, width: int) -> str:
+    """A command on lines that a shell joins; a line is wider than the page only if one word is.
+
+    Args:
+        command: Of one line.
+        width: Characters a line.
+    """
+    words = [shlex.quote(word) for word in shlex.split(command)]
+    if len(command) <= width or " ".join(words) != command:
+        return command
+    lines = words[:1]
+    for word, after in pairwise([*words[1:], "-"]):
+        beside = f"{word} {after}" if word.startswith("-") and not after.startswith("-") else word  # option and value
+        if len(f"{lines[-1]} {beside}{GOES_ON}") > width:
+            lines[-1] += GOES_ON
+            lines.append(f"{INDENT}{word}")
+        else:
+            lines[-1] += f" {word}"
+    return "\n".join(lines)
+
+
 def _print_table(table: Table, console: Console, width: int) -> None:
-    if table.file_only:
-        return
     if table.title:
-        console.print(Text(table.title, style="bold"), width=width)
+        _print_words(table.title, "bold", console, width)
     rows = table.rows[: table.shown]
-    widths = [_width(column, [row[k] for row in rows]) for k, column in enumerate(table.columns)]
-    least = [_least(column, [row[k] for row in rows], width) for k, column in enumerate(table.columns)]
-    fits = len(blocks(widths, width)) == 1
-    for gap, block in blocks(widths if fits else least, width):
+    seen = [k for k, column in enumerate(table.columns) if not column.file_only]
+    columns = [(table.columns[k], [row[k] for row in rows]) for k in seen]
+    widths = [_width(*column) for column in columns]
+    least = [_least(*column, width) for column in columns]
+    keys = sum(k < table.keys for k in seen)
+    fits = len(blocks(widths, width, keys)) == 1
+    for count, (gap, block) in enumerate(blocks(widths if fits else least, width, keys)):
+        if count:
+            console.print()
         folded = fold({k: (least[k], widths[k]) for k in block}, width - gap * (len(block) - 1))
         grid = Grid(box=None, pad_edge=False, collapse_padding=True, padding=(0, gap, 0, 0), header_style="bold")
-        units = any(table.columns[k].unit for k in block)
+        units = any(columns[k][0].unit for k in block)
         for k in block:
-            column = table.columns[k]
+            column, _ = columns[k]
             header = f"{column.title}\n{column.unit}" if units else column.title
             justify = "left" if column.words else "right"
             grid.add_column(header, justify=justify, width=folded[k], no_wrap=not column.words, overflow="fold")
-        for row in rows:
-            grid.add_row(*(Text(row[k].text, style=STYLES[row[k].mood]) for k in block))
+        for row in zip(*(columns[k][1] for k in block), strict=True):
+            grid.add_row(*(Text(cell.text, style=STYLES[cell.mood]) for cell in row))
         console.print(grid, soft_wrap=True)
     if len(table.rows) > len(rows) and table.rest:
-        console.print(table.rest, width=width)
+        _print_words(table.rest, "", console, width)
 
 
-def blocks(widths: Sequence[int], page: int) -> list[tuple[int, tuple[int, ...]]]:
+def blocks(widths: Sequence[int], page: int, keys: int = 1) -> list[tuple[int, tuple[int, ...]]]:
     """Which columns stand beside each other, and how far apart.
 
     Args:
         widths: Of the columns.
         page: Characters a line.
+        keys: How many of the first columns say what a row is about.
 
     Returns:
-        The gap and the columns of each part, the first column in all of them. One part if the columns fit with a gap of
-        `GAPS`; otherwise as many as are needed, each at least two columns.
+        The gap and the columns of each part, the first ones in all of them. One part if the columns fit with a gap of
+        `GAPS`; otherwise as many as are needed, each with one column at least beside those.
     """
     for gap in GAPS:
         if sum(widths) + gap * (len(widths) - 1) <= page:
             return [(gap, tuple(range(len(widths))))]
-    parts: list[list[int]] = [[0]]
-    for k in range(1, len(widths)):
+    first = list(range(keys))
+    parts = [first.copy()]
+    for k in range(keys, len(widths)):
         used = sum(widths[c] for c in parts[-1]) + GAPS[0] * len(parts[-1])
-        if len(parts[-1]) > 1 and used + widths[k] > page:
-            parts.append([0])
+        if len(parts[-1]) > keys and used + widths[k] > page:
+            parts.append(first.copy())
         parts[-1].append(k)
     return [(GAPS[0], tuple(part)) for part in parts]
 

@@ -9,7 +9,7 @@ import time
 import pytest
 from signals import as_in_the_foreground
 
-from scenarios.command_line.output import coloured
+from scenarios.command_line.output import coloured, page
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,15 @@ def test_colours_are_for_terminals_that_have_them_unless_one_says_otherwise(envi
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     assert coloured(terminal=terminal) is shown
+
+
+@pytest.mark.parametrize(("columns", "width"), [("132", 132), ("40", 40), (None, 80)])
+def test_what_is_piped_is_as_wide_as_what_a_terminal_of_that_width_shows(columns, width, monkeypatch):
+    monkeypatch.delenv("COLUMNS")
+    if columns is not None:
+        monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setattr(sys, "__stdout__", None)  # what is asked is no terminal
+    assert page().width == width
 
 
 RX90 = f"{sys.executable} -m scenarios"

@@ -9,8 +9,8 @@ import pytest
 from places import ROOT
 from quick import quick_scenario
 
-import rx90_mjcf
 from scenarios.command_line.surroundings import ASKED, OPENGL, foreign_packages, without_opengl
+from scenarios.support.import_path import own_packages_first
 
 OTHERS = {
     "another Python": ("pinocchio", "from .pinocchio_pywrap_default import *"),
@@ -25,18 +25,29 @@ def rx90(*words: object, **more: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("which", OTHERS)
-def test_a_package_of_another_python_is_named_with_its_folder(which, tmp_path):
+def test_a_package_of_another_python_gives_way_to_the_one_that_is_installed(which, tmp_path):
     name, content = OTHERS[which]
     folder = tmp_path / "ros" / name
     folder.mkdir(parents=True)
     (folder / "__init__.py").write_text(content + "\n")
     path = os.pathsep.join((str(ROOT), str(folder.parent)))
-    done = rx90("new-robot", rx90_mjcf.MJCF, "--out", tmp_path / "new", PYTHONPATH=path)
-    assert (done.returncode, done.stdout) == (2, "")
-    *progress, line = done.stderr.splitlines()
-    assert line.startswith(f"rx90: PYTHONPATH: {folder.parent} has a {name} that cannot be used here")
-    assert "env -u PYTHONPATH rx90" in line
-    assert not [each for each in progress if "rx90:" in each]
+    done = rx90("trajectory", quick_scenario(tmp_path), "--out", tmp_path / "motion.csv", PYTHONPATH=path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "motion.csv").exists()
+
+
+def test_folders_of_the_import_path_go_behind_only_where_the_package_is_elsewhere_too(tmp_path, monkeypatch):
+    for place in ("ros/pinocchio", "mine/methods", "only/coal", "site/pinocchio"):
+        (tmp_path / place).mkdir(parents=True)
+        (tmp_path / place / "__init__.py").touch()
+    ros, mine, only, site = (str(tmp_path / name) for name in ("ros", "mine", "only", "site"))
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((ros, mine, "", only)))
+    monkeypatch.setattr(sys, "path", ["", ros, mine, only, site])
+    own_packages_first()
+    assert sys.path == ["", mine, only, site, ros]
+    monkeypatch.setenv("PYTHONPATH", "")
+    own_packages_first()
+    assert sys.path == ["", mine, only, site, ros]
 
 
 def test_other_errors_and_other_folders_are_not_blamed_on_the_import_path(tmp_path, monkeypatch):

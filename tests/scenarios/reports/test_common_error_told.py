@@ -1,4 +1,4 @@
-"""How `rx90 verify` ends: the weight is suspect where joints agree, a joint where it departs from the others."""
+"""How `rx90 verify` begins: the weight is suspect where joints agree, a joint where it departs from the others."""
 
 from joint_masses import weighing
 
@@ -7,7 +7,7 @@ from scenarios.reports.verify import verification_report
 
 
 def conclusion(*errors: float | None) -> str:
-    return verification_report(weighing(*errors), Diagnosed()).parts[-1].text
+    return verification_report(weighing(*errors), Diagnosed()).parts[0].text
 
 
 def test_joints_that_agree_leave_the_weight_suspect_and_blame_no_joint():

@@ -2,14 +2,12 @@
 
 import json
 import math
-from argparse import Namespace
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from page_parts import Elements
 
-from scenarios.command_line.output import show, verdict_first
 from scenarios.reports.content import (
     Cell,
     Column,
@@ -167,28 +165,3 @@ def test_every_tone_differs_from_others_without_its_colour():
 def test_a_cell_keeps_its_mood():
     table = Table(columns=(Column(title="a"), Column(title="b", words=True)), rows=((Cell("1"), Cell("x", Mood.BAD)),))
     assert '<td class="bad words">x</td>' in renderer("html")(Report("T", (table,), {}), Page())
-
-
-@pytest.mark.parametrize(
-    ("parts", "first"),
-    [
-        ([("table", Mood.PLAIN, False), ("warned", Mood.DOUBTFUL, True), ("passed", Mood.GOOD, True)], "passed"),
-        ([("table", Mood.PLAIN, False), ("missed", Mood.BAD, True), ("saved", Mood.PLAIN, False)], "missed"),
-        ([("table", Mood.PLAIN, False), ("weak", Mood.DOUBTFUL, True)], "weak"),
-        ([("one half", Mood.GOOD, True), ("missed", Mood.BAD, True)], "missed"),
-        ([("table", Mood.PLAIN, False), ("warned", Mood.DOUBTFUL, True), ("end", Mood.GOOD, False)], "table"),
-    ],
-)
-def test_a_page_from_a_terminal_begins_with_the_verdict_and_loses_nothing(parts, first):
-    paragraphs = tuple(Paragraph(*part) for part in parts)
-    told = verdict_first(Report("T", paragraphs, {}))
-    assert told.parts[0].text == first
-    assert list(told.parts[1:]) == [part for part in paragraphs if part.text != first]
-
-
-def test_only_a_page_has_its_verdict_moved(capsys):
-    report = Report("T", (Paragraph("what was found"), Paragraph("PASSED: all", Mood.GOOD, strong=True)), {})
-    for form, swapped in (("html", True), ("text", False), ("markdown", False)):
-        show(report, Namespace(format=form, json=False))
-        output = capsys.readouterr().out
-        assert (output.index("PASSED") < output.index("what was found")) == swapped

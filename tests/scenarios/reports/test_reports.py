@@ -1,4 +1,5 @@
 import re
+import shlex
 from dataclasses import replace
 
 import pytest
@@ -7,7 +8,7 @@ from ident.estimation.estimators.nls import FRICTIONS
 from scenarios.reports.bare import TERMS
 from scenarios.reports.content import Column, Figure, Heading, Line, Mood, Paragraph, Report, Table, cells, percent
 from scenarios.reports.renderers import RENDERERS, Page, renderer
-from scenarios.reports.renderers.text import blocks, fold
+from scenarios.reports.renderers.text import blocks, continued, fold
 
 COLUMNS = (Column(title="Joint"), Column(title="Gain", unit="N m/unit"), Column(title="Verdict", words=True))
 TABLE = Table(
@@ -43,12 +44,83 @@ def test_a_table_is_set_wide_then_close_then_continued_below():
     assert blocks(widths, 3) == [(2, (0, 1)), (2, (0, 2)), (2, (0, 3))]
 
 
+def test_a_table_that_is_continued_repeats_every_column_that_tells_its_rows_apart():
+    columns = (Column(title="Method", words=True), Column(title="Joint"), Column(title="Bias"), Column(title="Spread"))
+    rows = tuple(cells(name, joint, "+0.012", "0.034") for name in ("ours", "theirs") for joint in "12")
+    table = Table(columns=columns, rows=rows)
+    assert table.keys == 2
+    assert replace(table, rows=rows[:2]).keys == 2
+    assert replace(table, rows=rows[::2]).keys == replace(table, rows=rows[:1] * 2).keys == 1
+    assert renderer("text")(Report("", (table,), {}), Page(width=22)).splitlines()[2:] == [
+        "Method  Joint    Bias",
+        "ours        1  +0.012",
+        "ours        2  +0.012",
+        "theirs      1  +0.012",
+        "theirs      2  +0.012",
+        "",
+        "Method  Joint  Spread",
+        "ours        1   0.034",
+        "ours        2   0.034",
+        "theirs      1   0.034",
+        "theirs      2   0.034",
+    ]
+
+
+def test_columns_of_files_are_on_no_screen():
+    table = replace(TABLE, columns=(COLUMNS[0], replace(COLUMNS[1], file_only=True), COLUMNS[2]), shown=None)
+    report = Report("T", (table,), {})
+    assert renderer("text")(report, Page()).split("\n")[3:6] == ["Joint  Verdict", "    1  passed", "    2  refused"]
+    for form in ("markdown", "html"):
+        assert "0.9401234" in renderer(form)(report, Page())
+
+
+def test_verdict_table_and_notes_stand_apart_and_a_further_line_of_a_note_is_no_other_note():
+    table = replace(TABLE, title="", shown=None)
+    parts = (Paragraph("PASSED", strong=True), table, Paragraph("One note, with words."), Paragraph("Two."), Line("do"))
+    assert renderer("text")(Report("T", (*parts, Heading("More"), table), {}), Page(width=16)).splitlines() == [
+        "T",
+        "",
+        "PASSED",
+        "",
+        *(numbers := ["Joint       Gain", "        N m/unit", "    1  0.9401234", "    2     -17.25"]),
+        "",
+        "Joint  Verdict",
+        "    1  passed",
+        "    2  refused",
+        "",
+        "One note, with",
+        "  words.",
+        "Two.",
+        "do",
+        "",
+        "More",
+        *numbers,
+        "",
+        "Joint  Verdict",
+        "    1  passed",
+        "    2  refused",
+    ]
+
+
+@pytest.mark.parametrize("width", [200, 80, 40, 12])
+def test_a_command_goes_on_as_a_shell_joins_it(width):
+    words = ["rx90", "identify", "--model", "my arm.xml", "--loaded", "b1.csv", "b2.csv", "--payload", "it's.toml"]
+    command = f"{shlex.join(words)} --method nls"
+    lines = continued(command, width).splitlines()
+    assert shlex.split("\n".join(lines).replace("\\\n", "")) == shlex.split(command)
+    assert all(len(line) <= max(width, len("  'it'\"'\"'s.toml' \\")) for line in lines)
+    assert (len(lines) == 1) == (width >= len(command))
+    if width == 40:  # an option stands beside its value
+        assert lines[:2] == ["rx90 identify --model 'my arm.xml' \\", "  --loaded b1.csv b2.csv \\"]
+    assert continued("rx90 run x | cat > y", 5) == "rx90 run x | cat > y"
+
+
 @pytest.mark.parametrize("width", [80, 40, 24, 18])
 def test_text_fits_the_page_and_cuts_no_number(width):
     text = renderer("text")(REPORT, Page(width=width))
-    command = "rx90 identify --model a/very/long/path/that/nobody/may/break.xml --payload p.toml"
-    assert command in text
-    assert all(len(line) <= width for line in text.replace(command, "").splitlines())
+    path = "a/very/long/path/that/nobody/may/break.xml"
+    assert path in text
+    assert all(len(line) <= width for line in text.splitlines() if path not in line)
     assert "0.9401234" in text
     assert "and 1 more" in text
     assert "-17.25" not in text
@@ -60,7 +132,7 @@ def test_words_fold_before_a_table_is_continued_below():
     columns = (Column(title="What", words=True), Column(title="Count"), Column(title="Seen", words=True))
     rows = (cells("motor side", "1234567", "the angles are ninety times those of the joint"),)
     lines = renderer("text")(Report("", (Table(columns=columns, rows=rows),), {}), Page(width=30)).splitlines()
-    assert lines[1:] == [
+    assert lines[2:] == [
         "What          Count  Seen",
         "motor side  1234567  the",
         "                     angles",

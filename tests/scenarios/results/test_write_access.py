@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import pytest
 
 from scenarios.results.write_access import claim
@@ -74,8 +76,33 @@ def test_files_beside_them_do_not_matter(tmp_path):
 
 def test_a_folder_that_is_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(NotADirectoryError):
-        held(tmp_path / "file" / "sub")
+    said = tmp_path / "file" / "sub"
+    with pytest.raises(ScenarioError, match=rf"^{said}: cannot be written: {tmp_path}/file: Not a directory$"):
+        held(said)
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that takes no files, even from root")
+def test_a_place_that_takes_no_files_is_found_out_first_and_named_as_it_was_asked_for():
+    with pytest.raises(ScenarioError, match=r"^/proc/q/z\.csv: cannot be written: /proc: No such file or directory$"):
+        claim(Path("/proc/q"), ["z.csv"], command="rx90 test", force=False, reads=())
+    with pytest.raises(ScenarioError, match=r"^/proc: cannot be written: "):
+        held(Path("/proc"))
+
+
+def test_a_disk_that_is_full_is_told_with_the_file_that_was_asked_for(tmp_path, monkeypatch):
+    ours = claim(tmp_path, ["a.txt"], command="rx90 test", force=False, reads=())
+
+    def full() -> None:
+        with ours.writing(), open("/dev/full", "w") as out:  # an error without a name, as of a file's own write
+            out.write("words")
+
+    if Path("/dev/full").exists():
+        with pytest.raises(ScenarioError, match=r"a\.txt: cannot be written: No space left on device$"):
+            full()
+    monkeypatch.setattr(Path, "write_text", lambda *_, **__: (_ for _ in ()).throw(OSError(28, "No space left", "r")))
+    told = r"a\.txt: \.rx90\.json beside it cannot be written: No space left$"
+    with pytest.raises(ScenarioError, match=told), ours.writing():
+        (tmp_path / "a.txt").touch()
 
 
 def test_a_folder_that_cannot_be_made_is_named_with_the_reason(tmp_path):

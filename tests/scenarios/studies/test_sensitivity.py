@@ -228,7 +228,8 @@ def test_what_to_buy_down_first_stands_out(tmp_path):
     found = budgets(rows, ["mass", "white"], [1], seed=0)
     report = sensitivity_report(Budget(scenario="two", trials=study.count, joints=list(found)), scenario)
     strong = [part.text for part in report.parts if isinstance(part, Paragraph) and part.strong]
-    assert strong == ["Reduce first: mass (joint 1)."]
+    rms = 100.0 * found[0].together
+    assert strong == [f"Expected error {rms:.2g} % rms: no joint meets 1 %; mass dominates joint 1."]
 
 
 def test_shares_add_up_to_one_and_intervals_hold_their_value_however_small_the_errors(tmp_path):

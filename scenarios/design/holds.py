@@ -36,6 +36,8 @@ log of 30 Hz resolves, and that at which a row counts half, since slower ones le
 """
 LEAST_LOAD = 1e-6
 """Share of the payload's largest torque at rest under which a joint counts as one that gravity does not load."""
+STILL = 1e-6
+"""Of a row of a joint that is held, so that no column is empty."""
 Predicting = Callable[[Carried], Deviations]
 SEARCHED_HZ = 4.0
 """Samples a second while a motion so slow is searched."""
@@ -139,6 +141,6 @@ def _loaded_at_rest(structure: Structure, what: Carried) -> Mask:
 def _counted(prediction: Prediction, slow: Array, rows: MotionRows, structure: Structure) -> Predicting:
     """The prediction with rows that count by the speed of their joint, one half at `slow`, shape (n,)."""
     speed = rows.motion[1] ** 2
-    share = speed / (speed + slow**2)
+    share = np.maximum(speed / (speed + slow**2), STILL)
     W, Y, rigid = rows.W * share[:, :, None], rows.Y * share[:, :, None], rows.rigid * share
     return prediction(replace(rows, W=W, Y=Y, rigid=rigid), structure)

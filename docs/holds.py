@@ -31,8 +31,8 @@ of `rx90 excite --protocol holds --evaluations 1000`, logged at 30 Hz. Root mean
 
 """
 TAIL = """
-Where the share within 2 sigma is well below 95 %, intervals are too small: encoders so coarse leave errors that no share of
-the interval holds. Prove gains with a second weight (`rx90 verify`) before they go into a driver.
+Where the share within 2 sigma is well below 95 %, intervals are too small: encoders so coarse leave errors that
+no share of the interval holds. Prove gains with a second weight (`rx90 verify`) before they go into a driver.
 """
 
 

@@ -8,7 +8,7 @@ export OMP_NUM_THREADS := 1
 # Many processes import the same modules: each is compiled once.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-slow mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols robots verify schemas messages lock clean
+.PHONY: demo test test-slow mutants lint bench scale diagnosis docs pictures excitation payloads methods coverage predicted error-budget protocols holds robots verify schemas messages lock clean
 
 demo: .venv/ready
 	@echo 'Running the nominal scenario: both motions simulated, gains identified and judged; some 6 s.'
@@ -74,6 +74,9 @@ PROTOCOLS := $(basename $(notdir $(wildcard docs/protocols/*.toml)))
 protocols: .venv/ready  # half an hour; goes on from what out/protocols holds
 	for each in $(PROTOCOLS); do $(BIN)/rx90 monte-carlo docs/protocols/$$each.toml -n 40 --out out/protocols/$$each || [ $$? = 1 ] || exit 1; done
 	$(BIN)/python docs/protocols.py out/protocols
+
+holds: .venv/ready  # holds and slow sweeps against motions on four robots; an hour, goes on from what out/holds holds
+	$(BIN)/python docs/holds.py
 
 COVERED ?= $(wildcard out/coverage/*)
 

@@ -13,7 +13,7 @@ from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design
-    from scenarios.design.search import Found, Judge, Series
+    from scenarios.design.search import Found, Judge, Searchable
     from scenarios.design.searched_motion import Unfinished
 
 FASTEST = 5.0
@@ -65,7 +65,9 @@ class Outcome:
     interrupt: KeyboardInterrupt | None
 
 
-def searched(design: "Design", series: "Series", options: argparse.Namespace, before: "Unfinished | None") -> Outcome:
+def searched(
+    design: "Design", series: "Searchable", options: argparse.Namespace, before: "Unfinished | None"
+) -> Outcome:
     """Search as the options say, with progress on stderr.
 
     Args:
@@ -114,7 +116,7 @@ def kept_of(outcome: Outcome) -> "tuple[Found, ...]":
 
 
 @contextmanager
-def _judge(design: "Design", series: "Series", options: argparse.Namespace) -> "Generator[Judge]":
+def _judge(design: "Design", series: "Searchable", options: argparse.Namespace) -> "Generator[Judge]":
     """Motions judged in this process if they are few, or by others."""
     from scenarios.design.search import judge_here, judge_in
 

@@ -16,12 +16,22 @@ from scenarios.experiments.workers.processes import PROCESSES
 
 if TYPE_CHECKING:
     from scenarios.design.excitation import Design, Problem
+    from scenarios.design.search import Searchable
     from scenarios.experiments.build import Setup
     from scenarios.experiments.files.schema import Scenario
     from sim.trajectory import FourierTrajectory
 
 OPTIONS = ("seed", "harmonics", "duration", "evaluations")
 """Options that the motion depends on."""
+PROTOCOLS = {
+    "motion": "joints move together, up to their limits",
+    "holds": "slow sweeps between poses that are held; --duration 72 and --evaluations 3000 unless given",
+}
+USUAL = {
+    "motion": {"harmonics": 20, "duration": 20.0, "evaluations": 40000},
+    "holds": {"duration": 72.0, "evaluations": 3000},
+}
+"""What a search takes where the options say nothing."""
 AGAINST = {"noise": "of the currents", "all": "noise and the scenario's error sources"}
 
 
@@ -36,7 +46,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="motion file to write, TOML; an interrupted search continues from it",
     )
+    what = "; ".join(f"{name}: {words}" for name, words in PROTOCOLS.items())
+    add("--protocol", choices=PROTOCOLS, default="motion", help=f"kind of motion: {what} (default motion)")
     add_search_arguments(parser)
+    parser.set_defaults(harmonics=None, duration=None, evaluations=None)  # the usual ones depend on the protocol
     what = "; ".join(f"{name}: {words}" for name, words in AGAINST.items())
     add("--improve", action="store_true", help="start from the scenario's own motion, and never write a worse one")
     add("--against", choices=AGAINST, default="noise", help=f"errors to minimise: {what} (default noise)")
@@ -47,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(options: argparse.Namespace) -> Status:
     """Search, write the motion, tell what it predicts; of a search that is stopped, write the best so far."""
     held = right_to_write(options, options.out.parent, [options.out.name], command="rx90 excite")
-    check_harmonics(options)
+    _fill_in(options)
     PROCESSES.prepare()
     from scenarios.design.excitation import Design
     from scenarios.design.fitting import best_fitted
@@ -71,12 +84,11 @@ def main(options: argparse.Namespace) -> Status:
     before = unfinished(options.out, command)
     scenario = load_scenario(options.scenario)
     setup = setup_without_motion(scenario)
-    problem = _problem(scenario, setup, options)
+    problem, series = _searchable(_problem(scenario, setup, options), options)
     design = Design(problem)
-    series = Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
-    if options.improve and before is None:
+    if options.improve and before is None and isinstance(series, Series):
         before = Unfinished(first_motion(setup.scenario, series), tried=0)
-    own = own_motion(setup.scenario, design)
+    own = None if options.protocol == "holds" else own_motion(setup.scenario, design)
     outcome = searched(design, series, options, before)
     first, found, interrupt = outcome.first, outcome.found, outcome.interrupt
     if first is None or found is None:
@@ -113,6 +125,41 @@ def main(options: argparse.Namespace) -> Status:
     return Status.PASSED
 
 
+def _fill_in(options: argparse.Namespace) -> None:
+    """State what the options leave to their protocol.
+
+    Raises:
+        ScenarioError: If they do not fit it.
+    """
+    from scenarios.support.errors import ScenarioError
+
+    if options.protocol == "holds":
+        for name in ("harmonics", "improve"):
+            if getattr(options, name):
+                raise ScenarioError(
+                    f"--{name} does not go with --protocol holds, whose motions have a form of their own"
+                )
+    for name, value in USUAL[options.protocol].items():
+        if getattr(options, name) is None:
+            setattr(options, name, value)
+    if options.protocol == "motion":
+        check_harmonics(options)
+
+
+def _searchable(problem: "Problem", options: argparse.Namespace) -> "tuple[Problem, Searchable]":
+    """The problem as the protocol states it, and the motions among which it is solved."""
+    from scenarios.design.holds import Holds, hold_problem
+    from scenarios.design.search import Series
+
+    if options.protocol == "motion":
+        return problem, Series(limits=problem.limits, harmonics=options.harmonics, duration=options.duration)
+    problem, unloaded = hold_problem(problem)
+    joints = ", ".join(str(j + 1) for j in unloaded.nonzero()[0])
+    if joints:
+        complain(f"the payload's weight puts no torque on joint {joints}: holds and slow sweeps do not show its gain")
+    return problem, Holds(limits=problem.limits, duration=options.duration)
+
+
 def _problem(scenario: "Scenario", setup: "Setup", options: argparse.Namespace) -> "Problem":
     """The problem, against the errors that the options name."""
     from scenarios.design.excitation import SEARCHED_HZ, design_problem
@@ -146,7 +193,8 @@ def _beside(
 def found_by(options: argparse.Namespace) -> str:
     """The command that finds the same motion."""
     words = ["rx90", "excite", options.scenario]
-    for name in OPTIONS:
+    words += ["--protocol", options.protocol] if options.protocol != "motion" else []
+    for name in (each for each in OPTIONS if getattr(options, each) is not None):
         words += [f"--{name}", f"{getattr(options, name):.12g}"]
     words += ["--improve"] if options.improve else []
     words += ["--against", options.against] if options.against != "noise" else []

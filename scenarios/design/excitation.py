@@ -69,6 +69,7 @@ class Problem:
         solids: Shapes of the payload, None for a cylinder of its inertia.
         added: Errors besides those that are predicted, that a motion is designed against: root mean square relative
             error of every gain along a motion at a rate, shape (n,).
+        searched_hz: Samples a second while a motion is searched.
     """
 
     plant: Plant
@@ -79,6 +80,7 @@ class Problem:
     prediction: Prediction
     solids: tuple[Solid, ...] | None = None
     added: Callable[[FourierTrajectory, float], Array] | None = None
+    searched_hz: float = SEARCHED_HZ
 
 
 def design_problem(setup: Setup) -> Problem:
@@ -165,11 +167,12 @@ class Design:
 
     def cost(self, trajectory: FourierTrajectory) -> float:
         """The objective of the wanted gains, plus a penalty on excess."""
-        rows, added = self.rows(trajectory, SEARCHED_HZ), self.problem.added
+        searched_hz, added = self.problem.searched_hz, self.problem.added
+        rows = self.rows(trajectory, searched_hz)
         over, errors = self.excess(rows), self.deviations(rows).total
         if added is not None:
-            errors = np.hypot(errors, added(trajectory, SEARCHED_HZ))
-        return objective(errors[self.problem.joints]) + 30.0 * float(over @ over) / SEARCHED_HZ
+            errors = np.hypot(errors, added(trajectory, searched_hz))
+        return objective(errors[self.problem.joints]) + 30.0 * float(over @ over) / searched_hz
 
     def fitted(self, trajectory: FourierTrajectory, sizes: Array = SIZES) -> FourierTrajectory:
         """The motion, shrunk about its centre until it keeps every limit on a fine grid.
@@ -192,7 +195,9 @@ class Design:
 
     def keeps_limits(self, trajectory: FourierTrajectory) -> bool:
         """Whether it does on a fine grid; a coarse one finds most of those that do not at a twentieth of the cost."""
-        return all(self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in (SEARCHED_HZ, FITTED_HZ))
+        return all(
+            self.excess(self.rows(trajectory, hz)).max() <= EXCESS for hz in (self.problem.searched_hz, FITTED_HZ)
+        )
 
 
 def resting(q: Array) -> FourierTrajectory:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from scenarios.design.excitation import SEARCHED_HZ, SMALL_SIZES, Design, resting
-from scenarios.design.search import Found, Series
+from scenarios.design.search import Found, Searchable
 from sim.errors import TrajectoryError
 from sim.trajectory import FourierTrajectory
 
@@ -28,7 +28,7 @@ def with_better(kept: Sequence[Found], found: Found) -> tuple[Found, ...]:
     return (*(kept[:-1] if crowded else kept), found)
 
 
-def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> tuple[FourierTrajectory, str]:
+def best_fitted(design: Design, series: Searchable, kept: Sequence[Found]) -> tuple[FourierTrajectory, str]:
     """The best motion of a search, if a tenth less of it is enough; else the best of what else can be fitted.
 
     That is the same motion, shrunk farther, or an earlier one. With it, why it is not the best; empty if it is.
@@ -53,7 +53,7 @@ def best_fitted(design: Design, series: Series, kept: Sequence[Found]) -> tuple[
     return min(others, key=design.cost), reason
 
 
-def first_fitted(design: Design, series: Series, searches: Iterable[Sequence[Found]]) -> FourierTrajectory:
+def first_fitted(design: Design, series: Searchable, searches: Iterable[Sequence[Found]]) -> FourierTrajectory:
     """The best motion of the first search whose best is fitted by a tenth less; if there is none, of what else can be.
 
     Args:
@@ -124,7 +124,7 @@ def about_a_pose(design: Design, motion: FourierTrajectory) -> list[FourierTraje
     return []
 
 
-def _earlier(design: Design, series: Series, kept: Sequence[Found], cost: float) -> list[FourierTrajectory]:
+def _earlier(design: Design, series: Searchable, kept: Sequence[Found], cost: float) -> list[FourierTrajectory]:
     """The best of these motions that can be fitted, if there is one below a cost."""
     for found in reversed(kept):
         if found.cost >= cost:

@@ -10,6 +10,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from typing import Protocol
 
 import cma
 import numpy as np
@@ -33,6 +34,27 @@ POSITIONS, ADMISSIBLE = 2000, 30
 
 Judge = Callable[[Sequence[Array]], list[float]]
 """Costs of motions."""
+
+
+class Searchable(Protocol):
+    """Motions as points of a search: `Series`, or `scenarios.design.holds.Holds`."""
+
+    @property
+    def n(self) -> int:
+        """Joints."""
+        ...
+
+    def motion(self, x: Array) -> FourierTrajectory:
+        """The motion of a point."""
+        ...
+
+    def drawn(self, start: Array, rng: np.random.Generator) -> Array:
+        """The point of a random motion about a position."""
+        ...
+
+    def point(self, motion: FourierTrajectory) -> Array:
+        """The point of a motion."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,7 +150,7 @@ def admissible(design: Design, q: Array) -> Mask:
     return np.array([not design.excess(design.rows(resting(each), 1.0)).any() for each in q], dtype=bool)
 
 
-def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Found:
+def random_point(series: Searchable, starts: Array, seed: int, judge: Judge) -> Found:
     """The best of `FIRST` random motions, about each start in turn."""
     rng = np.random.default_rng(seed)
     points = [series.drawn(starts[k % len(starts)], rng) for k in range(FIRST)]
@@ -137,7 +159,7 @@ def random_point(series: Series, starts: Array, seed: int, judge: Judge) -> Foun
     return Found(x=points[best], cost=costs[best], tried=0)
 
 
-def known_point(series: Series, motion: FourierTrajectory, tried: int, judge: Judge) -> Found:
+def known_point(series: Searchable, motion: FourierTrajectory, tried: int, judge: Judge) -> Found:
     """A motion that a search found before it was stopped, to go on from."""
     x = series.point(motion)
     return Found(x=x, cost=judge([x])[0], tried=tried)
@@ -171,12 +193,12 @@ def search(first: Found, step: float, seed: int, evaluations: int, judge: Judge)
         yield found
 
 
-def judge_here(design: Design, series: Series) -> Judge:
+def judge_here(design: Design, series: Searchable) -> Judge:
     """Motions judged one after another."""
     return lambda points: [design.cost(series.motion(x)) for x in points]
 
 
-def judge_in(pool: Executor, workers: int, problem: Problem, series: Series) -> Judge:
+def judge_in(pool: Executor, workers: int, problem: Problem, series: Searchable) -> Judge:
     """Motions judged by the processes of a pool, as many at a time as there are workers; costs are the same."""
     stated = pickle.dumps((problem, series))
 

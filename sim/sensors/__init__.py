@@ -10,13 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.support.arrays import Array
-from sim.sensors import clock, current, current_sensor, delay, drive_clocks, encoder, samples
+from sim.sensors import clock, current, current_sensor, delay, drive_clocks, encoder, log_rate, samples
 from sim.sensors.effect import Log, Noise, NoiseStreams, SensorEffect, no_noise
 
 
 @dataclass(frozen=True, kw_only=True)
 class SensorOptions(
-    samples.Samples,  # the order of keys is from last to first
+    log_rate.LogRate,  # the order of keys is from last to first
+    samples.Samples,
     drive_clocks.DriveClocks,
     current_sensor.CurrentSensor,
     clock.Clock,
@@ -30,6 +31,7 @@ class SensorOptions(
 SENSOR_EFFECTS: Mapping[str, SensorEffect[SensorOptions]] = {
     "encoder": encoder.EFFECT,
     "delay": delay.EFFECT,
+    "log_rate": log_rate.EFFECT,
     "current": current.EFFECT,
     "clock": clock.EFFECT,
     "current_sensor": current_sensor.EFFECT,
@@ -57,6 +59,8 @@ def check_rate(options: SensorOptions, rate_hz: float) -> None:
     """
     for effect in SENSOR_EFFECTS.values():
         effect.fits(options, rate_hz)
+        if effect is log_rate.EFFECT:
+            rate_hz = options.log_rate_hz or rate_hz  # what comes behind it sees the samples of the log
 
 
 def logged(q: Array, v: Array, rate_hz: float, options: SensorOptions, streams: NoiseStreams) -> Log:

@@ -247,7 +247,8 @@ def test_every_value_that_draws_from_a_stream_has_noise_in_the_log_or_is_named_a
         options = SensorOptions(**{field.name: 0.003})
         named = (known[field.name],) if field.name in known else ()
         assert without_spectrum(log, options) == named, field.name
-        assert bool(noises(log, options)) == (field.name not in {*known, "current_delay", "coloured_cutoff_hz"})
+        silent = {*known, "current_delay", "coloured_cutoff_hz", "log_rate_hz"}
+        assert bool(noises(log, options)) == (field.name not in silent)
     assert without_spectrum(log, SensorOptions(samples_lost=0.1, clock_rate=1e-5)) == ("drive_clocks", "samples")
 
 
@@ -256,3 +257,33 @@ def test_a_log_without_noise_keeps_its_delay():
     log = logged_without_noise(q, v, 100.0, SensorOptions(current_delay=0.02, current_white=0.3, clock_jitter=1e-3))
     np.testing.assert_allclose(log.v[2:], v[:-2], rtol=1e-12)
     np.testing.assert_allclose(log.t, np.arange(50) / 100.0, rtol=1e-12)
+
+
+def test_a_slow_log_keeps_one_sample_in_so_many_as_they_were_and_draws_noise_for_them_alone():
+    q, v = np.cumsum(np.ones((103, 2)), axis=0), np.random.default_rng(0).standard_normal((103, 2))
+    silent = logged(q, v, 500.0, SensorOptions(log_rate_hz=25.0), noise_streams(np.random.default_rng(1)))
+    np.testing.assert_array_equal(silent.q, q[::20])
+    np.testing.assert_array_equal(silent.v, v[::20])
+    np.testing.assert_allclose(silent.t, np.arange(6) / 25.0, rtol=1e-15)
+    assert silent.rate_hz == 25.0
+    options = SensorOptions(log_rate_hz=25.0, current_white=0.1, samples_lost=0.0)
+    noisy = logged(q, v, 500.0, options, noise_streams(np.random.default_rng(1)))
+    own = logged(q[::20], v[::20], 25.0, replace(options, log_rate_hz=0.0), noise_streams(np.random.default_rng(1)))
+    np.testing.assert_array_equal(noisy.v, own.v)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (SensorOptions(log_rate_hz=30.0), r"log_rate_hz = 30 at 500 Hz: expected 0, or the controller's rate divided"),
+        (SensorOptions(log_rate_hz=1000.0), "log_rate_hz = 1000 at 500 Hz"),
+        (
+            SensorOptions(log_rate_hz=25.0, current_coloured=0.1, coloured_cutoff_hz=20.0),
+            "coloured_cutoff_hz = 20 at 25 Hz: .* less than 12.5 Hz",
+        ),
+    ],
+)
+def test_a_log_s_rate_divides_the_controller_s_and_noise_fits_the_log(options, message):
+    check_rate(SensorOptions(log_rate_hz=25.0, current_coloured=0.1, coloured_cutoff_hz=10.0), 500.0)
+    with pytest.raises(SensorError, match=message):
+        check_rate(options, 500.0)

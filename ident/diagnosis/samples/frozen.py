@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
-from ident.diagnosis.samples.noise import quantum
 from ident.diagnosis.samples.runs import runs
+from ident.numerics.quantum import quantum
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 from ident.support.arrays import Array, Mask

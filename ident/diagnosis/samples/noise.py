@@ -10,6 +10,7 @@ import numpy as np
 
 from ident.diagnosis.diagnosis import Diagnosis, Severity
 from ident.numerics.normal import normal_quantile
+from ident.numerics.quantum import quantum
 from ident.numerics.signals import edge_samples, smooth_motion
 from ident.observation.filtered import filtered_motion
 from ident.observation.observation import ObserveOptions
@@ -20,12 +21,6 @@ FOURTH = 70.0
 """Sum of the squares of 1, -4, 6, -4, 1."""
 NORMAL_MEDIAN = normal_quantile(0.75)
 """Median size of a standard normal variable."""
-DIGITS = 1e-9
-"""Share of the largest step below which two values are one, written in two ways."""
-WHOLE = 0.02
-"""Deviation from a whole number of quanta, as a share of one, that rounding of a file makes."""
-SHARE = 0.99
-"""Share of the samples that are whole numbers of quanta."""
 NOISY_CURRENT = 0.3
 """White noise over the deviation of a current that makes deviations larger than a longer motion can pay for."""
 NOISY_ACCELERATION = 0.1
@@ -54,19 +49,6 @@ def position_noise(recording: Recording) -> Array:
 def position_quanta(recording: Recording) -> tuple[float | None, ...]:
     """`quantum` of each joint's positions."""
     return tuple(quantum(q) for q in recording.q.T)
-
-
-def quantum(x: Array) -> float | None:
-    """The step that all values of a column are whole multiples of, shape (N,); None where there is none to be seen."""
-    step = np.diff(np.unique(x))
-    step = step[step > DIGITS * step.max(initial=0.0)]
-    if len(step) < 2:
-        return None
-    least = float(step.min())
-    several = step / np.rint(step / least)  # single steps are rounded by the file; their mean is not
-    least = float(np.sum(np.rint(step / least) * several) / np.sum(np.rint(step / least)))
-    off = np.abs(step / least - np.rint(step / least))
-    return least if float(np.mean(off < WHOLE)) > SHARE and 2 * (len(step) + 1) < len(x) + 2 else None
 
 
 def acceleration_noise(recording: Recording, options: ObserveOptions) -> Array:

@@ -51,3 +51,17 @@ def test_noise_of_encoders_is_no_motion():
     quiet, rng = log(30.0), np.random.default_rng(3)
     noisy = replace(quiet, q=quiet.q + 2e-3 * rng.standard_normal(quiet.q.shape))
     assert following(ObserveOptions(), [noisy])[1] == following(ObserveOptions(), [quiet])[1]
+
+
+def test_steps_of_a_coarse_encoder_under_a_slow_joint_are_no_motion():
+    # A ramp of 2 mrad/s and rests: its steps have lines of their own, far above the white noise of as many steps.
+    t = np.arange(0.0, 40.0, 1.0 / 30.0)
+    way = np.column_stack(
+        [0.7 * np.sin(0.3 * t), np.where((t > 10.0) & (t < 30.0), 0.002 * (t - 10.0), 0.04 * (t >= 30.0))]
+    )
+    stepped = Recording(t, 1.5e-3 * np.rint(way / 1.5e-3), np.cos(way), "stepped")
+    found, _ = following(ObserveOptions(), [stepped])
+    assert found.cutoff_hz == pytest.approx(7.5)
+    fast = way + np.column_stack([0.0 * t, 0.05 * np.sin(2.0 * np.pi * 6.6 * t)])
+    with pytest.raises(RecordingError, match="joint 2 moves too fast"):
+        following(ObserveOptions(), [replace(stepped, q=1.5e-3 * np.rint(fast / 1.5e-3))])

@@ -1,0 +1,44 @@
+"""A log slower than the controller: one of so many samples is kept, as it was at its instant."""
+
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+from annotated_types import Interval, Unit
+
+from sim.errors import SensorError
+from sim.sensors.effect import Log, NoiseStreams, SensorEffect, Values
+
+ROUNDING = 1e-6
+"""Share of a period of the log by which it may miss whole periods of the controller."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogRate(Values):
+    """How often a sample is logged.
+
+    Attributes:
+        log_rate_hz: Rate of the log [Hz], 0 for that of the controller, of which it is a whole part.
+    """
+
+    log_rate_hz: Annotated[float, Interval(ge=0.0, le=1e5), Unit("Hz")] = 0.0
+
+
+def _every(values: LogRate, rate_hz: float) -> int:
+    """Periods of the controller in one of the log."""
+    return max(1, round(rate_hz / values.log_rate_hz)) if values.log_rate_hz else 1
+
+
+def _fits(values: LogRate, rate_hz: float) -> None:
+    if values.log_rate_hz and abs(_every(values, rate_hz) * values.log_rate_hz / rate_hz - 1.0) > ROUNDING:
+        raise SensorError(
+            f"sensors: log_rate_hz = {values.log_rate_hz:g} at {rate_hz:g} Hz: expected 0, or the controller's rate "
+            "divided by a whole number"
+        )
+
+
+def _thinned(values: LogRate, log: Log, streams: NoiseStreams) -> Log:
+    k = _every(values, log.rate_hz)
+    return log if k == 1 else replace(log, t=log.t[::k], q=log.q[::k], v=log.v[::k], rate_hz=log.rate_hz / k)
+
+
+EFFECT = SensorEffect[LogRate](fits=_fits, logs=_thinned)

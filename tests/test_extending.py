@@ -162,7 +162,7 @@ def test_a_field_of_a_gain_is_in_the_table_and_in_the_json_of_its_result(followe
     for gain in gains:
         if gain["estimate"] is not None:
             np.testing.assert_allclose(gain["significance"], abs(gain["estimate"]) / gain["std"], rtol=1e-12)
-    head, _, first = followed.said("field of a result").splitlines()[1:4]
+    head, _, first = followed.said("field of a result").splitlines()[4:7]
     assert "over std" in head
     assert f"{gains[0]['significance']:.0f}" in first.split()
 

@@ -160,7 +160,7 @@ def test_a_mass_beyond_its_tolerance_fails_the_run(tmp_path, capsys):
     np.testing.assert_allclose(together["mass"], mass["found"], rtol=1e-9)
     parts = page_of(loose).parts
     at = parts.index(Heading("What a-priori gains cost"))
-    assert [row[0].text for row in parts[at + 1].rows[7:9]] == [f"error of {MOMENTS}", f"error of {INERTIAS}"]
+    assert [row[0].text for row in parts[at + 2].rows[7:9]] == [f"error of {MOMENTS}", f"error of {INERTIAS}"]
 
 
 FAULTS = {

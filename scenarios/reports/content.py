@@ -49,7 +49,7 @@ class Column:
 
 
 VERDICT = Column(title="Verdict", words=True)
-"""The column that says how a row ended; the last one on a screen, on a page beside what the row is about."""
+"""The column that says how a row ended, the last one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

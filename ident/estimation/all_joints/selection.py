@@ -191,8 +191,8 @@ class _Tried:
 
     Attributes:
         fitted: The fit.
-        left: What is left of the currents of each row [drive units], shape (r,).
-        squares: Squares of that, weighted, in each stretch, joint by joint, shape (stretches, n).
+        left: Error of the predicted current of each row [drive units], shape (r,).
+        squares: Sum of its weighted squares in each stretch, joint by joint, shape (stretches, n).
     """
 
     fitted: Fitted

@@ -80,6 +80,9 @@ def transmitted(motion: ObservedMotion, number: int, before: Fitted) -> Array:
 def without_friction(V: Array, dq: Array, own: OwnColumns, phi: Array, motion: int, *, wired: float) -> Array:
     """Current for rotor and links alone, shape (N,).
 
+    Friction of gears is taken along links and rotor together: an error of its share of a rotor's torque, in a column
+    for what yields alone.
+
     Args:
         V: Current, shape (N,).
         dq: Speed of the joint, shape (N,).

@@ -22,7 +22,7 @@ from random_arms import write_random_arm  # noqa: E402
 
 OUT = Path("out") / "robots"
 SEEDS = 20
-BUILT_IN = ("nominal", "ur10e", "tx40", "panda", "stanford", "yam", "so101")
+BUILT_IN = ("nominal", "ur10e", "tx40", "panda", "stanford", "yam", "so101", "piper", "openarm")
 ARMS = range(10)
 SURE = 4.0
 HEAD = f"""# Other robots

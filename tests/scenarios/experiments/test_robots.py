@@ -153,7 +153,9 @@ BUILTIN = sorted(set(ROBOTS) - {"rx90"})
 def test_there_are_robots_of_six_and_of_seven_joints_and_one_that_slides():
     robots = {name: robot(name) for name in BUILTIN}
     assert {name: each.n for name, each in robots.items()} == {
+        "openarm": 7,
         "panda": 7,
+        "piper": 6,
         "so101": 5,
         "stanford": 6,
         "yam": 6,
@@ -205,6 +207,24 @@ def test_standard_denavit_hartenberg_parameters_lead_to_the_last_link(name):
     anchor, axis = joint_places(arm, q)
     np.testing.assert_allclose(anchor[5], T[:3, 3], rtol=0, atol=1e-6)  # digits of the model file
     np.testing.assert_allclose(axis[5], T[:3, 2], rtol=0, atol=1e-6)
+
+
+def test_the_modified_denavit_hartenberg_parameters_of_its_maker_lead_to_the_piper_s_last_link():
+    # piper_sdk 0.6, C_PiperForwardKinematics, with the zeros of joints 2 and 3 that its description has.
+    alpha, a = np.deg2rad([0, -90, 0, 90, -90, 90]), [0, 0, 0.28503, -0.02198, 0, 0]
+    theta, d = np.deg2rad([0, -172.22, -102.78, 0, 0, 0]), [0.123, 0, 0, 0.25075, 0, 0.091]
+    q = np.array([0.3, 1.1, -0.7, 0.9, -0.4, 0.2])
+    T = np.eye(4)
+    for j in range(6):
+        c, s, ca, sa = np.cos(theta[j] + q[j]), np.sin(theta[j] + q[j]), np.cos(alpha[j]), np.sin(alpha[j])
+        T = T @ np.array(
+            [[c, -s, 0, a[j]], [s * ca, c * ca, -sa, -sa * d[j]], [s * sa, c * sa, ca, ca * d[j]], [0, 0, 0, 1]]
+        )
+    from scenarios.experiments.robot_models import joint_places
+
+    anchor, axis = joint_places(structure(robot("piper"), ()).arm, q)
+    np.testing.assert_allclose(anchor[5], T[:3, 3], rtol=0, atol=2e-4)  # 0.09 mm and 0.01 degrees between the two
+    np.testing.assert_allclose(axis[5], T[:3, 2], rtol=0, atol=3e-4)
 
 
 def test_a_robot_file_may_be_anywhere(tmp_path):

@@ -111,7 +111,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     soft = _tried(fit_with(ready, nothing, softened, plain.fitted))
     if yielding or soft.surer_than(plain, range(ready.n)) > SUSPECTED:
         laws = [{law: term.column for law, term in each.items()} for each in speeds]
-        softened = by_currents(ready, softened, plain.fitted, [a | b for a, b in zip(laws, first.own, strict=True)])
+        softened = by_currents(ready, first, plain.fitted, [a | b for a, b in zip(laws, first.own, strict=True)])
         soft = _tried(fit_with(ready, nothing, softened, plain.fitted))
     yields = yielding or soft.surer_than(plain, range(ready.n)) > BETTER
     base = soft if yields else plain
@@ -242,7 +242,7 @@ def _with_load(
     def columns(fitted: Fitted) -> TermColumns:
         own, fit = fitted.own, fitted.fit
         found = torque_terms(ready.problem, ready.shared, own, fit, compliance=bool(softened), forms=[form])
-        return replace(found, softened=by_currents(ready, found.softened, fitted, found.own)) if softened else found
+        return replace(found, softened=by_currents(ready, found, fitted, found.own)) if softened else found
 
     free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE), softened, base)
     again = columns(free)

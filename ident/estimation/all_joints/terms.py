@@ -9,7 +9,7 @@ from ident.estimation.all_joints.columns import SharedParameters
 from ident.estimation.all_joints.fit import AllJointsFit
 from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.shown_band import without_encoder_noise
-from ident.estimation.all_joints.torques import rotor_inertia, torques
+from ident.estimation.all_joints.torques import Torques, rotor_inertia, torques
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.support.arrays import Array
 
@@ -39,10 +39,12 @@ class TermColumns:
             positive where friction brakes.
         softened: Change of torque per unit of each joint's compliance, as far as encoder noise lets it be seen, n
             arrays of shape (r_j, n), empty if not asked.
+        torques: What the columns follow from, one a motion.
     """
 
     own: tuple[dict[str, Array], ...]
     softened: tuple[Array, ...]
+    torques: tuple[Torques, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +73,7 @@ def speed_terms(problem: Problem, laws: Iterable[str] = tuple(SPEED_TERMS)) -> t
     def column(joint: int, law: Callable[[Array], Array]) -> Array:
         parts = list[Array]()
         for motion in problem.motions:
-            behind = motion.observation.full_rate
-            assert behind is not None, "asked of recordings only"
+            behind = motion.observation.recorded
             kept = motion.observation.joints[joint].position
             parts.append(behind.decimated(law(behind.dq[:, joint]), joint)[kept])
         return np.concatenate(parts)
@@ -105,12 +106,14 @@ def torque_terms(
     columns: list[dict[str, list[Array]]] = [{name: [] for name in forms} for _ in range(n)]
     softened: list[list[Array]] = [[] for _ in range(n)]
     spun = rotor_inertia(problem, shared, fit.found.theta)
-    for number, motion in enumerate(problem.motions):
-        behind = motion.observation.full_rate
-        assert behind is not None, "asked of recordings only"
-        found = torques(problem, motion, shared, fit.found.theta, compliance=compliance)
-        slow = without_encoder_noise(behind, found.softened, found.inertia) if compliance else found.softened
-        for j in range(n):
+    along = tuple(torques(problem, motion, shared, fit.found.theta) for motion in problem.motions)
+    for number, (motion, found) in enumerate(zip(problem.motions, along, strict=True)):
+        behind = motion.observation.recorded
+        if compliance:
+            slow = without_encoder_noise(behind, found.softened(), found.inertia)
+            for j, rows in enumerate(softened):
+                rows.append(of_rows(motion, slow, j))
+        for j in range(n) if forms else ():
             kept = motion.observation.joints[j].position
             against = np.sign(fit.found.h[j] * behind.dq[:, j])  # of a drive wired backwards the currents are turned
             rotor = fit.found.h[j] * spun[j] * behind.ddq[:, j]
@@ -122,11 +125,10 @@ def torque_terms(
                 if name == "load-motor":
                     current = _with_load(current + rotor, against, own[j], fit.phi[j])
                 columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
-            if compliance:
-                softened[j].append(of_rows(motion, slow, j))
     return TermColumns(
         tuple({name: np.concatenate(parts) for name, parts in each.items()} for each in columns),
         tuple(np.vstack(each) for each in softened) if compliance else (),
+        along,
     )
 
 
@@ -156,28 +158,23 @@ def braking(dq: Array, own: OwnColumns, phi: Array, motion: int) -> Array:
         phi: Their values.
         motion: Place of the motion in the problem.
     """
-    signals = {
-        "Fv": dq,
-        "Fc": np.sign(dq),
-        "off": np.ones_like(dq),
-        **{name: term.law(dq) for name, term in SPEED_TERMS.items()},
-    }
+    laws: dict[str, Callable[[Array], Array]] = {"Fv": np.positive, "Fc": np.sign, "off": np.ones_like}
+    laws |= {name: term.law for name, term in SPEED_TERMS.items()}
     total = np.zeros_like(dq)
     for name, which, value in zip(own.names, own.motion, phi, strict=True):
-        if name in signals and which in (-1, motion):
-            total += value * signals[name]
+        if name in laws and which in (-1, motion):
+            total += value * laws[name](dq)
     return total
 
 
 def of_rows(motion: ObservedMotion, change: Array, joint: int) -> Array:
-    """Rows of what each joint's compliance does to the torque of a joint, shape (rows, n).
+    """Rows of what compliances or other errors do to the torque of a joint, shape (rows, m).
 
     Args:
         motion: From a recording.
-        change: At full rate, shape (N, n, n), joint before compliance.
+        change: At full rate, joint before what changes its torque, shape (N, n, m).
         joint: The joint, from 0.
     """
-    behind = motion.observation.full_rate
-    assert behind is not None, "asked of recordings only"
+    behind = motion.observation.recorded
     columns = [behind.decimated(column, joint) for column in change[:, joint].T]
     return np.column_stack(columns)[motion.observation.joints[joint].position]

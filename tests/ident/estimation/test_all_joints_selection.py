@@ -241,7 +241,7 @@ def test_the_shares_of_other_models_are_what_other_models_say(axes):
         {**{law: term.column for law, term in terms.items()}, **own}
         for terms, own in zip(speed_terms(problem), first.own, strict=True)
     ]
-    soft = fit_with(ready, nothing, by_currents(ready, first.softened, stiff, beside), stiff)
+    soft = fit_with(ready, nothing, by_currents(ready, first, stiff, beside), stiff)
     assert chosen.model.shape == (N, 3)
     ratio = np.log(stiff.fit.found.h / soft.fit.found.h)
     np.testing.assert_allclose(chosen.model[:, 2], selection.FIRST_ORDER * ratio, rtol=1e-9)

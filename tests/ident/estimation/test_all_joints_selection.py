@@ -1,6 +1,7 @@
 """What data decide about the model, on recordings of a three-axis arm with known drives."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -271,7 +272,7 @@ def fake(fitted: Fitted, values: np.ndarray, deviation: np.ndarray) -> Fitted:
     belief = [np.zeros((len(p), 2)) for p in phi]
     for each, k, d in zip(belief, at, deviation, strict=True):
         each[k] = 0.6 * d, -0.8 * d
-    return replace(fitted, fit=replace(fit, phi=phi, phi_influence=still, phi_belief=tuple(belief)))
+    return replace(fitted, fit=SimpleNamespace(rows=fit.rows, phi=phi, phi_influence=still, phi_belief=tuple(belief)))
 
 
 @pytest.fixture(scope="module")
@@ -307,7 +308,9 @@ def test_a_belief_is_no_smaller_than_a_thousandth_and_never_that_friction_drives
 
 def test_the_noise_of_the_currents_is_noise_of_a_coefficient(loaded):
     # Three that differ by what noise explains: no spread is left but the least, where their belief alone knows nothing.
-    noisy = replace(loaded, fit=replace(loaded.fit, phi_belief=tuple(np.zeros((len(p), 1)) for p in loaded.fit.phi)))
+    fit, nothing = loaded.fit, tuple(np.zeros((len(p), 1)) for p in loaded.fit.phi)
+    told = SimpleNamespace(rows=fit.rows, phi=fit.phi, phi_influence=fit.phi_influence, phi_belief=nothing)
+    noisy = replace(loaded, fit=told)
     belief = selection._belief(noisy, "load")
     assert belief.std < 3e-3
     assert belief.mean < 5e-3

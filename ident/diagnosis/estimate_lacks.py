@@ -107,16 +107,19 @@ def shown_beside(base: Stated, choices: Sequence[Direction]) -> Iterator[Lack]:
 def imitated(
     base: Stated, solution: GainSolution | None, believed: Sequence[Direction], choices: Sequence[Direction]
 ) -> Iterator[Lack]:
-    """Faults that yielding joints take up where data chose these: what predicts surely better is no elasticity."""
+    """Faults that yielding joints take up where data chose these: what predicts surely better is no elasticity.
+
+    Elasticity is what the estimate has, which softer joints need, as well as what its first order adds.
+    """
     if solution is None:
         return
     stiff = stated(base.problem, base.estimate, solution)
     for each in believed:
         stiff = stiff.beside(each)
     for lack in islice(shown_beside(stiff, choices), MOST):
-        elastic = [lack.base.added(each) for each in choices if each.family == ELASTICITY]
-        tied = any(each is not None and z_of(lack.best.u - each.u) < TIE for each in elastic)
-        if tied or not lack.best.direction.at_fault:
+        first_order = [lack.base.added(each) for each in choices if each.family == ELASTICITY]
+        elastic = [gains(lack.base.by_joint, base.by_joint), *(each.u for each in first_order if each is not None)]
+        if any(z_of(lack.best.u - each) < TIE for each in elastic) or not lack.best.direction.at_fault:
             return
         yield lack
 

@@ -70,6 +70,15 @@ def test_what_yielding_joints_explain_as_well_is_no_fault(axes, compliance, off)
     assert not list(imitated(stated(problem, stiff), None, (), [centre]))  # nothing was chosen that could imitate it
 
 
+def test_softer_joints_than_their_first_order_describes_are_no_fault_where_the_estimate_yields_enough(axes):
+    logs = logs_of(Truth(compliance=(4e-3, 2.8e-3, 3.6e-3)), seed=2)
+    problem = problem_of(axes, logs, (None, replace(BRICK, com=tuple(np.add(BRICK.com, (0.0, -0.0065, 0.0125))))))
+    estimate, stiff = yielding(problem)
+    (centre, _) = payload_catalog.directions(problem, estimate)
+    assert not list(imitated(stated(problem, estimate), estimate.solution.stiff, (), [centre]))
+    assert list(imitated(stated(problem, stiff), stiff.solution, (), [centre]))  # an estimate that does not yield
+
+
 TURNED = (-BRICK.com[0], BRICK.com[1], -BRICK.com[2])
 
 

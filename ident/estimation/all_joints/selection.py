@@ -23,6 +23,7 @@ from ident.estimation.all_joints.terms import (
     LOAD_STD,
     SPEED_TERMS,
     TermColumns,
+    load_terms,
     speed_terms,
     torque_terms,
 )
@@ -255,8 +256,7 @@ def _with_load(
 
 def _grown(chosen: Terms, form: str, columns: TermColumns, belief: Belief) -> Terms:
     return [
-        {**terms, form: Term(own[form], belief.mean, belief.std)}
-        for terms, own in zip(chosen, columns.own, strict=True)
+        {**terms, **load_terms(form, columns, joint, belief.mean, belief.std)} for joint, terms in enumerate(chosen)
     ]
 
 

@@ -15,13 +15,17 @@ from ident.support.arrays import Array
 
 STRONGEST = 0.5
 """Share of the motor torque that friction is let take while a fit is on its way."""
+MOTOR = "load-motor"
 LOAD_FORMS = {
-    "load-motor": "the motor torque",
+    MOTOR: "the motor torque",
     "load": "the torque of links and payload",
     "load-through": "the torque of links, payload and other friction",
 }
 """What load friction may be in proportion to: what goes into gears, what comes out, or what they carry beside their own
 loss. Of gears comes no torque that speeds up a rotor before them."""
+ASYMMETRY = "asymmetry"
+"""Column of the part of a joint's offset that its motor works against: friction that differs between directions. The
+rest is its amplifier's, no torque."""
 LOAD_MEAN, LOAD_STD = 0.05, 0.1
 """What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
 
@@ -37,12 +41,14 @@ class TermColumns:
     Attributes:
         own: Friction terms, n dicts of columns of shape (r_j,). Those of `LOAD_FORMS` have coefficients without unit,
             positive where friction brakes.
+        coulomb: Size of the Coulomb friction of each joint [drive units], shape (n,).
         softened: Change of torque per unit of each joint's compliance, as far as encoder noise lets it be seen, n
             arrays of shape (r_j, n), empty if not asked.
         torques: What the columns follow from, one a motion.
     """
 
     own: tuple[dict[str, Array], ...]
+    coulomb: Array
     softened: tuple[Array, ...]
     torques: tuple[Torques, ...]
 
@@ -103,7 +109,8 @@ def torque_terms(
         forms: Of `LOAD_FORMS`, those that are asked for.
     """
     n = problem.structure.arm.n
-    columns: list[dict[str, list[Array]]] = [{name: [] for name in forms} for _ in range(n)]
+    motors = (ASYMMETRY,) if MOTOR in forms else ()
+    columns: list[dict[str, list[Array]]] = [{name: [] for name in (*forms, *motors)} for _ in range(n)]
     softened: list[list[Array]] = [[] for _ in range(n)]
     spun = rotor_inertia(problem, shared, fit.found.theta)
     along = tuple(torques(problem, motion, shared, fit.found.theta) for motion in problem.motions)
@@ -122,29 +129,53 @@ def torque_terms(
                 current = links
                 if name != "load":
                     current = links + braking(behind.dq[:, j], own[j], fit.phi[j], number)
-                if name == "load-motor":
-                    current = _with_load(current + rotor, against, own[j], fit.phi[j])
+                if name == MOTOR:
+                    current = current + rotor - offset_of(own[j], fit.phi[j], number)
+                    k = _share(MOTOR, own[j], fit.phi[j]) * against * np.sign(current)
+                    current = current / (1.0 - k)  # W = x + c |W| against
+                    columns[j][ASYMMETRY].append(behind.decimated(k / (1.0 - k), j)[kept])
                 columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
     return TermColumns(
         tuple({name: np.concatenate(parts) for name, parts in each.items()} for each in columns),
+        np.array([np.max(np.abs(_values("Fc", *each)), initial=0.0) for each in zip(own, fit.phi, strict=True)]),
         tuple(np.vstack(each) for each in softened) if compliance else (),
         along,
     )
 
 
-def _with_load(given: Array, against: Array, own: OwnColumns, phi: Array) -> Array:
-    """Current that a motor gives, friction in proportion to its own torque included, shape (N,).
+def load_terms(form: str, columns: TermColumns, joint: int, mean: float = 0.0, std: float = np.inf) -> dict[str, Term]:
+    """Terms of one form of load friction of a joint, by name.
+
+    Coulomb friction brakes in both directions, so that half its difference is anything up to their mean.
 
     Args:
-        given: Current without that friction, shape (N,).
-        against: Sign of the current against friction, shape (N,).
-        own: Own columns of the fit.
-        phi: Their values.
+        form: Of `LOAD_FORMS`.
+        columns: Of all joints.
+        joint: From 0.
+        mean: What is believed of its coefficient beforehand.
+        std: Deviation of that belief.
     """
-    if "load-motor" not in own.names:
-        return given
-    c = np.clip(phi[own.names.index("load-motor")], -STRONGEST, STRONGEST)
-    return given / (1.0 - c * against * np.sign(given))  # V = x + c |V| against
+    own = columns.own[joint]
+    terms = {form: Term(own[form], mean, std)}
+    if form == MOTOR:
+        terms[ASYMMETRY] = Term(own[ASYMMETRY], 0.0, float(columns.coulomb[joint]) / np.sqrt(3.0))
+    return terms
+
+
+def _share(form: str, own: OwnColumns, phi: Array) -> float:
+    """Coefficient of a form of load friction, 0 where a fit does not have it."""
+    return float(np.clip(_values(form, own, phi).sum(), -STRONGEST, STRONGEST))
+
+
+def offset_of(own: OwnColumns, phi: Array, motion: int) -> float:
+    """Offset of a joint's current in a motion, at its place in the problem [drive units]."""
+    return float(_values("off", own, phi, motion).sum())
+
+
+def _values(name: str, own: OwnColumns, phi: Array, motion: int | None = None) -> Array:
+    """Coefficients of a name, of all motions or of one."""
+    of = zip(own.names, own.motion, phi, strict=True)
+    return np.array([x for each, k, x in of if each == name and (motion is None or k in (-1, motion))])
 
 
 def braking(dq: Array, own: OwnColumns, phi: Array, motion: int) -> Array:

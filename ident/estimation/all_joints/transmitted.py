@@ -12,7 +12,7 @@ import numpy as np
 
 from ident.estimation.all_joints.friction import OwnColumns
 from ident.estimation.all_joints.solution import Fitted, Setting
-from ident.estimation.all_joints.terms import STRONGEST, TermColumns, braking, of_rows
+from ident.estimation.all_joints.terms import ASYMMETRY, MOTOR, STRONGEST, TermColumns, braking, of_rows, offset_of
 from ident.estimation.problem import ObservedMotion
 from ident.numerics.least_squares import factors
 from ident.numerics.signals import delayed, low_passed
@@ -88,5 +88,6 @@ def without_friction(V: Array, dq: Array, own: OwnColumns, phi: Array, motion: i
         c = np.clip(value.get(form, 0.0), -STRONGEST, STRONGEST)
         return current / (1.0 + c * against * np.sign(current))
 
-    V = V - value.get("load-motor", 0.0) * np.abs(V) * against
+    torque = V - offset_of(own, phi, motion) + value.get(ASYMMETRY, 0.0)
+    V = V - value.get(MOTOR, 0.0) * np.abs(torque) * against
     return carried(carried(V, "load-through") - braking(dq, own, phi, motion), "load")

@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 from ident.estimation.all_joints.friction import Term
 from ident.estimation.all_joints.solution import Fitted, Setting, fit_with, setting
-from ident.estimation.all_joints.terms import SPEED_TERMS, speed_terms, torque_terms
+from ident.estimation.all_joints.terms import SPEED_TERMS, load_terms, speed_terms, torque_terms
 from ident.estimation.all_joints.torques import rotor_inertia, torques
 from ident.estimation.gain_options import GainOptions
 from ident.estimation.problem import ObservedMotion, Problem
@@ -168,7 +168,7 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
     rotors = rotor_inertia(ready.problem, ready.shared, fitted.fit.found.theta)
     assert (rotors > 0.0).any()
     for j in range(N):
-        links, gears, motor = [], [], []
+        links, gears, motor, uneven = [], [], [], []
         for k, motion in enumerate(ready.problem.motions):
             full = behind(ready, k)
             dq, drive = (
@@ -178,16 +178,23 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
             x, s = h[j] * drive.rigid[:, j], np.sign(h[j]) * np.sign(dq)
             friction = (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
             without = x - h[j] * rotors[j] * full.ddq[:, j]
-            given = x + friction
-            V = given
-            for _ in range(60 if form == "load-motor" else 0):  # V = x + c |V| s, by iteration
-                V = given + 0.07 * np.abs(V) * s
+            W, more = x + friction + 0.2, x + friction + 0.2 + 1e-6
+            for _ in range(60 if form == "load-motor" else 0):  # W = x + c |W| s, by iteration; an offset is no torque
+                W, more = (x + friction + 0.2 + part + 0.07 * np.abs(w) * s for w, part in ((W, 0.0), (more, 1e-6)))
             links.append(np.abs(without) * s)
             gears.append(np.abs(without + friction) * s)
-            motor.append(np.abs(V) * s)
+            motor.append(np.abs(W) * s)
+            uneven.append(1e6 * (more - W) - 1.0)  # of one unit of the offset that is torque
         for name, parts in (("load", links), ("load-through", gears), ("load-motor", motor)):
             expected = of_rows(ready, parts, j)
             np.testing.assert_allclose(found.own[j][name], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+        expected = of_rows(ready, uneven, j)
+        np.testing.assert_allclose(found.own[j]["asymmetry"], expected, rtol=0, atol=1e-6)
+        assert np.abs(expected).max() > (0.05 if form == "load-motor" else -1.0)
+        terms = load_terms("load-motor", found, j, 0.04, 0.13)
+        assert [(name, each.mean) for name, each in terms.items()] == [("load-motor", 0.04), ("asymmetry", 0.0)]
+        np.testing.assert_allclose(terms["asymmetry"].std, 0.9 / np.sqrt(3.0), rtol=1e-12)  # Coulomb friction, at most
+        assert list(load_terms("load", found, j)) == ["load"]
 
 
 def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):

@@ -256,7 +256,8 @@ def _with_load(
 
 def _grown(chosen: Terms, form: str, columns: TermColumns, belief: Belief) -> Terms:
     return [
-        {**terms, **load_terms(form, columns, joint, belief.mean, belief.std)} for joint, terms in enumerate(chosen)
+        {**terms, **load_terms(form, own, belief.mean, belief.std)}
+        for terms, own in zip(chosen, columns.own, strict=True)
     ]
 
 

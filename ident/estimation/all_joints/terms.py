@@ -1,6 +1,6 @@
 """Terms that follow from speed and from the torques of an earlier fit: friction laws, compliance."""
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,9 +23,10 @@ LOAD_FORMS = {
 }
 """What load friction may be in proportion to: what goes into gears, what comes out, or what they carry beside their own
 loss. Of gears comes no torque that speeds up a rotor before them."""
-ASYMMETRY = "asymmetry"
-"""Column of the part of a joint's offset that its motor works against: friction that differs between directions. The
-rest is its amplifier's, no torque."""
+AMPLIFIER = "amplifier"
+"""Column of the share of a joint's offset, less one half, that is its amplifier's: no torque, so that friction does not
+follow from it as from a spring's. The load is taken between both, and nothing is known of the share from 0 to 1."""
+AMPLIFIER_STD = 0.5
 LOAD_MEAN, LOAD_STD = 0.05, 0.1
 """What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
 
@@ -40,15 +41,13 @@ class TermColumns:
 
     Attributes:
         own: Friction terms, n dicts of columns of shape (r_j,). Those of `LOAD_FORMS` have coefficients without unit,
-            positive where friction brakes.
-        coulomb: Size of the Coulomb friction of each joint [drive units], shape (n,).
+            positive where friction brakes; `AMPLIFIER` stands beside that of the motor.
         softened: Change of torque per unit of each joint's compliance, as far as encoder noise lets it be seen, n
             arrays of shape (r_j, n), empty if not asked.
         torques: What the columns follow from, one a motion.
     """
 
     own: tuple[dict[str, Array], ...]
-    coulomb: Array
     softened: tuple[Array, ...]
     torques: tuple[Torques, ...]
 
@@ -109,7 +108,7 @@ def torque_terms(
         forms: Of `LOAD_FORMS`, those that are asked for.
     """
     n = problem.structure.arm.n
-    motors = (ASYMMETRY,) if MOTOR in forms else ()
+    motors = (AMPLIFIER,) if MOTOR in forms else ()
     columns: list[dict[str, list[Array]]] = [{name: [] for name in (*forms, *motors)} for _ in range(n)]
     softened: list[list[Array]] = [[] for _ in range(n)]
     spun = rotor_inertia(problem, shared, fit.found.theta)
@@ -129,59 +128,68 @@ def torque_terms(
                 current = links
                 if name != "load":
                     current = links + braking(behind.dq[:, j], own[j], fit.phi[j], number)
+                load = np.abs(current)
                 if name == MOTOR:
-                    current = current + rotor - offset_of(own[j], fit.phi[j], number)
-                    k = _share(MOTOR, own[j], fit.phi[j]) * against * np.sign(current)
-                    current = current / (1.0 - k)  # W = x + c |W| against
-                    columns[j][ASYMMETRY].append(behind.decimated(k / (1.0 - k), j)[kept])
-                columns[j][name].append(behind.decimated(np.abs(current) * against, j)[kept])
+                    of_all, of_none = (
+                        _with_load(current + rotor - each, against, own[j], fit.phi[j])
+                        for each in (0.0, offset_of(own[j], fit.phi[j], number))
+                    )
+                    load = 0.5 * (of_all + of_none)
+                    between = load_share(own[j], fit.phi[j]) * (of_none - of_all)
+                    columns[j][AMPLIFIER].append(behind.decimated(between * against, j)[kept])
+                columns[j][name].append(behind.decimated(load * against, j)[kept])
     return TermColumns(
         tuple({name: np.concatenate(parts) for name, parts in each.items()} for each in columns),
-        np.array([np.max(np.abs(_values("Fc", *each)), initial=0.0) for each in zip(own, fit.phi, strict=True)]),
         tuple(np.vstack(each) for each in softened) if compliance else (),
         along,
     )
 
 
-def load_terms(form: str, columns: TermColumns, joint: int, mean: float = 0.0, std: float = np.inf) -> dict[str, Term]:
+def load_terms(form: str, own: Mapping[str, Array], mean: float = 0.0, std: float = np.inf) -> dict[str, Term]:
     """Terms of one form of load friction of a joint, by name.
-
-    Coulomb friction brakes in both directions, so that half its difference is anything up to their mean.
 
     Args:
         form: Of `LOAD_FORMS`.
-        columns: Of all joints.
-        joint: From 0.
+        own: Columns of the joint, of `TermColumns`.
         mean: What is believed of its coefficient beforehand.
         std: Deviation of that belief.
     """
-    own = columns.own[joint]
     terms = {form: Term(own[form], mean, std)}
     if form == MOTOR:
-        terms[ASYMMETRY] = Term(own[ASYMMETRY], 0.0, float(columns.coulomb[joint]) / np.sqrt(3.0))
+        terms[AMPLIFIER] = Term(own[AMPLIFIER], 0.0, AMPLIFIER_STD)
     return terms
 
 
-def _share(form: str, own: OwnColumns, phi: Array) -> float:
-    """Coefficient of a form of load friction, 0 where a fit does not have it."""
-    return float(np.clip(_values(form, own, phi).sum(), -STRONGEST, STRONGEST))
+def _with_load(given: Array, against: Array, own: OwnColumns, phi: Array) -> Array:
+    """Size of the current that gives a motor's torque, friction in proportion to it included, shape (N,).
+
+    Args:
+        given: Current without that friction, shape (N,).
+        against: Sign of the current against friction, shape (N,).
+        own: Own columns of the fit.
+        phi: Their values.
+    """
+    return np.abs(given / (1.0 - load_share(own, phi) * against * np.sign(given)))  # W = x + c |W| against
+
+
+def load_share(own: OwnColumns, phi: Array) -> float:
+    """Friction as a share of the motor's torque, 0 where a fit does not have it."""
+    return float(np.clip(_values(MOTOR, own, phi), -STRONGEST, STRONGEST))
 
 
 def offset_of(own: OwnColumns, phi: Array, motion: int) -> float:
     """Offset of a joint's current in a motion, at its place in the problem [drive units]."""
-    return float(_values("off", own, phi, motion).sum())
+    return _values("off", own, phi, motion)
 
 
-def _values(name: str, own: OwnColumns, phi: Array, motion: int | None = None) -> Array:
-    """Coefficients of a name, of all motions or of one."""
+def _values(name: str, own: OwnColumns, phi: Array, motion: int = -1) -> float:
+    """Coefficient of a name, with that of a motion alone; 0 if a fit has none."""
     of = zip(own.names, own.motion, phi, strict=True)
-    return np.array([x for each, k, x in of if each == name and (motion is None or k in (-1, motion))])
+    return float(sum(x for each, k, x in of if each == name and k in (-1, motion)))
 
 
 def braking(dq: Array, own: OwnColumns, phi: Array, motion: int) -> Array:
-    """Current against friction in the speed, shape (N,).
-
-    An offset counts as friction that differs between directions, which is mostly larger than that of an amplifier.
+    """Current against friction in the speed and an offset, shape (N,).
 
     Args:
         dq: Speed of the joint, shape (N,).

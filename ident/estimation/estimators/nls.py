@@ -183,8 +183,8 @@ def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) ->
                 ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance, forms=forms
             )
             terms = [
-                known | {name: term for form in forms for name, term in load_terms(form, found, joint).items()}
-                for joint, known in enumerate(speeds)
+                known | {name: term for form in forms for name, term in load_terms(form, own).items()}
+                for known, own in zip(speeds, found.own, strict=True)
             ]
             softened = by_currents(ready, found, fitted, found.own) if compliance else ()
             fitted = fit_with(ready, terms, softened, fitted)

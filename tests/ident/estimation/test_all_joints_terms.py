@@ -168,7 +168,7 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
     rotors = rotor_inertia(ready.problem, ready.shared, fitted.fit.found.theta)
     assert (rotors > 0.0).any()
     for j in range(N):
-        links, gears, motor, uneven = [], [], [], []
+        links, gears, motor, between = [], [], [], []
         for k, motion in enumerate(ready.problem.motions):
             full = behind(ready, k)
             dq, drive = (
@@ -178,23 +178,27 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
             x, s = h[j] * drive.rigid[:, j], np.sign(h[j]) * np.sign(dq)
             friction = (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
             without = x - h[j] * rotors[j] * full.ddq[:, j]
-            W, more = x + friction + 0.2, x + friction + 0.2 + 1e-6
-            for _ in range(60 if form == "load-motor" else 0):  # W = x + c |W| s, by iteration; an offset is no torque
-                W, more = (x + friction + 0.2 + part + 0.07 * np.abs(w) * s for w, part in ((W, 0.0), (more, 1e-6)))
+            motors = []
+            for given in (x + friction, x + friction + 0.2):  # with the offset of -0.2 and without
+                W = given
+                for _ in range(60 if form == "load-motor" else 0):  # W = x + c |W| s, by iteration
+                    W = given + 0.07 * np.abs(W) * s
+                motors.append(np.abs(W) * s)
             links.append(np.abs(without) * s)
             gears.append(np.abs(without + friction) * s)
-            motor.append(np.abs(W) * s)
-            uneven.append(1e6 * (more - W) - 1.0)  # of one unit of the offset that is torque
+            motor.append(0.5 * sum(motors))
+            between.append((0.07 if form == "load-motor" else 0.0) * (motors[1] - motors[0]))
         for name, parts in (("load", links), ("load-through", gears), ("load-motor", motor)):
             expected = of_rows(ready, parts, j)
             np.testing.assert_allclose(found.own[j][name], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
-        expected = of_rows(ready, uneven, j)
-        np.testing.assert_allclose(found.own[j]["asymmetry"], expected, rtol=0, atol=1e-6)
-        assert np.abs(expected).max() > (0.05 if form == "load-motor" else -1.0)
-        terms = load_terms("load-motor", found, j, 0.04, 0.13)
-        assert [(name, each.mean) for name, each in terms.items()] == [("load-motor", 0.04), ("asymmetry", 0.0)]
-        np.testing.assert_allclose(terms["asymmetry"].std, 0.9 / np.sqrt(3.0), rtol=1e-12)  # Coulomb friction, at most
-        assert list(load_terms("load", found, j)) == ["load"]
+        expected = of_rows(ready, between, j)
+        np.testing.assert_allclose(found.own[j]["amplifier"], expected, rtol=0, atol=1e-12)
+        assert np.abs(expected).max() > (0.002 if form == "load-motor" else -1.0)
+        terms = load_terms("load-motor", found.own[j], 0.04, 0.13)
+        assert [(name, each.mean, each.std) for name, each in terms.items()] == [
+            ("load-motor", 0.04, 0.13), ("amplifier", 0.0, 0.5)
+        ]  # fmt: skip
+        assert list(load_terms("load", found.own[j])) == ["load"]
 
 
 def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):

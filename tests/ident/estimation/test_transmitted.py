@@ -52,7 +52,7 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
     rng = np.random.default_rng(1)
     x, dq = 5.0 * rng.standard_normal(400), rng.standard_normal(400)
     value = {"Fv": 0.4, "Fc": 0.3, "off": -0.2, "cbrt": 0.25, "by-direction": 0.15} | ({form: 0.1} if form else {})
-    value |= {"asymmetry": 0.07} if form == "load-motor" else {}
+    value |= {"amplifier": 0.15} if form == "load-motor" else {}
     names = (*value, "Fv", "Fc")
     phi = np.array([*value.values(), 7.0, 9.0])
     motion = (1, 1, *(-1 for _ in range(len(value) - 2)), 0, 0)  # the last two are another motion's
@@ -62,7 +62,7 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
     carried = x + brakes
     V = carried + 0.1 * turns * {"load": np.abs(x), "load-through": np.abs(carried)}.get(form, 0.0)
     for _ in range(60 if form == "load-motor" else 0):
-        V = carried + 0.1 * np.abs(V + 0.2 + 0.07) * turns  # of an offset of -0.2, 0.07 is torque
+        V = carried + 0.1 * (0.35 * np.abs(V) + 0.65 * np.abs(V + 0.2)) * turns  # 0.65 of the offset is no torque
     np.testing.assert_allclose(without_friction(V, dq, own, phi, 1, wired=wired), x, rtol=0, atol=1e-12)
 
 

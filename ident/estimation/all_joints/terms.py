@@ -1,6 +1,6 @@
 """Terms that follow from speed and from the torques of an earlier fit: friction laws, compliance."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,9 +24,10 @@ LOAD_FORMS = {
 """What load friction may be in proportion to: what goes into gears, what comes out, or what they carry beside their own
 loss. Of gears comes no torque that speeds up a rotor before them."""
 AMPLIFIER = "amplifier"
-"""Column of the share of a joint's offset, less one half, that is its amplifier's: no torque, so that friction does not
-follow from it as from a spring's. The load is taken between both, and nothing is known of the share from 0 to 1."""
-AMPLIFIER_STD = 0.5
+"""Column of the share of a joint's offset that is its amplifier's: no torque, from which friction could follow as from
+that of a spring."""
+AMPLIFIER_MEAN, AMPLIFIER_STD = 0.5, 0.5
+"""What is believed of the share: it is from 0 to 1, and nothing else is known."""
 LOAD_MEAN, LOAD_STD = 0.05, 0.1
 """What is believed of load friction before joints have shown theirs: published drives lose 6 to 15 % of their torque.
 
@@ -130,13 +131,10 @@ def torque_terms(
                     current = links + braking(behind.dq[:, j], own[j], fit.phi[j], number)
                 load = np.abs(current)
                 if name == MOTOR:
-                    of_all, of_none = (
-                        _with_load(current + rotor - each, against, own[j], fit.phi[j])
-                        for each in (0.0, offset_of(own[j], fit.phi[j], number))
-                    )
-                    load = 0.5 * (of_all + of_none)
-                    between = load_share(own[j], fit.phi[j]) * (of_none - of_all)
-                    columns[j][AMPLIFIER].append(behind.decimated(between * against, j)[kept])
+                    c, offset = (_value(each, own[j], fit.phi[j], 0.0) for each in (MOTOR, "off"))
+                    load, less = (_of_motor(current + rotor - each, c, against) for each in (0.0, offset))
+                    change = _value(MOTOR, own[j], fit.phi[j], LOAD_MEAN) * (less - load) * against
+                    columns[j][AMPLIFIER].append(behind.decimated(change, j)[kept])
                 columns[j][name].append(behind.decimated(load * against, j)[kept])
     return TermColumns(
         tuple({name: np.concatenate(parts) for name, parts in each.items()} for each in columns),
@@ -145,47 +143,20 @@ def torque_terms(
     )
 
 
-def load_terms(form: str, own: Mapping[str, Array], mean: float = 0.0, std: float = np.inf) -> dict[str, Term]:
-    """Terms of one form of load friction of a joint, by name.
-
-    Args:
-        form: Of `LOAD_FORMS`.
-        own: Columns of the joint, of `TermColumns`.
-        mean: What is believed of its coefficient beforehand.
-        std: Deviation of that belief.
-    """
-    terms = {form: Term(own[form], mean, std)}
-    if form == MOTOR:
-        terms[AMPLIFIER] = Term(own[AMPLIFIER], 0.0, AMPLIFIER_STD)
-    return terms
-
-
-def _with_load(given: Array, against: Array, own: OwnColumns, phi: Array) -> Array:
+def _of_motor(given: Array, c: float, against: Array) -> Array:
     """Size of the current that gives a motor's torque, friction in proportion to it included, shape (N,).
 
     Args:
         given: Current without that friction, shape (N,).
+        c: Friction as a share of the motor's torque.
         against: Sign of the current against friction, shape (N,).
-        own: Own columns of the fit.
-        phi: Their values.
     """
-    return np.abs(given / (1.0 - load_share(own, phi) * against * np.sign(given)))  # W = x + c |W| against
+    return np.abs(given / (1.0 - np.clip(c, -STRONGEST, STRONGEST) * against * np.sign(given)))  # W = x + c |W| against
 
 
-def load_share(own: OwnColumns, phi: Array) -> float:
-    """Friction as a share of the motor's torque, 0 where a fit does not have it."""
-    return float(np.clip(_values(MOTOR, own, phi), -STRONGEST, STRONGEST))
-
-
-def offset_of(own: OwnColumns, phi: Array, motion: int) -> float:
-    """Offset of a joint's current in a motion, at its place in the problem [drive units]."""
-    return _values("off", own, phi, motion)
-
-
-def _values(name: str, own: OwnColumns, phi: Array, motion: int = -1) -> float:
-    """Coefficient of a name, with that of a motion alone; 0 if a fit has none."""
-    of = zip(own.names, own.motion, phi, strict=True)
-    return float(sum(x for each, k, x in of if each == name and k in (-1, motion)))
+def _value(name: str, own: OwnColumns, phi: Array, otherwise: float) -> float:
+    """Coefficient of a name that all motions have in common, or what stands for it where a fit has none."""
+    return float(phi[own.names.index(name)]) if name in own.names else otherwise
 
 
 def braking(dq: Array, own: OwnColumns, phi: Array, motion: int) -> Array:

@@ -13,11 +13,12 @@ import numpy as np
 from annotated_types import Interval, Unit
 
 from ident.estimation.all_joints.body import BODIES
+from ident.estimation.all_joints.friction import Term
 from ident.estimation.all_joints.loss import LOSSES, Tame, drawn_in, settled
 from ident.estimation.all_joints.misplaced import with_misplaced
 from ident.estimation.all_joints.selection import Selected, selected
 from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting, solution
-from ident.estimation.all_joints.terms import LOAD_FORMS, SPEED_TERMS, load_terms, speed_terms, torque_terms
+from ident.estimation.all_joints.terms import LOAD_FORMS, SPEED_TERMS, speed_terms, torque_terms
 from ident.estimation.all_joints.transmitted import by_currents
 from ident.estimation.estimate import GainEstimate
 from ident.estimation.identifiability import judge_identifiability
@@ -183,7 +184,7 @@ def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) ->
                 ready.problem, ready.shared, fitted.own, fitted.fit, compliance=compliance, forms=forms
             )
             terms = [
-                known | {name: term for form in forms for name, term in load_terms(form, own).items()}
+                {**known, **{name: Term(own[name]) for name in forms}}
                 for known, own in zip(speeds, found.own, strict=True)
             ]
             softened = by_currents(ready, found, fitted, found.own) if compliance else ()

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.arm_parameters.parameter_values import Parameter
-from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible, pseudo_inertia
+from ident.estimation.all_joints.pseudo_inertia import Bodies, nearest_possible
 from ident.model.base import BaseParameters
 from ident.model.parameters import INERTIAL, STANDARD
+from ident.model.pseudo_inertia import pseudo_inertia
 from ident.support.arrays import Array, Indices, Mask
 from ident.support.errors import NoBody
 

@@ -11,16 +11,16 @@ from functools import cached_property
 import numpy as np
 from scipy import linalg
 
-from ident.estimation.all_joints.displacement import States, displaced_torques
 from ident.estimation.all_joints.friction import own_columns
 from ident.estimation.all_joints.reduction import reduced_joint
 from ident.estimation.all_joints.solution import Fitted, GivenGain, Setting, fit_with, setting
 from ident.estimation.all_joints.start import friction_z
 from ident.estimation.all_joints.stiffness import assumed_compliance
-from ident.estimation.all_joints.terms import torque_terms
-from ident.estimation.all_joints.torques import TORQUE_RATE
+from ident.estimation.all_joints.terms import TermColumns, torque_terms
+from ident.estimation.all_joints.torques import Torques
 from ident.estimation.problem import Problem
 from ident.model.arm import Arm
+from ident.model.displacement import States
 from ident.model.inverse_dynamics import inverse_dynamics
 from ident.numerics.splines import spline
 from ident.observation.full_rate import FullRate
@@ -64,12 +64,20 @@ class Reference:
         return tuple(ReferenceMotion(self, k) for k in range(len(self.problem.motions)))
 
     @cached_property
-    def softened(self) -> tuple[Array, ...]:
-        """Change of each joint's currents per compliance of each joint, n arrays of shape (r_j, n)."""
-        found = torque_terms(
+    def _terms(self) -> TermColumns:
+        return torque_terms(
             self.problem, self.ready.shared, self.fitted.own, self.fitted.fit, compliance=True, forms=()
         )
-        return tuple(h * each for h, each in zip(self.h, found.softened, strict=True))
+
+    @property
+    def softened(self) -> tuple[Array, ...]:
+        """Change of each joint's currents per compliance of each joint, n arrays of shape (r_j, n)."""
+        return tuple(h * each for h, each in zip(self.h, self._terms.softened, strict=True))
+
+    @property
+    def torques(self) -> tuple[Torques, ...]:
+        """Of the fitted arm along each log."""
+        return self._terms.torques
 
     @cached_property
     def compliance(self) -> Array:
@@ -82,17 +90,6 @@ class Reference:
         found = np.where(rows.motion == log, rows.V - rows.residual, 0.0)
         return tuple(found[rows.of(j)] for j in range(self.arm.n))
 
-    def parameters(self, log: int) -> Array:
-        """Standard parameters of links, rotors and payload that move in a log, shape (p,)."""
-        structure, shared = self.problem.structure, self.ready.shared
-        theta = self.fitted.fit.found.theta
-        chi = np.zeros(structure.base.regrouping.shape[1])
-        chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
-        for mounted, values in zip(self.problem.payloads, shared.payload_values(theta), strict=True):
-            if self.problem.motions[log].payload is mounted:
-                chi[structure.payload_columns] += values
-        return chi
-
 
 @dataclass(frozen=True, eq=False)
 class ReferenceMotion:
@@ -101,34 +98,20 @@ class ReferenceMotion:
     reference: Reference
     log: int
 
-    @cached_property
+    @property
     def behind(self) -> FullRate:
         """The motion at full rate."""
-        found = self.reference.problem.motions[self.log].observation.full_rate
-        assert found is not None, "asked of recordings only"
-        return found
+        return self.reference.problem.motions[self.log].observation.recorded
 
-    @cached_property
-    def _at(self) -> Indices:
-        behind = self.behind
-        stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
-        return np.append(np.arange(0, len(behind.q) - 1, stride), len(behind.q) - 1)
-
-    @cached_property
+    @property
     def states(self) -> States:
-        """At `TORQUE_RATE`."""
-        at = self._at
-        return States(self.behind.q[at], self.behind.dq[at], self.behind.ddq[at])
+        """Where torques are evaluated."""
+        return self.behind.states
 
-    @cached_property
-    def chi(self) -> Array:
-        """Standard parameters, shape (p,)."""
-        return self.reference.parameters(self.log)
-
-    @cached_property
-    def torque(self) -> Array:
-        """Of links, rotors and payload, at `TORQUE_RATE`, shape (S, n)."""
-        return self.of(self.reference.arm, self.chi, self.states)
+    @property
+    def along(self) -> Torques:
+        """Torques of links, rotors and payload."""
+        return self.reference.torques[self.log]
 
     @staticmethod
     def of(arm: Arm, chi: Array, states: States) -> Array:
@@ -145,7 +128,7 @@ class ReferenceMotion:
             n arrays of shape (r_j, m).
         """
         own = self.reference.problem.motions[self.log].observation.joints
-        moving, (at, weight) = self.behind.moving[self._at], self._filter
+        moving, (at, weight) = self.behind.moving[self.behind.at], self._filter
         return tuple(
             self.reference.h[j]
             * np.einsum(
@@ -157,30 +140,30 @@ class ReferenceMotion:
     @cached_property
     def _filter(self) -> tuple[Indices, Array]:
         """The decimation filter at these times: which of them each row feels, and how much, (rows, l) each."""
-        D = self.behind.decimator
+        D, samples = self.behind.decimator, self.behind.at
         begin = D.factor * np.arange(D.rows(len(self.behind.q)))  # sample at which a row's filter begins
-        first = np.searchsorted(self._at, begin)
-        count = int(np.max(np.searchsorted(self._at, begin + len(D.kernel)) - first, initial=1))
-        at = np.minimum(first[:, None] + np.arange(count), len(self._at) - 1)
-        lag = self._at[at] - begin[:, None]
+        first = np.searchsorted(samples, begin)
+        count = int(np.max(np.searchsorted(samples, begin + len(D.kernel)) - first, initial=1))
+        at = np.minimum(first[:, None] + np.arange(count), len(samples) - 1)
+        lag = samples[at] - begin[:, None]
         weight = np.where(lag < len(D.kernel), D.kernel[np.minimum(lag, len(D.kernel) - 1)], 0.0)
         return at, weight / weight.sum(axis=1, keepdims=True)
 
     def displaced(self) -> Array:
         """Derivative of the torques by each joint's zero [N m / rad], shape (S, n, n)."""
-        still = States(np.ones_like(self.states.q), np.zeros_like(self.states.q), np.zeros_like(self.states.q))
-        return displaced_torques(self.reference.arm, self.chi, self.states, still)
+        still = np.zeros_like(self.states.q)
+        return self.along.links.displaced(States(np.ones_like(still), still, still))
 
     def changed(self, arm: Arm) -> Array:
         """Derivative of the torques by a change of the arm that was made by `STEP`, shape (S, n)."""
-        return (self.of(arm, self.chi, self.states) - self.torque) / STEP
+        return (self.of(arm, self.along.chi, self.states) - self.along.sampled) / STEP
 
     def tilted(self) -> Array:
         """Derivative by a turn of the base about two axes across gravity [N m / rad], shape (S, n, 2)."""
         arm, states = self.reference.arm, self.states
         still = States(states.q, np.zeros_like(states.q), np.zeros_like(states.q))
         return np.stack(
-            [self.of(replace(arm, gravity=np.cross(axis, arm.gravity)), self.chi, still) for axis in across(arm)],
+            [self.of(replace(arm, gravity=np.cross(axis, arm.gravity)), self.along.chi, still) for axis in across(arm)],
             axis=-1,
         )
 
@@ -188,12 +171,12 @@ class ReferenceMotion:
         """Derivative by a factor of the seconds, shape (S, n)."""
         states = self.states
         slower = States(states.q, states.dq * (1.0 - STEP), states.ddq * (1.0 - 2.0 * STEP))
-        return (self.of(self.reference.arm, self.chi, slower) - self.torque) / STEP
+        return (self.of(self.reference.arm, self.along.chi, slower) - self.along.sampled) / STEP
 
     def rate(self) -> Array:
         """Rate of change of the torques and of viscous friction [N m / s], shape (S, n)."""
-        t = np.asarray(self._at * self.behind.period, np.float64)
-        rate = spline(t, self.torque)(t, 1)
+        t = self.behind.t[self.behind.at]
+        rate = spline(t, self.along.sampled)(t, 1)
         return rate + self._viscous() / self.reference.h * self.states.ddq
 
     def _viscous(self) -> Array:

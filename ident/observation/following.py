@@ -1,6 +1,5 @@
 """Filters that follow the rate of the logs: defaults that are too fast for a slow log are lowered, never others.
 
-A quarter of the rate leaves the central differences exact to 2 % at the cut-off and the Butterworth filter its slope.
 A motion that such a filter bends is refused: inertias would come out too small.
 """
 
@@ -10,13 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from ident.numerics.quantum import quantum
-from ident.numerics.signals import FILTER_ORDER, noise_density
+from ident.numerics.signals import FILTER_ORDER, SHARE_OF_RATE, noise_density
 from ident.observation.observation import ObserveOptions
 from ident.recordings.recording import Recording
 from ident.support.errors import RecordingError
 
-SHARE_OF_RATE = 0.25
-"""Highest cut-off in sampling rates."""
 MOST_BENT = 0.05
 """Share of a joint's speed, as rms, that a lowered filter may take; friction at reversals is up to 2 %."""
 DEFAULTS = ObserveOptions()

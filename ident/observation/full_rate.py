@@ -1,15 +1,24 @@
 """The motion behind a linear system at full rate, for columns that no linear combination of its own gives."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ident.numerics.signals import Decimator, group_means
+from ident.model.displacement import States
+from ident.numerics.signals import SHARE_OF_RATE, Decimator, group_means, smooth_motion
 from ident.recordings.recording import Recording
-from ident.support.arrays import Array, Mask
+from ident.support.arrays import Array, Indices, Mask
+
+TORQUE_RATE = 8.0
+"""Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
+DATED = 0.1
+"""Noise of the speeds that date reversals, as a share of each joint's rms speed; rows leave out as much."""
+SHARPEST = 10.0
+"""Low-pass of these speeds at most, in cut-offs of the positions: a reversal is then dated to a tenth of their blur."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FullRate:
     """Filtered samples of a motion, and how they become rows.
 
@@ -40,6 +49,35 @@ class FullRate:
     noise: Array
     recording: Recording
     current_delay: float
+
+    @cached_property
+    def t(self) -> Array:
+        """Time from the first sample [s], shape (N,)."""
+        return np.asarray(self.period * np.arange(len(self.q)), np.float64)
+
+    @cached_property
+    def at(self) -> Indices:
+        """Samples at which torques are evaluated, shape (S,)."""
+        stride = max(1, int(1.0 / (TORQUE_RATE * self.cutoff_hz * self.period)))
+        return np.append(np.arange(0, len(self.q) - 1, stride), len(self.q) - 1)
+
+    @cached_property
+    def states(self) -> States:
+        """The motion there."""
+        return States(self.q[self.at], self.dq[self.at], self.ddq[self.at])
+
+    @cached_property
+    def dating(self) -> Array:
+        """Speeds that date reversals, at the rate of the recording, each its samples, shape (., n)."""
+        return smooth_motion(self.recording.q, self.recording.period, self._dating_hz())[1]
+
+    def _dating_hz(self) -> float:
+        """Low-pass of these speeds: white noise in positions gives them (2 pi)^2 N f^3 / 3."""
+        allowed = 3.0 * DATED**2 * np.mean(self.dq**2, axis=0)
+        noise = (2.0 * np.pi) ** 2 * self.noise
+        quiet = float(np.min(np.cbrt(np.divide(allowed, noise, out=np.full_like(noise, np.inf), where=noise > 0.0))))
+        highest = min(SHARPEST * self.cutoff_hz, SHARE_OF_RATE / self.recording.period)
+        return max(self.cutoff_hz, min(quiet, highest))
 
     def sampled(self, x: Array) -> Array:
         """A signal at the rate of the recording as the samples here have it, shape (N, ...)."""

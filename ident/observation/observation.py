@@ -6,11 +6,13 @@ column, so that every row is still a linear combination of exact equations (pape
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
 from annotated_types import Interval, Unit
 
+from ident.model.displacement import Kinematics
 from ident.model.parameters import STANDARD
 from ident.model.regressor import BLOCK, regressor_blocks
 from ident.model.structure import Structure
@@ -116,7 +118,7 @@ class JointObservation:
     row_period: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Observation:
     """The linear system of one motion.
 
@@ -131,6 +133,17 @@ class Observation:
     joints: tuple[JointObservation, ...]
     notes: tuple[str, ...]
     full_rate: FullRate | None = None
+
+    @property
+    def recorded(self) -> FullRate:
+        """The motion behind the rows, where there is one by what was asked before."""
+        assert self.full_rate is not None, "asked of recordings only"
+        return self.full_rate
+
+    @cached_property
+    def moving(self) -> Kinematics:
+        """The arm along the motion, at the samples where torques are evaluated."""
+        return Kinematics.of(self.structure.arm, self.recorded.states)
 
 
 def observe(

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.estimation.all_joints.pseudo_inertia import pseudo_inertia
 from ident.model.parameters import INERTIAL
+from ident.model.pseudo_inertia import pseudo_inertia
 from ident.payload.payload import INERTIA_KEYS
 from ident.payload_identification.payload_estimate import FoundPayload
 from ident.support.arrays import Array

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy import linalg
 
 from ident.estimation.all_joints.columns import JointColumns
-from ident.estimation.all_joints.friction import OwnColumns
 from ident.estimation.all_joints.reduction import ReducedJoint
 from ident.estimation.all_joints.search import Found, Prior
 from ident.estimation.rows import Rows
@@ -18,96 +19,135 @@ RANK_TOL = 1e-10
 """Relative size of a unit column's new part under which the rows do not show an unknown."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class AllJointsFit:
-    """The fitted model.
+    """The fitted model. What rows and beliefs do to its unknowns, log|h|, theta and phi, is found once it is asked for.
 
     Attributes:
         found: Gains and shared parameters.
         phi: Values of each joint's own columns [drive units], n arrays of shape (f_j,).
-        rows: Rows of all joints with their residuals.
-        log_influence: Derivative of each log|h| by each row's current, shape (n, r).
-        theta_influence: Derivative of each shared parameter, zero for those that the rows do not show, shape (p, r).
-        phi_influence: Derivative of each joint's own values, n arrays of shape (f_j, r).
-        log_belief: Change of each log|h| per deviation of everything that is believed beforehand, of own coefficients,
-            of log|h| and of shared parameters, shape (n, beliefs).
-        theta_belief: The same of each shared parameter, shape (p, beliefs).
-        phi_belief: The same of each joint's own values, n arrays of shape (f_j, beliefs).
+        columns: Rows of every joint, n.
+        joints: The same, reduced.
+        left: What the model leaves of the currents in each joint's reduced rows, n arrays.
+        prior: What is believed of gains and shared parameters beforehand.
+        row_period: Time from one row to the next [s].
     """
 
     found: Found
     phi: tuple[Array, ...]
-    rows: Rows
-    log_influence: Array
-    theta_influence: Array
-    phi_influence: tuple[Array, ...]
-    log_belief: Array
-    theta_belief: Array
-    phi_belief: tuple[Array, ...]
+    columns: tuple[JointColumns, ...]
+    joints: tuple[ReducedJoint, ...]
+    left: tuple[Array, ...]
+    prior: Prior
+    row_period: float
+
+    @cached_property
+    def rows(self) -> Rows:
+        """Rows of all joints with their residuals."""
+        lengths, explained = [len(each.V) for each in self.columns], self._linear[1]
+        hat = [each.data @ explained[part] for each, part in zip(self.joints, self._parts, strict=True)]
+        return Rows(
+            V=np.concatenate([each.V for each in self.columns]),
+            residual=np.concatenate(
+                [each.sigma * (each.data @ left) for each, left in zip(self.joints, self.left, strict=True)]
+            ),
+            joint=np.repeat(np.arange(len(lengths)), lengths),
+            motion=np.concatenate([each.motion for each in self.columns]),
+            position=np.concatenate([each.position for each in self.columns]),
+            row_period=self.row_period,
+            unknowns={j: float(np.sum(own**2)) for j, own in enumerate(hat)},
+            explained=np.vstack(hat),
+            weight=np.repeat([1.0 / each.sigma for each in self.joints], lengths),
+        )
+
+    @cached_property
+    def log_influence(self) -> Array:
+        """Derivative of each log|h| by each row's current, shape (n, r)."""
+        return self._by_rows(self._places[0])
+
+    @cached_property
+    def theta_influence(self) -> Array:
+        """Derivative of each shared parameter, zero for those that the rows do not show, shape (p, r)."""
+        return self._by_rows(self._places[1])
+
+    @cached_property
+    def phi_influence(self) -> tuple[Array, ...]:
+        """Derivative of each joint's own values, n arrays of shape (f_j, r)."""
+        return tuple(self._by_rows(part) for part in self._places[2:])
+
+    @cached_property
+    def log_belief(self) -> Array:
+        """Change of each log|h| per deviation of all that is believed beforehand, shape (n, beliefs).
+
+        Beliefs are those of own coefficients, of log|h| and of shared parameters.
+        """
+        return self._by_beliefs(self._places[0])
+
+    @cached_property
+    def theta_belief(self) -> Array:
+        """The same of each shared parameter, shape (p, beliefs)."""
+        return self._by_beliefs(self._places[1])
+
+    @cached_property
+    def phi_belief(self) -> tuple[Array, ...]:
+        """The same of each joint's own values, n arrays of shape (f_j, beliefs)."""
+        return tuple(self._by_beliefs(part) for part in self._places[2:])
+
+    @property
+    def _parts(self) -> list[slice]:
+        """Where each joint's reduced rows stand in the Jacobian."""
+        return [slice(*each) for each in pairwise(np.cumsum([0, *(len(each.V) for each in self.joints)]).tolist())]
+
+    @property
+    def _places(self) -> list[slice]:
+        """Where log|h|, theta and each joint's phi stand among the unknowns."""
+        n, p = len(self.joints), len(self.found.theta)
+        return [slice(*each) for each in pairwise(np.cumsum([0, n, p, *map(len, self.phi)]).tolist())]
+
+    @cached_property
+    def _linear(self) -> tuple[Array, Array]:
+        """Pseudo-inverse of the Jacobian in reduced rows and beliefs, and the orthonormal basis of its columns."""
+        parts, (logs, shared, *own) = self._parts, self._places
+        n, last = len(parts), parts[-1].stop
+        J = np.zeros((last + n + len(self.prior.rows), own[-1].stop))
+        for j, (each, rows, phi) in enumerate(zip(self.joints, parts, own, strict=True)):
+            h = self.found.h[j]
+            J[rows, j] = h * (each.A @ self.found.theta + each.k)
+            J[rows, shared] = h * each.A
+            J[rows, phi] = each.F
+        J[last + np.arange(n), logs] = np.diag(1.0 / self.prior.std)
+        J[last + n :, shared] = self.prior.rows
+        solved, pseudo = factors(J, rank_tol=RANK_TOL), np.zeros((J.shape[1], J.shape[0]))
+        pseudo[solved.columns] = linalg.solve_triangular(solved.R, solved.Q.T, check_finite=False)
+        return pseudo, solved.Q
+
+    def _by_rows(self, unknowns: slice) -> Array:
+        spread = self._linear[0][unknowns]
+        each = zip(self.joints, self._parts, strict=True)
+        return np.hstack([spread[:, part] @ joint.data.T / joint.sigma for joint, part in each])
+
+    def _by_beliefs(self, unknowns: slice) -> Array:
+        spread, parts = self._linear[0][unknowns], self._parts
+        own = [spread[:, part] @ joint.Q[joint.rows :].T for joint, part in zip(self.joints, parts, strict=True)]
+        return np.hstack([*own, spread[:, parts[-1].stop :]])
 
 
 def fitted(
-    columns: Sequence[JointColumns],
-    own: Sequence[OwnColumns],
-    joints: Sequence[ReducedJoint],
-    found: Found,
-    prior: Prior,
-    row_period: float,
+    columns: Sequence[JointColumns], joints: Sequence[ReducedJoint], found: Found, prior: Prior, row_period: float
 ) -> AllJointsFit:
-    """Linearise the model where the search ended.
-
-    The unknowns are log|h|, theta and phi, in that order; their Jacobian is taken in each joint's reduced rows.
-    """
-    n, p = len(joints), joints[0].A.shape[1]
-    f = [each.F.shape[1] for each in joints]
-    first = n + p + np.cumsum([0, *f])
-    sizes = [len(each.V) for each in joints]
-    starts = np.cumsum([0, *sizes])
-    J = np.zeros((starts[-1] + n + len(prior.rows), first[-1]))
-    residual, phi = np.zeros(starts[-1]), list[Array]()
-    for j, each in enumerate(joints):
-        rows = slice(starts[j], starts[j + 1])
-        torque = each.A @ found.theta + each.k
-        left = each.V - found.h[j] * torque
-        phi.append(linalg.solve_triangular(each.F[: f[j]], left[: f[j]], check_finite=False))
-        J[rows, j] = found.h[j] * torque
-        J[rows, n : n + p] = found.h[j] * each.A
-        J[rows, first[j] : first[j + 1]] = each.F
-        residual[rows] = left - each.F @ phi[j]
-    J[starts[-1] + np.arange(n), np.arange(n)] = 1.0 / prior.std
-    J[starts[-1] + n :, n : n + p] = prior.rows
-    solved, pseudo = factors(J, rank_tol=RANK_TOL), np.zeros((J.shape[1], J.shape[0]))
-    pseudo[solved.columns] = linalg.solve_triangular(solved.R, solved.Q.T, check_finite=False)
-    spread, explained = pseudo[:, : starts[-1]], solved.Q[: starts[-1]]
-    whole = [spread[:, starts[j] : starts[j + 1]] @ each.Q.T for j, each in enumerate(joints)]
-    influence = np.hstack([part[:, : each.rows] / each.sigma for part, each in zip(whole, joints, strict=True)])
-    belief = np.hstack(
-        [*(part[:, each.rows :] for part, each in zip(whole, joints, strict=True)), pseudo[:, starts[-1] :]]
-    )
-    data = [each.Q[: each.rows] for each in joints]
-    hat = np.vstack([Q @ explained[starts[j] : starts[j + 1]] for j, Q in enumerate(data)])
-    lengths = [len(each.V) for each in columns]
-    ends = np.cumsum([0, *lengths])
+    """The model where the search ended."""
+    phi, lefts = list[Array](), list[Array]()
+    for each, h in zip(joints, found.h, strict=True):
+        f = each.F.shape[1]
+        left = each.V - h * (each.A @ found.theta + each.k)
+        phi.append(linalg.solve_triangular(each.F[:f], left[:f], check_finite=False))
+        lefts.append(left - each.F @ phi[-1])
     return AllJointsFit(
         found=found,
         phi=tuple(phi),
-        rows=Rows(
-            V=np.concatenate([each.V for each in columns]),
-            residual=np.concatenate(
-                [each.sigma * (data[j] @ residual[starts[j] : starts[j + 1]]) for j, each in enumerate(joints)]
-            ),
-            joint=np.repeat(np.arange(n), lengths),
-            motion=np.concatenate([each.motion for each in columns]),
-            position=np.concatenate([each.position for each in columns]),
-            row_period=row_period,
-            unknowns={j: float(np.sum(hat[ends[j] : ends[j + 1]] ** 2)) for j in range(n)},
-            explained=hat,
-            weight=np.repeat([1.0 / each.sigma for each in joints], lengths),
-        ),
-        log_influence=influence[:n],
-        theta_influence=influence[n : n + p],
-        phi_influence=tuple(influence[first[j] : first[j + 1]] for j in range(n)),
-        log_belief=belief[:n],
-        theta_belief=belief[n : n + p],
-        phi_belief=tuple(belief[first[j] : first[j + 1]] for j in range(n)),
+        columns=tuple(columns),
+        joints=tuple(joints),
+        left=tuple(lefts),
+        prior=prior,
+        row_period=row_period,
     )

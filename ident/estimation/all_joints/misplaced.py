@@ -5,19 +5,15 @@ base that is tilted turns gravity by a small angle about the base's x and y axes
 data are better than the calibration they correct it, and where not its deviation is a share of the interval.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ident.estimation.all_joints.columns import SharedParameters
-from ident.estimation.all_joints.displacement import States, displaced_torques
 from ident.estimation.all_joints.solution import Setting, fit_with, widened
-from ident.estimation.all_joints.torques import fitted_parameters, sampled_states
-from ident.estimation.problem import ObservedMotion, Problem
-from ident.model.arm import Arm
-from ident.model.inverse_dynamics import inverse_dynamics
-from ident.numerics.splines import spline
+from ident.estimation.all_joints.terms import of_rows
+from ident.estimation.all_joints.torques import torques
+from ident.estimation.problem import Problem
 from ident.support.arrays import Array
 
 MILLIMETRE = 1e-3
@@ -58,28 +54,5 @@ def misplaced(problem: Problem, shared: SharedParameters, theta: Array) -> tuple
     Returns:
         n arrays of shape (r_j, n + 2) [N m/rad, by slides N m/m].
     """
-    parts: list[list[Array]] = [[] for _ in range(problem.structure.arm.n)]
-    for motion in problem.motions:
-        behind = motion.observation.full_rate
-        assert behind is not None, "asked of recordings only"
-        change = _at_full_rate(problem, motion, shared, theta)
-        for j, rows in enumerate(motion.observation.joints):
-            decimated = [behind.decimated(column, j) for column in change[:, j].T]
-            parts[j].append(np.column_stack(decimated)[rows.position])
-    return tuple(np.vstack(each) for each in parts)
-
-
-def _at_full_rate(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Array:
-    """Change of each joint's torque, shape (N, n, n + 2)."""
-    arm = problem.structure.arm
-    chi = fitted_parameters(problem, motion, shared, theta)
-    t, at, states = sampled_states(motion)
-    still = np.zeros_like(states.q)
-    turned = displaced_torques(arm, chi, states, States(np.ones_like(states.q), still, still))
-    tilted = [inverse_dynamics(each, chi, states.q, still, still)[..., None] for each in _tilted(arm)]
-    return spline(t[at], np.concatenate((-turned, *tilted), axis=2))(t)
-
-
-def _tilted(arm: Arm) -> Sequence[Arm]:
-    """The arm under what gravity changes by per tilt about the base's x and y axis: g turns the other way."""
-    return [replace(arm, gravity=np.cross(arm.gravity, axis)) for axis in np.eye(3)[:2]]
+    changes = [(motion, torques(problem, motion, shared, theta).misplaced()) for motion in problem.motions]
+    return tuple(np.vstack([of_rows(*each, j) for each in changes]) for j in range(problem.structure.arm.n))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.model.parameters import INERTIAL
+from ident.model.pseudo_inertia import pseudo_inertia
 from ident.support.arrays import Array, Indices
 
 SMALLEST_BARRIER, SMALLER = 1e-11, 0.1
@@ -44,22 +45,6 @@ class Bodies:
     def least(self, x: Array) -> float:
         """Smallest eigenvalue of a pseudo-inertia of any body, at unknowns of shape (k,)."""
         return float(np.linalg.eigvalsh(self.fixed + np.tensordot(x, self.slopes, 1)).min())
-
-
-def pseudo_inertia(chi: Array) -> Array:
-    """Pseudo-inertia [[tr(J)/2 - J, m c], [m c, m]], shape (4, 4) (Wensing, Kim and Slotine 2018, eq. 7).
-
-    Args:
-        chi: Standard parameters in the order of `INERTIAL`, shape (10,).
-    """
-    J = np.zeros((3, 3))
-    J[np.triu_indices(3)] = chi[:6]
-    J = J + np.triu(J, 1).T
-    P = np.empty((4, 4))
-    P[:3, :3] = 0.5 * np.trace(J) * np.eye(3) - J
-    P[:3, 3] = P[3, :3] = chi[6:9]
-    P[3, 3] = chi[9]
-    return P
 
 
 def nearest_possible(bodies: Bodies, wanted: Array, information: Array, inside: Array) -> Array:

@@ -43,6 +43,11 @@ class ReducedJoint:
     sigma: float
 
     @property
+    def data(self) -> Array:
+        """The rows of Q that are the joint's, shape (r, m)."""
+        return self.Q[: self.rows]
+
+    @property
     def inner(self) -> slice:
         """Rows that own columns do not touch: what the search needs."""
         return slice(self.F.shape[1], None)

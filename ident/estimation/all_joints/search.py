@@ -1,4 +1,4 @@
-"""The logarithms of the gains, by Levenberg and Marquardt on the residual that the shared parameters leave."""
+"""The logarithms of the gains, by damped Newton steps on the squares that the shared parameters leave."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +21,8 @@ MOST_STEPS = 200
 POOR, GOOD = 0.25, 0.75
 """Parts of the promised decrease under which steps become shorter, and above which they become longer."""
 SLOWER, FASTER = 4.0, 1.0 / 6.0
+LEAST_DAMPING = 1e-3
+"""Damping after the first step that fails; none before."""
 RANK_TOL = 1e-10
 """Relative size of a unit column's new part under which the rows do not show a shared parameter."""
 
@@ -100,11 +102,11 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
     """
     sign: Array = np.sign(start)
     s: Array = np.log(np.abs(start))
-    damping = 1e-3
+    damping = 0.0
     point = _point(joints, sign * np.exp(s), prior.rows, prior.off(s))
     for steps in range(MOST_STEPS):
         free = point.T - point.basis @ (point.basis.T @ point.T)
-        normal = free.T @ free + np.diag(prior.std**-2)
+        normal = _curvature(point, free) + np.diag(prior.std**-2)
         gradient = free.T @ point.r - prior.off(s) / prior.std
         while True:
             step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), gradient)
@@ -115,11 +117,24 @@ def search(joints: Sequence[ReducedJoint], start: Array, prior: Prior) -> Found:
             tried = _point(joints, sign * np.exp(s + step), prior.rows, prior.off(s + step))
             if tried.cost <= point.cost:
                 break
-            damping *= 8.0
+            damping = max(8.0 * damping, LEAST_DAMPING)
         kept = (point.cost - tried.cost) / max(float(gradient @ step), 1e-300)  # of the decrease that the step promised
         damping *= SLOWER if kept < POOR else FASTER if kept > GOOD else 1.0
         s, point = s + step, tried
     raise NotConverged(f"the gains do not converge in {MOST_STEPS} steps; record longer, or with a heavier payload")
+
+
+def _curvature(point: _Point, free: Array) -> Array:
+    """Second derivative of half the squares that the shared parameters leave by the logarithms, shape (n, n).
+
+    With T the currents that each joint owes to its gain, R the residual likewise, and Q the basis of the shared
+    parameters, T'(T - R) - (T - R)' Q Q' (T - R). Where that is not positive definite, far from the end, R is left out
+    (Gauss and Newton).
+    """
+    bent = point.T - np.where(point.T != 0.0, point.r[:, None], 0.0)
+    along = point.basis.T @ bent
+    exact = np.diag(np.einsum("rj,rj->j", point.T, bent)) - along.T @ along
+    return exact if np.linalg.eigvalsh(exact)[0] > 0.0 else free.T @ free
 
 
 def _point(joints: Sequence[ReducedJoint], h: Array, beliefs: Array, off: Array) -> _Point:

@@ -8,20 +8,25 @@ cbrt        viscous friction that grows less than the speed, joint by joint
 compliance  of all joints, or of none
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ident.estimation.all_joints.empirical_prior import Belief, likeliest
-from ident.estimation.all_joints.friction import Term
+from ident.estimation.all_joints.friction import OwnColumns, Term
 from ident.estimation.all_joints.solution import Fitted, Setting, Terms, fit_with
 from ident.estimation.all_joints.stiffness import assumed_compliance
 from ident.estimation.all_joints.terms import (
+    AMPLIFIER,
+    AMPLIFIER_MEAN,
+    AMPLIFIER_STD,
     LOAD_FORMS,
     LOAD_MEAN,
     LOAD_STD,
+    MOTOR,
     SPEED_TERMS,
+    STRONGEST,
     TermColumns,
     speed_terms,
     torque_terms,
@@ -111,7 +116,7 @@ def selected(ready: Setting, *, yielding: bool = False) -> Selected:
     soft = _tried(fit_with(ready, nothing, softened, plain.fitted))
     if yielding or soft.surer_than(plain, range(ready.n)) > SUSPECTED:
         laws = [{law: term.column for law, term in each.items()} for each in speeds]
-        softened = by_currents(ready, softened, plain.fitted, [a | b for a, b in zip(laws, first.own, strict=True)])
+        softened = by_currents(ready, first, plain.fitted, [a | b for a, b in zip(laws, first.own, strict=True)])
         soft = _tried(fit_with(ready, nothing, softened, plain.fitted))
     yields = yielding or soft.surer_than(plain, range(ready.n)) > BETTER
     base = soft if yields else plain
@@ -237,35 +242,62 @@ class _Loaded:
 def _with_load(
     ready: Setting, chosen: Terms, first: TermColumns, softened: Sequence[Array], base: Fitted, form: str
 ) -> _Loaded:
-    """A fit with load friction of one form, its torques taken from a fit that had it."""
+    """A fit with load friction of one form, its torques taken from a fit that had it.
+
+    An offset of an amplifier is no part of its motor's torque. On joints where the share of that is found beyond what
+    it can be, data do not tell it from the friction itself, and all of the offset counts as torque.
+    """
 
     def columns(fitted: Fitted) -> TermColumns:
         own, fit = fitted.own, fitted.fit
         found = torque_terms(ready.problem, ready.shared, own, fit, compliance=bool(softened), forms=[form])
-        return replace(found, softened=by_currents(ready, found.softened, fitted, found.own)) if softened else found
+        return replace(found, softened=by_currents(ready, found, fitted, found.own)) if softened else found
 
-    free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE), softened, base)
-    again = columns(free)
-    free = fit_with(ready, _grown(chosen, form, again, ANY_DRIVE), again.softened, free)
-    again = columns(free)
-    belief = _belief(free, form)
-    terms = _grown(chosen, form, again, belief)
-    return _Loaded(_tried(fit_with(ready, terms, again.softened, free)), terms, belief)
+    def found(amplifiers: Collection[int]) -> tuple[_Loaded, list[int]]:
+        free = fit_with(ready, _grown(chosen, form, first, ANY_DRIVE, amplifiers), softened, base)
+        again = columns(free)
+        free = fit_with(ready, _grown(chosen, form, again, ANY_DRIVE, amplifiers), again.softened, free)
+        again = columns(free)
+        belief = _belief(free, form)
+        terms = _grown(chosen, form, again, belief, amplifiers)
+        final = fit_with(ready, terms, again.softened, free)
+        told = [j for j in amplifiers if all(_is_possible(each.own[j], each.fit.phi[j]) for each in (free, final))]
+        return _Loaded(_tried(final), terms, belief), told
+
+    amplifiers = list(range(ready.n)) if form == MOTOR else []
+    loaded, told = found(amplifiers)
+    return loaded if told == amplifiers else found(told)[0]
 
 
-def _grown(chosen: Terms, form: str, columns: TermColumns, belief: Belief) -> Terms:
-    return [
-        {**terms, form: Term(own[form], belief.mean, belief.std)}
-        for terms, own in zip(chosen, columns.own, strict=True)
+def _is_possible(own: OwnColumns, phi: Array) -> bool:
+    """Whether a joint's friction takes less than its motor gives, and no amplifier has far more than its offset."""
+    value = dict(zip(own.names, phi.tolist(), strict=True))
+    share = value.get(AMPLIFIER, AMPLIFIER_MEAN)
+    return abs(value.get(MOTOR, 0.0)) < STRONGEST and abs(share - AMPLIFIER_MEAN) < BETTER * AMPLIFIER_STD
+
+
+def _grown(
+    chosen: Terms, form: str, columns: TermColumns, belief: Belief, amplifiers: Collection[int]
+) -> list[dict[str, Term]]:
+    """Terms of each joint with load friction, and of those whose amplifier may have an offset with that."""
+    terms = [
+        {**each, form: Term(own[form], belief.mean, belief.std)} for each, own in zip(chosen, columns.own, strict=True)
     ]
+    for j in amplifiers:
+        terms[j][AMPLIFIER] = Term(columns.own[j][AMPLIFIER], AMPLIFIER_MEAN, AMPLIFIER_STD)
+    return terms
 
 
 def _belief(free: Fitted, form: str) -> Belief:
-    """Mean and spread of the joints' coefficients, by the largest likelihood of what each joint shows alone."""
+    """Mean and spread of the joints' coefficients, by the largest likelihood of what each joint shows alone.
+
+    A joint without a gain may end at c = 1, where V = |V| s says nothing: it shows none.
+    """
     at = [(j, own.names.index(form)) for j, own in enumerate(free.own) if form in own.names]
     seen = np.array([free.fit.phi[j][k] for j, k in at])
     influence = np.array([free.fit.phi_influence[j][k] for j, k in at])
     held = np.array([np.linalg.norm(free.fit.phi_belief[j][k]) for j, k in at])
     noise = np.hypot(np.sqrt(np.diag(max_of_classical_and_jackknife(free.fit.rows, influence, 0.0))), held)
-    found = likeliest(seen, noise)
+    shown = np.abs(seen) < STRONGEST
+    found = likeliest(seen[shown], noise[shown])
     return Belief(found.mean, max(found.std, SPREAD_SHARE * found.mean))

@@ -145,7 +145,7 @@ def fit_with(ready: Setting, terms: Terms, softened: Sequence[Array], before: Fi
     first = search(joints, h, around(h))  # what rows show at all is then not pulled aside by where the search began
     prior = around(first.h)
     found = search(joints, first.h, prior)
-    fit = fitted(columns, own, joints, found, prior, ready.problem.row_period)
+    fit = fitted(columns, joints, found, prior, ready.problem.row_period)
     return Fitted(columns=columns, own=own, prior=prior, fit=fit)
 
 
@@ -162,7 +162,7 @@ def fit_again(before: Fitted, currents: Sequence[Array]) -> Fitted:
     columns = tuple(replace(each, V=V) for each, V in zip(before.columns, currents, strict=True))
     joints = [reduced_joint(each, F) for each, F in zip(columns, before.own, strict=True)]
     found = search(joints, before.fit.found.h, before.prior)
-    fit = fitted(columns, before.own, joints, found, before.prior, before.fit.rows.row_period)
+    fit = fitted(columns, joints, found, before.prior, before.fit.row_period)
     return replace(before, columns=columns, fit=fit)
 
 

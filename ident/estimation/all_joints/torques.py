@@ -1,97 +1,121 @@
 """Torques of the fitted arm at full rate, and the columns that follow from them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ident.estimation.all_joints.columns import SharedParameters
-from ident.estimation.all_joints.displacement import States, displaced_torques
 from ident.estimation.problem import ObservedMotion, Problem
 from ident.model.arm import Arm
+from ident.model.displacement import Dynamics, States
 from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
 from ident.model.parameters import STANDARD
 from ident.model.structure import Structure
 from ident.numerics.splines import spline
+from ident.observation.full_rate import FullRate
 from ident.support.arrays import Array, Indices
 
-TORQUE_RATE = 8.0
-"""Rate at which torques are evaluated, in cut-offs of the positions; splines lie between."""
 ROTOR_SHARE = 0.5
 """Share of a rotor in a joint's inertia where the two cannot be told apart, assumed: gears match rotor and load."""
 STATES = 16
 """Positions along a motion that inertia is a mean over."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Torques:
-    """Torques of an arm along a motion.
+    """Torques of an arm along a motion, but for friction and offset.
 
     Attributes:
-        rigid: Torque of everything but friction and offset at full rate [N m], shape (N, n).
-        softened: Its change on each joint per unit of each joint's compliance [N m / (rad / (N m))], shape (N, n, n),
-            joint before compliance.
-        inertia: Mean squares of the inertia matrix of what moves with the links, shape (n, n); empty without
-            `softened`.
+        motion: From a recording.
+        chi: Standard parameters of the arm with what it carries, shape (14 n + 3 c,); names as in `parameters.labels`.
+        rotors: Those of them that are inertias of rotors alone, all others zero.
     """
 
-    rigid: Array
-    softened: Array
-    inertia: Array
+    motion: ObservedMotion
+    chi: Array
+    rotors: Array
+
+    @property
+    def arm(self) -> Arm:
+        """The arm."""
+        return self.motion.observation.structure.arm
+
+    @property
+    def _behind(self) -> FullRate:
+        return self.motion.observation.recorded
+
+    @cached_property
+    def sampled(self) -> Array:
+        """At the samples where torques are evaluated [N m], shape (S, n)."""
+        states = self._behind.states
+        return inverse_dynamics(self.arm, self.chi, states.q, states.dq, states.ddq)
+
+    @cached_property
+    def rigid(self) -> Array:
+        """At full rate [N m], shape (N, n)."""
+        return self._at_full_rate(self.sampled)
+
+    @cached_property
+    def links(self) -> Dynamics:
+        """What moves behind transmissions."""
+        return Dynamics.of(self.motion.observation.moving, self.chi - self.rotors)
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Mean squares of the inertia matrix of what moves with the links, shape (n, n)."""
+        return np.mean(inertia_matrices(self.arm, self.links.chi, self._behind.states.q) ** 2, axis=0)
+
+    def softened(self, torque: Array | None = None) -> Array:
+        """Change of torques by compliance.
+
+        A compliant joint's link is behind its motor, where the encoder sits, by the torque that it transmits times the
+        compliance C; so are its velocity and acceleration. The rotor is not, where its inertia is told from its link's.
+
+        Args:
+            torque: What drives give beside friction, at full rate [N m], shape (N, n); None for that of stiff joints.
+
+        Returns:
+            Of each joint per unit of each joint's compliance at full rate [N m / (rad / (N m))], shape (N, n, n).
+        """
+        behind = self._behind
+        given = self.sampled if torque is None else torque[behind.at]
+        times, states = behind.t[behind.at], behind.states
+        transmitted = spline(times, given - drive_torques(self.arm, self.rotors, states.dq, states.ddq))
+        behind_motor = States(*(-transmitted(times, order) for order in range(3)))
+        return self._at_full_rate(self.links.displaced(behind_motor))
+
+    def misplaced(self) -> Array:
+        """Change of torques per error of each joint's zero, then per tilt of the base about its x and y axis.
+
+        Returns:
+            At full rate [N m/rad, by slides N m/m], shape (N, n, n + 2).
+        """
+        states, arm = self._behind.states, self.arm
+        still = np.zeros_like(states.q)
+        turned = self.links.displaced(States(np.ones_like(states.q), still, still))
+        # a base that turns by a small angle has gravity turn the other way
+        tilted = [
+            inverse_dynamics(replace(arm, gravity=np.cross(arm.gravity, axis)), self.chi, states.q, still, still)
+            for axis in np.eye(3)[:2]
+        ]
+        return self._at_full_rate(np.concatenate((-turned, np.stack(tilted, axis=2)), axis=2))
+
+    def _at_full_rate(self, x: Array) -> Array:
+        return spline(self._behind.t[self._behind.at], x)(self._behind.t)
 
 
-def torques(
-    problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array, *, compliance: bool
-) -> Torques:
+def torques(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Torques:
     """Torques of the fitted arm along a motion.
 
-    A compliant joint's link is behind its motor, where the encoder sits, by the torque that it transmits times the
-    compliance C; so are its velocity and acceleration. The rotor is not, where its inertia is told from its link's.
-
     Args:
         problem: Motions and payloads.
         motion: One of them, from a recording.
         shared: Which parameters joints share.
         theta: Their values, shape (p,).
-        compliance: Whether `softened` is wanted; else it is empty.
-    """
-    structure = problem.structure
-    chi = fitted_parameters(problem, motion, shared, theta)
-    t, at, states = sampled_states(motion)
-    torque = inverse_dynamics(structure.arm, chi, states.q, states.dq, states.ddq)
-    rigid = spline(t[at], torque)(t)
-    if not compliance:
-        return Torques(rigid, np.zeros((0, structure.arm.n, structure.arm.n)), np.zeros((0, 0)))
-    links = chi - _of_rotors(structure, chi)
-    inertia = np.mean(inertia_matrices(structure.arm, links, states.q) ** 2, axis=0)
-    return Torques(rigid, _softened(structure.arm, motion, links, chi - links, torque), inertia)
-
-
-def softened_by(
-    problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array, torque: Array
-) -> Array:
-    """Change of each joint's torque per unit of each joint's compliance, where what drives give is known.
-
-    Args:
-        problem: Motions and payloads.
-        motion: One of them, from a recording.
-        shared: Which parameters joints share.
-        theta: Their values, shape (p,).
-        torque: What drives give beside friction, at full rate [N m], shape (N, n).
-
-    Returns:
-        [N m / (rad / (N m))], shape (N, n, n), joint before compliance.
     """
     chi = fitted_parameters(problem, motion, shared, theta)
-    rotors = _of_rotors(problem.structure, chi)
-    return _softened(problem.structure.arm, motion, chi - rotors, rotors, torque[sampled_states(motion)[1]])
-
-
-def _softened(arm: Arm, motion: ObservedMotion, links: Array, rotors: Array, torque: Array) -> Array:
-    """Change of torques at full rate, shape (N, n, n), from parameters of links and of rotors, and sampled torques."""
-    t, at, states = sampled_states(motion)
-    transmitted = spline(t[at], torque - drive_torques(arm, rotors, states.dq, states.ddq))
-    behind_motor = States(*(-transmitted(t[at], order) for order in range(3)))
-    return spline(t[at], displaced_torques(arm, links, states, behind_motor))(t)
+    return Torques(motion, chi, _of_rotors(problem.structure, chi))
 
 
 def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedParameters, theta: Array) -> Array:
@@ -113,16 +137,6 @@ def fitted_parameters(problem: Problem, motion: ObservedMotion, shared: SharedPa
         if motion.payload is mounted:
             chi[structure.payload_columns] += values
     return chi
-
-
-def sampled_states(motion: ObservedMotion) -> tuple[Array, Indices, States]:
-    """Times of a motion at full rate [s], shape (N,); those at which torques are evaluated, and the states there."""
-    behind = motion.observation.full_rate
-    assert behind is not None, "an observation of a recording has its full rate"
-    stride = max(1, int(1.0 / (TORQUE_RATE * behind.cutoff_hz * behind.period)))
-    t = behind.period * np.arange(len(behind.q), dtype=np.float64)
-    at = np.append(np.arange(0, len(t) - 1, stride), len(t) - 1)
-    return t, at, States(behind.q[at], behind.dq[at], behind.ddq[at])
 
 
 def inertia_matrices(arm: Arm, chi: Array, q: Array) -> Array:
@@ -152,8 +166,7 @@ def rotor_inertia(problem: Problem, shared: SharedParameters, theta: Array, *, l
         theta: Their values, shape (p,).
         least: Share of a rotor in its joint's inertia below which one that is found counts as an error of the fit.
     """
-    structure, behind = problem.structure, problem.motions[0].observation.full_rate
-    assert behind is not None, "asked of recordings only"
+    structure, behind = problem.structure, problem.motions[0].observation.recorded
     chi = np.zeros(structure.base.regrouping.shape[1])
     chi[structure.base.columns[shared.arm]] = theta[: len(shared.arm)]
     whole = np.mean(np.einsum("sjj->sj", inertia_matrices(structure.arm, chi, behind.q)), axis=0)

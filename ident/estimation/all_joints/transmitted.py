@@ -12,31 +12,24 @@ import numpy as np
 
 from ident.estimation.all_joints.friction import OwnColumns
 from ident.estimation.all_joints.solution import Fitted, Setting
-from ident.estimation.all_joints.terms import STRONGEST, braking, of_rows
-from ident.estimation.all_joints.torques import softened_by
+from ident.estimation.all_joints.terms import AMPLIFIER, MOTOR, STRONGEST, TermColumns, braking, of_rows
 from ident.estimation.problem import ObservedMotion
 from ident.numerics.least_squares import factors
-from ident.numerics.signals import delayed, low_passed, smooth_motion
-from ident.observation.following import SHARE_OF_RATE
-from ident.observation.full_rate import FullRate
+from ident.numerics.signals import delayed, low_passed
 from ident.support.arrays import Array
 
 RANK_TOL = 1e-10
 """Relative size of a unit column's new part under which it is none."""
-DATED = 0.1
-"""Noise of the speeds that date reversals, as a share of each joint's rms speed; rows leave out as much."""
-SHARPEST = 10.0
-"""Low-pass of these speeds at most, in cut-offs of the positions: a reversal is then dated to a tenth of their blur."""
 
 
 def by_currents(
-    ready: Setting, softened: Sequence[Array], before: Fitted, terms: Sequence[Mapping[str, Array]]
+    ready: Setting, found: TermColumns, before: Fitted, terms: Sequence[Mapping[str, Array]]
 ) -> tuple[Array, ...]:
     """Change of the torque of each joint's rows per compliance of each joint, along the torques that currents show.
 
     Args:
         ready: The problem, of recordings.
-        softened: The same along the torques of stiff joints, n arrays of shape (r_j, n).
+        found: The same along the torques of stiff joints, by the fit.
         before: A fit whose gains and friction make torques of currents.
         terms: Columns of friction terms of each joint that may stand beside, by name.
 
@@ -44,17 +37,16 @@ def by_currents(
         n arrays of shape (r_j, n).
     """
     parts: list[list[Array]] = [[] for _ in range(ready.n)]
-    for number, motion in enumerate(ready.problem.motions):
-        torque = transmitted(motion, number, before)
-        change = softened_by(ready.problem, motion, ready.shared, before.fit.found.theta, torque)
+    for number, (motion, along) in enumerate(zip(ready.problem.motions, found.torques, strict=True)):
+        change = along.softened(transmitted(motion, number, before))
         for j, rows in enumerate(parts):
             rows.append(of_rows(motion, change, j))
-    found: list[Array] = []
-    for columns, own, more, first, rows in zip(ready.columns, before.own, terms, softened, parts, strict=True):
+    regressed: list[Array] = []
+    for columns, own, more, first, rows in zip(ready.columns, before.own, terms, found.softened, parts, strict=True):
         beside = np.column_stack((columns.known, *more.values()))
         Q = factors(np.hstack((columns.shared, own.F, first, beside)), rank_tol=RANK_TOL).Q
-        found.append(Q @ (Q.T @ np.vstack(rows)))
-    return tuple(found)
+        regressed.append(Q @ (Q.T @ np.vstack(rows)))
+    return tuple(regressed)
 
 
 def transmitted(motion: ObservedMotion, number: int, before: Fitted) -> Array:
@@ -65,11 +57,9 @@ def transmitted(motion: ObservedMotion, number: int, before: Fitted) -> Array:
         number: Its place in the problem.
         before: A fit of the gains and of friction.
     """
-    behind = motion.observation.full_rate
-    assert behind is not None, "asked of recordings only"
-    recording, h = behind.recording, before.fit.found.h
+    behind = motion.observation.recorded
+    recording, dq, h = behind.recording, behind.dating, before.fit.found.h
     v = delayed(recording.v, behind.current_delay / recording.period)
-    dq = smooth_motion(recording.q, recording.period, _dating_hz(behind))[1]
     links = [
         without_friction(v[:, j], dq[:, j], own, phi, number, wired=float(np.sign(h[j]))) / h[j]
         for j, (own, phi) in enumerate(zip(before.own, before.fit.phi, strict=True))
@@ -98,14 +88,7 @@ def without_friction(V: Array, dq: Array, own: OwnColumns, phi: Array, motion: i
         c = np.clip(value.get(form, 0.0), -STRONGEST, STRONGEST)
         return current / (1.0 + c * against * np.sign(current))
 
-    V = V - value.get("load-motor", 0.0) * np.abs(V) * against
+    share = value.get(AMPLIFIER, 0.0)
+    load = (1.0 - share) * np.abs(V) + share * np.abs(V - value.get("off", 0.0))
+    V = V - value.get(MOTOR, 0.0) * load * against
     return carried(carried(V, "load-through") - braking(dq, own, phi, motion), "load")
-
-
-def _dating_hz(behind: FullRate) -> float:
-    """Low-pass of the speeds that date reversals: white noise in positions gives them (2 pi)^2 N f^3 / 3."""
-    allowed = 3.0 * DATED**2 * np.mean(behind.dq**2, axis=0)
-    noise = (2.0 * np.pi) ** 2 * behind.noise
-    quiet = float(np.min(np.cbrt(np.divide(allowed, noise, out=np.full_like(noise, np.inf), where=noise > 0.0))))
-    highest = min(SHARPEST * behind.cutoff_hz, SHARE_OF_RATE / behind.recording.period)
-    return max(behind.cutoff_hz, min(quiet, highest))

@@ -187,6 +187,6 @@ def fit_as_named(ready: Setting, names: Collection[str], *, compliance: bool) ->
                 {**known, **{name: Term(own[name]) for name in forms}}
                 for known, own in zip(speeds, found.own, strict=True)
             ]
-            softened = by_currents(ready, found.softened, fitted, found.own) if compliance else ()
+            softened = by_currents(ready, found, fitted, found.own) if compliance else ()
             fitted = fit_with(ready, terms, softened, fitted)
     return fitted

@@ -48,7 +48,7 @@ class Case:
 
     def fit(self) -> AllJointsFit:
         joints = [reduced_joint(each, F) for each, F in zip(self.columns, self.own, strict=True)]
-        return fitted(self.columns, self.own, joints, search(joints, 1.0 / TRUE, self.prior), self.prior, 0.05)
+        return fitted(self.columns, joints, search(joints, 1.0 / TRUE, self.prior), self.prior, 0.05)
 
 
 BELIEVED_STD = 7e-4

@@ -1,6 +1,7 @@
 """What data decide about the model, on recordings of a three-axis arm with known drives."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -241,7 +242,7 @@ def test_the_shares_of_other_models_are_what_other_models_say(axes):
         {**{law: term.column for law, term in terms.items()}, **own}
         for terms, own in zip(speed_terms(problem), first.own, strict=True)
     ]
-    soft = fit_with(ready, nothing, by_currents(ready, first.softened, stiff, beside), stiff)
+    soft = fit_with(ready, nothing, by_currents(ready, first, stiff, beside), stiff)
     assert chosen.model.shape == (N, 3)
     ratio = np.log(stiff.fit.found.h / soft.fit.found.h)
     np.testing.assert_allclose(chosen.model[:, 2], selection.FIRST_ORDER * ratio, rtol=1e-9)
@@ -262,6 +263,24 @@ def test_the_shares_of_other_forms_are_of_their_own_gains(axes):
     np.testing.assert_allclose(chosen.model[SHOWN, 0], share * apart, rtol=0.5)
 
 
+@pytest.mark.parametrize(
+    ("friction", "share", "possible"),
+    [(0.31, 1.4, True), (-0.31, -0.4, True), (0.51, 0.6, False), (0.04, 1.6, False), (0.04, -0.6, False)],
+)
+def test_an_amplifier_has_no_more_of_an_offset_than_there_is(friction, share, possible):
+    own = SimpleNamespace(names=("off", "load-motor", "amplifier"))
+    assert selection._is_possible(own, np.array([-3.0, friction, share])) == possible
+    assert selection._is_possible(SimpleNamespace(names=("off", "Fc")), np.array([-3.0, 7.0]))
+
+
+@pytest.mark.parametrize("amplifier", [(0.0, -0.5, 0.4), (0.0, 0.7, -0.6)])
+def test_offsets_of_amplifiers_are_told_from_friction_that_differs_between_directions(axes, amplifier):
+    logs = real_logs(Truth(load_motor=LOADED), PAYLOADS, np.random.default_rng(5))
+    found = gains(problem_of(axes, [replace(log, v=log.v + np.array(amplifier)) for log in logs]))
+    assert (np.abs(off(found))[SHOWN] < 1e-2).all(), off(found)  # all of it taken for torque, joint 3 is 3.9 % off
+    assert (np.abs(off(found)) < 3.0 * total(found)).all()
+
+
 def fake(fitted: Fitted, values: np.ndarray, deviation: np.ndarray) -> Fitted:
     """A fit of three joints whose load friction and its deviation, from belief alone, are as told."""
     fit = fitted.fit
@@ -271,7 +290,7 @@ def fake(fitted: Fitted, values: np.ndarray, deviation: np.ndarray) -> Fitted:
     belief = [np.zeros((len(p), 2)) for p in phi]
     for each, k, d in zip(belief, at, deviation, strict=True):
         each[k] = 0.6 * d, -0.8 * d
-    return replace(fitted, fit=replace(fit, phi=phi, phi_influence=still, phi_belief=tuple(belief)))
+    return replace(fitted, fit=SimpleNamespace(rows=fit.rows, phi=phi, phi_influence=still, phi_belief=tuple(belief)))
 
 
 @pytest.fixture(scope="module")
@@ -297,6 +316,16 @@ def test_a_coefficient_that_is_hardly_known_has_hardly_a_say(loaded):
     np.testing.assert_allclose(belief.std, 0.3 * belief.mean, rtol=1e-9)
 
 
+def test_a_joint_whose_friction_takes_all_that_its_motor_gives_has_no_say(loaded):
+    believed = [
+        selection._belief(fake(loaded, np.array([0.04, 0.07, x]), np.full(N, 0.01)), "load") for x in (0.51, 1.02)
+    ]
+    assert believed[0] == believed[1]
+    np.testing.assert_allclose(believed[0].mean, 0.055, rtol=1e-3)
+    most = selection._belief(fake(loaded, np.array([0.04, 0.07, 0.49]), np.full(N, 0.01)), "load")
+    np.testing.assert_allclose(most.mean, 0.2, rtol=1e-3)
+
+
 def test_a_belief_is_no_smaller_than_a_thousandth_and_never_that_friction_drives(loaded):
     belief = selection._belief(fake(loaded, np.array([-0.02, -0.02, -0.02]), np.full(N, 1e-3)), "load")
     assert belief.mean == 0.0
@@ -307,7 +336,9 @@ def test_a_belief_is_no_smaller_than_a_thousandth_and_never_that_friction_drives
 
 def test_the_noise_of_the_currents_is_noise_of_a_coefficient(loaded):
     # Three that differ by what noise explains: no spread is left but the least, where their belief alone knows nothing.
-    noisy = replace(loaded, fit=replace(loaded.fit, phi_belief=tuple(np.zeros((len(p), 1)) for p in loaded.fit.phi)))
+    fit, nothing = loaded.fit, tuple(np.zeros((len(p), 1)) for p in loaded.fit.phi)
+    told = SimpleNamespace(rows=fit.rows, phi=fit.phi, phi_influence=fit.phi_influence, phi_belief=nothing)
+    noisy = replace(loaded, fit=told)
     belief = selection._belief(noisy, "load")
     assert belief.std < 3e-3
     assert belief.mean < 5e-3

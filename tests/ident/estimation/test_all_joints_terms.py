@@ -80,12 +80,11 @@ def rotors(ready: Setting) -> np.ndarray:
 def test_rigid_torques_are_those_of_inverse_dynamics(ready, motion, payload):
     Ia, full = rotors(ready), behind(ready, motion)
     np.testing.assert_array_equal(Ia, [0.0, 0.0, 3.7])
-    found = torques(ready.problem, ready.problem.motions[motion], ready.shared, theta_of(ready, Ia), compliance=False)
+    found = torques(ready.problem, ready.problem.motions[motion], ready.shared, theta_of(ready, Ia))
     states = full.q, full.dq, full.ddq
     expected = torque(with_payload(three_axes(), payload), *states) + Ia * full.ddq
     # LIGHT's unknown parameters are found up to what the arm's own kinematics cannot tell apart: none of torque.
     np.testing.assert_allclose(found.rigid, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
-    assert found.softened.shape == (0, N, N)
 
 
 def test_torques_between_evaluated_samples_are_splines(ready):
@@ -94,10 +93,8 @@ def test_torques_between_evaluated_samples_are_splines(ready):
     full = behind(ready, 1)
     slow = replace(full, cutoff_hz=4.0)
     sparse = replace(motion, observation=replace(motion.observation, full_rate=slow))
-    for name in ("rigid", "softened"):
-        one, two = (
-            getattr(torques(ready.problem, m, ready.shared, theta, compliance=True), name) for m in (motion, sparse)
-        )
+    found = [torques(ready.problem, each, ready.shared, theta) for each in (motion, sparse)]
+    for one, two in ([each.rigid for each in found], [each.softened() for each in found]):
         assert np.abs(one - two).max() > 0.0
         # Torques of up to 1 Hz, known at 31: a spline is off by some (1 / 31)^4 in them, (1 / 31)^2 in what their
         # second derivative makes, and by more at the ends.
@@ -108,7 +105,7 @@ def test_torques_between_evaluated_samples_are_splines(ready):
 @pytest.mark.parametrize(("motion", "payload"), [(0, None), (1, BRICK)])
 def test_compliance_moves_torques_as_links_behind_their_motors_do(ready, motion, payload):
     Ia, full = rotors(ready), behind(ready, motion)
-    found = torques(ready.problem, ready.problem.motions[motion], ready.shared, theta_of(ready, Ia), compliance=True)
+    found = torques(ready.problem, ready.problem.motions[motion], ready.shared, theta_of(ready, Ia)).softened()
     heavy, t = with_payload(three_axes(), payload), np.arange(len(full.q)) * full.period
     stiff = torque(heavy, full.q, full.dq, full.ddq)
     turned = make_interp_spline(t, stiff, k=5)
@@ -119,9 +116,7 @@ def test_compliance_moves_torques_as_links_behind_their_motors_do(ready, motion,
         moved = (x - C * turned.derivative(order)(t) for order, x in enumerate((full.q, full.dq, full.ddq)))
         slope = (torque(heavy, *moved) - stiff) / 1e-6
         assert np.abs(slope[inner]).max() > 1.0
-        np.testing.assert_allclose(
-            found.softened[inner, :, k], slope[inner], rtol=0, atol=1e-3 * np.abs(slope[inner]).max()
-        )
+        np.testing.assert_allclose(found[inner, :, k], slope[inner], rtol=0, atol=1e-3 * np.abs(slope[inner]).max())
 
 
 def test_decimated_currents_are_the_rows_that_observation_makes(axes):
@@ -173,32 +168,38 @@ def test_load_friction_is_in_proportion_to_the_torque_that_contains_it(ready, pl
     rotors = rotor_inertia(ready.problem, ready.shared, fitted.fit.found.theta)
     assert (rotors > 0.0).any()
     for j in range(N):
-        links, gears, motor = [], [], []
+        links, gears, motor, between = [], [], [], []
         for k, motion in enumerate(ready.problem.motions):
             full = behind(ready, k)
             dq, drive = (
                 full.dq[:, j],
-                torques(ready.problem, motion, ready.shared, fitted.fit.found.theta, compliance=False),
+                torques(ready.problem, motion, ready.shared, fitted.fit.found.theta),
             )
             x, s = h[j] * drive.rigid[:, j], np.sign(h[j]) * np.sign(dq)
             friction = (1.0 + k) * (0.4 * dq + 0.3 * np.sign(dq)) - 0.2 + 0.25 * np.cbrt(dq) + 0.15 * np.abs(dq)
             without = x - h[j] * rotors[j] * full.ddq[:, j]
-            given = x + friction
-            V = given
-            for _ in range(60 if form == "load-motor" else 0):  # V = x + c |V| s, by iteration
-                V = given + 0.07 * np.abs(V) * s
+            motors = []
+            for given in (x + friction, x + friction + 0.2):  # with the offset of -0.2 and without
+                W = given
+                for _ in range(60 if form == "load-motor" else 0):  # W = x + c |W| s, by iteration
+                    W = given + 0.07 * np.abs(W) * s
+                motors.append(np.abs(W) * s)
             links.append(np.abs(without) * s)
             gears.append(np.abs(without + friction) * s)
-            motor.append(np.abs(V) * s)
+            motor.append(motors[0])
+            between.append((0.07 if form == "load-motor" else 0.05) * (motors[1] - motors[0]))
         for name, parts in (("load", links), ("load-through", gears), ("load-motor", motor)):
             expected = of_rows(ready, parts, j)
             np.testing.assert_allclose(found.own[j][name], expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+        expected = of_rows(ready, between, j)
+        np.testing.assert_allclose(found.own[j]["amplifier"], expected, rtol=0, atol=1e-12)
+        assert np.abs(expected).max() > 0.002
 
 
 def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready):
     for number, payload in enumerate((None, BRICK, LIGHT)):
         motion, full = ready.problem.motions[number], behind(ready, number)
-        found = torques(ready.problem, motion, ready.shared, theta_of(ready, rotors(ready)), compliance=True)
+        found = torques(ready.problem, motion, ready.shared, theta_of(ready, rotors(ready)))
         model = with_payload(three_axes(), payload)
         data, places = model.createData(), np.linspace(0, len(full.q) - 1, 16).astype(int)
         known = np.mean([pin.crba(model, data, full.q[k]) ** 2 for k in places], axis=0)
@@ -209,10 +210,10 @@ def test_the_inertia_beside_softened_torques_is_that_of_links_and_payload(ready)
 def test_compliance_columns_are_rows_of_the_softened_torques(ready, plain):
     found = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=True)
     each = [
-        torques(ready.problem, motion, ready.shared, plain.fit.found.theta, compliance=True)
+        torques(ready.problem, motion, ready.shared, plain.fit.found.theta).softened()
         for motion in ready.problem.motions
     ]
     for j in range(N):
         for k in range(N):
-            expected = of_rows(ready, [x.softened[:, j, k] for x in each], j)
+            expected = of_rows(ready, [x[:, j, k] for x in each], j)
             np.testing.assert_allclose(found.softened[j][:, k], expected, rtol=0, atol=1e-12 * np.abs(expected).max())

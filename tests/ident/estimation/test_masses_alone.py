@@ -1,6 +1,7 @@
 """The mass that one joint alone shows, with its gain known."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -74,7 +75,7 @@ def test_a_mass_alone_is_that_of_least_squares_with_weights_and_beliefs(weighed_
         final,
         columns=(*final.columns[:j], noisy, *final.columns[j + 1 :]),
         own=(*final.own[:j], own, *final.own[j + 1 :]),
-        fit=replace(final.fit, rows=replace(rows, weight=weight)),
+        fit=SimpleNamespace(found=final.fit.found, rows=replace(rows, weight=weight)),
     )
     solved = _solved(found.ready, fitted, j, float(GAIN[j]), heavy.known_part())
     assert solved is not None

@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 from ident.estimation.all_joints.friction import OwnColumns
 from ident.estimation.all_joints.solution import Fitted, Setting, fit_with, setting
 from ident.estimation.all_joints.terms import of_rows, torque_terms
-from ident.estimation.all_joints.torques import softened_by
+from ident.estimation.all_joints.torques import torques
 from ident.estimation.all_joints.transmitted import by_currents, transmitted, without_friction
 from ident.estimation.estimators.nls import AllJointsOptions, all_joints_gains
 from ident.estimation.gain_options import GainOptions
@@ -52,6 +52,7 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
     rng = np.random.default_rng(1)
     x, dq = 5.0 * rng.standard_normal(400), rng.standard_normal(400)
     value = {"Fv": 0.4, "Fc": 0.3, "off": -0.2, "cbrt": 0.25, "by-direction": 0.15} | ({form: 0.1} if form else {})
+    value |= {"amplifier": 0.65} if form == "load-motor" else {}
     names = (*value, "Fv", "Fc")
     phi = np.array([*value.values(), 7.0, 9.0])
     motion = (1, 1, *(-1 for _ in range(len(value) - 2)), 0, 0)  # the last two are another motion's
@@ -61,7 +62,7 @@ def test_friction_that_is_taken_off_a_current_leaves_that_of_the_links(form, wir
     carried = x + brakes
     V = carried + 0.1 * turns * {"load": np.abs(x), "load-through": np.abs(carried)}.get(form, 0.0)
     for _ in range(60 if form == "load-motor" else 0):
-        V = carried + 0.1 * np.abs(V) * turns
+        V = carried + 0.1 * (0.35 * np.abs(V) + 0.65 * np.abs(V + 0.2)) * turns  # 0.65 of the offset is no torque
     np.testing.assert_allclose(without_friction(V, dq, own, phi, 1, wired=wired), x, rtol=0, atol=1e-12)
 
 
@@ -96,11 +97,11 @@ def test_noise_of_currents_reaches_what_compliance_does_along_them_in_as_many_di
     noisy = [replace(log, v=log.v + 0.05 * log.v.std(axis=0) * rng.standard_normal(log.v.shape)) for log in logs]
     ready, plain = fitted_to(problem_of(axes, logs))
     loud = replace(ready, problem=problem_of(axes, noisy))
-    first = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=True).softened
-    beside = [{"spare": rng.standard_normal(len(each))} for each in first]
+    first = torque_terms(ready.problem, ready.shared, plain.own, plain.fit, compliance=True)
+    beside = [{"spare": rng.standard_normal(len(each))} for each in first.softened]
     quiet, found = (by_currents(each, first, plain, beside) for each in (ready, loud))
     change = [
-        softened_by(ready.problem, motion, ready.shared, plain.fit.found.theta, transmitted(motion, number, plain))
+        torques(ready.problem, motion, ready.shared, plain.fit.found.theta).softened(transmitted(motion, number, plain))
         for each in (ready, loud)
         for number, motion in enumerate(each.problem.motions)
     ]
@@ -113,7 +114,7 @@ def test_noise_of_currents_reaches_what_compliance_does_along_them_in_as_many_di
         assert (explained**2 < 3.0 * directions / len(whole)).all()
         assert (explained > 0.0).all()
         left = np.vstack(parts[2:]) - found[j]
-        for exact in (columns.shared, columns.known[:, None], own.F, first[j], beside[j]["spare"][:, None]):
+        for exact in (columns.shared, columns.known[:, None], own.F, first.softened[j], beside[j]["spare"][:, None]):
             size = np.linalg.norm(left, axis=0) * np.linalg.norm(exact, axis=0)[:, None]
             assert (np.abs(exact.T @ left) <= 1e-9 * size).all()  # a regression's residual is orthogonal to each
 

@@ -295,7 +295,7 @@ def test_a_payload_that_shows_no_gain_is_refused(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(module, "SHOWN", 1e-9)
     path = write_random_arm(tmp_path, 3)
     assert main(["new-robot", str(path), "--out", str(tmp_path / "mine"), "--evaluations", "20"]) == Status.BAD_INPUT
-    assert "the largest torques leave room for" in capsys.readouterr().err
+    assert "the torque limits allow a payload of" in capsys.readouterr().err
 
 
 def test_axes_of_joints_that_do_not_move_are_not_read(tmp_path, capsys, still):

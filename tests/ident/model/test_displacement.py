@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 from pinocchio_arms import random_arm, standard_parameters_of
 
-from ident.estimation.all_joints.displacement import BLOCK, States, displaced_torques
 from ident.model.arm import Arm, arm_from_pinocchio
+from ident.model.displacement import BLOCK, States, displaced_torques
 from ident.model.inverse_dynamics import drive_torques, inverse_dynamics
 from ident.model.parameters import labels
 

@@ -1,0 +1,275 @@
+"""What the torques of an arm change by as one joint turns a little further: the derivative of inverse dynamics.
+
+Everything stands in the base frame. A joint moves points by its twist S = (s, u), turning first, which links before it
+carry along as they move by V: dS = [V, S], and ddS likewise. A joint's link and those beyond have the inertia J, first
+moment h and mass m, by which I takes a twist to its momentum, the momentum p, the rate B of their second moments, and
+ask for the wrench f. By virtual work joint j carries S_j . f_j. With joint k displaced by x, links beyond it are
+accelerated by D = S ddx + 2 dS dx + ddS x, and turned at a rate E = s dx + ds x more (`docs/derivations.md`):
+
+    change of torque i = (I S_i) . D_k + 2 (B' s_i + p x u_i) . E_k                          joints i from k on
+                       = S_i . (I D_k + 2 (B E_k, E_k x p) + x S_k x f_k)                    joints i before k
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.model.arm import Arm
+from ident.model.inverse_dynamics import drive_torques
+from ident.model.link_motion import joint_rotation, lever, rotation_terms
+from ident.model.parameters import INERTIAL, STANDARD, labels
+from ident.model.pseudo_inertia import pseudo_inertia
+from ident.support.arrays import Array
+
+BLOCK = 1024
+"""Samples handled at once: as many as the processor's cache holds the matrices of."""
+
+
+@dataclass(frozen=True, slots=True)
+class States:
+    """Where joints are, and how they move.
+
+    Attributes:
+        q: Positions [rad or m], shape (N, n).
+        dq: Velocities, shape (N, n).
+        ddq: Accelerations, shape (N, n).
+    """
+
+    q: Array
+    dq: Array
+    ddq: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Moving:
+    """A block of samples, which come last; twists and accelerations are (n, 2, 3, samples), turning first.
+
+    Attributes:
+        pose: Of each link's frame, shape (n, 3, 4, samples).
+        S: How each joint moves points.
+        dS: Rate of change of S.
+        ddS: Rate of change of that.
+        V: Velocity of each link.
+        A: Its rate of change, less gravity.
+    """
+
+    pose: Array
+    S: Array
+    dS: Array
+    ddS: Array
+    V: Array
+    A: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kinematics:
+    """States of an arm with what follows from them whatever its masses.
+
+    Attributes:
+        arm: The arm.
+        states: The motion.
+        blocks: Samples in order.
+    """
+
+    arm: Arm
+    states: States
+    blocks: tuple[_Moving, ...]
+
+    @classmethod
+    def of(cls, arm: Arm, states: States) -> "Kinematics":
+        """Of a motion."""
+        starts = range(0, len(states.q), BLOCK)
+        parts = ([x[k : k + BLOCK].T for x in (states.q, states.dq, states.ddq)] for k in starts)
+        return cls(arm, states, tuple(_moving(arm, *each) for each in parts))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Carried:
+    """A block of samples of what joints carry, each its own link and those beyond; samples last.
+
+    Attributes:
+        own: I S, shape (n, 2, 3, samples), then B' s + p x u, together (n, 3, 3, samples).
+        by_x: Wrench by a displacement, by its rate and by its acceleration, each of shape (n, 2, 3, samples).
+    """
+
+    own: Array
+    by_x: tuple[Array, Array, Array]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Dynamics:
+    """An arm of known parameters along a motion.
+
+    Attributes:
+        moving: The motion.
+        chi: Standard parameters, shape (14 n + 3 c,); names as in `parameters.labels`.
+        blocks: Samples in order.
+    """
+
+    moving: Kinematics
+    chi: Array
+    blocks: tuple[_Carried, ...]
+
+    @classmethod
+    def of(cls, moving: Kinematics, chi: Array) -> "Dynamics":
+        """Of an arm of n joints and c couplings."""
+        inertial = chi[: len(STANDARD) * moving.arm.n].reshape(moving.arm.n, -1)[:, : len(INERTIAL)]
+        masses = np.array([pseudo_inertia(each) for each in inertial])
+        return cls(moving, chi, tuple(_carried(masses, each) for each in moving.blocks))
+
+    def displaced(self, further: States) -> Array:
+        """Change of the joint torques, to first order, as one joint after the other moves a little further.
+
+        Args:
+            further: What is added to the motion: a displacement of each joint, and its first and second derivative by
+                time. Coulomb friction has no part.
+
+        Returns:
+            Change of each joint's torque by the displacement of each joint, shape (N, n, n), torque first.
+        """
+        arm, change = self.moving.arm, np.empty((*further.q.shape, self.moving.arm.n))
+        for k, (moving, carried) in enumerate(zip(self.moving.blocks, self.blocks, strict=True)):
+            part = slice(k * BLOCK, (k + 1) * BLOCK)
+            x, dx, ddx = (each[part].T for each in (further.q, further.dq, further.ddq))
+            change[part] = _displaced(moving, carried, x, dx, ddx)
+        steady = [name.rstrip("0123456789") in ("Fc", "off", "Fcm") for name in labels(arm.n, arm.couplings)]
+        linear, each, none = np.where(steady, 0.0, self.chi), np.eye(arm.n), np.zeros((arm.n, arm.n))
+        change += drive_torques(arm, linear, each, none).T * further.dq[:, None]
+        change += drive_torques(arm, linear, none, each).T * further.ddq[:, None]
+        return change
+
+
+def displaced_torques(arm: Arm, chi: Array, states: States, further: States) -> Array:
+    """As `Dynamics.displaced`, of an arm and a motion that nothing else is asked of, shape (N, n, n)."""
+    return Dynamics.of(Kinematics.of(arm, states), chi).displaced(further)
+
+
+def _moving(arm: Arm, q: Array, dq: Array, ddq: Array) -> _Moving:
+    """Motion of joints, (n, samples) each."""
+    pose = _poses(arm, q)
+    S = np.zeros((arm.n, 2, 3, q.shape[1]))
+    axis = np.einsum("jabs,jb->jas", pose[:, :, :3], arm.axis)
+    turns = np.asarray(arm.revolute, bool)
+    S[turns, 0] = axis[turns]
+    S[turns, 1] = _cross(pose[turns, :, 3], axis[turns])
+    S[~turns, 1] = axis[~turns]
+    dq, ddq = (each[:, None, None, :] for each in (dq, ddq))
+    own = dq * S
+    V = _from_base(own)
+    before = V - own
+    dS = _bracket(before, S)
+    own = dq * dS + ddq * S
+    A = _from_base(own)
+    A[:, 1] -= arm.gravity[:, None]
+    return _Moving(pose, S, dS, _bracket(A - own, S) + _bracket(before, dS), V, A)
+
+
+def _poses(arm: Arm, q: Array) -> Array:
+    """Pose of each link's frame, shape (n, 3, 4, samples)."""
+    pose = np.empty((arm.n, 3, 4, q.shape[1]))
+    for j in range(arm.n):
+        E, arrow = joint_rotation(arm, j, rotation_terms(arm, j), q[j]).swapaxes(0, 1), lever(arm, j, q[j])
+        if j == 0:
+            pose[j, :, :3] = E
+            for k, x in enumerate(arrow):
+                pose[j, k, 3] = x
+        else:
+            pose[j, :, :3] = np.einsum("abs,bcs->acs", pose[j - 1, :, :3], E)
+            pose[j, :, 3] = pose[j - 1, :, 3] + sum(pose[j - 1, :, k] * x for k, x in enumerate(arrow))
+    return pose
+
+
+def _carried(masses: Array, at: _Moving) -> _Carried:
+    """What joints carry with links of some pseudo-inertias, shape (n, 4, 4)."""
+    turned = masses[:, None] @ at.pose  # (n, 3, 4, samples)
+    P, h, m = np.einsum("jacs,jbcs->jabs", turned, at.pose), turned[:, :, 3], masses[:, 3, 3, None, None]
+    J = _around(P)
+    momentum = _momentum(J, h, m, at.V)
+    B = np.einsum("jas,jbs->jabs", at.V[:, 1], h)
+    for k in range(3):
+        B[:, :, k] += _cross(at.V[:, 0], P[:, :, k])
+    f = _momentum(J, h, m, at.A) + _moved(at.V, momentum)
+    J, h, m, p, B, f = (_from_base(x[::-1])[::-1] for x in (J, h, m, momentum[:, 1], _around(B), f))
+    s, ds = at.S[:, 0], at.dS[:, 0]
+    IS = _momentum(J, h, m, at.S)
+    turning = np.einsum("jbas,jbs->jas", B, s) + _cross(p, at.S[:, 1])
+    by_dx = 2.0 * (_momentum(J, h, m, at.dS) + _rate(B, p, s))
+    by_x = _momentum(J, h, m, at.ddS) + 2.0 * _rate(B, p, ds) + _moved(at.S, f)
+    return _Carried(np.concatenate((IS, turning[:, None]), axis=1), (by_x, by_dx, IS))
+
+
+def _displaced(at: _Moving, carried: _Carried, x: Array, dx: Array, ddx: Array) -> Array:
+    """Change of the torques of links by displacements (n, samples), shape (samples, n, n)."""
+    n, shape = len(x), (len(x), 1, 1, x.shape[1])
+    x, dx, ddx = (each.reshape(shape) for each in (x, dx, ddx))
+    D, wrench = np.empty((n, 3, 3, shape[-1])), x * carried.by_x[0]
+    D[:, :2] = ddx * at.S + 2.0 * dx * at.dS + x * at.ddS
+    D[:, 2:] = 2.0 * (dx * at.S[:, :1] + x * at.dS[:, :1])
+    wrench += dx * carried.by_x[1]
+    wrench += ddx * carried.by_x[2]
+    change = np.empty((n, n, shape[-1]))
+    for k in range(n):
+        change[k:, k] = _paired(carried.own[k:], D[k])
+        change[:k, k] = _paired(at.S[:k], wrench[k])
+    return change.transpose(2, 0, 1)
+
+
+def _around(x: Array) -> Array:
+    """tr(X) 1 - X of every joint's 3 x 3 matrix: of second moments, the inertia."""
+    out = -x
+    trace = np.einsum("jaas->js", x)
+    for k in range(3):
+        out[:, k, k] += trace
+    return out
+
+
+def _momentum(J: Array, h: Array, m: Array, motion: Array) -> Array:
+    """Moment J w + h x v and force w x h + m v."""
+    w, v = motion[:, 0], motion[:, 1]
+    out = m[:, None] * motion
+    np.einsum("jabs,jbs->jas", J, w, out=out[:, 0])
+    out[:, 0] += _cross(h, v)
+    out[:, 1] += _cross(w, h)
+    return out
+
+
+def _rate(B: Array, p: Array, w: Array) -> Array:
+    """Wrench of links that turn by w more while they move: moment B w, force w x p."""
+    return np.stack((np.einsum("jabs,jbs->jas", B, w), _cross(w, p)), axis=1)
+
+
+def _moved(motion: Array, wrench: Array) -> Array:
+    """Rate of change of a wrench that a motion takes along."""
+    out = _cross(motion[:, :1], wrench)
+    out[:, 0] += _cross(motion[:, 1], wrench[:, 1])
+    return out
+
+
+def _bracket(one: Array, other: Array) -> Array:
+    """Rate of change of another motion that one takes along."""
+    out = _cross(one[:, :1], other)
+    out[:, 1] += _cross(one[:, 1], other[:, 0])
+    return out
+
+
+def _cross(x: Array, y: Array) -> Array:
+    """Cross product along the last axis but one."""
+    out = np.empty(np.broadcast_shapes(x.shape, y.shape))
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        np.multiply(x[..., a, :], y[..., b, :], out=out[..., k, :])
+        out[..., k, :] -= x[..., b, :] * y[..., a, :]
+    return out
+
+
+def _paired(x: Array, y: Array) -> Array:
+    """Sum of the products of each joint's vectors, (n, a, 3, samples), and those of one, (a, 3, samples)."""
+    return np.einsum("jabs,abs->js", x, y)
+
+
+def _from_base(x: Array) -> Array:
+    """Sums over each joint and those before it."""
+    total = x.copy()
+    for j in range(1, len(x)):  # np.cumsum is slow along a first axis
+        total[j] += total[j - 1]
+    return total

@@ -124,5 +124,5 @@ def check_unseen(file: GainsFile, unloaded: Sequence[Recording], loaded: Sequenc
         if digest in seen:
             raise ScenarioError(
                 f"{one_line(recording.name)}: the gains were identified from this recording ({seen[digest]}), "
-                "so they reproduce the mass stated then; use a recording with another weight"
+                "so they reproduce what was stated then; use another recording, to weigh one with another weight"
             )

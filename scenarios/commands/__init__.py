@@ -41,6 +41,7 @@ GROUPS: dict[str, dict[str, str]] = {
         "sensitivity": "error budget by simulation: effect of each error source",
         "monte-carlo": "repeat a scenario many times: errors, coverage, pass rates",
         "compare": "compare methods on scenarios, your own included",
+        "scoreboard": "methods on public recordings that you downloaded",
     },
     "hand on": {
         "report": "write a saved result as one HTML page",

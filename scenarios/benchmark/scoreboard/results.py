@@ -135,8 +135,8 @@ class SensorGain(ResultModel):
     Attributes:
         joint: Its number, from 1.
         sensor: Column of the sensor.
-        slope: Sensor over motor [sensor unit / motor unit], null where its relative standard deviation is one at which a
-            gain is refused.
+        slope: Sensor over motor [sensor unit / motor unit], null where its relative standard deviation is that of a
+            refused gain.
         std: Standard deviation of it from the residuals, taken as white [sensor unit / motor unit].
         rel_error: Norm of the residual relative to that of the sensor's torque.
     """

@@ -50,7 +50,7 @@ def patch_report(written: Patched) -> Report:
     if left:
         rows = tuple(cells(each.joint, each.attribute, each.before or NONE, each.reason) for each in left)
         parts.append(Table(title="Unchanged", columns=LEFT, rows=rows))
-    parts += unseen_parts(written.unseen, other="model", fitted=False)
+    parts += unseen_parts(written.unseen, other="model")
     parts += [Paragraph(NOTES), *(Paragraph(sentence(f"Note: {note}")) for note in written.notes)]
     if written.ros_params is not None and written.written:
         parts.append(Paragraph(f"{written.ros_params}: torque constants as ROS 2 parameters."))

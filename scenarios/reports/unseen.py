@@ -31,41 +31,42 @@ def unseen_verdict(
     if found is None:
         return []
     log = PurePath(found.log).name
-    said = f"{percent(found.rel_error, '.2g')} % of the currents of {log}, which no fit has seen"
+    said = f"of the currents of {log}, which no fit has seen"
     fitted = [each.fitted_rel_error for each in found.joints if each.fitted_rel_error is not None]
     if fitted:
         said += f" (residual of the fit {percent(float(np.sqrt(np.mean(np.square(fitted)))), '.2g')} %)"
     if found.verdict is None:
-        return [Paragraph(f"Prediction error: {said}.", strong=True)]
-    against = f"with {this}, against {percent(found.other_rel_error, '.2g')} % with {other}"
+        return [Paragraph(f"Prediction error {percent(found.rel_error, '.2g')} % {said}.", strong=True)]
+    errors = f"{percent(found.rel_error, '.2g')} % with {this}, {percent(found.other_rel_error, '.2g')} % with {other}"
     mood, word = (Mood.GOOD, "PASSED") if found.passed else (Mood.BAD, "FAILED")
     why = "" if found.verdict != "no different" else ": no more than chance"
-    return [Paragraph(f"{word}: prediction error {said}, {against}{why}.", mood, strong=True)]
+    if why and not found.loaded and found.fitted:
+        why += "; a bare motion hardly tells gains apart, one with a weighed payload does"
+    return [Paragraph(f"{word}: prediction error {errors}, {said}{why}.", mood, strong=True)]
 
 
-def unseen_parts(found: ResultUnseen | None, *, other: str = "others", fitted: bool = True) -> list[Part]:
+def unseen_parts(found: ResultUnseen | None, *, other: str = "others") -> list[Part]:
     """The motion joint by joint; nothing where there is none.
 
     Args:
         found: The prediction.
         other: What it is held against, in a word or two.
-        fitted: Whether the arm was fitted to motions, or is that of a file.
     """
     if found is None:
         return []
     columns = [Column(title="Joint"), Column(title="Prediction\nerror", unit="%"), Column(title="Explained", unit="%")]
     columns += [Column(title=f"Error,\n{other}", unit="%")] if found.verdict is not None else []
-    columns += [Column(title="Residual\nof the fit", unit="%")] if fitted else []
+    columns += [Column(title="Residual\nof the fit", unit="%")] if found.fitted else []
     rows = list[list[str]]()
     for each in found.joints:
         row = [str(each.joint), percent(each.rel_error, ".1f"), percent(each.explained, ".2f")]
         row += [percent(each.other_rel_error, ".1f")] if found.verdict is not None else []
-        rows.append([*row, *([percent(each.fitted_rel_error, ".1f")] if fitted else [])])
+        rows.append([*row, *([percent(each.fitted_rel_error, ".1f")] if found.fitted else [])])
     table = Table(
         title=f"Currents of {PurePath(found.log).name}, which no fit has seen",
         columns=tuple(columns),
         rows=tuple(cells(*row) for row in rows),
     )
-    notes = [Paragraph(TOLD)] if fitted else []
-    notes += [Paragraph(BARE)] if fitted and not found.loaded else []
+    notes = [Paragraph(TOLD)] if found.fitted else []
+    notes += [Paragraph(BARE)] if found.fitted and not found.loaded else []
     return [table, *notes, *doubt_paragraphs(found.found)]

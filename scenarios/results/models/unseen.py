@@ -49,6 +49,11 @@ class ResultUnseen(DiagnosedResult):
     joints: list[UnseenJoint]
 
     @property
+    def fitted(self) -> bool:
+        """Whether the arm was fitted to motions, or is that of a file."""
+        return any(each.fitted_rel_error is not None for each in self.joints)
+
+    @property
     def passed(self) -> bool:
         """Whether nothing else was to be beaten, or it was."""
         return self.verdict in (None, "better")

@@ -52,7 +52,9 @@ def test_identify_predicts_a_motion_better_than_a_data_sheet(weighed_cell, tmp_p
     capsys.readouterr()
     assert main(words) == 0
     out = " ".join(capsys.readouterr().out.split())
-    assert re.search(r"PASSED: prediction error [\d.]+ % of the currents of light.parquet, which no fit has seen", out)
+    assert re.search(
+        r"PASSED: prediction error [\d.]+ % with the gains found, [\d.]+ % with the others, of the currents of", out
+    )
 
 
 def test_gains_as_good_as_those_found_fail_the_gate(weighed_cell, capsys):

@@ -1,7 +1,6 @@
 """`rx90 verify`."""
 
 import argparse
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from scenarios.command_line.gains_file_arguments import add_compared_gains, known_gains
@@ -17,8 +16,7 @@ from scenarios.command_line.unseen_arguments import add_unseen_arguments, unseen
 from scenarios.support.errors import ScenarioError
 
 if TYPE_CHECKING:
-    from ident.estimation.problem import Problem
-    from ident.recordings.recording import Recording
+    from ident.preparation import Prepared
     from ident.unseen import Unseen
     from scenarios.experiments.files.gains import GainsFile
 
@@ -62,30 +60,26 @@ def _weighed(options: argparse.Namespace, files: tuple[MountedFiles, ...]) -> St
     file, payload = read_gains(options.gains), read_payload(mounted[0].payload)
     unloaded = [path for each in files if each.payload is None for path in each.recordings]
     with under_way(options, "weighing"):
-        weighed, diagnosed, bare = weigh(options, file, unloaded, mounted[0].recordings)
+        weighed, diagnosed, prepared = weigh(options, file, unloaded, mounted[0].recordings)
         found = verified(weighed, payload, file.known)
-        unseen = _unseen(options, file, weighed.ready.problem, bare)
+        unseen = _unseen(options, file, prepared)
     show(verification_report(found, diagnosed, unseen), options)
     return Status.PASSED if found.passed and (unseen is None or unseen.passed) else Status.MISSED
 
 
-def _unseen(
-    options: argparse.Namespace, file: "GainsFile", problem: "Problem", bare: "Sequence[Recording]"
-) -> "Unseen | None":
+def _unseen(options: argparse.Namespace, file: "GainsFile", prepared: "Prepared") -> "Unseen | None":
     """A motion that neither these gains nor the arm of the bare motions has seen, None where none is given."""
     from ident.payload_identification.gains_outcome import arm_in_use
-    from ident.recordings.motion import Motion
     from ident.unseen import predicted, unseen_motion, used_model
-    from scenarios.gains_in_use.known_gains_problem import check_unseen, observe_options
+    from scenarios.gains_in_use.known_gains_problem import check_unseen
 
-    structure = problem.structure
+    problem, structure = prepared.problem, prepared.problem.structure
     log = unseen_log(options, log_description(options, structure.arm.joint_names))
     if log is None:
         return None
     check_unseen(file, [], [log.recording])
-    observing = observe_options(file, observe_words(options))
-    motions = [Motion(each) for each in bare]
-    unseen = unseen_motion(log, motions, structure, observing=observing, gains=problem.options)
+    bare = [motion for motion in prepared.motions if motion.payload is None]
+    unseen = unseen_motion(log, bare, structure, observing=prepared.observing, gains=problem.options)
     given = options.compare_with
     rivals = [] if given is None else [known_gains(given, structure.arm)]
     models = [used_model(arm_in_use(problem, each), structure) for each in (file.known, *rivals)]
